@@ -1,0 +1,1 @@
+"""Floor 1: robot, course and task to a frozen MotionPlan."""
