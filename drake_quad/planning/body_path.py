@@ -1,0 +1,153 @@
+"""The body's path over a contact plan: nominal course, sway for margin, height and pitch."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.support import stability_margins
+from drake_quad.planning.body_qp import BodyProblem, solve_body
+from drake_quad.planning.body_spline import BodySpline, greville
+from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.motion_plan import pose_robot, rotations
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.robot.robot_model import RobotModel
+
+SAMPLE_PERIOD = 0.1  # [s] of the program's constraints
+PASSES = 3  # the legs' share of the centre of mass converges by about 0.1 a pass
+
+
+class Ground(Protocol):
+    """Mean height of the ground under the body [m] and its slope, along places (N, 2) in W."""
+
+    def __call__(self, p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns heights (N,) [m] and slopes (N,) (rise over run along the heading)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """Where the body is to be if margins did not matter: piecewise linear in time.
+
+    Attributes:
+        times: (k,) [s].
+        xy: (k, 2) in W [m].
+        yaw: (k,) [rad].
+        ground: The ground under the body.
+    """
+
+    times: FloatArray
+    xy: FloatArray
+    yaw: FloatArray
+    ground: Ground
+
+    def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns places (N, 2) and yaws (N,) at `times` (N,)."""
+        xy = np.stack([np.interp(times, self.times, self.xy[:, k]) for k in range(2)], axis=-1)
+        return xy, np.interp(times, self.times, self.yaw)
+
+
+def plan_body(
+    robot: RobotModel, contacts: ContactPlan, route: Route, settings: PlanSettings
+) -> tuple[BodySpline, float]:
+    """Plans the body so that the whole robot's centre of mass keeps the margin.
+
+    Returns:
+        The path, and the smallest static margin over the sampled times [m].
+
+    Raises:
+        PlanningError: If there is no such path.
+    """
+    knot = 0.2
+    times = sample_times(contacts)
+    knots = greville(contacts.duration, knot)
+    nominal, yaw = route.at(times)
+    nominal_knots, yaw_knots = route.at(knots)
+    if settings.uniform_body:
+        spline = BodySpline(knot, _control(nominal_knots, yaw_knots, route, settings))
+        return spline, _margin(robot, contacts, spline, times)
+
+    heading = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
+    stance = robot_stance(settings)
+    spline = BodySpline(knot, _control(nominal_knots, yaw_knots, route, settings))
+    for _ in range(PASSES):
+        offset, acceleration, height = _com_offset(robot, contacts, spline, times)
+        solution = solve_body(
+            BodyProblem(
+                contacts=contacts,
+                times=times,
+                nominal=nominal,
+                heading=heading,
+                com_offset=offset,
+                com_offset_acceleration=acceleration,
+                com_height=height,
+                reach_centres=stance,
+                reach=0.5 * np.array([settings.workspace.R_x, settings.workspace.R_y]),
+                margin_desired=settings.margin_desired,
+                zmp_margin_desired=settings.zmp_margin,
+                knot=knot,
+            )
+        )
+        spline = BodySpline(knot, _control(solution.control, yaw_knots, route, settings))
+    return spline, _margin(robot, contacts, spline, times)
+
+
+def robot_stance(settings: PlanSettings) -> FloatArray:
+    """Where the feet stand in B at rest: the workspaces' centres, staggered, (4, 2) [m]."""
+    stance = np.array(settings.workspace.centres)
+    half = 0.5 * settings.stance_stagger
+    stance[:, 1] += np.sign(stance[:, 1]) * np.array([-half, -half, half, half])
+    return stance
+
+
+def sample_times(contacts: ContactPlan, period: float = SAMPLE_PERIOD) -> FloatArray:
+    """An even grid and every lift-off and touchdown, sorted [s]."""
+    even = np.linspace(0.0, contacts.duration, int(np.ceil(contacts.duration / period)) + 1)
+    switches = [p.start for p in contacts.phases] + [contacts.duration]
+    return np.unique(np.round(np.concatenate([even, switches]), 9))
+
+
+def _control(xy: FloatArray, yaw: FloatArray, route: Route, settings: PlanSettings) -> FloatArray:
+    """All five splines' control points (n, 5); z and pitch follow the ground under the path."""
+    height, slope = route.ground(xy)
+    pitch = -np.arctan(slope) if settings.pitch_along_slope else np.zeros_like(slope)
+    control = np.column_stack([xy, height + settings.body_height, pitch, yaw])
+    control[:3], control[-3:] = control[0], control[-1]  # at rest at both ends
+    return control
+
+
+def _com_offset(
+    robot: RobotModel, contacts: ContactPlan, spline: BodySpline, times: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The centre of mass less the body's centre: place and acceleration (N, 2), height (N,)."""
+    even = np.linspace(0.0, contacts.duration, max(int(contacts.duration / 0.05), 8) + 1)
+    body = spline.samples(even)[:, 0]
+    feet, standing = contacts.feet_at(even)
+    _, _, com = pose_robot(robot, body, feet)
+    offset = com[:, :2] - body[:, :2]
+    step = even[1] - even[0]
+    acceleration = np.gradient(np.gradient(offset, step, axis=0), step, axis=0)
+    ground = np.sum(feet[..., 2] * standing, axis=1) / standing.sum(axis=1)
+    height = com[:, 2] - ground
+    columns = np.column_stack([offset, acceleration, height])
+    found = np.stack([np.interp(times, even, c) for c in columns.T], axis=-1)
+    return found[:, :2], found[:, 2:4], found[:, 4]
+
+
+def _margin(
+    robot: RobotModel, contacts: ContactPlan, spline: BodySpline, times: FloatArray
+) -> float:
+    """Smallest static margin of the whole robot's centre of mass over `times` [m]."""
+    body = spline.samples(times)[:, 0]
+    feet, standing = contacts.feet_at(times)
+    _, _, com = pose_robot(robot, body, feet)
+    return float(np.min(stability_margins(com[:, :2], feet[..., :2], standing)))
+
+
+def level_pose(p_xy: FloatArray, yaw: float, ground: float, settings: PlanSettings) -> FloatArray:
+    """The body's pose (5,) at rest on level ground."""
+    return np.array([*p_xy, ground + settings.body_height, 0.0, yaw])
+
+
+__all__ = ["Ground", "Route", "level_pose", "plan_body", "robot_stance", "rotations"]

@@ -1,0 +1,232 @@
+"""The body's horizontal path as one quadratic program.
+
+Unknown are the control points of x(t) and y(t), the smallest static margin m and the smallest
+margin of the zero-moment point. For every sampled time t and every side (inward unit normal n
+through p) of the support polygon,
+
+    n · (c(t) - p) >= m              c: the whole robot's centre of mass
+    n · (c(t) - h/g c̈(t) - p) >= m_z
+
+with m <= the margin desired. The cost is the acceleration, a little of the distance from the
+nominal path, and -m. The legs' own part of the centre of mass comes in as a given offset from the
+body and is corrected by whoever calls this again with the path found (`body_path.py`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import piqp
+from scipy import sparse
+
+from drake_quad.errors import PlanningError
+from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.support import support_polygon
+from drake_quad.planning.body_spline import knot_count, weights
+from drake_quad.planning.contact_plan import ContactPlan
+
+GRAVITY = 9.81
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyProblem:
+    """What the quadratic program is given. Arrays over `times` have one row a time.
+
+    Attributes:
+        contacts: Who stands where, when.
+        times: Sampled times (N,) [s].
+        nominal: Nominal places of the body's centre, (N, 2) [m].
+        heading: Unit vector of the body's x in W, (N, 2).
+        com_offset: The whole robot's centre of mass less the body's centre, (N, 2) [m].
+        com_offset_acceleration: Its second time derivative, (N, 2) [m/s^2].
+        com_height: Above the feet, (N,) [m].
+        reach_centres: Workspace centres of the feet in B, (4, 2) [m].
+        reach: Half-sizes of the legs' boxes along and across the heading, (2,) [m].
+        margin_desired: No more static margin than this is asked for [m].
+        zmp_margin_desired: The same for the zero-moment point [m].
+        guard: For how long before lift-off and after touchdown three feet have to do already [s].
+        knot: Knot spacing [s].
+    """
+
+    contacts: ContactPlan
+    times: FloatArray
+    nominal: FloatArray
+    heading: FloatArray
+    com_offset: FloatArray
+    com_offset_acceleration: FloatArray
+    com_height: FloatArray
+    reach_centres: FloatArray
+    reach: FloatArray
+    margin_desired: float
+    zmp_margin_desired: float
+    guard: float = 0.15
+    knot: float = 0.2
+
+
+@dataclass(frozen=True)
+class BodySolution:
+    """The control points (n, 2) [m] and the margins that the program believes in [m]."""
+
+    control: FloatArray
+    margin: float
+    zmp_margin: float
+
+
+def solve_body(problem: BodyProblem) -> BodySolution:
+    """Solves for the path.
+
+    Raises:
+        PlanningError: If the solver finds none (it always should: the margins may be negative).
+    """
+    p = problem
+    count = knot_count(p.contacts.duration, p.knot)
+    index, basis = _basis_at(p.times, p.knot, count)
+    sides = _sides(p)
+    zmp = p.com_height / GRAVITY
+
+    # Static margin and ZMP rows: unknowns are [x (n), y (n), m, m_z, excess of reach].
+    k, n, offset = sides.sample, sides.normal, sides.offset
+    static = basis[k, 0]
+    dynamic = basis[k, 0] - zmp[k, None] * basis[k, 2]
+    given = np.einsum("ij,ij->i", n, p.com_offset[k])
+    given_dynamic = given - zmp[k] * np.einsum("ij,ij->i", n, p.com_offset_acceleration[k])
+    tri = sides.three_feet
+    total = 2 * count + 3
+    rows = [
+        _rows(static, n, index[k], count, total, extra=(2 * count, -1.0)),
+        _rows(dynamic[tri], n[tri], index[k][tri], count, total, extra=(2 * count + 1, -1.0)),
+    ]
+    lower = [offset - given, (offset - given_dynamic)[tri]]
+
+    reach_rows, reach_lower = _reach(p, basis, index, count, total)
+    G = sparse.vstack([*rows, reach_rows], format="csc")
+    h_lower = np.concatenate([*lower, reach_lower])
+
+    weight = _trapezoid(p.times)
+    accelerate = _scalar_rows(basis[:, 2], index, count)
+    follow = _scalar_rows(basis[:, 0], index, count)
+    W = sparse.diags(weight)
+    axis = accelerate.T @ W @ accelerate + 0.02 * (follow.T @ W @ follow)
+    P = sparse.block_diag([2 * axis, 2 * axis, 1e-6 * sparse.eye(3)], format="csc")
+    pull = -0.04 * (follow.T @ (weight[:, None] * p.nominal))
+    c = np.concatenate([pull[:, 0], pull[:, 1], [-200.0, -100.0, 400.0]])
+
+    fixed = [0, 1, 2, count - 3, count - 2, count - 1]
+    start, end = p.nominal[0], p.nominal[-1]
+    b = np.concatenate([[s] * 3 + [e] * 3 for s, e in zip(start, end, strict=True)])
+    columns = fixed + [count + f for f in fixed]
+    A = sparse.csc_matrix((np.ones(12), (np.arange(12), columns)), shape=(12, total))
+
+    x_lower = np.full(total, -np.inf)
+    x_upper = np.full(total, np.inf)
+    x_upper[2 * count] = p.margin_desired
+    x_upper[2 * count + 1] = p.zmp_margin_desired
+    x_lower[2 * count + 2] = 0.0
+
+    solver = piqp.SparseSolver()
+    solver.settings.eps_abs = 1e-6
+    solver.settings.eps_rel = 1e-6
+    solver.settings.verbose = False
+    solver.setup(P, c, A, b, G, h_lower, np.full(len(h_lower), np.inf), x_lower, x_upper)
+    status = solver.solve()
+    if status != piqp.PIQP_SOLVED:
+        raise PlanningError(f"the body path's program was not solved: {status}", status=str(status))
+    x = np.array(solver.result.x)
+    control = np.stack([x[:count], x[count : 2 * count]], axis=-1)
+    return BodySolution(control, float(x[2 * count]), float(x[2 * count + 1]))
+
+
+@dataclass(frozen=True)
+class _Sides:
+    sample: FloatArray
+    normal: FloatArray
+    offset: FloatArray
+    three_feet: FloatArray
+
+
+def _sides(p: BodyProblem) -> _Sides:
+    """Every side of every support polygon, at every sample where it has to hold the robot."""
+    samples, normals, offsets, three = [], [], [], []
+    for phase in p.contacts.phases:
+        hull = support_polygon(phase.feet[phase.standing, :2])
+        if len(hull) < 3:
+            raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
+        edge = np.roll(hull, -1, axis=0) - hull
+        normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        swinging = phase.step is not None
+        guard = p.guard if swinging else 0.0
+        mine = np.flatnonzero(
+            (p.times >= phase.start - guard - 1e-9) & (p.times <= phase.end + guard + 1e-9)
+        )
+        samples.append(np.repeat(mine, len(hull)))
+        normals.append(np.tile(normal, (len(mine), 1)))
+        offsets.append(np.tile(np.einsum("ij,ij->i", normal, hull), len(mine)))
+        three.append(np.full(len(mine) * len(hull), swinging))
+    return _Sides(
+        np.concatenate(samples),
+        np.concatenate(normals),
+        np.concatenate(offsets),
+        np.concatenate(three),
+    )
+
+
+def _reach(
+    p: BodyProblem, basis: FloatArray, index: FloatArray, count: int, total: int
+) -> tuple[sparse.csr_matrix, FloatArray]:
+    """Every standing foot stays in its box, but for one shared excess that costs dearly."""
+    feet, standing = p.contacts.feet_at(p.times)
+    across = np.stack([-p.heading[:, 1], p.heading[:, 0]], axis=-1)
+    blocks, lower = [], []
+    for leg in range(4):
+        k = np.flatnonzero(standing[:, leg])[::2]
+        for axis, e in enumerate((p.heading, across)):
+            at = np.einsum("ij,ij->i", e[k], feet[k, leg, :2]) - p.reach_centres[leg, axis]
+            for sign in (1.0, -1.0):  # sign * e·(body) <= sign * at + reach
+                rows = _rows(basis[k, 0], -sign * e[k], index[k], count, total,
+                             extra=(2 * count + 2, 1.0))  # fmt: skip
+                blocks.append(rows)
+                lower.append(-sign * at - p.reach[axis])
+    return sparse.vstack(blocks, format="csr"), np.concatenate(lower)
+
+
+def _basis_at(times: FloatArray, knot: float, count: int) -> tuple[FloatArray, FloatArray]:
+    """First control point (N,) and weights (N, 3, 4) at each time."""
+    r = times / knot
+    i = np.clip(np.floor(r + 1e-9).astype(int), 0, count - 4)
+    return i, weights(np.clip(r - i, 0.0, 1.0), knot)
+
+
+def _scalar_rows(basis: FloatArray, index: FloatArray, count: int) -> sparse.csr_matrix:
+    """Rows that evaluate one spline: (N, n)."""
+    row = np.repeat(np.arange(len(index)), 4)
+    column = (index[:, None] + np.arange(4)).ravel()
+    return sparse.csr_matrix((basis.ravel(), (row, column)), shape=(len(index), count))
+
+
+def _rows(
+    basis: FloatArray,
+    normal: FloatArray,
+    index: FloatArray,
+    count: int,
+    total: int,
+    *,
+    extra: tuple[int, float],
+) -> sparse.csr_matrix:
+    """Rows n · (x, y)(t) + extra: the same basis for x and y, weighed by the normal."""
+    size = len(index)
+    row = np.arange(size)
+    x_columns = index[:, None] + np.arange(4)
+    data = np.concatenate(
+        [(basis * normal[:, :1]).ravel(), (basis * normal[:, 1:]).ravel(), np.full(size, extra[1])]
+    )
+    rows = np.concatenate([np.repeat(row, 4), np.repeat(row, 4), row])
+    columns = np.concatenate(
+        [x_columns.ravel(), (x_columns + count).ravel(), np.full(size, extra[0])]
+    )
+    return sparse.csr_matrix((data, (rows, columns)), shape=(size, total))
+
+
+def _trapezoid(times: FloatArray) -> FloatArray:
+    """Integration weights [s] of the samples."""
+    gaps = np.diff(times)
+    return np.asarray(0.5 * (np.concatenate([[0.0], gaps]) + np.concatenate([gaps, [0.0]])))

@@ -1,0 +1,77 @@
+"""The body's path: uniform cubic B-splines, continuous to the acceleration."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray, read_only
+
+# Rows: position, velocity, acceleration; columns: powers of u; then control points.
+_BASIS = np.array(
+    [[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]
+) / 6.0  # fmt: skip
+
+
+def weights(u: FloatArray, knot: float) -> FloatArray:
+    """Weights of the four control points at local time `u` (N,) in [0, 1].
+
+    Returns:
+        (N, 3, 4): for the value, its first and its second time derivative, at knot spacing
+        `knot` [s].
+    """
+    one, zero = np.ones_like(u), np.zeros_like(u)
+    powers = np.stack(
+        [
+            np.stack([one, u, u**2, u**3], axis=-1),
+            np.stack([zero, one, 2 * u, 3 * u**2], axis=-1) / knot,
+            np.stack([zero, zero, 2 * one, 6 * u], axis=-1) / knot**2,
+        ],
+        axis=-2,
+    )
+    return np.asarray(powers @ _BASIS)
+
+
+def knot_count(duration: float, knot: float) -> int:
+    """How many control points a spline over `duration` [s] has."""
+    return int(np.ceil(duration / knot - 1e-9)) + 3
+
+
+def greville(duration: float, knot: float) -> FloatArray:
+    """The times at which each control point weighs most, clipped to the path, (n,) [s]."""
+    times = (np.arange(knot_count(duration, knot)) - 1) * knot
+    return np.asarray(np.clip(times, 0.0, duration))
+
+
+@dataclass(frozen=True, eq=False)
+class BodySpline:
+    """x, y, z, pitch, yaw of the body in W over time, at rest at both ends.
+
+    Attributes:
+        knot: Knot spacing [s].
+        control: (n, 5) control points [m, m, m, rad, rad].
+    """
+
+    knot: float
+    control: FloatArray
+    _segments: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "control", read_only(self.control))
+        object.__setattr__(self, "_segments", len(self.control) - 3)
+
+    def sample(self, t: float) -> FloatArray:
+        """Returns (3, 5): value, velocity, acceleration at `t` [s]; at rest outside the path."""
+        r = t / self.knot
+        i = min(max(int(r), 0), self._segments - 1)
+        u = min(max(r - i, 0.0), 1.0)
+        h = 1.0 / self.knot
+        w = np.array([[1.0, u, u * u, u**3], [0.0, h, 2 * u * h, 3 * u * u * h],
+                      [0.0, 0.0, 2 * h * h, 6 * u * h * h]]) @ _BASIS  # fmt: skip
+        return np.asarray(w @ self.control[i : i + 4])
+
+    def samples(self, times: FloatArray) -> FloatArray:
+        """The same for many times (N,): (N, 3, 5)."""
+        r = np.asarray(times, dtype=float) / self.knot
+        i = np.clip(r.astype(int), 0, self._segments - 1)
+        w = weights(np.clip(r - i, 0.0, 1.0), self.knot)
+        return np.asarray(w @ self.control[i[:, None] + np.arange(4)])

@@ -1,0 +1,101 @@
+"""Who stands when and where: the feet's part of a motion plan."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drake_quad.gait.legs import BoolArray, FloatArray, Leg, read_only
+from drake_quad.gait.swing import Swing
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One swing of one leg. Points are foot sphere centres in W [m], times are in the plan [s]."""
+
+    leg: Leg
+    lift_off: float
+    touchdown: float
+    swing: Swing
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """A stretch of time [s] with one set of standing feet, all at rest in W.
+
+    Attributes:
+        start: When it begins [s].
+        end: When it ends [s].
+        standing: Who stands, (4,).
+        feet: Where each foot stands, or (swing leg) stood last, (4, 3) [m].
+        step: The step under way, if a leg swings.
+    """
+
+    start: float
+    end: float
+    standing: BoolArray
+    feet: FloatArray
+    step: Step | None
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPlan:
+    """Steps in time order, at most one leg in the air, from a stance of four feet at t = 0.
+
+    Attributes:
+        feet: Where the feet stand at first, (4, 3) [m], in W.
+        steps: The steps.
+        duration: When the plan ends [s].
+        phases: The same as a gapless sequence of phases.
+    """
+
+    feet: FloatArray
+    steps: tuple[Step, ...]
+    duration: float
+    phases: tuple[Phase, ...] = field(init=False)
+    _starts: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        phases: list[Phase] = []
+        feet, t = np.array(self.feet), 0.0
+        everyone = np.ones(4, dtype=bool)
+        for step in self.steps:
+            if step.lift_off > t + 1e-9:
+                phases.append(Phase(t, step.lift_off, everyone, read_only(feet), None))
+            standing = everyone.copy()
+            standing[step.leg.row] = False
+            phases.append(Phase(step.lift_off, step.touchdown, standing, read_only(feet), step))
+            feet[step.leg.row] = step.swing.p_end
+            t = step.touchdown
+        if self.duration > t + 1e-9:
+            phases.append(Phase(t, self.duration, everyone, read_only(feet), None))
+        object.__setattr__(self, "phases", tuple(phases))
+        object.__setattr__(self, "_starts", read_only(np.array([p.start for p in phases])))
+        object.__setattr__(self, "feet", read_only(self.feet))
+
+    @property
+    def final_feet(self) -> FloatArray:
+        """Where the feet stand at the end, (4, 3) [m]."""
+        feet = np.array(self.feet)
+        for step in self.steps:
+            feet[step.leg.row] = step.swing.p_end
+        return read_only(feet)
+
+    def phase_index(self, t: float) -> int:
+        """Index of the phase at time `t` [s]; the first or last one outside of the plan."""
+        return max(int(np.searchsorted(self._starts, t, side="right")) - 1, 0)
+
+    def phase(self, t: float) -> Phase:
+        """The phase at time `t` [s]."""
+        return self.phases[self.phase_index(t)]
+
+    def feet_at(self, times: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Returns the feet's places (N, 4, 3) [m] and who stands (N, 4) at `times` (N,) [s]."""
+        index = np.maximum(np.searchsorted(self._starts, times, side="right") - 1, 0)
+        feet = np.stack([p.feet for p in self.phases])[index]
+        standing = np.stack([p.standing for p in self.phases])[index]
+        for k, phase in enumerate(self.phases):
+            if phase.step is not None and np.any(mine := index == k):
+                feet[mine, phase.step.leg.row] = phase.step.swing.positions(
+                    times[mine] - phase.start
+                )
+        return feet, standing

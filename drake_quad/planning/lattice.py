@@ -1,0 +1,122 @@
+"""Where along a lane the feet may step: one point a tread, and evenly spaced points between flights.
+
+In the two-tread wave gait every foot steps from one point of this lattice to the next but one, so
+the level walk is in phase with the flight when the first foot reaches it, whatever the distance.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.errors import PlanningError
+from drake_quad.gait.legs import FloatArray, read_only
+from drake_quad.terrain import Lane
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Places along a lane.
+
+    Attributes:
+        s: (2N + 3 + behind,) places along the lane [m]; the body starts over `s[behind]` and ends
+            over `s[behind + 2N]`, and one more lies ahead.
+        z: Heights of the ground there [m].
+        behind: How many places lie behind the start (the gait's rear feet begin there).
+        cycles: N: cycles of the wave gait from start to end.
+        on_tread: Which places are on a tread of a flight.
+    """
+
+    s: FloatArray
+    z: FloatArray
+    behind: int
+    cycles: int
+    on_tread: tuple[bool, ...]
+
+    def height(self, s: FloatArray) -> FloatArray:
+        """The slope line through the places, at `s` [m]; flat beyond the ends."""
+        return np.asarray(np.interp(s, self.s, self.z))
+
+
+def make_lattice(
+    lane: Lane, *, start: float, goal: float, spacing: float, behind: int = 1
+) -> Lattice:
+    """Lays the lattice for a walk of the body from `start` to `goal` along `lane`.
+
+    Args:
+        lane: The lane.
+        start: Where the body's centre starts, along the lane [m].
+        goal: Where it is to end [m]; both are to be on level ground.
+        spacing: The longest distance between neighbours on level ground [m].
+        behind: How many places to lay behind the start.
+
+    Raises:
+        PlanningError: If there is no room to step between start, flights and goal.
+    """
+    pins: list[float] = [start]
+    level: list[bool] = []  # whether the span after pin k is level
+    for flight in lane.flights:
+        treads = lane.treads(flight)
+        first, last = treads[0], treads[-1]
+        if last[1] < start or first[0] > goal:
+            continue
+        before = first[0] - 0.5 * (first[1] - first[0])
+        if before < pins[-1] - 1e-6 and len(pins) > 1:
+            before = pins[-1] = 0.5 * (before + pins[-1])  # a short landing: one place serves both
+        elif before < pins[-1] - 1e-6:
+            raise PlanningError(
+                f"the walk starts {first[0] - start:.2f} m before a flight; "
+                f"{first[0] - before:.2f} m are needed",
+                start=start,
+                flight=float(first[0]),
+            )
+        else:
+            pins.append(before)
+            level.append(True)
+        for a, b, _ in treads:
+            pins.append(0.5 * (a + b))
+            level.append(False)
+        pins.append(last[1] + 0.5 * (last[1] - last[0]))
+        level.append(False)
+    if goal < pins[-1] - 1e-6:
+        raise PlanningError(
+            f"the walk ends {goal - start:.2f} m on, too near behind a flight or before its start",
+            goal=goal,
+        )
+    pins.append(goal)
+    level.append(True)
+
+    gaps = np.diff(pins)
+    counts = np.array([max(int(np.ceil(g / spacing - 1e-6)), 0) if lv else 1
+                       for g, lv in zip(gaps, level, strict=True)])  # fmt: skip
+    if counts.sum() % 2:  # each cycle advances two places: let the widest level span have one more
+        widths = [g / c if lv and c else 0.0 for g, c, lv in zip(gaps, counts, level, strict=True)]
+        if max(widths) <= 0.0:
+            raise PlanningError("no level ground on which to adapt the stride", goal=goal)
+        counts[int(np.argmax(widths))] += 1
+    s = [start]
+    for a, gap, count in zip(pins[:-1], gaps, counts, strict=True):
+        s += [a + gap * (k + 1) / count for k in range(count)]
+    if len(s) == 1:
+        s_all, first_gap, last_gap = s, spacing, spacing
+    else:
+        s_all, first_gap, last_gap = s, s[1] - s[0], s[-1] - s[-2]
+    places = np.array(
+        [s_all[0] - first_gap * (behind - k) for k in range(behind)]
+        + s_all
+        + [s_all[-1] + last_gap]
+    )
+    z = lane.height(places)
+    if np.any(np.isnan(z)):
+        bad = places[np.isnan(z)]
+        raise PlanningError(
+            f"a foot would have to stand at {bad[0]:.2f} m along the lane, beyond the ground",
+            places=bad.tolist(),
+        )
+    kinds = [lane.kinds[i] == "tread" for i in lane.interval(places)]
+    return Lattice(
+        s=read_only(places),
+        z=read_only(z),
+        behind=behind,
+        cycles=(len(s) - 1) // 2,
+        on_tread=tuple(kinds),
+    )

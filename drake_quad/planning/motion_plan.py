@@ -1,0 +1,189 @@
+"""MotionPlan: body and feet at any gait time, with the segments that it is made of."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.gait.support import stability_margins
+from drake_quad.planning.body_spline import BodySpline
+from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.robot.leg_kinematics import solve_legs
+from drake_quad.robot.robot_model import RobotModel, calc_com
+
+SEGMENT_KINDS = ("stand", "transition", "wave", "spin")
+
+
+@dataclass(frozen=True, eq=False)
+class Stance:
+    """A robot at rest on four feet: the body's pose and the foot sphere centres, in W.
+
+    Attributes:
+        body: x, y, z [m], pitch, yaw [rad] of B in W.
+        feet: (4, 3) [m].
+    """
+
+    body: FloatArray
+    feet: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A named stretch of a plan.
+
+    Attributes:
+        name: For people, for example `climb 1`.
+        kind: One of SEGMENT_KINDS.
+        start: When it begins [s].
+        end: When it ends [s].
+        details: What more there is to say of it (`steps`, `duty_factor`, ...), for reports.
+    """
+
+    name: str
+    kind: str
+    start: float
+    end: float
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class PlanSample:
+    """What is desired at one gait time. Angles [rad], lengths [m], in W.
+
+    Attributes:
+        body: (3, 5) value, velocity and acceleration of x, y, z, pitch, yaw.
+        feet: (4, 3) foot sphere centres.
+        feet_velocity: (4, 3).
+        standing: (4,) who is to stand.
+        swing_phase: Phase of the swing in [0, 1], nan if nobody swings.
+        phase_index: Index of the contact phase.
+    """
+
+    body: FloatArray
+    feet: FloatArray
+    feet_velocity: FloatArray
+    standing: BoolArray
+    swing_phase: float
+    phase_index: int
+
+
+@dataclass(frozen=True, eq=False)
+class MotionPlan:
+    """One task (a walk, a spin, a stand), planned from rest to rest.
+
+    Attributes:
+        index: Place of the task in the mission.
+        contacts: The feet's part.
+        body: The body's part.
+        segments: What it is made of, in time order.
+        margin: Smallest static margin that the body's program found [m] (sampled; `evaluate`
+            gives it at any time).
+    """
+
+    index: int
+    contacts: ContactPlan
+    body: BodySpline
+    segments: tuple[Segment, ...]
+    margin: float
+
+    def __deepcopy__(self, memo: object) -> "MotionPlan":
+        """A plan never changes, so that Drake may copy a Context without copying the plan."""
+        return self
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return self.contacts.duration
+
+    @property
+    def end(self) -> Stance:
+        """The stance that it ends in."""
+        return Stance(self.body.sample(self.duration)[0], self.contacts.final_feet)
+
+    def segment_index(self, t: float) -> int:
+        """Index of the segment at time `t` [s]."""
+        for k, segment in enumerate(self.segments):
+            if t < segment.end:
+                return k
+        return len(self.segments) - 1
+
+    def sample(self, t: float) -> PlanSample:
+        """What is desired at gait time `t` [s] since the task began."""
+        index = self.contacts.phase_index(t)
+        phase = self.contacts.phases[index]
+        body, velocity, s = self.body.sample(t), np.zeros((4, 3)), float("nan")
+        feet = phase.feet
+        if phase.step is not None:
+            row = phase.step.leg.row
+            feet = feet.copy()
+            feet[row], velocity[row], _ = phase.step.swing.sample(t - phase.start)
+            s = (t - phase.start) / (phase.end - phase.start)
+        return PlanSample(body, feet, velocity, phase.standing, s, index)
+
+
+@dataclass(frozen=True, eq=False)
+class PlanSamples:
+    """A plan at many times (N,): the figures that certify it.
+
+    Attributes:
+        times: (N,) [s].
+        body: (N, 3, 5), see PlanSample.
+        feet: (N, 4, 3) [m] in W.
+        standing: (N, 4).
+        q: (N, 4, 3) joint angles [rad].
+        reach_excess: (N, 4) how far a foot is out of its leg's reach [m].
+        com: (N, 3) the whole robot's centre of mass in W [m].
+        margin: (N,) static margin [m].
+    """
+
+    times: FloatArray
+    body: FloatArray
+    feet: FloatArray
+    standing: BoolArray
+    q: FloatArray
+    reach_excess: FloatArray
+    com: FloatArray
+    margin: FloatArray
+
+
+def rotations(body: FloatArray) -> FloatArray:
+    """Returns R_WB (..., 3, 3) of body poses (..., 5): yaw about z, then pitch about y."""
+    cp, sp = np.cos(body[..., 3]), np.sin(body[..., 3])
+    cy, sy = np.cos(body[..., 4]), np.sin(body[..., 4])
+    zero = np.zeros_like(cp)
+    rows = [
+        np.stack([cy * cp, -sy, cy * sp], axis=-1),
+        np.stack([sy * cp, cy, sy * sp], axis=-1),
+        np.stack([-sp, zero, cp], axis=-1),
+    ]
+    return np.stack(rows, axis=-2)
+
+
+def pose_robot(
+    robot: RobotModel, body: FloatArray, feet: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Inverse kinematics and centre of mass of many poses at once.
+
+    Args:
+        robot: The robot.
+        body: (N, 5) body poses in W.
+        feet: (N, 4, 3) feet in W [m].
+
+    Returns:
+        q (N, 4, 3) [rad], excess of reach (N, 4) [m], centre of mass in W (N, 3) [m].
+    """
+    R = rotations(body)
+    p_BF = np.einsum("nji,nlj->nli", R, feet - body[:, None, :3])
+    q, excess = solve_legs(robot.geometry, p_BF)
+    com = body[:, :3] + np.einsum("nij,nj->ni", R, calc_com(robot, q))
+    return q, excess, com
+
+
+def evaluate(robot: RobotModel, plan: MotionPlan, times: FloatArray) -> PlanSamples:
+    """The plan at `times` (N,) [s], with joint angles, centre of mass and static margin."""
+    body = plan.body.samples(times)
+    feet, standing = plan.contacts.feet_at(times)
+    q, excess, com = pose_robot(robot, body[:, 0], feet)
+    margin = stability_margins(com[:, :2], feet[..., :2], standing)
+    return PlanSamples(times, body, feet, standing, q, excess, com, margin)

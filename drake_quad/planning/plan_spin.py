@@ -1,0 +1,70 @@
+"""Lays a spin in place: transition to the spinning gait's desired configuration, then its cycles."""
+
+import numpy as np
+
+from drake_quad.gait.contact_table import spin_table
+from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.workspace import spin_cycles, spin_desired_configuration, spin_phi_max
+from drake_quad.planning.body_path import Route, robot_stance
+from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import Segment, Stance
+from drake_quad.planning.plan_transition import lay_transition
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.planning.step_builder import StepBuilder
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.terrain import Course
+
+
+def lay_spin(
+    robot: RobotModel, course: Course, settings: PlanSettings, task: Task, stance: Stance
+) -> tuple[ContactPlan, Route, tuple[Segment, ...]]:
+    """Returns the steps, the body's nominal route and the segments of a spin."""
+    lane = course.lanes[task.lane]
+    builder = StepBuilder(
+        lane, stance.feet, foot_radius=robot.foot_radius, clearance=settings.swing_clearance
+    )
+    pivot, yaw = np.array(stance.body[:2]), float(stance.body[4])
+    sense = 1 if task.angle > 0 else -1
+    beta = settings.spin_duty_factor
+    cycles, phi = spin_cycles(abs(task.angle), beta, spin_phi_max(settings.workspace))
+    table = spin_table(duty_factor=beta, cycle_time=settings.spin_cycle_time, sense=sense)
+    segments = []
+
+    def to_world(p_B: FloatArray, angle: float) -> FloatArray:
+        c, s = np.cos(angle), np.sin(angle)
+        return np.asarray(pivot + p_B @ np.array([[c, s], [-s, c]]))
+
+    if settings.via_centres:
+        centres = to_world(robot_stance(settings), yaw)
+        segments.append(lay_transition(builder, centres, settings, body=stance.body,
+                                       name="transition to the centres"))  # fmt: skip
+    desired = spin_desired_configuration(settings.workspace, phi=phi, duty_factor=beta, sense=sense)
+    segments.append(lay_transition(builder, to_world(desired, yaw), settings, body=stance.body,
+                                   name="transition to the spinning gait"))  # fmt: skip
+    moved = builder.time
+    builder.wait(settings.shift_time)
+    begin = builder.time
+    turn = sense * phi / beta  # of the body, and of every footprint, in one cycle
+    for cycle in range(cycles):
+        for leg, lift_off, _ in table.swing_intervals():
+            to = to_world(desired[leg.row], yaw + (cycle + 1) * turn)
+            at = begin + cycle * table.cycle_time + lift_off
+            builder.step(leg, to, table.swing_time, lift_off=at)
+    builder.time = begin + cycles * table.cycle_time
+    details = {"phi_deg": float(np.degrees(phi)), "cycles": cycles, "duty_factor": beta,
+               "cycle_time": table.cycle_time, "angle_deg": float(np.degrees(task.angle))}  # fmt: skip
+    segments.append(Segment(task.name, "spin", moved, builder.time, details))
+    end = builder.time
+    builder.wait(settings.shift_time)
+    segments.append(Segment("settle", "stand", end, builder.time))
+
+    ground = float(np.mean(builder.feet[:, 2])) - robot.foot_radius
+
+    def level(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return np.full(len(p_W), ground), np.zeros(len(p_W))
+
+    times = np.array([0.0, begin, end, builder.time])
+    yaws = yaw + np.array([0.0, 0.0, task.angle, task.angle])
+    route = Route(times, np.tile(pivot, (4, 1)), yaws, level)
+    return builder.finish(), route, tuple(s for s in segments if s is not None)

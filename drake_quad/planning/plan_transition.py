@@ -1,0 +1,53 @@
+"""Lays the steps of a transition: which leg, where to, when; in W, from the feet as they stand."""
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.transition import plan_transition
+from drake_quad.planning.motion_plan import Segment
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.planning.step_builder import StepBuilder
+
+
+def lay_transition(
+    builder: StepBuilder, goal: FloatArray, settings: PlanSettings, *, body: FloatArray, name: str
+) -> Segment | None:
+    """Adds the fewest stable steps from where the builder's feet stand to `goal`.
+
+    Args:
+        builder: Collects the steps.
+        goal: Where the feet are to stand, (4, 2) [m] in W.
+        settings: Mode, times and limits of transitions.
+        body: The body's pose (5,) in W.
+        name: The segment's name.
+
+    Returns:
+        The segment, or None if the feet stand there already.
+    """
+    c, s = np.cos(body[4]), np.sin(body[4])
+    R_WB = np.array([[c, -s], [s, c]])
+    to_body = lambda p: (p - body[:2]) @ R_WB  # noqa: E731 - inverse of the line below
+    to_world = lambda p: p @ R_WB.T + body[:2]  # noqa: E731
+    transition = plan_transition(
+        to_body(builder.feet[:, :2]),
+        to_body(goal),
+        mode="still" if settings.body_still else "shift",
+        max_shift=settings.max_shift,
+    )
+    if not transition.steps:
+        return None
+    start = builder.time
+    steps = []
+    for step in transition.steps:
+        builder.wait(settings.shift_time)
+        p_from, p_to = to_world(step.p_from), to_world(step.p_to)
+        builder.step(step.leg, p_to, settings.swing_time, lift_off=builder.time)
+        steps.append(
+            {
+                "leg": int(step.leg),
+                "margin": float(step.margin),
+                "from": p_from.tolist(),
+                "to": p_to.tolist(),
+            }
+        )
+    return Segment(name, "transition", start, builder.time, {"steps": steps})

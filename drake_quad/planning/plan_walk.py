@@ -1,0 +1,127 @@
+"""Lays a walk along a lane: transition to the wave gait's desired configuration, then the wave."""
+
+import numpy as np
+
+from drake_quad.errors import PlanningError
+from drake_quad.gait.contact_table import wave_table
+from drake_quad.gait.legs import LEGS, SIGNS, FloatArray, Leg
+from drake_quad.planning.body_path import Route, robot_stance
+from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.lattice import Lattice, make_lattice
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import Segment, Stance
+from drake_quad.planning.plan_transition import lay_transition
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.planning.step_builder import StepBuilder
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.terrain import Course, Lane
+
+# As a cycle begins, in places of the lattice from the body's: each leg then steps two places on.
+FIRST_PLACE = {Leg(1): 0, Leg(4): -1, Leg(2): 1, Leg(3): 0}
+EDGE_CLEARANCE = 0.01  # [m] between the foot's sphere and a nosing or riser
+
+
+def lay_walk(
+    robot: RobotModel, course: Course, settings: PlanSettings, task: Task, stance: Stance
+) -> tuple[ContactPlan, Route, tuple[Segment, ...]]:
+    """Returns the steps, the body's nominal route and the segments of a walk.
+
+    Raises:
+        PlanningError: If the lane has no room for it.
+    """
+    lane = course.lanes[task.lane]
+    start = float(lane.coordinates(stance.body[:2])[0])
+    lattice = make_lattice(lane, start=start, goal=task.goal, spacing=0.5 * settings.stride)
+    builder = StepBuilder(
+        lane, stance.feet, foot_radius=robot.foot_radius, clearance=settings.swing_clearance
+    )
+    segments = []
+
+    def place(leg: Leg, k: int) -> FloatArray:
+        return lane.point(
+            foothold(lane, lattice, leg, k, settings, robot.foot_radius),
+            robot_stance(settings)[leg.row, 1],
+        )
+
+    if settings.via_centres:
+        centres = lane.point(start + robot_stance(settings)[:, 0], robot_stance(settings)[:, 1])
+        segments.append(lay_transition(builder, centres, settings, body=stance.body,
+                                       name="transition to the centres"))  # fmt: skip
+    desired = np.stack([place(leg, FIRST_PLACE[leg]) for leg in LEGS])
+    segments.append(lay_transition(builder, desired, settings, body=stance.body,
+                                   name="transition to the wave gait"))  # fmt: skip
+    moved = builder.time
+    builder.wait(settings.shift_time)
+    begin = builder.time
+    table = wave_table(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
+    for cycle in range(lattice.cycles):
+        for leg, lift_off, _ in table.swing_intervals():
+            to = place(leg, FIRST_PLACE[leg] + 2 * cycle + 2)
+            at = begin + cycle * table.cycle_time + lift_off
+            builder.step(leg, to, table.swing_time, lift_off=at)
+    builder.time = begin + lattice.cycles * table.cycle_time
+    stride = float(np.max(lattice.s[2:] - lattice.s[:-2]))
+    segments.append(
+        Segment(
+            task.name,
+            "wave",
+            moved,
+            builder.time,
+            {
+                "duty_factor": settings.duty_factor,
+                "cycle_time": settings.cycle_time,
+                "cycles": lattice.cycles,
+                "stride": stride,
+                "stroke": stride * settings.duty_factor,
+            },
+        )
+    )
+    builder.wait(settings.shift_time)
+    segments.append(Segment("settle", "stand", segments[-1].end, builder.time))  # type: ignore[union-attr]
+
+    beats = np.arange(2 * lattice.cycles + 1)
+    times = np.concatenate([[0.0], begin + 0.5 * table.cycle_time * beats, [builder.time]])
+    s = lattice.s[lattice.behind + np.concatenate([[0], beats, [2 * lattice.cycles]])]
+    xy = lane.point(s)
+    xy[0] = stance.body[:2]
+    half = 0.5 * settings.workspace.P_x
+
+    def ground(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
+        at, _ = lane.coordinates(p_W)
+        behind, here, ahead = (lattice.height(at + d) for d in (-half, 0.0, half))
+        return 0.25 * (behind + 2 * here + ahead), (ahead - behind) / (2 * half)
+
+    yaw = np.concatenate([[stance.body[4]], np.full(len(times) - 1, lane.yaw)])
+    yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
+    route = Route(times, xy, yaw, ground)
+    return builder.finish(), route, tuple(s for s in segments if s is not None)
+
+
+def foothold(
+    lane: Lane, lattice: Lattice, leg: Leg, k: int, settings: PlanSettings, foot_radius: float
+) -> float:
+    """Where along the lane `leg` stands for place `k` of the lattice (0: under the body's start).
+
+    The place itself on stairs; elsewhere the feet keep the gait's stance length P_x by an offset
+    of ±(P_x - 3/2 spacing)/2. No footprint is nearer to a nosing or riser than the foot is wide.
+    """
+    i = int(np.clip(k + lattice.behind, 0, len(lattice.s) - 1))
+    below, above = max(i - 1, 0), min(i + 1, len(lattice.s) - 1)
+    spacing = (lattice.s[above] - lattice.s[below]) / (above - below)
+    offset = 0.5 * (settings.workspace.P_x - 1.5 * spacing) * SIGNS[leg.row, 0]
+    if settings.on_centre and lattice.on_tread[i]:
+        offset = 0.0
+    here = int(lane.interval(lattice.s[i]))
+    margin = foot_radius + EDGE_CLEARANCE
+    low, high = -np.inf, np.inf
+    if here > 0 and lane.heights[here - 1] != lane.heights[here]:
+        low = lane.breaks[here] + margin
+    if here < len(lane.heights) - 1 and lane.heights[here + 1] != lane.heights[here]:
+        high = lane.breaks[here + 1] - margin
+    if low > high:
+        raise PlanningError(
+            f"the tread at {lattice.s[i]:.2f} m is {high - low + 2 * margin:.3f} m deep, "
+            f"too narrow for a foot of {2 * foot_radius:.3f} m",
+            place=float(lattice.s[i]),
+        )
+    return float(np.clip(lattice.s[i] + offset, low, high))

@@ -1,0 +1,54 @@
+"""What a plan is asked to be: frozen values, checked by whoever fills them (the scenario)."""
+
+from dataclasses import dataclass
+
+from drake_quad.gait.workspace import Workspace
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanSettings:
+    """The gait's and the body's parameters.
+
+    Attributes:
+        duty_factor: β of the wave gait, in [3/4, 1).
+        cycle_time: T of the wave gait [s].
+        stride: The longest stride on level ground [m]; on stairs it is two treads.
+        workspace: The legs' boxes: R_x, R_y, P_x, P_y of Table I [m].
+        stance_stagger: Rear feet's |y| minus front feet's |y| [m]. The wave puts a rear foot down
+            beside the front foot of its side; the stagger keeps the two apart.
+        on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
+            offset from them (the paper's ±0.025 m).
+        swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
+        body_height: Of B above the mean ground under the feet [m].
+        pitch_along_slope: Whether the body tilts with the stairs, or stays level.
+        spin_duty_factor: β of the spinning gait.
+        spin_cycle_time: T of the spinning gait [s].
+        body_still: Transitions with the body still (the paper's), or shifting before each lift.
+        max_shift: The largest shift of the body in x and y in a transition [m].
+        swing_time: Of a transition's step [s].
+        shift_time: On four feet before each step of a transition [s].
+        via_centres: Whether transitions between gaits pass through the workspaces' centres.
+        uniform_body: The paper's body path (constant speed, no sway), or one optimised for margin.
+        margin_desired: Static margin beyond which the body path is not asked for more [m].
+        zmp_margin: The same for the zero-moment point [m].
+    """
+
+    duty_factor: float = 0.85
+    cycle_time: float = 8.0
+    stride: float = 1.0
+    workspace: Workspace = Workspace(R_x=0.80, R_y=0.5, P_x=0.75, P_y=0.54)
+    stance_stagger: float = 0.12
+    on_centre: bool = True
+    swing_clearance: float = 0.02
+    body_height: float = 0.85
+    pitch_along_slope: bool = False
+    spin_duty_factor: float = 0.85
+    spin_cycle_time: float = 8.0
+    body_still: bool = False
+    max_shift: float = 0.1
+    swing_time: float = 1.2
+    shift_time: float = 1.0
+    via_centres: bool = False
+    uniform_body: bool = False
+    margin_desired: float = 0.10
+    zmp_margin: float = 0.05

@@ -1,0 +1,70 @@
+"""Puts steps one after another, with swing legs that clear the lane's ground."""
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray, Leg
+from drake_quad.gait.swing import plan_swing
+from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.terrain import Lane
+
+STILL = 1e-3  # [m]: a step shorter than this is not taken
+
+
+class StepBuilder:
+    """Collects steps from a stance on; `time` and `feet` say where it has got to.
+
+    Args:
+        lane: The ground.
+        feet: Foot sphere centres at first, (4, 3) [m] in W.
+        foot_radius: [m].
+        clearance: Δh beyond the foot's radius [m].
+    """
+
+    def __init__(
+        self, lane: Lane, feet: FloatArray, *, foot_radius: float, clearance: float
+    ) -> None:
+        self.lane = lane
+        self.start = np.array(feet)
+        self.feet = np.array(feet)
+        self.time = 0.0
+        self.steps: list[Step] = []
+        self._radius = foot_radius
+        self._clearance = clearance
+
+    def wait(self, duration: float) -> None:
+        """Stands on four feet for `duration` [s]."""
+        self.time += duration
+
+    def ground(self, p_W: FloatArray) -> float:
+        """Height of a foot's centre that stands at `p_W` (2,) [m]."""
+        s, _ = self.lane.coordinates(p_W)
+        return float(self.lane.height(s)) + self._radius
+
+    def step(self, leg: Leg, to: FloatArray, duration: float, *, lift_off: float) -> None:
+        """Swings `leg` to the place `to` (2,) in W, from time `lift_off` [s] on."""
+        p_from = self.feet[leg.row]
+        p_to = np.array([to[0], to[1], self.ground(to)])
+        length = float(np.hypot(*(p_to - p_from)[:2]))
+        if length < STILL:
+            return
+        s, _ = self.lane.coordinates(np.stack([p_from[:2], p_to[:2]]))
+        d, z = self.lane.profile(float(s[0]), float(s[1]))
+        if d[-1] > 1e-9:
+            d = d * (length / d[-1])  # the swing may go sideways as well
+        else:
+            d, z = np.array([0.0, length]), np.array([z[0], z[0]])
+        swing = plan_swing(
+            p_from,
+            p_to,
+            duration=duration,
+            profile=(d, z),
+            clearance=self._radius + self._clearance,
+            foot_radius=self._radius,
+        )
+        self.steps.append(Step(leg, lift_off, lift_off + duration, swing))
+        self.feet[leg.row] = p_to
+        self.time = lift_off + duration
+
+    def finish(self) -> ContactPlan:
+        """The steps as a ContactPlan that ends now."""
+        return ContactPlan(self.start, tuple(self.steps), self.time)

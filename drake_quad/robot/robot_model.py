@@ -1,0 +1,82 @@
+"""A quadruped as the planners see it: four legs with geometry, limits and masses.
+
+`RobotModel` holds arrays alone; it is read from a file through Drake's parser by `load_robot`, and
+`MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_kinematics import LegGeometry
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """What planning and control need to know of a robot.
+
+    Attributes:
+        name: The model's name in its file.
+        url: Where it was read from, as Drake's parser takes it.
+        trunk: Name of the floating body that carries the legs; its frame is B.
+        geometry: The legs' lengths.
+        joint_names: 12 names, leg by leg (FL, FR, RL, RR), abduction, hip pitch, knee.
+        q_lower: Joint position limits, (12,) [rad].
+        q_upper: Joint position limits, (12,) [rad].
+        effort: Joint torque limits, (12,) [Nm].
+        speed: Joint speed limits, (12,) [rad/s].
+        mass: The whole robot's mass [kg].
+        trunk_mass: The trunk's own mass [kg].
+        trunk_com: The trunk's centre of mass in B, (3,) [m].
+        link_mass: Mass of hip, thigh and shank of each leg, (4, 3) [kg].
+        link_com: Their centres of mass in their own frames, (4, 3, 3) [m].
+        foot_radius: Radius of the foot spheres [m].
+        foot_geometry: Names of the four feet's collision geometries, as in the file.
+    """
+
+    name: str
+    url: str
+    trunk: str
+    geometry: LegGeometry
+    joint_names: tuple[str, ...]
+    q_lower: FloatArray
+    q_upper: FloatArray
+    effort: FloatArray
+    speed: FloatArray
+    mass: float
+    trunk_mass: float
+    trunk_com: FloatArray
+    link_mass: FloatArray
+    link_com: FloatArray
+    foot_radius: float
+    foot_geometry: tuple[str, ...]
+
+
+def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
+    """Returns the whole robot's centre of mass in B, (..., 3) [m], for joint angles (..., 4, 3)."""
+    a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
+    g, c = robot.geometry, robot.link_com
+
+    def pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
+        x, y, z = p[..., 0], p[..., 1], p[..., 2]
+        ca, sa = np.cos(angle), np.sin(angle)
+        y = np.broadcast_to(y, angle.shape)
+        return np.stack([ca * x + sa * z, y, -sa * x + ca * z], axis=-1)
+
+    zero = np.zeros(4)
+    plane = np.stack([zero, g.offset, zero], axis=-1)
+    knee_at = plane + pitched(hip, np.stack([zero, zero, -g.thigh], axis=-1))
+    m = robot.link_mass
+    moment = (
+        m[:, 0, None] * c[:, 0]
+        + m[:, 1, None] * (plane + pitched(hip, c[:, 1]))
+        + m[:, 2, None] * (knee_at + pitched(knee, c[:, 2]))
+    )
+    ca, sa = np.cos(a), np.sin(a)
+    x, y, z = moment[..., 0], moment[..., 1], moment[..., 2]
+    turned = np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
+    total = robot.trunk_mass * robot.trunk_com + np.sum(
+        turned + m.sum(axis=1)[:, None] * g.p_BH, axis=-2
+    )
+    return np.asarray(total / robot.mass)

@@ -1,0 +1,156 @@
+"""Scenarios: loading by name or file, overriding single fields, saving in full."""
+
+import difflib
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+
+from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
+
+from drake_quad.errors import InputError
+from drake_quad.scenario_build import course_of, mission_of, plan_settings
+from drake_quad.scenario_check import check_scenario
+from drake_quad.scenario_config import Scenario
+from drake_quad.scenario_override import Override, apply_override, parse_override
+from drake_quad.scenario_schema import conform, parse_yaml
+
+__all__ = [
+    "Scenario",
+    "course_of",
+    "load_scenario",
+    "mission_of",
+    "parse_scenario",
+    "plan_settings",
+    "save_scenario",
+    "scenario_text",
+    "shipped_scenarios",
+]
+
+SUFFIX = ".scenario.yaml"
+MODELS = "package://drake_quad_models/"
+
+
+def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+    """Loads and checks a scenario.
+
+    Args:
+        name_or_path: A shipped scenario's name, for example `case_study`, or a YAML file.
+        overrides: `path=value` each, for example `gait.duty_factor=0.8` or `course[1].rise=0.2`.
+
+    Raises:
+        InputError: No such scenario, or anything in it that cannot be used: one line that names
+            the file, the field's path, its value, and what would be right.
+    """
+    name = str(name_or_path)
+    path = _models() / f"{name}{SUFFIX}" if name in _shipped() else Path(name).expanduser()
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as problem:
+        raise _unreadable(name, problem) from None
+    source = path.name if name in _shipped() else name
+    return parse_scenario(text, source=source, base=path.parent, overrides=overrides)
+
+
+def parse_scenario(
+    text: str, *, source: str, base: Path | None = None, overrides: Sequence[str] = ()
+) -> Scenario:
+    """Loads and checks a scenario from its YAML text, for example from `scenario_text`.
+
+    Args:
+        text: The document.
+        source: What errors name as its origin.
+        base: Directory from which the robot's file is looked up; the working directory if none.
+        overrides: As for `load_scenario`.
+
+    Raises:
+        InputError: As for `load_scenario`.
+    """
+    data = parse_yaml(text, source=source)
+    parsed = [parse_override(override) for override in overrides]
+    for override in parsed:
+        apply_override(data, override)
+    own_model = any(override.covers("robot.model") for override in parsed)
+    try:
+        plain = conform(data, Scenario, path="", source=source)
+        scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(plain) or "{}")
+        check_scenario(scenario, source=source)
+        where = Path.cwd() if own_model or base is None else base
+        scenario.robot.model = _located(scenario.robot.model, base=where, source=source)
+    except InputError as error:
+        raise _blamed(error, parsed) from None
+    return scenario
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario as a YAML document, all fields written: loading it gives an equal one."""
+    return str(yaml_dump_typed(scenario))
+
+
+def save_scenario(scenario: Scenario, path: str | Path) -> None:
+    """Writes the scenario in full, defaults filled in, to a YAML file."""
+    Path(path).write_text(scenario_text(scenario), encoding="utf-8")
+
+
+def shipped_scenarios() -> list[tuple[str, str]]:
+    """Name and description of every scenario that ships with the package, by name."""
+    return [(name, load_scenario(name).description) for name in _shipped()]
+
+
+def _models() -> Path:
+    """The directory of the shipped robots and scenarios."""
+    return Path(str(resources.files("drake_quad_models")))
+
+
+def _shipped() -> list[str]:
+    """Names of the shipped scenarios."""
+    return sorted(path.name.removesuffix(SUFFIX) for path in _models().glob(f"*{SUFFIX}"))
+
+
+def _unreadable(name: str, problem: Exception) -> InputError:
+    """The error for a scenario that cannot be read, with the nearest shipped name."""
+    if isinstance(problem, FileNotFoundError):
+        near = difflib.get_close_matches(Path(name).name.removesuffix(SUFFIX), _shipped(), n=1)
+        hint = f"did you mean {near[0]}?" if near else f"shipped are {', '.join(_shipped())}"
+        remedy = f"no such file and no shipped scenario; {hint}"
+    elif isinstance(problem, IsADirectoryError):
+        remedy = "is a directory; give the YAML file in it"
+    elif isinstance(problem, UnicodeDecodeError):
+        remedy = "not a text file; give a scenario in YAML"
+    else:
+        reason = problem.strerror if isinstance(problem, OSError) else str(problem)
+        remedy = f"cannot be read: {reason}"
+    return InputError(source=name, field="scenario", value=name, remedy=remedy)
+
+
+def _located(model: str, *, base: Path, source: str) -> str:
+    """The robot's file as a shipped URL or an absolute path, if it is there.
+
+    Other packages' URLs are left to Drake's parser, which knows their places.
+    """
+    if "://" in model and not model.startswith(MODELS):
+        return model
+    shipped = model.startswith(MODELS)
+    path = _models() / model.removeprefix(MODELS) if shipped else base / Path(model).expanduser()
+    if not path.is_file():
+        robots = sorted(
+            p.name for p in _models().iterdir() if p.suffix in (".urdf", ".sdf", ".xml")
+        )
+        robots = [MODELS + name for name in robots if name != "package.xml"]
+        near = difflib.get_close_matches(model, robots, n=1) or robots[:1]
+        hint = f"; did you mean {near[0]}?" if near else ""
+        remedy = f"no such file{hint}"
+        raise InputError(source=source, field="robot.model", value=model, remedy=remedy)
+    return model if shipped else str(path.resolve())
+
+
+def _blamed(error: InputError, overrides: Sequence[Override]) -> InputError:
+    """The error, with the override as its source where one wrote the offending field."""
+    for override in overrides:
+        if override.covers(error.field):
+            return InputError(
+                source=f"override {override.text}",
+                field=error.field,
+                value=error.value,
+                remedy=error.remedy,
+            )
+    return error

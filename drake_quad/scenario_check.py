@@ -1,0 +1,158 @@
+"""What a scenario's values must be: checked once, after loading, by their paths."""
+
+import difflib
+import functools
+import operator
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from pydrake.systems.analysis import GetIntegrationSchemes
+
+from drake_quad.errors import InputError
+from drake_quad.scenario_build import course_of, mission_of
+from drake_quad.scenario_config import MissionElement, Scenario
+
+MULTIPLE_TOLERANCE = 1e-9  # relative: 0.005 is five times 0.001 only up to rounding
+
+_WORDS: dict[str, tuple[str, ...]] = {
+    "gait.pitch": ("level", "slope"),
+    "transition.mode": ("still", "shift"),
+    "body.path": ("optimised", "uniform"),
+    "simulation.mode": ("physics", "kinematic"),
+    "simulation.plant.contact_model": ("point", "hydroelastic", "hydroelastic_with_fallback"),
+    # not tamsi: it ignores the joints' gains without a word, and the robot collapses
+    "simulation.plant.discrete_contact_approximation": ("lagged", "similar", "sap"),
+    "simulation.plant.contact_surface_representation": ("polygon", "triangle"),
+}
+
+_POSITIVE = (
+    "gait.cycle_time",
+    "gait.stride",
+    "gait.treads_per_cycle",
+    "gait.stance_length",
+    "gait.stance_width",
+    "gait.workspace_length",
+    "gait.workspace_width",
+    "gait.body_height",
+    "spin.cycle_time",
+    "transition.swing_time",
+    "controller.period",
+    "simulation.friction",
+    "simulation.log_period",
+    "simulation.plant.penetration_allowance",
+    "simulation.plant.stiction_tolerance",
+    "simulation.simulator.max_step_size",
+    "simulation.simulator.accuracy",
+)
+
+_NOT_NEGATIVE = (
+    "start.distance",
+    "gait.stance_stagger",
+    "gait.swing_clearance",
+    "transition.max_shift",
+    "transition.shift_time",
+    "body.margin_desired",
+    "body.zmp_margin",
+    "controller.kp",
+    "controller.kd",
+    "controller.base_position_gain",
+    "controller.base_orientation_gain",
+    "simulation.plant.time_step",
+    "simulation.plant.sap_near_rigid_threshold",
+    "simulation.seed",
+    "simulation.realtime_rate",
+)
+
+_MISSION = {"walk": "distance", "spin": "angle_deg", "stand": "duration"}
+
+
+def check_scenario(scenario: Scenario, *, source: str) -> None:
+    """Raises `InputError` at the first value that no run can have.
+
+    Whether the robot can do what is asked of it is for the planner to say.
+
+    Args:
+        scenario: As loaded; its types are right.
+        source: What the error names as the holder of the field, the file.
+    """
+    fail = functools.partial(_fail, scenario, source)
+    for path, words in _WORDS.items():
+        _check_word(path, words, fail, scenario)
+    schemes = tuple(GetIntegrationSchemes())
+    _check_word("simulation.simulator.integration_scheme", schemes, fail, scenario)
+    for path in _POSITIVE:
+        if not value_at(scenario, path) > 0:
+            raise fail(path, "must be more than 0")
+    for path in _NOT_NEGATIVE:
+        if not value_at(scenario, path) >= 0:
+            raise fail(path, "must not be negative")
+    for path in ("gait.duty_factor", "spin.duty_factor"):
+        if not 0.75 <= value_at(scenario, path) < 1.0:
+            raise fail(path, "must be in [0.75, 1): with less, three feet do not always stand")
+    if scenario.gait.stance_stagger >= scenario.gait.stance_width:
+        raise fail("gait.stance_stagger", "must be less than gait.stance_width")
+    if scenario.simulation.simulator.target_realtime_rate != 0.0:
+        raise fail("simulation.simulator.target_realtime_rate", "say simulation.realtime_rate")
+    for path in ("controller.period", "simulation.log_period"):
+        _check_multiple(path, fail, scenario)
+    for i, element in enumerate(scenario.mission):
+        _check_mission(element, f"mission[{i}]", source)
+    course = course_of(scenario, source=source)
+    length = course.lanes[0].length
+    if scenario.start.distance > length:
+        raise fail("start.distance", f"must lie on the first lane, {length:g} m long")
+    mission_of(scenario, course, source=source)
+
+
+def value_at(scenario: Scenario, path: str) -> Any:
+    """The value at a dotted path, for example `gait.duty_factor`."""
+    return operator.attrgetter(path)(scenario)
+
+
+def _fail(scenario: Scenario, source: str, path: str, remedy: str) -> InputError:
+    """The error at a dotted path."""
+    value = value_at(scenario, path)
+    return InputError(source=source, field=path, value=value, remedy=remedy)
+
+
+def _check_word(
+    path: str, words: Sequence[str], fail: Callable[[str, str], InputError], scenario: Scenario
+) -> None:
+    """The value must be one of the words."""
+    value = value_at(scenario, path)
+    if value not in words:
+        near = difflib.get_close_matches(value, words, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise fail(path, f"must be {', '.join(words[:-1])} or {words[-1]}{hint}")
+
+
+def _check_multiple(path: str, fail: Callable[[str, str], InputError], scenario: Scenario) -> None:
+    """A period of the loop must be a whole number of the plant's steps, if it has any."""
+    step = scenario.simulation.plant.time_step
+    if step == 0.0:  # a continuous plant
+        return
+    ratio = value_at(scenario, path) / step
+    if abs(ratio - round(ratio)) > MULTIPLE_TOLERANCE * ratio:
+        remedy = f"must be a whole multiple of simulation.plant.time_step, {step:g} s"
+        raise fail(path, remedy)
+
+
+def _check_mission(element: MissionElement, path: str, source: str) -> None:
+    """One element: its kind, and just the number that belongs to the kind."""
+
+    def error(field: str, remedy: str) -> InputError:
+        value = getattr(element, field)
+        return InputError(source=source, field=f"{path}.{field}", value=value, remedy=remedy)
+
+    if element.kind not in _MISSION:
+        near = difflib.get_close_matches(element.kind, _MISSION, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise error("kind", f"must be walk, spin or stand{hint}")
+    own = _MISSION[element.kind]
+    for field in _MISSION.values():
+        if field != own and getattr(element, field) is not None:
+            raise error(field, f"{element.kind} has no {field}; it has {own}")
+    if not getattr(element, own):
+        raise error(own, f"{element.kind} must say its {own}, other than 0")
+    if element.duration is not None and element.duration < 0.0:
+        raise error("duration", "must be more than 0 s")

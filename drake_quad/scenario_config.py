@@ -1,0 +1,254 @@
+"""A scenario's fields, as YAML fills them: one document says all that a run depends on.
+
+Plain dataclasses, for Drake's yaml_load_typed takes neither frozen ones nor tuples, Literals or
+Enums, nor a module with postponed annotations. scenario_check checks the values once; after that
+nobody writes to them. Every field's default is here and nowhere else; docs/scenario.md lists them.
+"""
+
+from dataclasses import dataclass, field
+
+from pydrake.common.yaml import yaml_dump_typed
+from pydrake.multibody.plant import MultibodyPlantConfig
+from pydrake.systems.analysis import SimulatorConfig
+
+
+@dataclass
+class RobotConfig:
+    """Which robot.
+
+    Attributes:
+        model: Its URDF, SDF or MJCF: `package://drake_quad_models/...`, or a path, relative to
+            the scenario's file.
+    """
+
+    model: str = "package://drake_quad_models/paper_quadruped.urdf"
+
+
+@dataclass
+class CourseElement:
+    """One stretch of the course; see `drake_quad.terrain_elements.Element`.
+
+    Attributes:
+        kind: `floor`, `stairs` or `landing`.
+        length: Of a floor or a landing, along the heading [m].
+        width: Across the heading [m]; 2 m unless told, a landing to turn on as wide as long.
+        turn_deg: Of a landing: the turn on it [deg], left positive.
+        going: Of stairs: `up` or `down`.
+        rise: Of stairs: height of every step [m].
+        run: Of stairs: depth of every tread [m].
+        count: Of stairs: number of steps, which is the number of risers.
+        rises: Of irregular stairs, instead of `rise`: the height of each step [m].
+        runs: Of irregular stairs, instead of `run`: the depth of each tread [m].
+    """
+
+    kind: str = ""
+    length: float | None = None
+    width: float | None = None
+    turn_deg: float | None = None
+    going: str | None = None
+    rise: float | None = None
+    run: float | None = None
+    count: int | None = None
+    rises: list[float] | None = None
+    runs: list[float] | None = None
+
+
+@dataclass
+class MissionElement:
+    """One thing to do.
+
+    Attributes:
+        kind: `walk`, `spin` or `stand`.
+        distance: Of a walk, along the lane [m]; negative walks backward.
+        angle_deg: Of a spin [deg], left positive.
+        duration: Of a stand [s].
+    """
+
+    kind: str = ""
+    distance: float | None = None
+    angle_deg: float | None = None
+    duration: float | None = None
+
+
+@dataclass
+class StartConfig:
+    """Where the robot starts, standing, heading along the first lane.
+
+    Attributes:
+        distance: Of the body's centre from the course's start [m].
+    """
+
+    distance: float = 1.0
+
+
+@dataclass
+class GaitConfig:
+    """The wave gait.
+
+    Attributes:
+        duty_factor: β, the part of a cycle that each foot stands, in [0.75, 1). At 0.75 the
+            static margin is zero at two instants of every cycle.
+        cycle_time: T [s].
+        stride: Longest stride on level ground [m].
+        treads_per_cycle: Treads that each foot advances in a cycle on stairs.
+        stance_length: P_x, between the centres of front and rear legs' workspaces [m].
+        stance_width: P_y, between those of left and right legs [m].
+        stance_stagger: Rear feet's |y| minus front feet's |y| [m]: keeps the feet of a side apart
+            where the wave puts one down beside the other.
+        workspace_length: R_x of each leg's workspace [m].
+        workspace_width: R_y of each leg's workspace [m].
+        on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
+            offset from them (the paper's).
+        swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
+        body_height: Of the body's centre over the mean ground under the feet [m].
+        pitch: `level`, or `slope` to tilt the body with the stairs.
+    """
+
+    duty_factor: float = 0.85
+    cycle_time: float = 8.0
+    stride: float = 1.0
+    treads_per_cycle: int = 2
+    stance_length: float = 0.75
+    stance_width: float = 0.54
+    stance_stagger: float = 0.12
+    workspace_length: float = 0.80
+    workspace_width: float = 0.5
+    on_centre: bool = True
+    swing_clearance: float = 0.02
+    body_height: float = 0.85
+    pitch: str = "level"
+
+
+@dataclass
+class SpinConfig:
+    """The spinning gait.
+
+    Attributes:
+        duty_factor: β, in [0.75, 1).
+        cycle_time: T [s].
+    """
+
+    duty_factor: float = 0.85
+    cycle_time: float = 8.0
+
+
+@dataclass
+class TransitionConfig:
+    """Steps from one stance to another, between gaits.
+
+    Attributes:
+        mode: `still`, the body at rest throughout (the paper's), or `shift`, the body moving
+            before each lift.
+        max_shift: Largest shift of the body in x and in y [m].
+        swing_time: Of each step [s].
+        shift_time: On four feet before each step [s].
+        via_centres: Whether every transition passes through the workspaces' centres (the paper's).
+    """
+
+    mode: str = "shift"
+    max_shift: float = 0.1
+    swing_time: float = 1.2
+    shift_time: float = 1.0
+    via_centres: bool = False
+
+
+@dataclass
+class BodyConfig:
+    """The path of the body.
+
+    Attributes:
+        path: `uniform`, constant speed without sway (the paper's), or `optimised` for margin.
+        margin_desired: Static margin beyond which the path is not asked for more [m].
+        zmp_margin: The same for the zero-moment point [m].
+    """
+
+    path: str = "optimised"
+    margin_desired: float = 0.10
+    zmp_margin: float = 0.05
+
+
+@dataclass
+class ControllerConfig:
+    """The joint and base feedback.
+
+    Attributes:
+        period: Of the controller's clock [s]: a whole number of the plant's time steps.
+        kp: Joint stiffness [Nm/rad].
+        kd: Joint damping [Nm s/rad].
+        base_position_gain: Rate at which an error of the base's position is taken out [1/s].
+        base_orientation_gain: Rate at which an error of the base's orientation is [1/s].
+    """
+
+    period: float = 0.005
+    kp: float = 8000.0
+    kd: float = 320.0
+    base_position_gain: float = 1.0
+    base_orientation_gain: float = 1.0
+
+
+def _plant() -> MultibodyPlantConfig:
+    """Drake's defaults, but the contact that the numbers of this project are measured with."""
+    return MultibodyPlantConfig(
+        time_step=0.001, contact_model="point", discrete_contact_approximation="lagged"
+    )
+
+
+@dataclass
+class SimulationConfig:
+    """The simulated world.
+
+    Attributes:
+        mode: `physics`, or `kinematic` to move the robot along its plan without forces.
+        plant: Drake's own MultibodyPlantConfig.
+        simulator: Drake's own SimulatorConfig.
+        friction: Coulomb's coefficient between feet and ground, static and dynamic.
+        log_period: Between samples of the log [s]: a whole number of the plant's time steps.
+        seed: Of everything random in the run.
+        realtime_rate: Fastest pace against the wall clock; 0 is as fast as it goes.
+    """
+
+    mode: str = "physics"
+    plant: MultibodyPlantConfig = field(default_factory=_plant)
+    simulator: SimulatorConfig = field(default_factory=SimulatorConfig)
+    friction: float = 0.8
+    log_period: float = 0.005
+    seed: int = 0
+    realtime_rate: float = 0.0
+
+    def __eq__(self, other: object) -> bool:
+        """By value: Drake's config structs compare by identity."""
+        if not isinstance(other, SimulationConfig):
+            return NotImplemented
+        return bool(yaml_dump_typed(self) == yaml_dump_typed(other))
+
+
+@dataclass
+class Scenario:
+    """A run, in full.
+
+    Attributes:
+        description: What it shows, in a line.
+        robot: Which robot.
+        course: What it walks on, in walking order.
+        mission: What it does, in order; empty follows the course: along each lane, and at the
+            end of each the turn there.
+        start: Where it starts.
+        gait: The wave gait.
+        spin: The spinning gait.
+        transition: Between the two.
+        body: The body's path.
+        controller: Feedback.
+        simulation: The world.
+    """
+
+    description: str = ""
+    robot: RobotConfig = field(default_factory=RobotConfig)
+    course: list[CourseElement] = field(default_factory=list)
+    mission: list[MissionElement] = field(default_factory=list)
+    start: StartConfig = field(default_factory=StartConfig)
+    gait: GaitConfig = field(default_factory=GaitConfig)
+    spin: SpinConfig = field(default_factory=SpinConfig)
+    transition: TransitionConfig = field(default_factory=TransitionConfig)
+    body: BodyConfig = field(default_factory=BodyConfig)
+    controller: ControllerConfig = field(default_factory=ControllerConfig)
+    simulation: SimulationConfig = field(default_factory=SimulationConfig)

@@ -1,0 +1,109 @@
+"""ContactMonitor: which foot bears, as the contact solver has it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import GeometryId
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_quad.gait.legs import SHORT_NAMES
+from drake_quad.robot.robot_model import RobotModel
+
+
+class ContactMonitor(LeafSystem):
+    """Reads contact results; never the plan.
+
+    Input ports:
+        contact_results: ContactResults of the plant (abstract).
+    Output ports:
+        contact_state_measured: (4,) 1 where a foot's normal force is above `threshold`.
+        foot_force_measured: (12,) force on each foot from what it touches, in W [N].
+        foot_contact_position: (12,) where that force acts, in W [m]; the last place known while
+            the foot touches nothing.
+        foot_slip_speed: (4,) tangential speed at the contact [m/s].
+        nonfoot_contact: (2,) how many contacts of anything but a foot there are, and the
+            greatest normal force among them [N].
+    """
+
+    def __init__(
+        self,
+        *,
+        plant: MultibodyPlant,
+        foot_geometries: Mapping[GeometryId, int],
+        robot: RobotModel,
+        period: float = 0.005,
+        threshold: float | None = None,
+    ) -> None:
+        super().__init__()
+        self.set_name("contact_monitor")
+        self._feet = dict(foot_geometries)
+        # 1 % of the robot's weight: what a run's log calls bearing.
+        self._threshold = 0.01 * robot.mass * 9.81 if threshold is None else threshold
+        self._input = self.DeclareAbstractInputPort(
+            "contact_results", AbstractValue.Make(ContactResults())
+        )
+        self._bearing = self.DeclareDiscreteState(4)
+        self._force = self.DeclareDiscreteState(12)
+        self._position = self.DeclareDiscreteState(12)
+        self._slip = self.DeclareDiscreteState(4)
+        self._nonfoot = self.DeclareDiscreteState(2)
+        self.DeclareStateOutputPort("contact_state_measured", self._bearing)
+        self.DeclareStateOutputPort("foot_force_measured", self._force)
+        self.DeclareStateOutputPort("foot_contact_position", self._position)
+        self.DeclareStateOutputPort("foot_slip_speed", self._slip)
+        self.DeclareStateOutputPort("nonfoot_contact", self._nonfoot)
+        self.DeclareInitializationDiscreteUpdateEvent(self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._update)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        results: ContactResults = self._input.Eval(context)
+        force, moment, weight = np.zeros((4, 3)), np.zeros((4, 3)), np.zeros(4)
+        slip = np.zeros(4)
+        nonfoot, worst = 0, 0.0
+        for k in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(k)
+            pair = info.point_pair()
+            f = info.contact_force()  # on body B, in W
+            foot, sign = self._feet.get(pair.id_B), 1.0
+            if foot is None:
+                foot, sign = self._feet.get(pair.id_A), -1.0
+            elif pair.id_A in self._feet:
+                foot = None  # two feet touching each other bear nothing
+            normal = abs(float(f @ pair.nhat_BA_W))
+            if foot is None:
+                nonfoot += 1
+                worst = max(worst, normal)
+                continue
+            force[foot] += sign * f
+            moment[foot] += normal * info.contact_point()
+            weight[foot] += normal
+            slip[foot] = max(slip[foot], info.slip_speed())
+        position = np.array(context.get_discrete_state(self._position).value()).reshape(4, 3)
+        touching = weight > 1e-9
+        position[touching] = moment[touching] / weight[touching, None]
+        state.set_value(self._bearing, (weight > self._threshold).astype(float))
+        state.set_value(self._force, force.ravel())
+        state.set_value(self._position, position.ravel())
+        state.set_value(self._slip, slip)
+        state.set_value(self._nonfoot, [nonfoot, worst])
+
+
+def find_feet(
+    plant: MultibodyPlant, robot: RobotModel, names: Mapping[GeometryId, str]
+) -> dict[GeometryId, int]:
+    """Returns the row (0 to 3) of each foot's collision geometry in a finalized plant.
+
+    Args:
+        plant: The plant that holds the robot.
+        robot: The robot.
+        names: Name of every geometry in the scene.
+
+    Raises:
+        KeyError: If a foot is missing.
+    """
+    found = {g: robot.foot_geometry.index(n) for g, n in names.items() if n in robot.foot_geometry}
+    if sorted(found.values()) != [0, 1, 2, 3]:
+        raise KeyError(f"feet {SHORT_NAMES} are {robot.foot_geometry}, found {found}")
+    return found

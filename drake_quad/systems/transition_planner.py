@@ -1,0 +1,82 @@
+"""TransitionPlanner: plans each task from the feet as they stand when it begins."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
+
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import MotionPlan, Stance
+from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.robot.leg_kinematics import calc_feet
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_state import StateLayout
+from drake_quad.systems.gait_phase import SIZE, GaitPhase
+from drake_quad.terrain import Course
+
+
+class TransitionPlanner(LeafSystem):
+    """Holds the motion plan of the task under way.
+
+    On entering a task: from where the feet stand as measured, the fewest stable steps to the
+    gait's desired configuration, then the gait's footholds and the body's path.
+
+    Input ports:
+        gait_phase: See GaitPhase.
+        robot_state_estimated: [q; v] of the robot.
+    Output ports:
+        motion_plan: MotionPlan (abstract), frozen.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        layout: StateLayout,
+        course: Course,
+        settings: PlanSettings,
+        mission: Sequence[Task],
+        period: float = 0.05,
+    ) -> None:
+        super().__init__()
+        self.set_name("transition_planner")
+        self._robot, self._layout = robot, layout
+        self._course, self._settings, self._mission = course, settings, tuple(mission)
+        self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
+        self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
+        self._plan = self.DeclareAbstractState(AbstractValue.Make(None))
+        self.DeclareStateOutputPort("motion_plan", self._plan)
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, period, self._update)
+
+    def _initialize(self, context: Context, state: State) -> EventStatus:
+        measured = self._layout.read(self._state_port.Eval(context))
+        R = measured.R_WB
+        pitch, yaw = -np.arcsin(np.clip(R[2, 0], -1, 1)), np.arctan2(R[1, 0], R[0, 0])
+        body = np.array([*measured.p_WB, pitch, yaw])
+        self._set_plan(context, state, 0, body)
+        return EventStatus.Succeeded()
+
+    def _update(self, context: Context, state: State) -> EventStatus:
+        task = int(self._phase_port.Eval(context)[GaitPhase.TASK])
+        plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
+        if plan.index == task:
+            return EventStatus.DidNothing()
+        # The body goes on from where it was told to be, so that its desired pose never jumps.
+        self._set_plan(context, state, task, plan.end.body)
+        return EventStatus.Succeeded()
+
+    def _set_plan(self, context: Context, state: State, task: int, body: np.ndarray) -> None:
+        measured = self._layout.read(self._state_port.Eval(context))
+        feet = measured.p_WB + calc_feet(self._robot.geometry, measured.q) @ measured.R_WB.T
+        plan = plan_task(
+            self._robot,
+            self._course,
+            self._settings,
+            self._mission[task],
+            Stance(body, feet),
+            index=task,
+        )
+        state.get_mutable_abstract_state(int(self._plan)).set_value(plan)

@@ -1,0 +1,135 @@
+"""A lane: a straight stretch of a course between two turns, as a step profile along it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.terrain_box import rotation
+
+EDGE = 1e-9  # [m] a point this near to an edge counts as on it
+
+
+class Flight(NamedTuple):
+    """The steps of one flight: intervals `first` to `last` (inclusive) of its lane."""
+
+    first: int
+    last: int
+    going: str  # `up` or `down`
+
+
+@dataclass(frozen=True)
+class Lane:
+    """A straight stretch of the course, with its own frame L: s along it, lateral to the left.
+
+    Interval i of the profile is [breaks[i], breaks[i + 1]] at height heights[i]. The lane proper
+    is s in [0, length]; where it meets a turn, the landing goes on past its end (`run_out`) or
+    lies behind its origin (`run_in`), level, so that feet find ground there.
+
+    Attributes:
+        p_WL: (2,) the origin of the lane in W [m].
+        yaw: Its heading about W's z [rad].
+        breaks: (n + 1,) ends of the intervals along s [m], increasing from 0.
+        heights: (n,) height of each interval in W [m].
+        half_widths: (n,) half the width of each interval [m].
+        kinds: What each interval is: `floor`, `tread` or `landing`.
+        flights: The flights of stairs on it, in walking order.
+        run_in: Level ground behind the origin [m].
+        run_out: Level ground past the end [m].
+    """
+
+    p_WL: FloatArray
+    yaw: float
+    breaks: FloatArray
+    heights: FloatArray
+    half_widths: FloatArray
+    kinds: tuple[str, ...]
+    flights: tuple[Flight, ...] = ()
+    run_in: float = 0.0
+    run_out: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """From the origin to the next turn's pivot, or to the end of the course [m]."""
+        return float(self.breaks[-1])
+
+    @property
+    def half_width(self) -> float:
+        """Half the width of the narrowest part [m]."""
+        return float(self.half_widths.min())
+
+    @property
+    def heading(self) -> FloatArray:
+        """(2,) the unit vector along s in W."""
+        return rotation(self.yaw)[:, 0]
+
+    def point(self, s: ArrayLike, lateral: ArrayLike = 0.0) -> FloatArray:
+        """The place (..., 2) in W of the lane coordinates `s`, `lateral` [m]."""
+        x, y = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(lateral, dtype=float))
+        c, n = self.heading
+        return np.asarray(self.p_WL + np.stack([c * x - n * y, n * x + c * y], axis=-1))
+
+    def coordinates(self, p_W: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """The lane coordinates (s, lateral) of the places (..., 2) in W: inverse of `point`."""
+        d = np.asarray(p_W, dtype=float)[..., :2] - self.p_WL
+        c, n = self.heading
+        return c * d[..., 0] + n * d[..., 1], c * d[..., 1] - n * d[..., 0]
+
+    def interval(self, s: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+        """Index of the interval that bears a foot at `s`: of two at a riser, the higher."""
+        s = np.asarray(s, dtype=float)
+        last = len(self.heights) - 1
+        behind = np.clip(np.searchsorted(self.breaks, s - EDGE, side="right") - 1, 0, last)
+        ahead = np.clip(np.searchsorted(self.breaks, s + EDGE, side="right") - 1, 0, last)
+        return np.where(self.heights[ahead] >= self.heights[behind], ahead, behind)
+
+    def height(self, s: ArrayLike) -> FloatArray:
+        """Height of the ground in W at `s` [m], in its shape; nan where there is none."""
+        s = np.asarray(s, dtype=float)
+        inside = (s >= -self.run_in - EDGE) & (s <= self.length + self.run_out + EDGE)
+        return np.where(inside, self.heights[self.interval(s)], np.nan)
+
+    def profile(self, s0: float, s1: float) -> tuple[FloatArray, FloatArray]:
+        """The ground from `s0` to `s1` as a polyline, walked in either direction.
+
+        Returns:
+            (d, z): d (n,) distance from `s0` [m], 0 to |s1 - s0|, z (n,) height in W [m]. A riser
+            is two points of the same d; both ends are there, and no point between collinear ones.
+        """
+        lo, hi = min(s0, s1), max(s0, s1)
+        points: list[tuple[float, float]] = [(lo, float(self.height(lo)))]
+        starts = np.concatenate([[-np.inf], self.breaks[1:-1]])
+        ends = np.concatenate([self.breaks[1:-1], [np.inf]])
+        for a, b, z in zip(starts, ends, self.heights, strict=True):
+            if a < hi and b > lo:
+                points += [(max(lo, float(a)), float(z)), (min(hi, float(b)), float(z))]
+        points.append((hi, float(self.height(hi))))
+        s, z_at = np.array(_corners(points)).T
+        return (s - lo, z_at) if s1 >= s0 else ((hi - s)[::-1], z_at[::-1])
+
+    def nosings(self) -> FloatArray:
+        """The nosings as (m, 2) rows (s, z) [m] in walking order: the upper edge of each riser."""
+        change = np.flatnonzero(np.diff(self.heights))
+        upper = np.maximum(self.heights[change], self.heights[change + 1])
+        return np.stack([self.breaks[change + 1], upper], axis=-1)
+
+    def treads(self, flight: Flight) -> FloatArray:
+        """The treads of a flight as (n, 3) rows (s at start, s at end, z) [m]."""
+        own = slice(flight.first, flight.last + 1)
+        return np.stack([self.breaks[:-1][own], self.breaks[1:][own], self.heights[own]], axis=-1)
+
+
+def _corners(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The polyline without repeated points and without points inside a level stretch."""
+    kept: list[tuple[float, float]] = []
+    for point in points:
+        if kept and kept[-1] == point:
+            continue
+        if len(kept) > 1 and kept[-2][1] == kept[-1][1] == point[1]:
+            kept[-1] = point
+        else:
+            kept.append(point)
+    return kept if len(kept) > 1 else [*kept, *kept]

@@ -1,0 +1,27 @@
+"""Makes the checkout importable without installing it, and quiets hypothesis' clock."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+from hypothesis import settings
+
+ROOT = Path(__file__).resolve().parents[1]
+
+if importlib.util.find_spec("drake_quad") is None:
+    sys.path.insert(0, str(ROOT))
+
+if importlib.util.find_spec("drake_quad_models") is None:
+    _spec = importlib.util.spec_from_file_location(
+        "drake_quad_models",
+        ROOT / "models" / "__init__.py",
+        submodule_search_locations=[str(ROOT / "models")],
+    )
+    assert _spec is not None and _spec.loader is not None
+    _module = importlib.util.module_from_spec(_spec)
+    sys.modules["drake_quad_models"] = _module
+    _spec.loader.exec_module(_module)
+
+# A shared machine is no stopwatch: no example fails for being slow.
+settings.register_profile("drake_quad", deadline=None)
+settings.load_profile("drake_quad")

@@ -1,0 +1,170 @@
+"""The house's floors: a file imports only from floors below its own, or from its own package."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "drake_quad"
+
+# A room is a subpackage, or the modules of the package itself whose names begin alike:
+# scenario.py and scenario_check.py are both in room `scenario`.
+FLOORS = {
+    "errors": -1,
+    "version": -1,  # drake_quad/__init__.py
+    "gait": 0,
+    "terrain": 0,
+    "robot": 1,
+    "planning": 1,
+    "systems": 2,
+    "scenario": 3,
+    "diagram": 3,
+    "simulation": 4,
+    "report": 4,
+    "cli": 5,
+    "main": 5,  # drake_quad/__main__.py
+}
+
+# Beyond the floors: who may import whom on one floor, and who may not although it is below.
+NEIGHBOURS = {("planning", "robot"), ("terrain", "gait"), ("diagram", "scenario")}
+FORBIDDEN = {("report", "systems")}
+
+FLOOR_ZERO_LIBRARIES = {"numpy", "drake_quad"}
+
+
+def room_of(parts: tuple[str, ...]) -> str:
+    """The room of a module by its path within drake_quad, for example ("gait", "legs")."""
+    if not parts:
+        return "version"
+    return parts[0] if parts[0] in FLOORS else parts[0].strip("_").split("_")[0]
+
+
+def imports_of(source: str, parts: tuple[str, ...], *, is_package: bool = False) -> set[str]:
+    """Every module that the source of the module `parts` imports, by its full name."""
+    package = ("drake_quad", *(parts if is_package else parts[:-1]))
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else ()
+            module = ".".join([*base, *([node.module] if node.module else [])])
+            # `from drake_quad import gait` imports a room, `from x.y import name` the module x.y
+            found |= (
+                {f"{module}.{alias.name}" for alias in node.names}
+                if module == "drake_quad"
+                else {module}
+            )
+    return found
+
+
+def complaints(source: str, parts: tuple[str, ...], *, is_package: bool = False) -> list[str]:
+    """What the floors have against the imports of the module `parts`."""
+    room = room_of(parts)
+    if room not in FLOORS:
+        return [f"{'.'.join(parts)}: on no floor: give {room} one in test_layering.py"]
+    wrong = []
+    for name in sorted(imports_of(source, parts, is_package=is_package)):
+        library, *inner = name.split(".")
+        if library != "drake_quad":
+            standard = library in sys.stdlib_module_names or library in FLOOR_ZERO_LIBRARIES
+            if FLOORS[room] <= 0 and not standard:
+                wrong.append(f"{'.'.join(parts)} imports {name}: floor 0 is numpy only")
+            if name == "pydrake.all":
+                wrong.append(f"{'.'.join(parts)} imports pydrake.all: import what is used")
+            continue
+        other = room_of(tuple(inner))
+        # a name that is no room is one that drake_quad/__init__.py defines, such as __version__
+        floor = FLOORS.get(other, -1)
+        below = floor < FLOORS[room] or other == room or (room, other) in NEIGHBOURS
+        if not below or (room, other) in FORBIDDEN:
+            wrong.append(f"{'.'.join(parts)} imports {name}: not below it")
+    return wrong
+
+
+def modules() -> list[tuple[Path, tuple[str, ...]]]:
+    """Every file of the package, and its path as a module."""
+    found = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        found.append((path, parts[:-1] if parts[-1] == "__init__" else parts))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("path", "parts"), [pytest.param(*m, id=".".join(m[1]) or "drake_quad") for m in modules()]
+)
+def test_a_file_imports_only_from_floors_below(path: Path, parts: tuple[str, ...]) -> None:
+    """No file reaches up, nor across, nor into what its room must not know."""
+    source = path.read_text(encoding="utf-8")
+    assert complaints(source, parts, is_package=path.name == "__init__.py") == []
+
+
+@pytest.mark.parametrize(
+    ("parts", "source"),
+    [
+        (("gait", "swing"), "from drake_quad.terrain import Course"),
+        (("gait", "swing"), "import pydrake.math"),
+        (("terrain",), "from scipy.spatial import ConvexHull"),
+        (("terrain_lane",), "from drake_quad.scenario_config import Scenario"),
+        (("robot", "x"), "from drake_quad.planning.settings import PlanSettings"),
+        (("planning", "x"), "from drake_quad import scenario"),
+        (("planning", "x"), "def f():\n    from drake_quad.scenario import Scenario"),
+        (("planning", "x"), "from ..systems import gait_scheduler"),
+        (("systems", "x"), "import drake_quad.diagram"),
+        (("report", "x"), "from drake_quad.systems.gait_scheduler import GaitScheduler"),
+        (("report", "x"), "from drake_quad.simulation import run"),
+        (("simulation",), "from pydrake.all import Simulator"),
+        (("attic",), "import math"),
+    ],
+)
+def test_an_import_upward_is_caught(parts: tuple[str, ...], source: str) -> None:
+    """Each way of breaking the floors gives just one complaint."""
+    assert len(complaints(source, parts)) == 1
+
+
+@pytest.mark.parametrize(
+    ("parts", "source"),
+    [
+        (("gait", "swing"), "import numpy as np\nfrom drake_quad.gait.legs import Leg"),
+        (("gait", "swing"), "from .legs import Leg\nfrom ..errors import InputError"),
+        (("terrain_lane",), "from drake_quad.terrain_box import rotation"),
+        (("planning", "x"), "from drake_quad.robot.robot_model import RobotModel"),
+        (("scenario_build",), "from drake_quad.planning.settings import PlanSettings"),
+        (("cli",), "from drake_quad import __version__, simulation"),
+    ],
+)
+def test_an_import_downward_is_let_pass(parts: tuple[str, ...], source: str) -> None:
+    """What the house allows gives no complaint."""
+    assert complaints(source, parts) == []
+
+
+def test_floor_zero_imports_without_pydrake() -> None:
+    """In an interpreter where nothing but numpy can be imported, all of floor 0 can."""
+    names = [
+        ".".join(("drake_quad", *parts))
+        for _, parts in modules()
+        if FLOORS.get(room_of(parts), 9) <= 0
+    ]
+    assert "drake_quad.gait.legs" in names and "drake_quad.terrain" in names
+    script = f"""
+import importlib, sys
+sys.path.insert(0, {str(PACKAGE.parent)!r})
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("pydrake", "scipy", "yaml", "matplotlib", "piqp"):
+            raise ImportError(name + " is blocked")
+sys.meta_path.insert(0, Blocker())
+for name in {names!r}:
+    importlib.import_module(name)
+try:
+    importlib.import_module("drake_quad.scenario_config")
+except ImportError:
+    pass
+else:
+    raise SystemExit("the blocker blocks nothing")
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
