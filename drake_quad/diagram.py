@@ -5,18 +5,14 @@ its ports are what a robot has. `MakeStairClimb` puts it beside a MultibodyPlant
 robot and the course, the monitors, and the loggers.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import Box as BoxShape
-from pydrake.geometry import (
-    SceneGraph,
-)
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.geometry import SceneGraph
+from pydrake.math import RollPitchYaw
 from pydrake.multibody.plant import (
     AddMultibodyPlant,
-    CoulombFriction,
     MultibodyPlant,
     MultibodyPlantConfig,
 )
@@ -29,36 +25,17 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import Stance, pose_robot
 from drake_quad.planning.settings import PlanSettings
+from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot, MakeModelPlant
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout, make_layout
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
+from drake_quad.systems.control_settings import ControlSettings
 from drake_quad.systems.gait_scheduler import GaitScheduler
-from drake_quad.systems.ik_controller import IkController, IkGains
+from drake_quad.systems.ik_controller import IkController
 from drake_quad.systems.stability_monitor import StabilityMonitor
 from drake_quad.systems.transition_planner import TransitionPlanner
 from drake_quad.terrain import Course
-
-
-@dataclass(frozen=True, kw_only=True)
-class ControlSettings:
-    """What the controllers are set to.
-
-    Attributes:
-        period: Of every controller and monitor [s].
-        kp: Joint stiffness [Nm/rad].
-        kd: Joint damping [Nm s/rad].
-        gains: How the base is fed back.
-        lift_off_margin: Static margin that the other three feet must give before a lift-off [m].
-        patience: How long the gait clock waits at a switch before it gives up [s].
-    """
-
-    period: float = 0.005
-    kp: float = 4000.0
-    kd: float = 160.0
-    gains: IkGains = IkGains()
-    lift_off_margin: float = 0.02
-    patience: float = 2.0
 
 
 def MakeController(
@@ -100,9 +77,7 @@ def MakeController(
     )
     ik = builder.AddNamedSystem(
         "ik_controller",
-        IkController(
-            robot=robot, layout=layout, model=model, gains=control.gains, period=control.period
-        ),
+        IkController(robot=robot, layout=layout, model=model, control=control),
     )
     plan, phase = planner.GetOutputPort("motion_plan"), scheduler.GetOutputPort("gait_phase")
     builder.Connect(plan, scheduler.GetInputPort("motion_plan"))
@@ -127,18 +102,8 @@ def MakeController(
     return diagram
 
 
-def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None:
-    """Registers the course's boxes, as collision and as picture, on the world body."""
-    material = CoulombFriction(friction, friction)
-    for box in course.boxes:
-        X_WB = RigidTransform(RollPitchYaw(0.0, 0.0, box.yaw), box.centre)
-        shape = BoxShape(*box.size)
-        plant.RegisterCollisionGeometry(plant.world_body(), X_WB, shape, box.name, material)
-        shade = 0.62 + 0.12 * (len(box.name) % 2 if "tread" not in box.name
-                               else int(box.name.rsplit("_", 1)[-1]) % 2)  # fmt: skip
-        plant.RegisterVisualGeometry(
-            plant.world_body(), X_WB, shape, box.name, [shade, shade, 0.95 * shade, 1.0]
-        )
+# Adds viewers to a builder that holds a finalized plant and its scene graph.
+Visualize = Callable[[DiagramBuilder, MultibodyPlant, SceneGraph], None]
 
 
 @dataclass(frozen=True)
@@ -150,7 +115,7 @@ class StairClimb:
     scene_graph: SceneGraph
     layout: StateLayout
     loggers: dict[str, VectorLogSink]
-    stance: Stance
+    monitor_period: float
 
 
 # What is logged: name of the log, system, port. The loggers run at the log period.
@@ -184,7 +149,7 @@ def MakeStairClimb(
     plant_config: MultibodyPlantConfig,
     friction: float,
     log_period: float,
-    visualize: "AddVisualization | None" = None,
+    visualize: Visualize | None = None,
 ) -> StairClimb:
     """Wires plant, controller, monitors and loggers; the robot stands in `stance` at first."""
     builder = DiagramBuilder()
@@ -261,7 +226,7 @@ def MakeStairClimb(
         visualize(builder, plant, scene_graph)
     diagram = builder.Build()
     diagram.set_name("stair_climb")
-    return StairClimb(diagram, plant, scene_graph, layout, loggers, stance)
+    return StairClimb(diagram, plant, scene_graph, layout, loggers, control.period)
 
 
 def _SetDefaultStance(

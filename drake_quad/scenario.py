@@ -8,7 +8,7 @@ from pathlib import Path
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
 from drake_quad.errors import InputError
-from drake_quad.scenario_build import course_of, mission_of, plan_settings
+from drake_quad.scenario_build import control_settings, course_of, mission_of, plan_settings
 from drake_quad.scenario_check import check_scenario
 from drake_quad.scenario_config import Scenario
 from drake_quad.scenario_override import Override, apply_override, parse_override
@@ -16,6 +16,7 @@ from drake_quad.scenario_schema import conform, parse_yaml
 
 __all__ = [
     "Scenario",
+    "control_settings",
     "course_of",
     "load_scenario",
     "mission_of",

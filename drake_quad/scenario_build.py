@@ -8,6 +8,7 @@ from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.mission import Task, derive_mission
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.scenario_config import Scenario
+from drake_quad.systems.control_settings import ControlSettings
 from drake_quad.terrain import Course, Element, build_course
 
 AT_PIVOT = 1e-6  # [m] a walk that ends this near to a lane's end ends there
@@ -64,6 +65,11 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         margin_desired=body.margin_desired,
         zmp_margin=body.zmp_margin,
     )
+
+
+def control_settings(scenario: Scenario) -> ControlSettings:
+    """The controllers' settings, of a checked scenario."""
+    return ControlSettings(**dataclasses.asdict(scenario.controller))
 
 
 def mission_of(scenario: Scenario, course: Course, *, source: str = "scenario") -> tuple[Task, ...]:

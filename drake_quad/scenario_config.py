@@ -90,7 +90,6 @@ class GaitConfig:
             static margin is zero at two instants of every cycle.
         cycle_time: T [s].
         stride: Longest stride on level ground [m].
-        treads_per_cycle: Treads that each foot advances in a cycle on stairs.
         stance_length: P_x, between the centres of front and rear legs' workspaces [m].
         stance_width: P_y, between those of left and right legs [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]: keeps the feet of a side apart
@@ -107,7 +106,6 @@ class GaitConfig:
     duty_factor: float = 0.85
     cycle_time: float = 8.0
     stride: float = 1.0
-    treads_per_cycle: int = 2
     stance_length: float = 0.75
     stance_width: float = 0.54
     stance_stagger: float = 0.12
@@ -169,21 +167,43 @@ class BodyConfig:
 
 @dataclass
 class ControllerConfig:
-    """The joint and base feedback.
+    """The joint and base feedback, as `drake_quad.systems.control_settings.ControlSettings`.
 
     Attributes:
-        period: Of the controller's clock [s]: a whole number of the plant's time steps.
-        kp: Joint stiffness [Nm/rad].
+        period: Of every controller and monitor [s]: a whole number of the plant's time steps.
+        kp: Joint stiffness [Nm/rad]; runs inside the plant, implicitly.
         kd: Joint damping [Nm s/rad].
-        base_position_gain: Rate at which an error of the base's position is taken out [1/s].
-        base_orientation_gain: Rate at which an error of the base's orientation is [1/s].
+        base_stiffness: Force per error of the base's place [N/m].
+        base_damping: Force per error of its velocity [N s/m].
+        base_rotation_stiffness: Moment per error of its orientation [Nm/rad].
+        base_rotation_damping: Moment per error of its angular velocity [Nm s/rad].
+        foothold_time: Time over which a standing foot's target follows where it really stands
+            [s]: what it stands on decides, not where it was meant to stand.
+        unload_time: Time over which a foot takes its load up or gives it away [s].
+        least_force: What a foot under full load pushes with at least, if the others can hold the
+            robot all the same [N].
+        touchdown_press: How far below the ground a swing foot aims as it lands [m]: the joints'
+            stiffness then makes it bear at once.
+        search_speed: How fast a foot that found no ground goes on down while the clock waits for
+            it [m/s].
+        lift_off_margin: Static margin that the other three feet must give before a lift-off [m].
+        patience: How long the gait clock waits at a switch before it stops the run [s].
     """
 
     period: float = 0.005
-    kp: float = 8000.0
-    kd: float = 320.0
-    base_position_gain: float = 1.0
-    base_orientation_gain: float = 1.0
+    kp: float = 4000.0
+    kd: float = 160.0
+    base_stiffness: float = 3000.0
+    base_damping: float = 400.0
+    base_rotation_stiffness: float = 1000.0
+    base_rotation_damping: float = 100.0
+    foothold_time: float = 0.3
+    unload_time: float = 0.25
+    least_force: float = 20.0
+    touchdown_press: float = 0.003
+    search_speed: float = 0.05
+    lift_off_margin: float = 0.02
+    patience: float = 2.0
 
 
 def _plant() -> MultibodyPlantConfig:

@@ -123,13 +123,11 @@ class Lane:
 
 
 def _corners(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The polyline without repeated points and without points inside a level stretch."""
+    """The polyline without the points inside a level stretch."""
     kept: list[tuple[float, float]] = []
     for point in points:
-        if kept and kept[-1] == point:
-            continue
         if len(kept) > 1 and kept[-2][1] == kept[-1][1] == point[1]:
             kept[-1] = point
         else:
             kept.append(point)
-    return kept if len(kept) > 1 else [*kept, *kept]
+    return kept

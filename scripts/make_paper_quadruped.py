@@ -10,7 +10,10 @@ while the treads under the body rise or fall by 0.26 m per metre. Run it from th
 from pathlib import Path
 
 HIP_X, HIP_Y, HIP_OFFSET = 0.40, 0.18, 0.09  # abduction axis in B; leg plane beyond it [m]
-THIGH, SHANK, FOOT_RADIUS = 0.52, 0.70, 0.03  # [m]
+# A ball foot rolls by its radius times the shank's turn, about 1 rad in a stance: a small tip keeps
+# the footprint where the plan has it, as the paper's point feet do.
+THIGH, SHANK, FOOT_RADIUS = 0.52, 0.70, 0.01  # [m]
+SHANK_RADIUS, SHIN_END = 0.018, 0.05  # [m]; the shank's shape ends this far above the foot's centre
 TRUNK_SIZE, TRUNK_MASS = (0.86, 0.26, 0.16), 38.0
 HIP_MASS, THIGH_MASS, SHANK_MASS = 1.8, 2.4, 1.3  # 5.5 kg a leg, 22 kg of 60 kg
 ROTOR_INERTIA, GEAR_RATIO = 1.0e-4, 50.0  # 0.25 kg m^2 at the joint
@@ -76,12 +79,12 @@ def leg(name: str, front: float, left: float) -> str:
     thigh = shape("visual", "thigh", f"0 0 {-THIGH / 2}", thigh_rod, name[0] + "_limb")
     thigh += shape("visual", "knee", f"0 0 {-THIGH}", '<sphere radius="0.05"/>', "steel")
     thigh += shape("collision", f"{name}_thigh", f"0 0 {-THIGH / 2}", thigh_rod)
-    shin = SHANK - 0.12
-    shin_rod = f'<capsule radius="0.022" length="{shin - 0.044}"/>'
-    shank = shape("visual", "shank", f"0 0 {-SHANK / 2}",
-                  f'<cylinder radius="0.02" length="{SHANK - 0.04}"/>', name[0] + "_limb")  # fmt: skip
+    shin = SHANK - SHIN_END  # its round end still clears the ground at 57° of tilt
+    shin_rod = f'<capsule radius="{SHANK_RADIUS}" length="{shin}"/>'
+    tip_rod = f'<cylinder radius="{FOOT_RADIUS}" length="{SHIN_END}"/>'
+    shank = shape("visual", "shank", f"0 0 {-shin / 2}", shin_rod, name[0] + "_limb")
+    shank += shape("visual", "tip", f"0 0 {-SHANK + SHIN_END / 2}", tip_rod, "rubber")
     shank += shape("visual", "foot", f"0 0 {-SHANK}", ball, "rubber")
-    # The shank's capsule ends above the foot's sphere: what touches below it is the foot.
     shank += shape("collision", f"{name}_shank", f"0 0 {-shin / 2}", shin_rod)
     shank += shape("collision", f"{name}_foot", f"0 0 {-SHANK}", ball)
     t, s = THIGH_MASS * THIGH**2 / 12, SHANK_MASS * SHANK**2 / 12

@@ -4,6 +4,7 @@ import dataclasses
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,14 +54,14 @@ def leaves(schema: object, path: str = "") -> dict[str, object]:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_saving_and_loading_gives_an_equal_scenario(name, tmp_path):
+def test_saving_and_loading_gives_an_equal_scenario(name: str, tmp_path: Path) -> None:
     """A saved scenario has every field and loads as the one that was saved."""
     scenario = load_scenario(name)
     save_scenario(scenario, tmp_path / "saved.yaml")
     assert load_scenario(tmp_path / "saved.yaml") == scenario
     saved = yaml.safe_load((tmp_path / "saved.yaml").read_text())
     assert set(saved) == {f.name for f in dataclasses.fields(Scenario)}
-    assert set(saved["gait"]) == set(field_types(type(scenario.gait)))
+    assert set(saved["gait"]) == set(field_types(type(scenario.gait)) or {})
 
 
 @settings(max_examples=25)
@@ -71,7 +72,9 @@ def test_saving_and_loading_gives_an_equal_scenario(name, tmp_path):
     st.text(max_size=40),
     st.sampled_from(["sap", "similar", "lagged"]),
 )
-def test_numbers_and_text_survive_saving_to_the_bit(beta, width, seed, description, solver):
+def test_numbers_and_text_survive_saving_to_the_bit(
+    beta: float, width: float, seed: int, description: str, solver: str
+) -> None:
     """Whatever the values, the text gives back just them."""
     scenario = load_scenario("case_study")
     scenario.gait.duty_factor = beta
@@ -82,7 +85,7 @@ def test_numbers_and_text_survive_saving_to_the_bit(beta, width, seed, descripti
     assert parse_scenario(scenario_text(scenario), source="text") == scenario
 
 
-def test_equality_sees_drakes_own_fields():
+def test_equality_sees_drakes_own_fields() -> None:
     """Two scenarios that differ only in the plant's configuration are not equal."""
     a, b = load_scenario("case_study"), load_scenario("case_study")
     assert a == b
@@ -90,24 +93,24 @@ def test_equality_sees_drakes_own_fields():
     assert a != b
 
 
-def test_shipped_scenarios_are_listed_with_descriptions():
+def test_shipped_scenarios_are_listed_with_descriptions() -> None:
     """All shipped scenarios load, and each says in one line what it shows."""
     listed = dict(shipped_scenarios())
     assert set(SHIPPED) <= set(listed)
     assert all(text and "\n" not in text for text in listed.values())
 
 
-def test_case_study_is_the_papers():
+def test_case_study_is_the_papers() -> None:
     """Six stairs of 0.13 m by 0.50 m up, a turn by 90 degrees, six down."""
     course = course_of(load_scenario("case_study"))
     assert [lane.flights[0].going for lane in course.lanes] == ["up", "down"]
     assert len(course.nosings()) == 12
-    assert course.turns == (pytest.approx(math.pi / 2),)
+    assert list(course.turns) == pytest.approx([math.pi / 2])
     np.testing.assert_allclose(np.diff(course.lanes[0].heights)[:6], 0.13)
     np.testing.assert_allclose(np.diff(course.lanes[1].breaks)[1:7], 0.50)
 
 
-def test_paper_is_table_one_on_the_same_course():
+def test_paper_is_table_one_on_the_same_course() -> None:
     """The paper's scenario has Table I's numbers, and the case study's course."""
     paper = load_scenario("paper")
     gait = paper.gait
@@ -118,12 +121,12 @@ def test_paper_is_table_one_on_the_same_course():
     assert gait.stance_stagger == 0.0 and paper.spin.duty_factor == 0.75
 
 
-def test_defaults_are_the_planners():
+def test_defaults_are_the_planners() -> None:
     """A scenario that says nothing of the gait plans with the planner's own defaults."""
     assert plan_settings(Scenario()) == PlanSettings()
 
 
-CHANGED = {
+CHANGED: dict[str, dict[str, Any]] = {
     "gait.duty_factor=0.9": {"duty_factor": 0.9},
     "gait.pitch=slope": {"pitch_along_slope": True},
     "gait.on_centre=false": {"on_centre": False},
@@ -136,7 +139,7 @@ CHANGED = {
 
 
 @pytest.mark.parametrize("override", CHANGED)
-def test_every_field_reaches_the_planner_alone(override):
+def test_every_field_reaches_the_planner_alone(override: str) -> None:
     """Changing one field changes the planner's one setting and no other."""
     changed = plan_settings(load_scenario("case_study", [override]))
     base = plan_settings(load_scenario("case_study"))
@@ -144,7 +147,7 @@ def test_every_field_reaches_the_planner_alone(override):
     assert changed != base
 
 
-def test_overrides_reach_any_field():
+def test_overrides_reach_any_field() -> None:
     """Fields, list elements and Drake's own structs can be overridden; the rest stays."""
     scenario = load_scenario(
         "case_study",
@@ -156,14 +159,14 @@ def test_overrides_reach_any_field():
     assert scenario.simulation.plant.contact_model == "point"
 
 
-def test_an_override_is_as_if_written_in_the_file():
+def test_an_override_is_as_if_written_in_the_file() -> None:
     """Overriding to a value and writing the value give the same scenario."""
     a = parse_scenario(FLOOR, source="a", overrides=["gait.stride=0.5", "simulation.seed=3"])
     b = parse_scenario(FLOOR + "gait: {stride: 0.5}\nsimulation: {seed: 3}\n", source="b")
     assert a == b
 
 
-def test_a_later_override_wins():
+def test_a_later_override_wins() -> None:
     """Of two overrides of one field the second counts."""
     scenario = load_scenario("case_study", ["gait.stride=0.5", "gait.stride=0.7"])
     assert scenario.gait.stride == 0.7
@@ -192,7 +195,7 @@ BAD_OVERRIDES = [
 
 
 @pytest.mark.parametrize(("override", "field", "remedy"), BAD_OVERRIDES)
-def test_a_bad_override_is_blamed_itself(override, field, remedy):
+def test_a_bad_override_is_blamed_itself(override: str, field: str, remedy: str) -> None:
     """The error names the override, not the file, and says what would be right."""
     with pytest.raises(InputError) as caught:
         load_scenario("case_study", [override])
@@ -201,7 +204,7 @@ def test_a_bad_override_is_blamed_itself(override, field, remedy):
     assert remedy in caught.value.remedy
 
 
-def test_what_an_override_spoils_elsewhere_is_said_of_the_file():
+def test_what_an_override_spoils_elsewhere_is_said_of_the_file() -> None:
     """A new time step that no longer divides the file's own period: the period is to change."""
     with pytest.raises(InputError) as caught:
         load_scenario("case_study", ["simulation.plant.time_step=0.003"])
@@ -209,13 +212,13 @@ def test_what_an_override_spoils_elsewhere_is_said_of_the_file():
     assert caught.value.field == "controller.period" and "0.003 s" in caught.value.remedy
 
 
-def test_an_override_into_what_is_no_mapping_is_refused():
+def test_an_override_into_what_is_no_mapping_is_refused() -> None:
     """Where the file has a number for a mapping there is nothing to override in."""
     error = refused(FLOOR + "gait: 3", ("gait.stride=0.5",))
     assert error.remedy == "gait is not a mapping"
 
 
-def test_only_a_spin_at_the_lanes_end_leads_onto_the_next():
+def test_only_a_spin_at_the_lanes_end_leads_onto_the_next() -> None:
     """A quarter turn half-way up the first lane does not let the robot walk the second."""
     spin = "mission=[{kind: spin, angle_deg: 90}, {kind: walk, distance: 1}]"
     with pytest.raises(InputError, match="does not head along"):
@@ -241,12 +244,12 @@ NOT_SCENARIOS = [
 
 
 @pytest.mark.parametrize(("text", "remedy"), NOT_SCENARIOS)
-def test_what_is_no_scenario_is_refused_in_a_line(text, remedy):
+def test_what_is_no_scenario_is_refused_in_a_line(text: str, remedy: str) -> None:
     """Empty, broken or ambiguous documents are one-line errors, never tracebacks."""
     assert remedy in refused(text).remedy
 
 
-def test_broken_yaml_is_shown_by_line_and_column():
+def test_broken_yaml_is_shown_by_line_and_column() -> None:
     """The error says where the YAML breaks."""
     assert refused("gait:\n  stride: 1\n  pitch: [\n").value == "line 4, column 1"
 
@@ -269,8 +272,8 @@ MISFITS = [
     ("gait: {stride: .inf}", "gait.stride", "must be finite"),
     (f"gait: {{stride: 1{'0' * 400}}}", "gait.stride", "must be finite"),
     ("gait: {stride: nan}", "gait.stride", "must be a number"),
-    ("gait: {treads_per_cycle: 2.0}", "gait.treads_per_cycle", "must be a whole number"),
-    ("gait: {treads_per_cycle: true}", "gait.treads_per_cycle", "must be a whole number"),
+    ("simulation: {seed: 2.0}", "simulation.seed", "must be a whole number"),
+    ("simulation: {seed: true}", "simulation.seed", "must be a whole number"),
     ("gait: {on_centre: 1}", "gait.on_centre", "must be true or false"),
     ("gait: {pitch: 3}", "gait.pitch", "must be text"),
     ("gait: {pitch: lvel}", "gait.pitch", "did you mean level?"),
@@ -337,7 +340,7 @@ MISFITS = [
 
 
 @pytest.mark.parametrize(("text", "field", "remedy"), MISFITS)
-def test_a_misfit_is_named_by_its_path(text, field, remedy):
+def test_a_misfit_is_named_by_its_path(text: str, field: str, remedy: str) -> None:
     """Unknown keys, wrong types and impossible values: exact path, value, and remedy."""
     error = refused(FLOOR + text)
     assert (error.source, error.field) == ("mine.yaml", field)
@@ -355,14 +358,14 @@ def test_a_misfit_is_named_by_its_path(text, field, remedy):
         ("course: [{kind: landing, length: 1.0, turn_deg: 90}]", "course[0].length"),
     ],
 )
-def test_a_wrong_course_is_named_by_its_path(text, field):
+def test_a_wrong_course_is_named_by_its_path(text: str, field: str) -> None:
     """The course's own checks speak of the scenario's file."""
     error = refused(text)
     assert (error.source, error.field) == ("mine.yaml", field)
 
 
 @pytest.mark.parametrize("path", [p for p, kind in leaves(Scenario).items() if kind is float])
-def test_no_number_takes_text_nan_or_infinity(path):
+def test_no_number_takes_text_nan_or_infinity(path: str) -> None:
     """Every number of a scenario, Drake's own too, refuses what is none, by its path."""
     for value in ("text", ".nan", "-.inf", "[1]"):
         with pytest.raises(InputError) as caught:
@@ -370,20 +373,20 @@ def test_no_number_takes_text_nan_or_infinity(path):
         assert caught.value.field == path
 
 
-def test_yaml_one_point_one_reads_exponents_as_text_and_still_loads():
+def test_yaml_one_point_one_reads_exponents_as_text_and_still_loads() -> None:
     """1e-3, which YAML 1.1 takes for text, is the number that the person meant."""
     scenario = parse_scenario(FLOOR + "gait: {stride: 1e-1}", source="text")
     assert scenario.gait.stride == 0.1
 
 
-def test_keys_with_an_underscore_hold_anchors():
+def test_keys_with_an_underscore_hold_anchors() -> None:
     """A top-level key that begins with an underscore is no field, but may be referred to."""
     text = "_f: &f {kind: floor, length: 6.0}\ncourse: [*f, *f]\n"
     course = parse_scenario(text, source="text").course
     assert course[0] == course[1] and course[0] is not course[1]
 
 
-def test_a_continuous_plant_has_no_step_to_be_a_multiple_of():
+def test_a_continuous_plant_has_no_step_to_be_a_multiple_of() -> None:
     """With time_step 0 any period is as good as another."""
     text = FLOOR + "simulation: {plant: {time_step: 0.0}, log_period: 0.0033}"
     assert parse_scenario(text, source="text").simulation.log_period == 0.0033
@@ -399,14 +402,14 @@ def test_a_continuous_plant_has_no_step_to_be_a_multiple_of():
         ("x" * 5000, "cannot be read"),
     ],
 )
-def test_a_missing_scenario_suggests_the_nearest(name, remedy):
+def test_a_missing_scenario_suggests_the_nearest(name: str, remedy: str) -> None:
     """Neither file nor shipped name: one line that says what there is."""
     with pytest.raises(InputError) as caught:
         load_scenario(name)
     assert remedy in caught.value.remedy and caught.value.source == name
 
 
-def test_a_directory_and_a_binary_file_are_refused(tmp_path):
+def test_a_directory_and_a_binary_file_are_refused(tmp_path: Path) -> None:
     """A directory is no scenario; nor are bytes that are no text."""
     with pytest.raises(InputError, match="is a directory"):
         load_scenario(tmp_path)
@@ -415,7 +418,9 @@ def test_a_directory_and_a_binary_file_are_refused(tmp_path):
         load_scenario(tmp_path / "binary.yaml")
 
 
-def test_a_robots_path_is_relative_to_the_scenarios_file(tmp_path, monkeypatch):
+def test_a_robots_path_is_relative_to_the_scenarios_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Also from another working directory the robot beside the scenario is found."""
     (tmp_path / "mine.urdf").write_text("<robot/>")
     (tmp_path / "mine.yaml").write_text(FLOOR + "robot: {model: mine.urdf}")
@@ -428,13 +433,13 @@ def test_a_robots_path_is_relative_to_the_scenarios_file(tmp_path, monkeypatch):
     )
 
 
-def test_another_packages_robot_is_left_to_the_parser():
+def test_another_packages_robot_is_left_to_the_parser() -> None:
     """A URL of a package that is not this one's is not looked up here."""
     text = FLOOR + "robot: {model: 'package://elsewhere/dog.urdf'}"
     assert parse_scenario(text, source="text").robot.model == "package://elsewhere/dog.urdf"
 
 
-def test_a_spin_by_the_turn_leads_onto_the_next_lane():
+def test_a_spin_by_the_turn_leads_onto_the_next_lane() -> None:
     """The case study's mission, told step by step, happens on the lanes that it should."""
     scenario = load_scenario("case_study", ["mission=[{kind: walk, distance: 7.5}, "
         "{kind: spin, angle_deg: 60}, {kind: spin, angle_deg: 30}, {kind: walk, distance: 6}, "
@@ -446,14 +451,14 @@ def test_a_spin_by_the_turn_leads_onto_the_next_lane():
     assert tasks[-1].duration == 2.0
 
 
-def test_spin_both_ways_comes_back():
+def test_spin_both_ways_comes_back() -> None:
     """The shipped spin turns a quarter to the left and just as much back."""
     scenario = load_scenario("spin_both_ways")
     angles = [t.angle for t in mission_of(scenario, course_of(scenario)) if t.kind == "spin"]
     assert angles == [pytest.approx(math.pi / 2), pytest.approx(-math.pi / 2)]
 
 
-def test_the_documentation_has_every_field_and_its_default():
+def test_the_documentation_has_every_field_and_its_default() -> None:
     """docs/scenario.md lists each field of the schema, with the default that the code has."""
     text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `([\w.]+)` \| ([^|]*) \|", text, flags=re.MULTILINE))
@@ -467,5 +472,5 @@ def test_the_documentation_has_every_field_and_its_default():
         shown = rows[path].strip().strip("`")
         assert yaml.safe_load(shown) == value or (value == "" and shown == "(none)")
     for schema in (Scenario.__annotations__["course"], Scenario.__annotations__["mission"]):
-        for name in field_types(schema.__args__[0]):
+        for name in field_types(schema.__args__[0]) or {}:
             assert name in rows

@@ -95,6 +95,21 @@ def test_margin_is_invariant_under_rigid_motions_and_mirrors(
         assert moved == pytest.approx(stability_margin(p, feet), abs=1e-9)
 
 
+@given(st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=4), st.floats(-2.0, 2.0), angle, point)
+def test_feet_in_line_hold_nothing_however_rounding_bends_the_line(
+    places: list[float], at: float, turn: float, offset: FloatArray
+) -> None:
+    """Along a line in any direction the margin is minus the distance from the feet's ends."""
+    direction = np.array([np.cos(turn), np.sin(turn)])
+    feet = np.outer(places, direction) + offset
+    p = at * direction + offset
+    expected = -max(min(places) - at, at - max(places), 0.0)
+    assert stability_margin(p, feet) == pytest.approx(expected, abs=1e-9)
+    four = np.resize(feet, (1, 4, 2))
+    vectorised = stability_margins(p[None], four, np.ones((1, 4), dtype=np.bool_))
+    assert vectorised[0] == pytest.approx(expected, abs=1e-9)
+
+
 @given(point, points, point)
 def test_another_foot_never_lowers_the_margin(
     p: FloatArray, feet: FloatArray, foot: FloatArray

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from shapely import LineString, Point
@@ -186,6 +186,7 @@ def test_planned_swings_clear_random_stairs(
 
 
 @given(flights())
+@settings(max_examples=50)
 def test_planned_swings_do_not_depend_on_the_direction_of_time(
     flight: tuple[tuple[FloatArray, FloatArray], float],
 ) -> None:
@@ -197,6 +198,7 @@ def test_planned_swings_do_not_depend_on_the_direction_of_time(
 
 
 @given(flights())
+@settings(max_examples=50)
 def test_planned_swings_are_no_higher_than_they_have_to_be(
     flight: tuple[tuple[FloatArray, FloatArray], float],
 ) -> None:
@@ -217,6 +219,7 @@ def test_planned_swings_are_no_higher_than_they_have_to_be(
 
 
 @given(flights(), st.floats(-3.0, 3.0))
+@settings(max_examples=50)
 def test_planned_swings_turn_with_the_course(
     flight: tuple[tuple[FloatArray, FloatArray], float], yaw: float
 ) -> None:

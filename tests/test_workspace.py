@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from drake_quad.gait.contact_table import ContactTable, spin_table, wave_table
@@ -97,6 +97,7 @@ def test_wave_offsets_of_table_one() -> None:
 
 
 @given(workspaces)
+@settings(max_examples=50)
 def test_spin_arc_is_the_longest_inside_the_box(workspace: Workspace) -> None:
     """The arc stays in the box and leaves it at both ends."""
     lo, hi = spin_arc(workspace)
@@ -164,6 +165,7 @@ def test_left_right_mirror_turns_counterclockwise_into_clockwise(
 
 
 @given(workspaces, betas, st.floats(0.1, 1.0))
+@settings(max_examples=50)
 def test_both_senses_are_equally_stable(workspace: Workspace, beta: float, share: float) -> None:
     """Above beta = 3/4 the intervals on four feet fall between other legs; the margins do not care.
 

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from drake_quad.gait.legs import BoolArray, FloatArray, read_only
 
 Point = tuple[float, float]
+_CLEARLY_INSIDE = 1e-9  # [m], well beyond rounding
+_NO_LENGTH = 1e-150  # [m]; below it squares underflow
 _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
@@ -53,23 +55,28 @@ def margin_of_floats(x: float, y: float, points: Iterable[Iterable[float]]) -> f
     """Returns `stability_margin` of (x, y) over points given as plain floats.
 
     With three or four feet plain floats beat numpy's call overhead several times, and this runs
-    at the controller's rate.
+    at the controller's rate. The rule is that of `stability_margins`; it does not ask on which
+    side of a side the point is, which rounding would decide where the feet are nearly in line.
     """
-    hull = _hull(sorted({(px, py) for px, py in points}))
+    hull = [(px - x, py - y) for px, py in _hull(sorted({(px, py) for px, py in points}))]
     if not hull:
         return -inf
-    nearest = inf
-    inside = len(hull) > 2
+    margin = inf
     ax, ay = hull[-1]
     for bx, by in hull:
-        ex, ey, dx, dy = bx - ax, by - ay, x - ax, y - ay
-        inside = inside and ex * dy - ey * dx >= 0.0
-        length_squared = ex * ex + ey * ey
-        along = (ex * dx + ey * dy) / length_squared if length_squared > 0.0 else 0.0
-        along = min(max(along, 0.0), 1.0)
-        nearest = min(nearest, hypot(dx - along * ex, dy - along * ey))
+        margin = min(margin, _reach(hull, by - ay, ax - bx))
         ax, ay = bx, by
-    return nearest if inside else 0.0 - nearest  # on the border 0, not -0
+    if _CLEARLY_INSIDE < margin < inf:
+        return margin  # no need to look beyond the corners
+    return min(margin, 0.0, *[_reach(hull, -qx, -qy) for qx, qy in hull])
+
+
+def _reach(points: list[Point], x: float, y: float) -> float:
+    """Returns how far points reach along the direction (x, y); inf if that has no length."""
+    norm = hypot(x, y)
+    if norm < _NO_LENGTH:
+        return inf
+    return max([x * qx + y * qy for qx, qy in points]) / norm
 
 
 def stability_margins(points: FloatArray, feet: FloatArray, standing: BoolArray) -> FloatArray:
@@ -109,12 +116,12 @@ def stability_margins(points: FloatArray, feet: FloatArray, standing: BoolArray)
 
 
 def _unit(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Returns unit vectors along (x, y); along +x where that is zero."""
+    """Returns unit vectors along (x, y); along +x where that has no length."""
     norm: FloatArray = np.sqrt(x * x + y * y)
-    zero: NDArray[np.bool_] = norm == 0.0
+    zero: NDArray[np.bool_] = norm < _NO_LENGTH
     if zero.any():
         norm = np.where(zero, 1.0, norm)
-        x = np.where(zero, 1.0, x)
+        x, y = np.where(zero, 1.0, x), np.where(zero, 0.0, y)
     return x / norm, y / norm
 
 

@@ -15,7 +15,7 @@ from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
 
 SAMPLE_PERIOD = 0.1  # [s] of the program's constraints
-PASSES = 3  # the legs' share of the centre of mass converges by about 0.1 a pass
+PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 
 
 class Ground(Protocol):
@@ -71,14 +71,16 @@ def plan_body(
     heading = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
     stance = robot_stance(settings)
     spline = BodySpline(knot, _control(nominal_knots, yaw_knots, route, settings))
+    gain = _com_gain(robot, spline, contacts)
     for _ in range(PASSES):
-        offset, acceleration, height = _com_offset(robot, contacts, spline, times)
+        offset, acceleration, height = _com_offset(robot, contacts, spline, times, gain)
         solution = solve_body(
             BodyProblem(
                 contacts=contacts,
                 times=times,
                 nominal=nominal,
                 heading=heading,
+                com_gain=gain,
                 com_offset=offset,
                 com_offset_acceleration=acceleration,
                 com_height=height,
@@ -118,14 +120,18 @@ def _control(xy: FloatArray, yaw: FloatArray, route: Route, settings: PlanSettin
 
 
 def _com_offset(
-    robot: RobotModel, contacts: ContactPlan, spline: BodySpline, times: FloatArray
+    robot: RobotModel,
+    contacts: ContactPlan,
+    spline: BodySpline,
+    times: FloatArray,
+    gain: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The centre of mass less the body's centre: place and acceleration (N, 2), height (N,)."""
+    """The centre of mass less gain times body: place and acceleration (N, 2), height (N,)."""
     even = np.linspace(0.0, contacts.duration, max(int(contacts.duration / 0.05), 8) + 1)
     body = spline.samples(even)[:, 0]
     feet, standing = contacts.feet_at(even)
     _, _, com = pose_robot(robot, body, feet)
-    offset = com[:, :2] - body[:, :2]
+    offset = com[:, :2] - gain * body[:, :2]
     step = even[1] - even[0]
     acceleration = np.gradient(np.gradient(offset, step, axis=0), step, axis=0)
     ground = np.sum(feet[..., 2] * standing, axis=1) / standing.sum(axis=1)
@@ -133,6 +139,16 @@ def _com_offset(
     columns = np.column_stack([offset, acceleration, height])
     found = np.stack([np.interp(times, even, c) for c in columns.T], axis=-1)
     return found[:, :2], found[:, 2:4], found[:, 4]
+
+
+def _com_gain(robot: RobotModel, spline: BodySpline, contacts: ContactPlan) -> FloatArray:
+    """How much of a shift of the body in x and y the centre of mass makes, feet standing, (2,)."""
+    shift = 0.05
+    body = np.tile(spline.sample(0.0)[0], (3, 1))
+    body[1, 0] += shift
+    body[2, 1] += shift
+    _, _, com = pose_robot(robot, body, np.tile(contacts.feet, (3, 1, 1)))
+    return np.array([com[1, 0] - com[0, 0], com[2, 1] - com[0, 1]]) / shift
 
 
 def _margin(

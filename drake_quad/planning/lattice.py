@@ -1,6 +1,6 @@
-"""Where along a lane the feet may step: one point a tread, and evenly spaced points between flights.
+"""Where along a lane the feet may step: one place a tread, evenly spaced places between.
 
-In the two-tread wave gait every foot steps from one point of this lattice to the next but one, so
+In the two-tread wave gait every foot steps from one place of this lattice to the next but one, so
 the level walk is in phase with the flight when the first foot reaches it, whatever the distance.
 """
 

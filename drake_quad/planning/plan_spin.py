@@ -1,4 +1,4 @@
-"""Lays a spin in place: transition to the spinning gait's desired configuration, then its cycles."""
+"""Lays a spin in place: transition to the spin's desired configuration, then its cycles."""
 
 import numpy as np
 
@@ -52,8 +52,13 @@ def lay_spin(
             at = begin + cycle * table.cycle_time + lift_off
             builder.step(leg, to, table.swing_time, lift_off=at)
     builder.time = begin + cycles * table.cycle_time
-    details = {"phi_deg": float(np.degrees(phi)), "cycles": cycles, "duty_factor": beta,
-               "cycle_time": table.cycle_time, "angle_deg": float(np.degrees(task.angle))}  # fmt: skip
+    details = {
+        "phi_deg": float(np.degrees(phi)),
+        "cycles": cycles,
+        "duty_factor": beta,
+        "cycle_time": table.cycle_time,
+        "angle_deg": float(np.degrees(task.angle)),
+    }
     segments.append(Segment(task.name, "spin", moved, builder.time, details))
     end = builder.time
     builder.wait(settings.shift_time)

@@ -1,6 +1,6 @@
 """What a plan is asked to be: frozen values, checked by whoever fills them (the scenario)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from drake_quad.gait.workspace import Workspace
 
@@ -36,7 +36,9 @@ class PlanSettings:
     duty_factor: float = 0.85
     cycle_time: float = 8.0
     stride: float = 1.0
-    workspace: Workspace = Workspace(R_x=0.80, R_y=0.5, P_x=0.75, P_y=0.54)
+    workspace: Workspace = field(
+        default_factory=lambda: Workspace(R_x=0.80, R_y=0.5, P_x=0.75, P_y=0.54)
+    )
     stance_stagger: float = 0.12
     on_centre: bool = True
     swing_clearance: float = 0.02

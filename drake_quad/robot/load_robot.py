@@ -4,7 +4,7 @@ from importlib import resources
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Role, SceneGraph, Sphere
+from pydrake.geometry import SceneGraph, Sphere
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint, RigidBody

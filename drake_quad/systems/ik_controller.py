@@ -1,7 +1,5 @@
 """IkController: the plan's body and feet to joint targets and feed-forward torques."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
@@ -14,38 +12,11 @@ from drake_quad.planning.motion_plan import MotionPlan, PlanSample, rotations
 from drake_quad.robot.leg_kinematics import calc_feet, calc_jacobians, solve_legs
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import RobotState, StateLayout
+from drake_quad.systems.control_settings import ControlSettings
 from drake_quad.systems.gait_phase import SIZE, GaitPhase
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 
 GRAVITY = 9.81
-
-
-@dataclass(frozen=True, kw_only=True)
-class IkGains:
-    """How the base is fed back.
-
-    Attributes:
-        base_stiffness: Force per error of the base's place [N/m].
-        base_damping: Force per error of its velocity [N s/m].
-        base_rotation_stiffness: Moment per error of its orientation [Nm/rad].
-        base_rotation_damping: Moment per error of its angular velocity [Nm s/rad].
-        foothold_time: Time over which a standing foot's target follows where it really stands
-            [s]; what it stands on decides, not where it was meant to.
-        unload_time: Time over which a foot takes its load up or gives it away [s].
-        touchdown_press: How far below the ground a swing foot aims as it lands [m]: the joints'
-            stiffness then makes it bear at once.
-        search_speed: How fast a foot that found no ground goes on down while the clock waits for
-            it [m/s].
-    """
-
-    base_stiffness: float = 3000.0
-    base_damping: float = 400.0
-    base_rotation_stiffness: float = 1000.0
-    base_rotation_damping: float = 100.0
-    foothold_time: float = 0.3
-    unload_time: float = 0.25
-    touchdown_press: float = 0.003
-    search_speed: float = 0.05
 
 
 class IkController(LeafSystem):
@@ -73,13 +44,12 @@ class IkController(LeafSystem):
         robot: RobotModel,
         layout: StateLayout,
         model: MultibodyPlant,
-        gains: IkGains,
-        period: float = 0.005,
+        control: ControlSettings,
     ) -> None:
         super().__init__()
         self.set_name("ik_controller")
         self._robot, self._layout, self._model = robot, layout, model
-        self._gains, self._period = gains, period
+        self._gains, self._period = control, control.period
         self._order = np.argsort(layout.actuators)
         self._plan_port = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
@@ -97,7 +67,7 @@ class IkController(LeafSystem):
         self.DeclareStateOutputPort("feet_desired", self._feet)
         self._scratch = DeclareScratch(self, model)
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
 
     def _initialize(self, context: Context, state: DiscreteValues) -> None:
         measured = self._layout.read(self._state_port.Eval(context))
@@ -198,7 +168,7 @@ class IkController(LeafSystem):
         moment = g.base_rotation_stiffness * rotation_error(
             rotations(wanted.body[0]), measured.R_WB
         ) + g.base_rotation_damping * (w - measured.w_WB)
-        f = distribute(np.concatenate([force, moment]), feet - com, load)
+        f = distribute(np.concatenate([force, moment]), feet - com, load, least=g.least_force)
         J = calc_jacobians(self._robot.geometry, measured.q)
         torque = -joints - np.einsum("lij,li->lj", J, f @ measured.R_WB)
         limit = self._robot.effort.reshape(4, 3)

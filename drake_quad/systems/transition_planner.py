@@ -47,9 +47,15 @@ class TransitionPlanner(LeafSystem):
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._plan = self.DeclareAbstractState(AbstractValue.Make(None))
+        self._history = self.DeclareAbstractState(AbstractValue.Make(()))
         self.DeclareStateOutputPort("motion_plan", self._plan)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, period, self._update)
+
+    def plans(self, context: Context) -> tuple[MotionPlan, ...]:
+        """The plans of all tasks begun so far, for a run's log."""
+        plans: tuple[MotionPlan, ...] = context.get_abstract_state(int(self._history)).get_value()
+        return plans
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
         measured = self._layout.read(self._state_port.Eval(context))
@@ -80,3 +86,5 @@ class TransitionPlanner(LeafSystem):
             index=task,
         )
         state.get_mutable_abstract_state(int(self._plan)).set_value(plan)
+        done: tuple[MotionPlan, ...] = context.get_abstract_state(int(self._history)).get_value()
+        state.get_mutable_abstract_state(int(self._history)).set_value((*done, plan))

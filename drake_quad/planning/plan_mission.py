@@ -1,0 +1,136 @@
+"""Plans a whole mission on paper, each task from where the one before ends, and checks it."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.errors import PlanningError
+from drake_quad.gait.legs import LEGS
+from drake_quad.planning.body_path import level_pose, robot_stance
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
+from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.terrain import Course
+
+CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
+
+
+@dataclass(frozen=True, eq=False)
+class MissionPlan:
+    """The plans of all tasks.
+
+    Attributes:
+        plans: One a task.
+        starts: When each begins, if the clock never waits [s].
+        planning_time: What it took to plan them [s]; nan if that is not known.
+    """
+
+    plans: tuple[MotionPlan, ...]
+    starts: tuple[float, ...]
+    planning_time: float
+
+    @property
+    def duration(self) -> float:
+        """When the last task ends [s]."""
+        return self.starts[-1] + self.plans[-1].duration
+
+
+def initial_stance(
+    robot: RobotModel, course: Course, settings: PlanSettings, *, start: float
+) -> Stance:
+    """The stance at `start` [m] along the first lane: feet at their workspaces' centres."""
+    lane = course.lanes[0]
+    stance = robot_stance(settings)
+    places = lane.point(start + stance[:, 0], stance[:, 1])
+    heights = lane.height(start + stance[:, 0])
+    feet = np.column_stack([places, heights + robot.foot_radius])
+    ground = float(np.mean(heights))
+    return Stance(level_pose(lane.point(start), lane.yaw, ground, settings), feet)
+
+
+def plan_mission(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    mission: Sequence[Task],
+    stance: Stance,
+) -> MissionPlan:
+    """Plans every task of `mission`.
+
+    Raises:
+        PlanningError: If a task has no plan, or one that the robot cannot follow.
+    """
+    begun = time.perf_counter()
+    plans: list[MotionPlan] = []
+    starts: list[float] = []
+    at = 0.0
+    for index, task in enumerate(mission):
+        plan = plan_task(robot, course, settings, task, stance, index=index)
+        plans.append(plan)
+        starts.append(at)
+        at += plan.duration
+        stance = plan.end
+    return MissionPlan(tuple(plans), tuple(starts), time.perf_counter() - begun)
+
+
+def check_mission(robot: RobotModel, mission: MissionPlan) -> list[PlanSamples]:
+    """Checks that the robot can follow the plans: reach, joint limits and joint speeds.
+
+    Returns:
+        The samples of every plan.
+
+    Raises:
+        PlanningError: With the leg, the time and by how much.
+    """
+    samples = []
+    for plan in mission.plans:
+        count = int(np.ceil(plan.duration / CHECK_PERIOD)) + 1
+        s = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
+        _check_reach(robot, plan, s)
+        _check_joints(robot, plan, s)
+        samples.append(s)
+    return samples
+
+
+def _check_reach(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
+    k, row = np.unravel_index(int(np.argmax(s.reach_excess)), s.reach_excess.shape)
+    excess = float(s.reach_excess[k, row])
+    if excess > 1e-6:
+        t = float(s.times[k])
+        raise PlanningError(
+            f"leg {LEGS[row].short} is {excess:.3f} m too short for "
+            f"'{plan.segments[plan.segment_index(t)].name}' at {t:.1f} s of the task",
+            excess=excess,
+            leg=int(row) + 1,
+            body=s.body[k, 0].tolist(),
+            foot=s.feet[k, row].tolist(),
+        )
+
+
+def _check_joints(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
+    q = s.q.reshape(-1, 12)
+    over = np.maximum(robot.q_lower - q, q - robot.q_upper)
+    k, j = np.unravel_index(int(np.argmax(over)), over.shape)
+    if over[k, j] > 0.0:
+        raise PlanningError(
+            f"joint {robot.joint_names[j]} would be {over[k, j]:.3f} rad beyond its limits at "
+            f"{s.times[k]:.1f} s of '{plan.segments[0].name}'",
+            joint=robot.joint_names[j],
+            excess=float(over[k, j]),
+            body=s.body[k, 0].tolist(),
+            foot=s.feet[k, j // 3].tolist(),
+        )
+    if len(q) > 1:
+        speed = np.abs(np.diff(q, axis=0)) / np.diff(s.times)[:, None]
+        k, j = np.unravel_index(int(np.argmax(speed / robot.speed)), speed.shape)
+        if speed[k, j] > robot.speed[j]:
+            raise PlanningError(
+                f"joint {robot.joint_names[j]} would have to turn at {speed[k, j]:.1f} rad/s, "
+                f"{robot.speed[j]:.1f} rad/s is its limit",
+                joint=robot.joint_names[j],
+                speed=float(speed[k, j]),
+            )

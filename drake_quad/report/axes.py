@@ -1,0 +1,129 @@
+"""What the figures share: axes over time with the segments behind them, and thinned lines."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.report.run_log import Band
+from drake_quad.report.style import BAND_OPACITY, MUTED, WIDTH, kind_colour
+
+MOST_POINTS = 2500  # a line: more cannot be told apart at 1100 px
+GLYPH = 0.062  # [in] mean width of a letter of a band's label
+
+
+def make_axes(
+    rows: int, columns: int = 1, *, height: float, share_y: str | bool = False, **options: Any
+) -> tuple[Figure, np.ndarray[Any, Any]]:
+    """A figure of the report's width with (rows, columns) axes that share their times.
+
+    Args:
+        rows: Of axes.
+        columns: Of axes.
+        height: Of the figure [in].
+        share_y: As matplotlib's `sharey`.
+        options: More for matplotlib's `subplots`.
+    """
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    axes = figure.subplots(rows, columns, sharex=True, sharey=share_y, squeeze=False, **options)
+    return figure, axes
+
+
+def thin(t: FloatArray, y: FloatArray, most: int = MOST_POINTS) -> tuple[FloatArray, FloatArray]:
+    """Returns at most about `most` samples of (N,) `t`, `y`, with every peak kept.
+
+    Of each of most/2 stretches of equal length the least and the greatest stay, in their order;
+    so a spike of one sample is still there. A stretch that holds nan alone stays nan.
+    """
+    n = len(t)
+    if n <= most:
+        return t, y
+    edges = np.linspace(0, n, most // 2 + 1).astype(int)
+    stretch = np.repeat(np.arange(len(edges) - 1), np.diff(edges))
+    # Sorted by stretch, then by value: a stretch's first and last rows are its extremes.
+    low = np.lexsort((np.where(np.isnan(y), np.inf, y), stretch))[edges[:-1]]
+    high = np.lexsort((np.where(np.isnan(y), -np.inf, y), stretch))[edges[1:] - 1]
+    keep = np.unique(np.concatenate([[0], low, high, [n - 1]]))
+    return t[keep], y[keep]
+
+
+def draw_line(axes: Axes, t: FloatArray, y: FloatArray, **style: Any) -> None:
+    """Draws (N,) `y` over `t`, thinned; nothing where no sample is known."""
+    if np.any(np.isfinite(y)):
+        axes.plot(*thin(t, y), **style)
+
+
+def draw_bands(axes: Sequence[Axes], bands: Sequence[Band], *, label: Axes | None = None) -> None:
+    """Colours the segments behind all `axes`, and names them along the top of `label`.
+
+    A name that is wider than its segment gives way to the segment's kind, then to nothing: the
+    page's table lists them all.
+
+    Args:
+        axes: Over time [s].
+        bands: The run's segments.
+        label: The axes that carry the names, as wide as the figure.
+    """
+    if not bands:
+        return
+    start, end = bands[0].start, bands[-1].end
+    if end <= start:
+        return
+    for axis in axes:
+        axis.set_xlim(start, end)
+        for band in bands:
+            axis.axvspan(
+                band.start,
+                band.end,
+                facecolor=kind_colour(band.kind),
+                alpha=BAND_OPACITY,
+                edgecolor="none",
+                zorder=0,
+            )
+    if label is None:
+        return
+    inches = 0.92 * WIDTH
+    for band in bands:
+        room = inches * (band.end - band.start) / (end - start)
+        words = [w for w in (band.name, band.kind) if w and GLYPH * len(w) < room]
+        if words:
+            label.annotate(
+                words[0],
+                (0.5 * (band.start + band.end), 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(0, 2),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                fontsize=7.5,
+                color=kind_colour(band.kind),
+                annotation_clip=False,
+            )
+
+
+def label_time(axes: Sequence[Axes]) -> None:
+    """Names the time axis under the lowest axes."""
+    for axis in axes:
+        axis.set_xlabel("simulated time [s]")
+
+
+def mark_point(axes: Axes, t: float, y: float, text: str, *, colour: str = MUTED) -> None:
+    """Rings the point (t, y) and says what it is, above it and towards the middle."""
+    left, right = axes.get_xlim()
+    late = t > 0.5 * (left + right)
+    axes.plot([t], [y], "o", ms=6, mfc="none", mec=colour, mew=1.4, zorder=5)
+    axes.annotate(
+        text,
+        (t, y),
+        xytext=(-10 if late else 10, 12),
+        textcoords="offset points",
+        ha="right" if late else "left",
+        fontsize=8.5,
+        fontweight="bold",
+        color=colour,
+        arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.8},
+        zorder=6,
+    )

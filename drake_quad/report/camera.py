@@ -1,0 +1,65 @@
+"""From where to look at a course so that all of it shows."""
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.terrain import Course
+
+SIDE = (-0.35, -1.0)  # of a straight course along x: from its right, a little from behind
+ELEVATION = 0.5  # [rad] over the horizon
+FIELD_OF_VIEW = np.radians(75.0)  # Meshcat's own, upright
+ASPECT = 1.6  # of the window, width to height
+BORDER = 1.04  # a little air around the course
+TALL, SHOWN = 1.1, 0.2  # [m] of robot over each tread, and of the box under it
+
+
+def camera_pose(course: Course) -> tuple[FloatArray, FloatArray]:
+    """Where to stand (3,) and what to look at (3,), in W [m].
+
+    A straight course is seen from its side. One with a turn is seen from the corner that it goes
+    around: from there no flight hides another, and every flight shows its profile.
+    """
+    corners = _corners(course)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    target = 0.5 * (low + high)
+    areas = np.array([box.size[0] * box.size[1] for box in course.boxes])
+    centres = np.stack([box.centre[:2] for box in course.boxes])
+    inner = target[:2] - areas @ centres / areas.sum()
+    turned = np.linalg.norm(inner) > 0.1 * np.linalg.norm(high[:2] - low[:2])
+    way = inner if turned else np.array(SIDE)
+    way = way / np.linalg.norm(way)
+    look = np.array([*(np.cos(ELEVATION) * way), np.sin(ELEVATION)])
+    return _stand_off(corners, target, look)
+
+
+def _corners(course: Course) -> FloatArray:
+    """All that has to be in the picture (n, 3) [m]: the boxes, and a robot on top of each."""
+    found = []
+    for box in course.boxes:
+        for z in (box.top - SHOWN, box.top + TALL):
+            found.append(np.column_stack([box.corners(), np.full(4, z)]))
+    return np.concatenate(found)
+
+
+def _stand_off(
+    corners: FloatArray, target: FloatArray, look: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Camera and target, so far off along `look` (3,) that the corners fill the window.
+
+    The target is moved sideways first: what is in the middle of the world is not what is in the
+    middle of the picture.
+    """
+    right = np.cross([0.0, 0.0, 1.0], look)
+    right /= np.linalg.norm(right)
+    up = np.cross(look, right)
+    half_up = np.tan(0.5 * FIELD_OF_VIEW)
+    half = np.array([half_up * ASPECT, half_up])
+    distance = 1.0
+    for _ in range(20):  # the two depend on one another; this settles within a millimetre
+        p = (corners - target) @ np.column_stack([right, up, look])
+        seen = p[:, :2] / (distance - np.minimum(p[:, 2:], distance - 0.1))
+        middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
+        target = target + distance * (middle[0] * right + middle[1] * up)
+        p = (corners - target) @ np.column_stack([right, up, look])
+        distance = float(np.max(np.abs(p[:, :2]) / half + p[:, 2:]))
+    return target + BORDER * distance * look, target

@@ -1,0 +1,139 @@
+"""The run on its course: footprints and paths from above, heights from the side."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from drake_quad.gait.support import support_polygon
+
+from drake_quad.report.motion import base_motion, margins, touchdowns
+from drake_quad.report.run_files import Run
+from drake_quad.report.style import (
+    BAD,
+    COM_COLOUR,
+    GOOD,
+    GRID,
+    INK,
+    LEG_COLOURS,
+    LEG_NAMES,
+    MUTED,
+    WIDTH,
+)
+from drake_quad.report.unroll import lane_starts, unroll
+from drake_quad.terrain import Course
+
+TALLEST = 8.5  # [in] of the view from above
+MARKERS = ("o", "s", "o", "s")  # left feet round, right feet square
+
+
+def draw_footprints(run: Run) -> Figure:
+    """The course from above with footprints, paths, and the support polygon of least margin."""
+    low, high = run.course.bounds()
+    size = high[:2] - low[:2]
+    height = float(np.clip(WIDTH * size[1] / size[0] + 0.9, 2.6, TALLEST))
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    axis = figure.subplots()
+    _draw_ground(axis, run.course)
+    base, com = base_motion(run).p_WB, run.log.vector("com")
+    _draw_path(axis, base, color=MUTED, lw=1.0, ls=(0, (4, 2)), label="body")
+    _draw_path(axis, com, color=COM_COLOUR, lw=1.4, label="centre of mass")
+    prints = touchdowns(run)
+    for row, (colour, marker) in enumerate(zip(LEG_COLOURS, MARKERS, strict=True)):
+        places = [p.p_WF[:2] for p in prints if p.row == row]
+        if places:
+            style = {"color": colour, "marker": marker, "ms": 4.5, "mew": 0, "ls": ""}
+            axis.plot(*np.array(places).T, **style, label=f"leg {LEG_NAMES[row]}")
+    _draw_least(axis, run)
+    axis.set_aspect("equal")
+    axis.set_xlim(low[0] - 0.15, high[0] + 0.15)
+    axis.set_ylim(low[1] - 0.15, high[1] + 0.15)
+    axis.grid(visible=False)
+    axis.set_xlabel("x in W [m]")
+    axis.set_ylabel("y in W [m]")
+    if axis.get_legend_handles_labels()[0]:
+        figure.legend(loc="outside upper center", ncols=7)
+    return figure
+
+
+def draw_side(run: Run) -> Figure:
+    """The course from the side, its lanes one after another, with feet and centre of mass."""
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+    axis = figure.subplots()
+    for lane, start in zip(run.course.lanes, lane_starts(run.course), strict=True):
+        d, z = lane.profile(0.0, lane.length)
+        axis.fill_between(start + d, z, z.min() - 0.12, color=GRID, lw=0)
+        axis.plot(start + d, z, color=INK, lw=1.0)
+        if start > 0.0:
+            axis.axvline(start, color=MUTED, lw=0.8, ls=(0, (2, 2)))
+            axis.annotate("turn", (start, 1.0), xycoords=("data", "axes fraction"), ha="center")
+    view = unroll(run)
+    for row, colour in enumerate(LEG_COLOURS):
+        label = f"foot {LEG_NAMES[row]}"
+        _draw_side_path(axis, view.feet[:, row], view.lane, color=colour, lw=0.9, label=label)
+    style = {"color": COM_COLOUR, "lw": 1.4, "label": "centre of mass"}
+    _draw_side_path(axis, view.com, view.lane, **style)
+    axis.set_xlabel("along the course [m]")
+    axis.set_ylabel("z in W [m]")
+    if axis.get_legend_handles_labels()[0]:
+        figure.legend(loc="outside upper center", ncols=5)
+    return figure
+
+
+def _draw_ground(axis: Axes, course: Course) -> None:
+    """Outlines of treads, floors and landings, the higher the darker, and the nosings."""
+    tops = np.array([box.top for box in course.boxes])
+    span = float(np.ptp(tops)) or 1.0
+    for box in sorted(course.boxes, key=lambda b: b.top):
+        shade = 0.25 + 0.75 * (box.top - tops.min()) / span
+        axis.add_patch(Polygon(box.corners(), facecolor=GRID, alpha=shade, lw=0, zorder=0.5))
+        axis.add_patch(Polygon(box.corners(), facecolor="none", edgecolor=GRID, lw=0.8, zorder=0.6))
+    for ends in course.nosings():
+        axis.plot(ends[:, 0], ends[:, 1], color=MUTED, lw=1.4, zorder=0.7)
+
+
+def _draw_path(axis: Axes, p_W: np.ndarray, **style: object) -> None:
+    """A path from above, one sample in so many that none is missed."""
+    known = np.isfinite(p_W).all(axis=1)
+    if np.any(known):
+        x, y = p_W[known, 0], p_W[known, 1]
+        step = max(1, len(x) // 2500)
+        axis.plot(x[::step], y[::step], **style)
+
+
+def _draw_side_path(axis: Axes, p: np.ndarray, lane: np.ndarray, **style: object) -> None:
+    """A path from the side, broken where the lane changes."""
+    breaks = np.flatnonzero(np.diff(lane)) + 1
+    p = np.insert(p, breaks, np.nan, axis=0)
+    step = max(1, len(p) // 2500)
+    keep = np.unique(
+        np.concatenate([np.arange(0, len(p), step), np.flatnonzero(np.isnan(p[:, 0]))])
+    )
+    if np.any(np.isfinite(p)):
+        axis.plot(p[keep, 0], p[keep, 1], **style)
+
+
+def _draw_least(axis: Axes, run: Run) -> None:
+    """The support polygon and the centre of mass at the moment of the least margin."""
+    margin = margins(run)
+    if not np.any(np.isfinite(margin)):
+        return
+    k = int(np.nanargmin(margin))
+    feet = run.log.feet("position")[k, run.log.flags("bearing")[k], :2]
+    colour = GOOD if margin[k] >= 0.0 else BAD
+    if len(feet):
+        hull = support_polygon(feet)
+        axis.add_patch(Polygon(hull, facecolor=colour, alpha=0.25, lw=0, zorder=3))
+        axis.add_patch(Polygon(hull, facecolor="none", edgecolor=colour, lw=1.4, zorder=3))
+    com = run.log.vector("com")[k]
+    axis.plot(*com[:2], "x", color=INK, ms=7, mew=1.8, zorder=4)
+    text = f"least margin {margin[k]:.3f} m at {run.log.t[k]:.1f} s"
+    axis.annotate(
+        text,
+        com[:2],
+        xytext=(18, 18),
+        textcoords="offset points",
+        fontweight="bold",
+        arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8},
+        zorder=5,
+    )

@@ -1,0 +1,97 @@
+"""What follows from a run's log and its robot: where the body and the feet were."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.report.run_files import Run
+from drake_quad.report.run_log import runs_of
+from drake_quad.robot.leg_kinematics import calc_feet
+
+NO_SUPPORT = -1.0  # [m] a margin below this is logged where no foot bears, and is no length
+
+
+@dataclass(frozen=True, eq=False)
+class BaseMotion:
+    """The body frame B over N samples, in W.
+
+    Attributes:
+        p_WB: (N, 3) [m].
+        R_WB: (N, 3, 3).
+        rpy: (N, 3) roll, pitch, yaw [rad], the yaw without jumps.
+    """
+
+    p_WB: FloatArray
+    R_WB: FloatArray
+    rpy: FloatArray
+
+
+def base_motion(run: Run) -> BaseMotion:
+    """The body as measured."""
+    first = run.layout.q_base
+    w, x, y, z = run.positions[:, first : first + 4].T
+    norm = w * w + x * x + y * y + z * z
+    s = 2.0 / np.where(norm > 0.0, norm, np.nan)
+    R = np.stack(
+        [
+            np.stack([1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)], axis=-1),
+            np.stack([s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)], axis=-1),
+            np.stack([s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)], axis=-1),
+        ],
+        axis=-2,
+    )
+    roll = np.arctan2(R[:, 2, 1], R[:, 2, 2])
+    pitch = -np.arcsin(np.clip(R[:, 2, 0], -1.0, 1.0))
+    yaw = np.arctan2(R[:, 1, 0], R[:, 0, 0])
+    rpy = np.stack([roll, pitch, _without_jumps(yaw)], axis=-1)
+    return BaseMotion(run.positions[:, first + 4 : first + 7], R, rpy)
+
+
+def calc_foot_centres(run: Run) -> FloatArray:
+    """The foot spheres' centres as measured, (N, 4, 3) in W [m], by forward kinematics."""
+    base = base_motion(run)
+    q = run.positions[:, run.layout.q_joints].reshape(-1, 4, 3)
+    p_BF = calc_feet(run.robot.geometry, q)
+    return base.p_WB[:, None] + np.einsum("nij,nlj->nli", base.R_WB, p_BF)
+
+
+def margins(run: Run, name: str = "margin") -> FloatArray:
+    """A margin of the log, (N,) [m]; nan where no foot bears, for then it is none."""
+    values = run.log.number(name)
+    return np.where(values > NO_SUPPORT, values, np.nan)
+
+
+@dataclass(frozen=True)
+class Touchdown:
+    """A foot that came to bear.
+
+    Attributes:
+        row: The leg's row.
+        sample: Index of the first sample in which it bears.
+        p_WF: (3,) where the foot's contact was in the middle of its stance, in W [m].
+    """
+
+    row: int
+    sample: int
+    p_WF: FloatArray
+
+
+def touchdowns(run: Run, *, shortest: float = 0.1) -> list[Touchdown]:
+    """The footprints: every stance longer than `shortest` [s], leg by leg, in time order."""
+    bearing, places, t = run.log.flags("bearing"), run.log.feet("position"), run.log.t
+    found = []
+    for row in range(4):
+        for first, past in runs_of(bearing[:, row]):
+            place = places[(first + past) // 2, row]
+            if t[past - 1] - t[first] >= shortest and np.all(np.isfinite(place)):
+                found.append(Touchdown(row, first, place))
+    return found
+
+
+def _without_jumps(angle: FloatArray) -> FloatArray:
+    """`angle` (N,) [rad] made continuous over its finite samples."""
+    known = np.isfinite(angle)
+    out = np.array(angle)
+    out[known] = np.unwrap(angle[known])
+    return out

@@ -1,0 +1,130 @@
+"""Reads the files that a run left in its directory, however it ended."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from drake_quad.errors import InputError
+from drake_quad.gait.legs import FloatArray, read_only
+from drake_quad.report.run_log import RunLog
+from drake_quad.robot.load_robot import MakeModelPlant, load_robot
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_state import StateLayout, make_layout
+from drake_quad.scenario import Scenario, course_of, load_scenario
+from drake_quad.terrain import Course
+
+SUMMARY, LOG, SCENARIO = "summary.json", "log.parquet", "scenario.yaml"
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished run, as its files have it.
+
+    Attributes:
+        directory: Where they are.
+        summary: What the run said of itself; empty if it came to say nothing.
+        log: The samples, maybe none.
+        scenario: In full.
+        robot: The scenario's robot.
+        course: The scenario's course.
+        layout: Where what is in `positions` and `velocities`.
+        positions: (N, nq) the robot's positions, in Drake's order.
+        velocities: (N, nv) its velocities, in Drake's order.
+        notices: What is amiss with the files, a sentence each.
+    """
+
+    directory: Path
+    summary: Mapping[str, Any]
+    log: RunLog
+    scenario: Scenario
+    robot: RobotModel
+    course: Course
+    layout: StateLayout
+    positions: FloatArray
+    velocities: FloatArray
+    notices: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """What to call it: the scenario's name, else its description, else the directory's."""
+        return str(self.summary.get("scenario") or self.scenario.description or self.directory.name)
+
+    @property
+    def kinematic(self) -> bool:
+        """Whether the robot was moved along its plan, without forces."""
+        mode = self.summary.get("simulation", self.scenario.simulation.mode)
+        return str(mode) == "kinematic"
+
+
+def read_run(directory: str | Path) -> Run:
+    """Reads a run's `scenario.yaml`, `log.parquet` and `summary.json`.
+
+    The scenario is needed; a missing or cut log or summary only makes a notice.
+
+    Raises:
+        InputError: No such directory, no scenario in it, or one that cannot be used.
+    """
+    directory = Path(directory).expanduser()
+    if not (directory / SCENARIO).is_file():
+        there = "holds no scenario.yaml" if directory.is_dir() else "no such directory"
+        raise InputError(
+            source=str(directory),
+            field="directory",
+            value=directory.name,
+            remedy=f"{there}; give one that `drake-quad run --out` has written",
+        )
+    notices: list[str] = []
+    summary = _read_summary(directory / SUMMARY, notices)
+    log = _read_log(directory / LOG, notices)
+    scenario = load_scenario(directory / SCENARIO)
+    robot = load_robot(scenario.robot.model)
+    plant = MakeModelPlant(robot.url)
+    positions = [f"q_{name}" for name in plant.GetPositionNames()]
+    velocities = [f"v_{name}" for name in plant.GetVelocityNames()]
+    lacking = [name for name in (*positions, *velocities) if name not in log.columns]
+    if len(log) and lacking:
+        notices.append(f"The log lacks {len(lacking)} of the robot's states, such as {lacking[0]}.")
+    return Run(
+        directory=directory,
+        summary=summary,
+        log=log,
+        scenario=scenario,
+        robot=robot,
+        course=course_of(scenario, source=str(directory / SCENARIO), foot_radius=robot.foot_radius),
+        layout=make_layout(plant, robot),
+        positions=read_only(log.numbers(positions)),
+        velocities=read_only(log.numbers(velocities)),
+        notices=tuple(notices),
+    )
+
+
+def _read_summary(path: Path, notices: list[str]) -> dict[str, Any]:
+    """The summary, or an empty one with a notice."""
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as problem:
+        notices.append(f"{path.name} cannot be read ({type(problem).__name__}): the run was cut.")
+        return {}
+    if not isinstance(summary, dict):
+        notices.append(f"{path.name} holds no object: the run was cut.")
+        return {}
+    return summary
+
+
+def _read_log(path: Path, notices: list[str]) -> RunLog:
+    """The log, or one without samples with a notice."""
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowException) as problem:
+        notices.append(f"{path.name} cannot be read ({type(problem).__name__}): nothing to draw.")
+        return RunLog({})
+    columns = {name: table[name].to_numpy(zero_copy_only=False) for name in table.column_names}
+    log = RunLog(columns)
+    if not len(log):
+        notices.append(f"{path.name} holds no sample: nothing to draw.")
+    return log

@@ -1,0 +1,72 @@
+"""Colours and type of all figures and of the replay: each thing has one colour everywhere.
+
+The hues are Okabe and Ito's, told apart by the colour-blind; front legs are warm and rear legs
+cool, as on the paper's robot, left legs light and right legs dark. Ink, muted ink and grid are stand-ins: `svg` replaces
+them by the page's own variables, so that figures follow its light or dark theme.
+"""
+
+from typing import Any
+
+LEG_COLOURS = ("#E69F00", "#B8480A", "#3FA7E6", "#0068A8")  # FL, FR, RL, RR
+LEG_NAMES = ("1 FL", "2 FR", "3 RL", "4 RR")  # the paper's number, the log's name
+
+GOOD, WARN, BAD = "#009E73", "#C98A00", "#D55E00"
+COM_COLOUR = "#CC79A7"
+LESS_COLOUR = "#8C6BB1"  # a second quantity beside the measured one
+
+KIND_COLOURS = {
+    "stand": "#8A8F94",
+    "transition": "#8C6BB1",
+    "wave": "#009E73",
+    "spin": "#C98A00",
+}
+OTHER_KIND = "#8A8F94"
+BAND_OPACITY = 0.13
+
+INK, MUTED, GRID, PAPER = "#010203", "#040506", "#070809", "#0A0B0C"
+PAGE_VARIABLES = {INK: "--ink", MUTED: "--muted", GRID: "--grid", PAPER: "--paper"}
+
+WIDTH = 11.0  # [in] of every figure; at 1100 px one inch is 100 px
+
+RC: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.facecolor": "none",
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "axes.linewidth": 0.7,
+    "lines.linewidth": 1.2,
+    "lines.solid_joinstyle": "round",
+    "svg.fonttype": "none",
+    "path.simplify": True,
+    "path.simplify_threshold": 0.1,
+    "mathtext.fontset": "dejavusans",
+}
+
+
+def kind_colour(kind: str) -> str:
+    """The colour of a segment's kind; grey for one that this page does not know."""
+    return KIND_COLOURS.get(kind, OTHER_KIND)

@@ -1,0 +1,322 @@
+"""Runs a scenario: plan, simulate, measure, and leave a run's files behind."""
+
+import json
+import platform
+import re
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
+
+from drake_quad import __version__
+from drake_quad.diagram import MakeStairClimb, StairClimb, Visualize
+from drake_quad.errors import DrakeQuadError, InputError, PlanningError
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import MotionPlan, Stance
+from drake_quad.planning.plan_mission import (
+    MissionPlan,
+    check_mission,
+    initial_stance,
+    plan_mission,
+)
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.robot.load_robot import MakeModelPlant, load_robot
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_state import make_layout
+from drake_quad.run_log import kinematic_logs, make_table, state_names
+from drake_quad.scenario import (
+    Scenario,
+    control_settings,
+    course_of,
+    mission_of,
+    plan_settings,
+    save_scenario,
+)
+from drake_quad.summary import summarize
+from drake_quad.terrain import Course
+
+CHUNK = 0.25  # [s] simulated between looks at the clock and at Ctrl-C
+
+# Told how far a run is: simulated time and what it is likely to come to [s].
+Progress = Callable[[float, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Preparation:
+    """A scenario made into the values that planning and simulation take."""
+
+    scenario: Scenario
+    robot: RobotModel
+    course: Course
+    settings: PlanSettings
+    tasks: tuple[Task, ...]
+    stance: Stance
+    plan: MissionPlan
+
+
+@dataclass(eq=False)
+class RunResult:
+    """A finished (or ended) run.
+
+    Attributes:
+        outcome: `goal_reached`, `fell` or `stopped`.
+        reason: What ended it, in a sentence.
+        summary: What summary.json holds.
+        table: What log.parquet holds.
+    """
+
+    outcome: str
+    reason: str
+    summary: dict[str, Any]
+    table: pa.Table = field(repr=False)
+
+
+def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
+    """Reads the robot, lays the course and plans the whole mission on paper.
+
+    Args:
+        scenario: Loaded and checked.
+        source: What to name as the file in errors.
+
+    Raises:
+        InputError: If something in the scenario cannot be, or is out of the robot's reach.
+        PlanningError: If there is no plan for another reason.
+    """
+    robot = load_robot(scenario.robot.model)
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    settings = plan_settings(scenario)
+    tasks = mission_of(scenario, course, source=source)
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    try:
+        plan = plan_mission(robot, course, settings, tasks, stance)
+        check_mission(robot, plan)
+    except PlanningError as error:
+        raise _blame_stairs(scenario, error, source=source) from None
+    return Preparation(scenario, robot, course, settings, tasks, stance, plan)
+
+
+def run(
+    scenario: Scenario,
+    *,
+    source: str = "scenario",
+    progress: Progress | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    visualize: Visualize | None = None,
+) -> RunResult:
+    """Plans and simulates `scenario` (or replays its plan, if its mode is kinematic).
+
+    Args:
+        scenario: Loaded and checked.
+        source: What to name as the file in errors.
+        progress: Told how far the run is.
+        stop: Asked now and then whether to stop (Ctrl-C).
+        visualize: Adds viewers to the Diagram.
+
+    Raises:
+        InputError: If something in the scenario cannot be.
+        PlanningError: If there is no plan on paper.
+    """
+    prepared = prepare(scenario, source=source)
+    if scenario.simulation.mode == "kinematic":
+        return _replay_plan(prepared)
+    return _simulate(prepared, progress, stop, visualize)
+
+
+def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
+    """Writes summary.json, log.parquet and scenario.yaml into `directory`.
+
+    Each file is written beside its place and moved there, so that none is ever half.
+
+    Raises:
+        InputError: If they cannot be written, with the reason.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, write in (
+            ("scenario.yaml", lambda p: save_scenario(scenario, p)),
+            ("log.parquet", lambda p: pq.write_table(result.table, p, compression="zstd")),
+            ("summary.json", lambda p: p.write_text(json.dumps(result.summary, indent=2) + "\n")),
+        ):
+            partial = directory / f".{name}.part"
+            write(partial)
+            partial.replace(directory / name)
+    except OSError as error:
+        raise InputError(
+            source="--out",
+            field="directory",
+            value=str(directory),
+            remedy=f"cannot be written: {error.strerror or error}; give another with --out",
+        ) from None
+
+
+def _simulate(
+    p: Preparation,
+    progress: Progress | None,
+    stop: Callable[[], bool],
+    visualize: Visualize | None,
+) -> RunResult:
+    scenario = p.scenario
+    climb = MakeStairClimb(
+        robot=p.robot,
+        course=p.course,
+        settings=p.settings,
+        mission=p.tasks,
+        control=control_settings(scenario),
+        stance=p.stance,
+        plant_config=scenario.simulation.plant,
+        friction=scenario.simulation.friction,
+        log_period=scenario.simulation.log_period,
+        visualize=visualize,
+    )
+    simulator = Simulator(climb.diagram)
+    ApplySimulatorConfig(scenario.simulation.simulator, simulator)
+    simulator.set_target_realtime_rate(scenario.simulation.realtime_rate)
+    context = simulator.get_mutable_context()
+    # Long enough for every wait that the scheduler has patience for.
+    limit = 2.0 * p.plan.duration + 30.0
+    begun = time.perf_counter()
+    try:
+        simulator.Initialize()
+        outcome, reason = "stopped", f"not at the goal after {limit:.0f} s"
+        while context.get_time() < limit:
+            status = simulator.AdvanceTo(min(context.get_time() + CHUNK, limit))
+            if progress is not None:
+                progress(context.get_time(), p.plan.duration)
+            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                outcome, reason = _outcome(status.FormatMessage())
+                break
+            if stop():
+                outcome, reason = "stopped", "interrupted"
+                break
+    except KeyboardInterrupt:
+        outcome, reason = "stopped", "interrupted"
+    except DrakeQuadError as error:
+        outcome, reason = "stopped", str(error)
+    except RuntimeError as error:  # Drake's own: a solver that gave up, a state that is not finite
+        outcome, reason = "stopped", f"simulation failed: {str(error).splitlines()[0]}"
+    wall = time.perf_counter() - begun
+    table = _collect(p, climb, context)
+    figures = {
+        "simulated_time": float(context.get_time()),
+        "wall_time": wall,
+        "real_time_factor": float(context.get_time()) / wall,
+    }
+    return RunResult(outcome, reason, _summary(p, outcome, reason, table, figures), table)
+
+
+def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
+    logs = {name: sink.FindLog(context) for name, sink in climb.loggers.items()}
+    times = logs["state"].sample_times()
+    planner = climb.diagram.GetSubsystemByName("controller").GetSubsystemByName(
+        "transition_planner"
+    )
+    plans = planner.plans(planner.GetMyContextFromRoot(context))
+    # Contact results exist once the plant has taken a step and the monitors have seen it.
+    first = int(np.searchsorted(times, 2.5 * climb.monitor_period))
+    count = min(log.num_samples() for log in logs.values())
+    return make_table(
+        p.robot,
+        climb.layout,
+        times=times[first:count],
+        logs={name: log.data().T[first:count] for name, log in logs.items()},
+        plans=plans,
+        state_names=state_names(
+            climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()
+        ),
+    )
+
+
+def _replay_plan(p: Preparation) -> RunResult:
+    begun = time.perf_counter()
+    plant = MakeModelPlant(p.robot.url)
+    layout = make_layout(plant, p.robot)
+    plans: tuple[MotionPlan, ...] = p.plan.plans
+    times, logs = kinematic_logs(
+        p.robot,
+        layout,
+        plans,
+        p.scenario.simulation.log_period,
+        massless_legs=p.settings.uniform_body,
+    )
+    table = make_table(
+        p.robot,
+        layout,
+        times=times,
+        logs=logs,
+        plans=plans,
+        state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
+    )
+    wall = time.perf_counter() - begun
+    figures = {
+        "simulated_time": float(times[-1]),
+        "wall_time": wall,
+        "real_time_factor": float(times[-1]) / wall,
+    }
+    reason = "kinematic replay of the plan: no physics, nothing measured"
+    return RunResult(
+        "goal_reached", reason, _summary(p, "goal_reached", reason, table, figures), table
+    )
+
+
+def _summary(
+    p: Preparation, outcome: str, reason: str, table: pa.Table, figures: dict[str, float]
+) -> dict[str, Any]:
+    return {
+        "description": p.scenario.description,
+        "outcome": outcome,
+        "reason": reason,
+        "simulation": p.scenario.simulation.mode,
+        **figures,
+        "planning_time": p.plan.planning_time,
+        **summarize(table, p.robot),
+        "seed": p.scenario.simulation.seed,
+        "versions": {
+            "drake_quad": __version__,
+            "drake": version("drake"),
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+        },
+    }
+
+
+def _outcome(message: str) -> tuple[str, str]:
+    """Outcome and reason from a termination's message: `goal_reached` or `<outcome>: <why>`."""
+    found = re.search(r'message: "(.*)"', message, re.DOTALL)
+    text = found.group(1) if found else message
+    if text == "goal_reached":
+        return text, "the mission was carried out"
+    outcome, _, reason = text.partition(": ")
+    return (outcome, reason) if outcome in ("fell", "stopped") else ("stopped", text)
+
+
+def _blame_stairs(scenario: Scenario, error: PlanningError, *, source: str) -> DrakeQuadError:
+    """The scenario's field behind a plan that the legs cannot follow, if there is one."""
+    if "excess" not in error.data:
+        return error
+    flights = [
+        (max(e.rises or [e.rise or 0.0]), k)
+        for k, e in enumerate(scenario.course)
+        if e.kind == "stairs"
+    ]
+    if flights:
+        rise, k = max(flights)
+        name = "rises" if scenario.course[k].rises else "rise"
+        return InputError(
+            source=source,
+            field=f"course[{k}].{name}",
+            value=rise,
+            remedy=f"out of the robot's reach: {error.reason}; take a lower rise",
+        )
+    return InputError(
+        source=source,
+        field="gait.body_height",
+        value=scenario.gait.body_height,
+        remedy=f"out of the robot's reach: {error.reason}",
+    )

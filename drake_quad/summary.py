@@ -1,0 +1,160 @@
+"""A run's figures, from its log: what summary.json holds (docs/log_format.md has the keys)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from drake_quad.gait.legs import SHORT_NAMES, BoolArray, FloatArray
+from drake_quad.robot.robot_model import RobotModel
+
+GRAVITY = 9.81
+WITHIN = 0.02  # [m] by which the measured margin may differ from the planned one
+
+
+def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
+    """The figures of a run's log; nan becomes None, an empty log gives no figures."""
+    if table.num_rows == 0:
+        return {}
+    c = {name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}
+    t = c["t"]
+    period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    bearing = np.stack([c[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=-1)
+    few = bearing.sum(axis=1) < 3
+    difference = np.abs(c["margin"] - c["margin_planned"])
+    q = _joints(c, "q_", "_q", robot)
+    qd = _joints(c, "v_", "_w", robot)
+    tau = np.stack([c[f"tau_{name}"] for name in robot.joint_names], axis=-1)
+    middle, half = 0.5 * (robot.q_upper + robot.q_lower), 0.5 * (robot.q_upper - robot.q_lower)
+    place, tilt = base_error(c)
+    slip, roll = _slip(c, period)
+    lowest = int(np.nanargmin(c["margin"])) if np.any(np.isfinite(c["margin"])) else 0
+    figures = {
+        "margin": _spread(c["margin"]),
+        "margin_minimum_at": float(t[lowest]),
+        "margin_planned": _spread(c["margin_planned"]),
+        "zmp_margin": _spread(c["zmp_margin"]),
+        "margin_within_20mm": float(np.mean(difference[np.isfinite(difference)] <= WITHIN))
+        if np.any(np.isfinite(difference))
+        else None,
+        "samples": len(t),
+        "samples_under_three_feet": int(few.sum()),
+        "time_under_three_feet": float(few.sum() * period),
+        "nonfoot_contact_samples": int(np.sum(c["nonfoot_contacts"] > 0)),
+        "nonfoot_force_max": float(np.max(c["nonfoot_force"])),
+        "base_error_max": float(np.max(place)),
+        "base_tilt_error_max_deg": float(np.degrees(np.max(tilt))),
+        "slip_max": float(max(slip)),
+        "foot_roll_max": float(max(roll)),
+        "torque_ratio_max": _largest(np.abs(tau) / robot.effort),
+        "speed_ratio_max": _largest(np.abs(qd) / robot.speed),
+        "position_ratio_max": _largest(np.abs(q - middle) / half),
+        "cost_of_transport": _cost_of_transport(c, tau, qd, robot.mass, period),
+        "clock_waited": float(c["gait_waited"][-1]),
+    }
+    return {**_plain(figures), "segments": segment_figures(c)}
+
+
+def base_error(c: dict[str, np.ndarray]) -> tuple[FloatArray, FloatArray]:
+    """Distance [m] and angle [rad] between the base and its plan, (N,) each."""
+    name = next(k for k in c if k.startswith("q_") and k.endswith("_qw"))[:-2]
+    quaternion = np.stack([c[name + k] for k in ("qw", "qx", "qy", "qz")], axis=-1)
+    position = np.stack([c[name + k] for k in "xyz"], axis=-1)
+    desired = np.stack([c[f"base_desired_{k}"] for k in "xyz"], axis=-1)
+    hp, hy = 0.5 * c["base_desired_pitch"], 0.5 * c["base_desired_yaw"]
+    wanted = np.stack(
+        [
+            np.cos(hy) * np.cos(hp),
+            -np.sin(hy) * np.sin(hp),
+            np.cos(hy) * np.sin(hp),
+            np.sin(hy) * np.cos(hp),
+        ],
+        axis=-1,
+    )
+    dot = np.abs(np.einsum("ij,ij->i", quaternion, wanted)) / np.linalg.norm(quaternion, axis=1)
+    return np.linalg.norm(position - desired, axis=1), 2.0 * np.arccos(np.clip(dot, 0.0, 1.0))
+
+
+def segment_figures(c: dict[str, np.ndarray]) -> list[dict[str, Any]]:
+    """Name, kind, start, end and smallest margins of every segment as it was run."""
+    key = np.array([f"{a}/{b}" for a, b in zip(c["task"], c["segment"], strict=True)])
+    cuts = np.concatenate([[0], np.flatnonzero(key[1:] != key[:-1]) + 1, [len(key)]])
+    return [
+        _plain(
+            {
+                "name": str(c["segment"][a]),
+                "kind": str(c["segment_kind"][a]),
+                "start": float(c["t"][a]),
+                "end": float(c["t"][b - 1]),
+                "margin_min": _smallest(c["margin"][a:b]),
+                "margin_planned_min": _smallest(c["margin_planned"][a:b]),
+            }
+        )
+        for a, b in zip(cuts[:-1], cuts[1:], strict=True)
+        if c["segment"][a]
+    ]
+
+
+def stances(bearing: BoolArray, standing: BoolArray) -> list[tuple[int, int]]:
+    """Stretches [start, end) of samples in which a foot is to stand and bears."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (bearing & standing).astype(int), [0]])))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _slip(c: dict[str, np.ndarray], period: float) -> tuple[list[float], list[float]]:
+    """Per stance the distance slid [m], and how far the contact wandered in all [m].
+
+    A ball foot rolls as its shank turns, which moves the contact without slip: the two differ.
+    """
+    slid, wandered = [0.0], [0.0]
+    for leg in SHORT_NAMES:
+        place = np.stack([c[f"{leg}_position_{k}"] for k in "xy"], axis=-1)
+        for a, b in stances(c[f"{leg}_bearing"], c[f"{leg}_standing_planned"]):
+            slid.append(float(np.sum(c[f"{leg}_slip_speed"][a:b]) * period))
+            wandered.append(float(np.max(np.hypot(*(place[a:b] - place[a]).T))))
+    return slid, wandered
+
+
+def _joints(c: dict[str, np.ndarray], before: str, after: str, robot: RobotModel) -> FloatArray:
+    """The joints' columns (N, 12), by Drake's names `<before><model>_<joint><after>`."""
+    names = [f"{before}{robot.name}_{joint}{after}" for joint in robot.joint_names]
+    return np.stack([c[name] for name in names], axis=-1)
+
+
+def _cost_of_transport(
+    c: dict[str, np.ndarray], tau: FloatArray, qd: FloatArray, mass: float, period: float
+) -> float | None:
+    """Mechanical work of the joints over weight times way walked."""
+    way = float(np.sum(np.hypot(np.diff(c["base_desired_x"]), np.diff(c["base_desired_y"]))))
+    if way < 0.1 or not np.all(np.isfinite(tau)):
+        return None
+    return float(np.sum(np.abs(tau * qd)) * period / (mass * GRAVITY * way))
+
+
+def _spread(values: FloatArray) -> dict[str, float | None]:
+    finite = values[np.isfinite(values)]
+    if len(finite) == 0:
+        return {"minimum": None, "percentile_1": None, "median": None}
+    return {
+        "minimum": float(finite.min()),
+        "percentile_1": float(np.percentile(finite, 1)),
+        "median": float(np.median(finite)),
+    }
+
+
+def _smallest(values: Sequence[float]) -> float:
+    finite = np.asarray(values)[np.isfinite(values)]
+    return float(finite.min()) if len(finite) else float("nan")
+
+
+def _largest(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if len(finite) else float("nan")
+
+
+def _plain(figures: dict[str, Any]) -> dict[str, Any]:
+    """nan and infinities, which JSON has not, become None."""
+    return {
+        k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in figures.items()
+    }
