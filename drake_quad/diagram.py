@@ -132,7 +132,6 @@ LOGS = (
     ("slip_speed", "contact_monitor", "foot_slip_speed"),
     ("nonfoot", "contact_monitor", "nonfoot_contact"),
     ("margin", "stability_monitor", "stability_margin"),
-    ("lift_off_margin", "stability_monitor", "lift_off_margin"),
     ("zmp_margin", "stability_monitor", "zmp_margin"),
     ("com", "stability_monitor", "com_position"),
 )

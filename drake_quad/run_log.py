@@ -85,9 +85,7 @@ def _gait_columns(phase: FloatArray, plans: Sequence[MotionPlan]) -> Columns:
     }
 
 
-def planned_margin(
-    robot: RobotModel, phase: FloatArray, plans: Sequence[MotionPlan]
-) -> FloatArray:
+def planned_margin(robot: RobotModel, phase: FloatArray, plans: Sequence[MotionPlan]) -> FloatArray:
     """The static margin that the plan had at each sample's gait time, (N,) [m]."""
     margin = np.full(len(phase), np.nan)
     task = phase[:, GaitPhase.TASK].astype(int)
@@ -150,7 +148,7 @@ def kinematic_logs(
     feet = np.concatenate([s.feet for s in samples])
     standing = np.concatenate([s.standing for s in samples])
     com = np.concatenate([s.com for s in samples])
-    margin = np.concatenate([_replayed_margin(s, massless=massless_legs) for s in samples])
+    margin = np.concatenate([plan_margin(s, massless_legs=massless_legs) for s in samples])
     state = np.zeros((n, layout.size))
     half_yaw, half_pitch = 0.5 * body[:, 4], 0.5 * body[:, 3]
     cy, sy, cp, sp = np.cos(half_yaw), np.sin(half_yaw), np.cos(half_pitch), np.sin(half_pitch)
@@ -182,8 +180,8 @@ def kinematic_logs(
     }
 
 
-def _replayed_margin(s: PlanSamples, *, massless: bool) -> FloatArray:
+def plan_margin(s: PlanSamples, *, massless_legs: bool) -> FloatArray:
     """The margin of the whole centre of mass, or (massless legs) of the body's centre."""
-    if not massless:
+    if not massless_legs:
         return s.margin
     return stability_margins(s.body[:, 0, :2], s.feet[..., :2], s.standing)

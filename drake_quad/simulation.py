@@ -227,9 +227,7 @@ def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
         times=times[first:count],
         logs={name: log.data().T[first:count] for name, log in logs.items()},
         plans=plans,
-        state_names=state_names(
-            climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()
-        ),
+        state_names=state_names(climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()),
     )
 
 

@@ -14,6 +14,8 @@ from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
 
+KNOT = 0.2  # [s]
+UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
 SAMPLE_PERIOD = 0.1  # [s] of the program's constraints
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 
@@ -59,7 +61,7 @@ def plan_body(
     Raises:
         PlanningError: If there is no such path.
     """
-    knot = 0.2
+    knot = UNIFORM_KNOT if settings.uniform_body else KNOT
     times = sample_times(contacts)
     knots = greville(contacts.duration, knot)
     nominal, yaw = route.at(times)

@@ -1,5 +1,6 @@
 """Who stands when and where: the feet's part of a motion plan."""
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -52,7 +53,7 @@ class ContactPlan:
     steps: tuple[Step, ...]
     duration: float
     phases: tuple[Phase, ...] = field(init=False)
-    _starts: FloatArray = field(init=False)
+    _starts: tuple[float, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         phases: list[Phase] = []
@@ -69,7 +70,7 @@ class ContactPlan:
         if self.duration > t + 1e-9:
             phases.append(Phase(t, self.duration, everyone, read_only(feet), None))
         object.__setattr__(self, "phases", tuple(phases))
-        object.__setattr__(self, "_starts", read_only(np.array([p.start for p in phases])))
+        object.__setattr__(self, "_starts", tuple(p.start for p in phases))
         object.__setattr__(self, "feet", read_only(self.feet))
 
     @property
@@ -82,7 +83,7 @@ class ContactPlan:
 
     def phase_index(self, t: float) -> int:
         """Index of the phase at time `t` [s]; the first or last one outside of the plan."""
-        return max(int(np.searchsorted(self._starts, t, side="right")) - 1, 0)
+        return max(bisect_right(self._starts, t) - 1, 0)
 
     def phase(self, t: float) -> Phase:
         """The phase at time `t` [s]."""

@@ -1,76 +1,100 @@
-"""How the standing feet share the wrench that holds the robot up and moves it as planned."""
+"""How the standing feet share the wrench that holds the robot up and moves it as planned.
 
-import numpy as np
+Plain floats: this runs in the control loop (see `robot.leg_scalar`).
+"""
 
-from drake_quad.gait.legs import FloatArray
+from collections.abc import Sequence
+from math import hypot
+
+from drake_quad.robot.leg_scalar import Matrix, Vector, solve_rates
+
+_OTHERS = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
 def distribute(
-    wrench: FloatArray,
-    arms: FloatArray,
-    load: FloatArray,
+    force: Vector,
+    moment: Vector,
+    arms: Sequence[Vector],
+    load: Sequence[float],
     *,
     least: float = 0.0,
     friction: float = 0.5,
-) -> FloatArray:
-    """Forces at the feet that make up `wrench` without pulling.
+) -> list[Vector]:
+    """Forces at the feet that make up a wrench without pulling.
 
     Horizontal forces are shared in proportion to the load; the vertical ones minimise the sum of
     f_i^2 / load_i. Four feet leave one degree of freedom: it is used to keep every foot pushing
     with `least` at least. Three feet leave none, and what they cannot give is left out.
 
     Args:
-        wrench: (6,) force [N] and moment about the centre of mass [Nm], in W.
-        arms: (4, 3) feet less the centre of mass, in W [m].
-        load: (4,) how much each foot may carry, 0 for a foot in the air, 1 for a full one; three
-            at least are above 0.
+        force: On the robot, in W [N].
+        moment: On the robot, about its centre of mass, in W [Nm].
+        arms: The four feet less the centre of mass, in W [m].
+        load: How much each foot may carry, 0 for a foot in the air, 1 for a full one; three at
+            least are above 0.
         least: The least normal force of a full foot [N].
         friction: The friction cone's coefficient.
 
     Returns:
-        (4, 3) forces on the feet in W [N].
+        The forces on the four feet, in W [N].
     """
-    share = load / load.sum()
-    f = np.zeros((4, 3))
-    centre = share @ arms[:, :2]
-    spread = arms[:, :2] - centre
-    inertia = share @ np.einsum("ij,ij->i", spread, spread)
-    twist = (wrench[5] - (centre[0] * wrench[1] - centre[1] * wrench[0])) / inertia
-    f[:, 0] = share * (wrench[0] - twist * spread[:, 1])
-    f[:, 1] = share * (wrench[1] + twist * spread[:, 0])
-    # Σ f_z, Σ y f_z and -Σ x f_z, the moments less what the horizontal forces make.
-    A = np.stack([np.ones(4), arms[:, 1], -arms[:, 0]])
-    b = np.array(
-        [
-            wrench[2],
-            wrench[3] + arms[:, 2] @ f[:, 1],
-            wrench[4] - arms[:, 2] @ f[:, 0],
-        ]
+    total = sum(load)
+    share = [m / total for m in load]
+    cx = sum(s * p[0] for s, p in zip(share, arms, strict=True))
+    cy = sum(s * p[1] for s, p in zip(share, arms, strict=True))
+    inertia = sum(
+        s * ((p[0] - cx) ** 2 + (p[1] - cy) ** 2) for s, p in zip(share, arms, strict=True)
     )
-    weighted = A * load
-    normal = np.linalg.solve(weighted @ A.T, b) @ weighted
-    floor = least * load
-    if np.all(load > 0.0) and np.any(normal < floor):
+    twist = (moment[2] - (cx * force[1] - cy * force[0])) / inertia
+    fx = [s * (force[0] - twist * (p[1] - cy)) for s, p in zip(share, arms, strict=True)]
+    fy = [s * (force[1] + twist * (p[0] - cx)) for s, p in zip(share, arms, strict=True)]
+    # Σ f_z, Σ y f_z and -Σ x f_z: the moments less what the horizontal forces make.
+    wanted = (
+        force[2],
+        moment[0] + sum(p[2] * f for p, f in zip(arms, fy, strict=True)),
+        moment[1] - sum(p[2] * f for p, f in zip(arms, fx, strict=True)),
+    )
+    normal = _least_squares(wanted, arms, load)
+    floor = [least * m for m in load]
+    if all(m > 0.0 for m in load) and any(f < b for f, b in zip(normal, floor, strict=True)):
         normal = _along_null(normal, floor, arms)
-    f[:, 2] = np.maximum(normal, 0.0)
-    tangential = np.hypot(f[:, 0], f[:, 1])
-    f[:, :2] *= np.minimum(1.0, friction * f[:, 2] / np.maximum(tangential, 1e-9))[:, None]
-    return f
+    forces = []
+    for x, y, z in zip(fx, fy, normal, strict=True):
+        z = max(z, 0.0)
+        scale = min(1.0, friction * z / max(hypot(x, y), 1e-9))
+        forces.append((x * scale, y * scale, z))
+    return forces
 
 
-def _along_null(normal: FloatArray, floor: FloatArray, arms: FloatArray) -> FloatArray:
+def _least_squares(wanted: Vector, arms: Sequence[Vector], load: Sequence[float]) -> list[float]:
+    """Normal forces of least Σ f^2 / load with the wanted sum and moments."""
+    m = sum(load)
+    mx = sum(k * p[0] for k, p in zip(load, arms, strict=True))
+    my = sum(k * p[1] for k, p in zip(load, arms, strict=True))
+    mxx = sum(k * p[0] * p[0] for k, p in zip(load, arms, strict=True))
+    mxy = sum(k * p[0] * p[1] for k, p in zip(load, arms, strict=True))
+    myy = sum(k * p[1] * p[1] for k, p in zip(load, arms, strict=True))
+    gram: Matrix = ((m, my, -mx), (my, myy, -mxy), (-mx, -mxy, mxx))
+    a, b, c = solve_rates(gram, wanted)
+    return [k * (a + b * p[1] - c * p[0]) for k, p in zip(load, arms, strict=True)]
+
+
+def _along_null(
+    normal: Sequence[float], floor: Sequence[float], arms: Sequence[Vector]
+) -> list[float]:
     """Shifts four normal forces along the one combination that makes no wrench, to the floor."""
-    x, y = arms[:, 0], arms[:, 1]
-    null = np.empty(4)
-    for i, (a, b, c) in enumerate(((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))):
-        area = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
-        null[i] = area if i % 2 == 0 else -area
-    null /= np.max(np.abs(null)) + 1e-12
-    low, high = -np.inf, np.inf
+    null = []
+    for i, (a, b, c) in enumerate(_OTHERS):
+        (xa, ya, _), (xb, yb, _), (xc, yc, _) = arms[a], arms[b], arms[c]
+        area = (xb - xa) * (yc - ya) - (xc - xa) * (yb - ya)
+        null.append(area if i % 2 == 0 else -area)
+    scale = max(max(abs(n) for n in null), 1e-12)
+    low, high = float("-inf"), float("inf")
     for n, f, least in zip(null, normal, floor, strict=True):
+        n /= scale
         if n > 1e-9:
             low = max(low, (least - f) / n)
         elif n < -1e-9:
             high = min(high, (least - f) / n)
     shift = min(max(0.0, low), high) if low <= high else 0.5 * (low + high)
-    return np.asarray(normal + shift * null)
+    return [f + shift * n / scale for f, n in zip(normal, null, strict=True)]

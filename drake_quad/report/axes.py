@@ -1,5 +1,6 @@
 """What the figures share: axes over time with the segments behind them, and thinned lines."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_quad.gait.legs import FloatArray
-from drake_quad.report.run_log import Band
-from drake_quad.report.style import BAND_OPACITY, MUTED, WIDTH, kind_colour
+from drake_quad.report.columns import Band
+from drake_quad.report.style import BAND_OPACITY, MUTED, PAPER, WIDTH, kind_colour
 
 MOST_POINTS = 2500  # a line: more cannot be told apart at 1100 px
 GLYPH = 0.062  # [in] mean width of a letter of a band's label
@@ -104,6 +105,11 @@ def draw_bands(axes: Sequence[Axes], bands: Sequence[Band], *, label: Axes | Non
             )
 
 
+def signed(text: str) -> str:
+    """The text with true minus signs before its numbers."""
+    return re.sub(r"-(?=\d)", "−", text)
+
+
 def label_time(axes: Sequence[Axes]) -> None:
     """Names the time axis under the lowest axes."""
     for axis in axes:
@@ -124,6 +130,7 @@ def mark_point(axes: Axes, t: float, y: float, text: str, *, colour: str = MUTED
         fontsize=8.5,
         fontweight="bold",
         color=colour,
+        bbox={"facecolor": PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
         arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.8},
         zorder=6,
     )

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from drake_quad.gait.support import support_polygon
-
-from drake_quad.report.motion import base_motion, margins, touchdowns
+from drake_quad.report.axes import signed
+from drake_quad.report.motion import base_motion, margin_points, margins, touchdowns
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import (
     BAD,
@@ -18,6 +18,7 @@ from drake_quad.report.style import (
     LEG_COLOURS,
     LEG_NAMES,
     MUTED,
+    PAPER,
     WIDTH,
 )
 from drake_quad.report.unroll import lane_starts, unroll
@@ -125,15 +126,16 @@ def _draw_least(axis: Axes, run: Run) -> None:
         hull = support_polygon(feet)
         axis.add_patch(Polygon(hull, facecolor=colour, alpha=0.25, lw=0, zorder=3))
         axis.add_patch(Polygon(hull, facecolor="none", edgecolor=colour, lw=1.4, zorder=3))
-    com = run.log.vector("com")[k]
+    com = margin_points(run)[k]
     axis.plot(*com[:2], "x", color=INK, ms=7, mew=1.8, zorder=4)
-    text = f"least margin {margin[k]:.3f} m at {run.log.t[k]:.1f} s"
+    text = signed(f"least margin {margin[k]:.3f} m at {run.log.t[k]:.1f} s")
     axis.annotate(
         text,
         com[:2],
         xytext=(18, 18),
         textcoords="offset points",
         fontweight="bold",
+        bbox={"facecolor": PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
         arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8},
         zorder=5,
     )

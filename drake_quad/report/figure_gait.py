@@ -1,14 +1,17 @@
 """The gait diagram: which foot was to stand when, and which one did."""
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_quad.report.axes import draw_bands, label_time
+from drake_quad.report.columns import RunLog, runs_of
 from drake_quad.report.run_files import Run
-from drake_quad.report.run_log import RunLog, runs_of
 from drake_quad.report.style import LEG_COLOURS, LEG_NAMES, MUTED, WIDTH
 
+LOST = "#E0162B"  # no other colour of the page: a foot that should bear and does not
 LONGEST_ZOOM = 12.0  # [s] shown of the run where it holds no whole cycle
 
 
@@ -47,7 +50,7 @@ def find_cycle(log: RunLog) -> tuple[float, float]:
     for band in waves:
         lifts = [t[first] for first, _ in runs_of(~planned[:, 0]) if band.start <= t[first]]
         lifts = [lift for lift in lifts if lift <= band.end]
-        cycles = list(zip(lifts[:-1], lifts[1:], strict=True))
+        cycles = list(pairwise(lifts))
         if cycles:
             middle = 0.5 * (band.start + band.end)
             first, last = min(cycles, key=lambda c: abs(0.5 * (c[0] + c[1]) - middle))
@@ -60,12 +63,15 @@ def _draw_bars(axis: Axes, log: RunLog, *, frames: bool) -> None:
     """The bars of all four legs, leg 1 on top."""
     t, sensed, planned = log.t, log.flags("bearing"), log.flags("standing_planned")
     for row, colour in enumerate(LEG_COLOURS):
-        axis.broken_barh(_spans(t, sensed[:, row]), (row - 0.3, 0.6), facecolor=colour, lw=0)
+        axis.broken_barh(_spans(t, sensed[:, row]), (row - 0.25, 0.5), facecolor=colour, lw=0)
         plan = _spans(t, planned[:, row])
         if frames:
             axis.broken_barh(plan, (row - 0.4, 0.8), facecolor="none", edgecolor=colour, lw=1.3)
         else:
             axis.broken_barh(plan, (row - 0.4, 0.8), facecolor=colour, alpha=0.3, lw=0)
+        lost = _spans(t, planned[:, row] & ~sensed[:, row])
+        # The frame makes a loss of a few samples as wide as can be seen.
+        axis.broken_barh(lost, (row - 0.4, 0.8), facecolor=LOST, edgecolor=LOST, lw=1.0, zorder=3)
     axis.set_yticks(range(4), LEG_NAMES)
     axis.set_ylim(3.6, -0.6)
     axis.grid(visible=False, axis="y")

@@ -7,14 +7,9 @@ from matplotlib.figure import Figure
 from drake_quad.gait.legs import FloatArray
 from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes
 from drake_quad.report.run_files import Run
-from drake_quad.report.style import BAD, INK, LEG_COLOURS, LEG_NAMES, MUTED
+from drake_quad.report.style import BAD, LEG_COLOURS, LEG_NAMES, MUTED, THREE_COLOURS
 
 JOINTS = ("abduction", "hip pitch", "knee")
-STYLES: tuple[tuple[str, object, float], ...] = (
-    (LEG_COLOURS[3], "-", 0.8),
-    (LEG_COLOURS[0], "-", 0.8),
-    (INK, "-", 0.8),
-)  # of the three joints: colour, dashes, width
 
 
 def torque_ratios(run: Run) -> FloatArray:
@@ -66,8 +61,8 @@ def _draw_ratios(run: Run, ratios: FloatArray, label: str) -> Figure:
     bound = float(np.nanmax(np.abs(ratios), initial=0.0)) if np.any(np.isfinite(ratios)) else 0.0
     reach = 1.1 * max(bound, 1.0)
     for row, axis in enumerate(axes.ravel()):
-        for joint, (colour, dashes, width) in enumerate(STYLES):
-            style = {"color": colour, "ls": dashes, "lw": width, "label": JOINTS[joint]}
+        for joint, colour in enumerate(THREE_COLOURS):
+            style = {"color": colour, "lw": 0.8, "label": JOINTS[joint]}
             draw_line(axis, run.log.t, ratios[:, row, joint], **style)
         axis.set_ylim(-reach, reach)
         for limit in (-1.0, 1.0):
@@ -77,8 +72,9 @@ def _draw_ratios(run: Run, ratios: FloatArray, label: str) -> Figure:
     _mark_greatest(run, ratios, list(axes.ravel()))
     for axis in axes[:, 0]:
         axis.set_ylabel(label)
-    if axes[0, 0].lines[:-2]:
-        axes[0, 0].legend(loc="lower left", ncols=3)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside upper right", ncols=3)
     label_time(axes[-1])
     return figure
 

@@ -3,11 +3,11 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes, mark_point
+from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes, mark_point, signed
+from drake_quad.report.columns import runs_of
 from drake_quad.report.motion import NO_SUPPORT, margins
 from drake_quad.report.run_files import Run
-from drake_quad.report.run_log import runs_of
-from drake_quad.report.style import BAD, GOOD, INK, LESS_COLOUR, MUTED
+from drake_quad.report.style import BAD, INK, LESS_COLOUR, MUTED
 
 LOWEST = -0.15  # [m] what lies deeper is cut off: the figure is of margins, not of falls
 
@@ -27,8 +27,8 @@ def draw_margin(run: Run) -> Figure:
     style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2)), "label": "static, planned"}
     draw_line(axis, log.t, planned, **style)
     word = "static, kinematic replay" if run.kinematic else "static, measured"
-    draw_line(axis, log.t, measured, color=GOOD, lw=1.3, label=word)
-    axis.axhline(0.0, color=INK, lw=1.0)
+    draw_line(axis, log.t, measured, color=INK, lw=1.3, label=word)
+    axis.axhline(0.0, color=BAD, lw=1.0)
     for first, past in runs_of(log.number("margin") <= NO_SUPPORT):
         axis.axvspan(log.t[first], log.t[past - 1], ymax=0.04, color=BAD, lw=0)
     known = np.concatenate([v[np.isfinite(v)] for v in (measured, planned, zmp)])
@@ -40,7 +40,7 @@ def draw_margin(run: Run) -> Figure:
     if np.any(np.isfinite(measured)):
         k = int(np.nanargmin(measured))
         colour = BAD if measured[k] < 0.0 else INK
-        text = f"least {measured[k]:.3f} m at {log.t[k]:.1f} s"
+        text = signed(f"least {measured[k]:.3f} m at {log.t[k]:.1f} s")
         mark_point(axis, float(log.t[k]), max(float(measured[k]), LOWEST), text, colour=colour)
     axis.set_ylabel("margin [m]")
     label_time([axis])

@@ -7,7 +7,7 @@ from drake_quad.gait.legs import Leg
 from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes
 from drake_quad.report.motion import base_motion, calc_foot_centres
 from drake_quad.report.run_files import Run
-from drake_quad.report.style import INK, LEG_COLOURS, LEG_NAMES, MUTED
+from drake_quad.report.style import INK, LEG_COLOURS, LEG_NAMES, MUTED, THREE_COLOURS
 
 TRACKED = (Leg.FRONT_LEFT, Leg.FRONT_RIGHT)  # legs 1 and 2, as in the paper's Fig. 11
 
@@ -21,17 +21,17 @@ def draw_trajectories(run: Run) -> Figure:
     figure, axes = make_axes(3, 3, height=5.6, share_y="row")
     feet, planned_feet = calc_foot_centres(run), log.feet("desired")
     columns = [("body", INK, base_motion(run).p_WB, log.vector("base_desired"))]
-    columns += [
-        (f"leg {LEG_NAMES[leg.row]}", LEG_COLOURS[leg.row], feet[:, leg.row], planned_feet[:, leg.row])
-        for leg in TRACKED
-    ]  # fmt: skip
+    for row in (leg.row for leg in TRACKED):
+        columns.append(
+            (f"leg {LEG_NAMES[row]}", LEG_COLOURS[row], feet[:, row], planned_feet[:, row])
+        )
     for column, (name, colour, measured, planned) in zip(axes.T, columns, strict=True):
         column[0].set_title(name)
         for axis, k in zip(column, range(3), strict=True):
             draw_line(axis, log.t, measured[:, k], color=colour, lw=1.4, label="measured")
             style = {"color": MUTED, "lw": 0.9, "ls": (0, (4, 2)), "label": "planned"}
             draw_line(axis, log.t, planned[:, k], **style)
-        draw_bands(column, log.bands())
+        draw_bands(list(column), log.bands())
     for axis, name in zip(axes[:, 0], "xyz", strict=True):
         axis.set_ylabel(f"{name} [m]")
     for axis in axes[0]:
@@ -49,17 +49,16 @@ def draw_base_error(run: Run) -> Figure:
     pitch, yaw = log.number("base_desired_pitch"), log.number("base_desired_yaw")
     planned = np.stack([np.zeros(len(log)), pitch, yaw], axis=-1)
     turn = np.remainder(base.rpy - planned + np.pi, 2 * np.pi) - np.pi
-    colours = (LEG_COLOURS[0], LEG_COLOURS[3], INK)
     for values, names, axis in (
         (place, "xyz", axes[0, 0]),
         (np.degrees(turn), ("roll", "pitch", "yaw"), axes[1, 0]),
     ):
-        for k, colour in enumerate(colours):
+        for k, colour in enumerate(THREE_COLOURS):
             draw_line(axis, log.t, values[:, k], color=colour, lw=1.0, label=names[k])
         if axis.lines:
-            axis.legend(loc="upper left", ncols=3)
+            axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         axis.axhline(0.0, color=MUTED, lw=0.7)
-    draw_bands(axes[:, 0], log.bands(), label=axes[0, 0])
+    draw_bands(list(axes[:, 0]), log.bands(), label=axes[0, 0])
     axes[0, 0].set_ylabel("place [mm]")
     axes[1, 0].set_ylabel("attitude [deg]")
     label_time(axes[-1])

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray
+from drake_quad.report.columns import runs_of
 from drake_quad.report.run_files import Run
-from drake_quad.report.run_log import runs_of
 from drake_quad.robot.leg_kinematics import calc_feet
 
 NO_SUPPORT = -1.0  # [m] a margin below this is logged where no foot bears, and is no length
@@ -59,7 +59,17 @@ def calc_foot_centres(run: Run) -> FloatArray:
 def margins(run: Run, name: str = "margin") -> FloatArray:
     """A margin of the log, (N,) [m]; nan where no foot bears, for then it is none."""
     values = run.log.number(name)
-    return np.where(values > NO_SUPPORT, values, np.nan)
+    return np.asarray(np.where(values > NO_SUPPORT, values, np.nan))
+
+
+def margin_points(run: Run) -> FloatArray:
+    """What the margin is of, (N, 3) in W [m]: the whole robot's centre of mass.
+
+    But where the paper is replayed, whose legs have no mass, it is the body's centre.
+    """
+    if run.kinematic and run.scenario.body.path == "uniform":
+        return base_motion(run).p_WB
+    return run.log.vector("com")
 
 
 @dataclass(frozen=True)

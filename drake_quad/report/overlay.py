@@ -143,7 +143,7 @@ class Overlay:
             path = f"{ROOT}/prints/{k}"
             colour = _rgba(LEG_COLOURS[step.row], 0.8)
             self._meshcat.SetObject(path, Cylinder(0.025, 0.002), colour)
-            self._meshcat.SetTransform(path, RigidTransform(step.p_WF + [0.0, 0.0, 0.001]))
+            self._meshcat.SetTransform(path, RigidTransform(np.add(step.p_WF, [0.0, 0.0, 0.001])))
 
 
 def _rgba(colour: str, opacity: float = 1.0) -> Rgba:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.gait.contact_table import ContactTable, spin_table, wave_table
-from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.gait.quintic import quintic
 from drake_quad.gait.support import stability_margins
 from drake_quad.gait.workspace import Workspace, spin_middles
@@ -80,14 +80,14 @@ def spin_margin(workspace: Workspace, *, phi: float, duty_factor: float) -> floa
     return _least_margin(feet, standing)
 
 
-def _since_lift_off(table: ContactTable, phases: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def _since_lift_off(table: ContactTable, phases: ArrayLike) -> tuple[FloatArray, BoolArray]:
     """Returns (N, 4) each: time since each leg's last lift-off, and whether it still swings."""
     since = (np.asarray(phases, dtype=float).reshape(-1, 1) - table.lift_off) % 1.0
     since = np.where(since > 1.0 - _EITHER_SIDE / 2.0, 0.0, since)
     return since, since < 1.0 - table.duty_factor
 
 
-def _switches(table: ContactTable) -> tuple[FloatArray, FloatArray]:
+def _switches(table: ContactTable) -> tuple[FloatArray, BoolArray]:
     """Returns phases (N,) through a cycle, dense at the switches, and who stands then (N, 4)."""
     switches = np.ravel([[start, end] for _, start, end in table.swing_intervals()])
     phases = np.concatenate(
@@ -96,6 +96,6 @@ def _switches(table: ContactTable) -> tuple[FloatArray, FloatArray]:
     return phases, table.standings(phases)
 
 
-def _least_margin(feet: FloatArray, standing: FloatArray) -> float:
+def _least_margin(feet: FloatArray, standing: BoolArray) -> float:
     """Returns the least margin of the body's centre over the standing feet (N, 4, 2) in B [m]."""
     return float(stability_margins(np.zeros((len(feet), 2)), feet, standing).min())

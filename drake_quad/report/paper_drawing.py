@@ -25,9 +25,7 @@ Axes = Any
 
 def new_figure(width: float, height: float) -> Figure:
     """Returns an empty figure of the given size [in]; its parts make room for each other."""
-    figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
-    figure.get_layout_engine().set(w_pad=0.06, h_pad=0.06)  # type: ignore[union-attr]
-    return figure
+    return Figure(figsize=(width, height), layout="constrained", dpi=120)
 
 
 def style_axes(axes: Axes, x: str, y: str, *, title: str = "") -> None:
@@ -99,8 +97,9 @@ def draw_foot(axes: Axes, leg: Leg, at: FloatArray, *, solid: bool = True, size:
 
 def name_leg(axes: Axes, leg: Leg, at: FloatArray, *, offset: tuple[float, float]) -> None:
     """Writes a leg's number beside its foot."""
-    axes.annotate(str(int(leg)), at, xytext=offset, textcoords="offset points", ha="center",
-                  va="center", fontsize=9, color=COLOURS[leg], fontweight="bold", zorder=8)  # fmt: skip
+    axes.annotate(str(int(leg)), at, xytext=offset, textcoords="offset points", fontsize=9,
+                  ha="center", va="center", color=COLOURS[leg], fontweight="bold",
+                  zorder=8)  # fmt: skip
 
 
 def arrow(
@@ -114,8 +113,10 @@ def arrow(
 
 
 def dimension(axes: Axes, start: tuple[float, float], end: tuple[float, float], text: str) -> None:
-    """Draws a dimension line with its text in the middle."""
+    """Draws a dimension line with its text in the middle, or behind a short one."""
     arrow(axes, np.array(start), np.array(end), colour=FAINT, both=True)
-    axes.text((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, text, fontsize=8, ha="center",
+    short = 0.0 < end[0] - start[0] < 0.3
+    x = end[0] + 0.02 if short else (start[0] + end[0]) / 2
+    axes.text(x, (start[1] + end[1]) / 2, text, fontsize=8, ha="left" if short else "center",
               va="center", zorder=9,
               bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8})  # fmt: skip

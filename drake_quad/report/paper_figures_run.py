@@ -1,6 +1,7 @@
 """Figs. 11 and 12: the case study's trajectories, and its static margin over time."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,12 +9,19 @@ from matplotlib.figure import Figure
 from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.planning.motion_plan import Segment
 from drake_quad.report.paper_drawing import BODY, COLOURS, FAINT, Axes, new_figure, style_axes
-from drake_quad.report.paper_findings_run import UP
-from drake_quad.report.paper_study import TABLE_I, CaseStudy, Samples, Zero, find_zeros
+from drake_quad.report.paper_samples import Samples, Zero, find_zeros
+from drake_quad.report.paper_study import TABLE_I, UP, CaseStudy
 from drake_quad.report.style import BAND_OPACITY, kind_colour
 
 _ZERO_STYLE = {"transition": ("#C0392B", "s"), "wave": ("#5B2C83", "o")}
-_SHORT_NAMES = {"transition to the centres": "to centres", "settle": ""}
+_NAMES = {
+    "walk 2": "level walk, then up the stairs",
+    "spin 3": "spin 90°",
+    "walk 4": "down the stairs, then level walk",
+    "transition to the centres": "to centres",
+    "transition to the wave gait": "to wave",
+    "transition to the spinning gait": "to spin",
+}
 
 
 def trajectories(study: CaseStudy, samples: Samples) -> Figure:
@@ -38,7 +46,8 @@ def trajectories(study: CaseStudy, samples: Samples) -> Figure:
 def margins(study: CaseStudy, samples: Samples) -> Figure:
     """Returns Fig. 12: the static margin over time, its zeros marked, and two close-ups."""
     figure = new_figure(12.0, 7.0)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[1.15, 1.0])
+    parts: Any = figure.subfigures(2, 1, height_ratios=[1.15, 1.0])
+    upper, lower = parts
     zeros = find_zeros(study, samples)
     whole = upper.subplots()
     draw_segments(whole, study.segments, names=True)
@@ -66,7 +75,7 @@ def draw_segments(axes: Axes, segments: Sequence[Segment], *, names: bool) -> No
         axes.axvspan(segment.start, segment.end, facecolor=kind_colour(segment.kind),
                      alpha=BAND_OPACITY, edgecolor="none", zorder=0)  # fmt: skip
         if names and segment.end - segment.start > 5.0:
-            name = segment.name.replace("transition to the ", "to ").replace(" gait", "")
+            name = _NAMES.get(segment.name, segment.name)
             axes.annotate(name, ((segment.start + segment.end) / 2, 1.0), xytext=(0, 3),
                           xycoords=("data", "axes fraction"), textcoords="offset points",
                           ha="center", fontsize=7, color=kind_colour(segment.kind))  # fmt: skip

@@ -13,7 +13,6 @@ from drake_quad.gait.workspace import (
     body_turn,
     spin_arc,
     spin_cycles,
-    spin_middles,
     spin_phi_max,
 )
 from drake_quad.report.paper_cycles import spin_angles, spin_feet
@@ -109,13 +108,14 @@ def _draw_angle(axes: Axes, start: float, end: float, radius: float, text: str, 
 def spin_cycle() -> Figure:
     """Returns Fig. 9: where the feet are, in B, in the six intervals of a counterclockwise spin."""
     figure = new_figure(11.0, 8.2)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[2.0, 1.15])
+    parts: Any = figure.subfigures(2, 1, height_ratios=[2.0, 1.15])
+    upper, lower = parts
     _, phi = spin_cycles(QUARTER_TURN, BETA_DRAWN, spin_phi_max(WORKSPACE))
     table = spin_table(duty_factor=BETA_DRAWN, cycle_time=1.0)
     swings = table.swing_intervals()
     ends = [swings[0][1], swings[0][2], swings[1][1], swings[1][2], swings[2][2], swings[3][1], 1.0]
     turns = np.degrees(body_turn(BETA_DRAWN, phi))
-    for k, axes in enumerate(upper.subplots(2, 3).flat):
+    for k, axes in enumerate(np.ravel(upper.subplots(2, 3))):
         leg = table.swing_leg((ends[k] + ends[k + 1]) / 2)
         who = f"leg {int(leg)} swings" if leg else "all feet stand"
         turn = f"$\\Delta\\Omega$ = {turns[0]:.0f}°" if leg else (

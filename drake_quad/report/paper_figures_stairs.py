@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.gait.legs import LEGS, FloatArray, Leg
+from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.report.paper_drawing import (
@@ -18,8 +18,8 @@ from drake_quad.report.paper_drawing import (
     new_figure,
     style_axes,
 )
-from drake_quad.report.paper_findings_run import UP, climbing_cycle, cycle_margins, wave_cycles
-from drake_quad.report.paper_study import TABLE_I, CaseStudy, sample_plan
+from drake_quad.report.paper_samples import sample_plan
+from drake_quad.report.paper_study import TABLE_I, UP, CaseStudy, climbing_cycle, wave_cycles
 from drake_quad.report.paper_swings import StairSwing, stair_swing
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Lane
@@ -43,17 +43,11 @@ def leg_joints(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatAr
     return np.stack([p_WH, p_WK, feet], axis=1)
 
 
-def climbing() -> "tuple[float, float]":
-    """Returns the size of Fig. 4 [in]."""
-    return 11.0, 8.4
-
-
 def stair_climbing(study: CaseStudy) -> Figure:
     """Returns Fig. 4: a cycle of the wave gait on the stairs, one panel a swing."""
-    figure = new_figure(*climbing())
+    figure = new_figure(11.0, 7.6)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
-    cycle = climbing_cycle(study)
-    steps = wave_cycles(study.plans[UP])[cycle]
+    steps = wave_cycles(study.plans[UP])[climbing_cycle(study)]
     begin = steps[0].lift_off
     for axes, step in zip(panels.flat, steps, strict=True):
         _draw_swing_phase(axes, study, step)
@@ -62,8 +56,6 @@ def stair_climbing(study: CaseStudy) -> Figure:
         style_axes(axes, "x [m]", "z [m]", title=(
             f"{start:.2f} T to {end:.2f} T: leg {int(step.leg)} swings, margin "
             f"{sampled.min() + 0.0:.3f} to {sampled.max():.3f} m"))  # fmt: skip
-    least = cycle_margins(study, UP, cycle).min()
-    figure.suptitle(f"least margin of the cycle {least + 0.0:.3f} m (legs massless)", fontsize=9)
     return figure
 
 
@@ -72,7 +64,7 @@ def _draw_swing_phase(axes: Axes, study: CaseStudy, step: Step) -> None:
     plan, lane = study.plans[UP], study.course.lanes[0]
     middle = plan.sample((step.lift_off + step.touchdown) / 2)
     body = middle.body[0]
-    _draw_lane(axes, lane, body[0] - 1.05, body[0] + 1.05)
+    _draw_lane(axes, lane)
     joints = leg_joints(study.robot, body, middle.feet)
     for leg in (Leg(1), Leg(3), Leg(2), Leg(4)):  # the right legs are nearer
         near = leg in (Leg(2), Leg(4))
@@ -81,9 +73,9 @@ def _draw_swing_phase(axes: Axes, study: CaseStudy, step: Step) -> None:
                   solid_capstyle="round")  # fmt: skip
         foot = middle.feet[leg.row]
         draw_foot(axes, leg, foot[[0, 2]], solid=leg != step.leg, size=7)
-        axes.annotate(str(int(leg)), foot[[0, 2]], xytext=(0, -11), textcoords="offset points",
-                      ha="center", fontsize=9, color=COLOURS[leg], fontweight="bold",
-                      zorder=9)  # fmt: skip
+        axes.annotate(str(int(leg)), foot[[0, 2]], xytext=(10 if near else -10, 5),
+                      textcoords="offset points", ha="center", fontsize=9, color=COLOURS[leg],
+                      fontweight="bold", zorder=9)  # fmt: skip
     path = step.swing.positions(np.linspace(0, step.swing.duration, 120))
     axes.plot(path[:, 0], path[:, 2], color=COLOURS[step.leg], lw=1.2, ls="--", zorder=6)
     for end in (step.swing.p_start, step.swing.p_end):
@@ -92,26 +84,27 @@ def _draw_swing_phase(axes: Axes, study: CaseStudy, step: Step) -> None:
     for t, style in ((step.lift_off, ":"), (None, "-"), (step.touchdown, ":")):
         x, z = (body if t is None else plan.body.sample(t)[0])[[0, 2]]
         fill = {"facecolor": "#E6E6E6", "alpha": 0.85} if t is None else {"facecolor": "none"}
-        axes.fill([x - half, x + half, x + half, x - half], [z - 0.07, z - 0.07, z + 0.07, z + 0.07],
-                  edgecolor=BODY if t is None else FAINT, ls=style, lw=1.0, zorder=4, **fill)  # fmt: skip
+        corners = np.array([[-half, -0.07], [half, -0.07], [half, 0.07], [-half, 0.07]])
+        edge = BODY if t is None else FAINT
+        axes.fill(*np.add(corners, (x, z)).T, edgecolor=edge, ls=style, lw=1.0, zorder=4, **fill)
     draw_centre(axes, (body[0], body[2]))
     axes.set_aspect("equal")
 
 
-def _draw_lane(axes: Axes, lane: Lane, start: float, end: float) -> None:
-    """Draws the stairs of a lane from `start` to `end` [m], the treads numbered."""
+def _draw_lane(axes: Axes, lane: Lane) -> None:
+    """Draws the stairs of a lane, the treads numbered."""
     axes.set(xlim=(3.9, 6.55), ylim=(-0.12, 1.55))
     d, z = lane.profile(3.6, 6.9)
     axes.fill_between(3.6 + d, z, -0.3, color=GROUND, lw=0, zorder=1)
     axes.plot(3.6 + d, z, color="#6B655C", lw=1.0, zorder=2)
-    for number, (a, b, height) in enumerate(lane.treads(lane.flights[0]), start=1):
-        axes.text((a + b) / 2, height - 0.075, str(number), fontsize=8, ha="center", va="center",
+    for number, (_, b, height) in enumerate(lane.treads(lane.flights[0]), start=1):
+        axes.text(b - 0.07, height - 0.075, str(number), fontsize=8, ha="center", va="center",
                   color="#5B554D", zorder=3, clip_on=True)  # fmt: skip
 
 
 def swing_path() -> Figure:
     """Returns Fig. 5: the swing leg's path up and down two treads, and over time."""
-    figure = new_figure(11.0, 6.6)
+    figure = new_figure(11.0, 5.7)
     panels = figure.subplots(2, 2, height_ratios=[1.25, 1.0])
     for column, going in enumerate((1, -1)):
         right = stair_swing(going=going, chosen=1 if going > 0 else 0)
@@ -126,9 +119,9 @@ def _draw_path(axes: Axes, right: StairSwing, wrong: StairSwing, going: int) -> 
     colour = COLOURS[Leg(1)]
     x_f, z_f = right.swing.p_end[0], right.swing.p_end[2]
     corners = np.array(
-        [[-0.25, 0], [0.25, 0], [0.25, z_f / 2], [0.75, z_f / 2], [0.75, z_f], [1.25, z_f]]
+        [[-0.36, 0], [0.25, 0], [0.25, z_f / 2], [0.75, z_f / 2], [0.75, z_f], [1.36, z_f]]
     )
-    axes.fill_between(corners[:, 0], corners[:, 1], -0.4, color=GROUND, lw=0)
+    axes.fill_between(corners[:, 0], corners[:, 1], -0.7, color=GROUND, lw=0)
     axes.plot(*corners.T, color="#6B655C", lw=1.0)
     times = np.linspace(0, right.swing.duration, 300)
     for swing, style, name in ((wrong, ":", "the other riser as $d_s$, $h_s$"),
@@ -140,19 +133,19 @@ def _draw_path(axes: Axes, right: StairSwing, wrong: StairSwing, going: int) -> 
         height = right.heights[k]
         axes.plot([x, x], [z, z + height], color=BODY, lw=1.2, zorder=5)
         text = rf"$\Delta h$ = {height:.2f} m" if k == right.chosen else f"{height:.3f} m"
-        axes.annotate(text, (x, z + height / 2), xytext=(5, 0), textcoords="offset points",
-                      fontsize=8, va="center", zorder=6)  # fmt: skip
+        axes.annotate(text, (x, z + height), xytext=(-5 * going, 9), textcoords="offset points",
+                      fontsize=8, ha="right" if going > 0 else "left", zorder=6)  # fmt: skip
     for end, solid in ((right.swing.p_start, True), (right.swing.p_end, False)):
         draw_foot(axes, Leg(1), end[[0, 2]], solid=solid)
     low = min(0.0, z_f) - 0.1
     d_s, h_s = right.nosings[right.chosen]
     dimension(axes, (0.0, low), (float(d_s), low), f"$d_s$ = {d_s:.2f} m")
     dimension(axes, (0.0, low - 0.09), (float(x_f), low - 0.09), f"$x_f$ = {x_f:.2f} m")
-    side = -0.14 if going > 0 else 1.14
+    side = -0.18 if going > 0 else 1.18
     dimension(axes, (side, 0.0), (side, float(z_f)), f"$z_f$ = {z_f:+.2f} m".replace("-", "−"))
-    axes.set(xlim=(-0.25, 1.25), ylim=(low - 0.15, max(0.0, z_f) + 0.14))
+    axes.set(xlim=(-0.36, 1.36), ylim=(low - 0.15, max(0.0, z_f) + 0.17))
     axes.set_aspect("equal")
-    axes.legend(fontsize=7.5, loc="lower right" if going > 0 else "upper right")
+    axes.legend(fontsize=7.5, loc="upper left" if going > 0 else "upper right")
     up = f"up: the last riser, $h_s$ = 2H = {h_s:.2f} m"
     down = f"down: the first riser, $h_s$ = {h_s:.0f}"
     style_axes(axes, "x [m]", "z [m]", title=up if going > 0 else down)
@@ -166,12 +159,9 @@ def _draw_over_time(axes: Axes, swing: StairSwing) -> None:
     axes.plot(times, path[:, 2], color=COLOURS[Leg(1)], lw=1.8, label="z")
     t_s = swing.swing.apex_time
     axes.axvline(t_s, color=FAINT, lw=0.9, ls="--")
-    axes.annotate(f"$t_s$ = {t_s:.3f} s", (t_s, 0.92), xytext=(4, 0), textcoords="offset points",
-                  xycoords=("data", "axes fraction"), fontsize=8, va="top")  # fmt: skip
+    axes.annotate(f"$t_s$ = {t_s:.3f} s", (t_s, 0.1), xytext=(4, 0), textcoords="offset points",
+                  xycoords=("data", "axes fraction"), fontsize=8)  # fmt: skip
     axes.set_xlim(0, swing.swing.duration)
     axes.grid(color="#E6E6E6", lw=0.6)
     style_axes(axes, "t [s]", "x, z [m]")
     axes.legend(fontsize=8, loc="center left")
-
-
-__all__ = ["LEGS", "leg_joints", "stair_climbing", "swing_path"]

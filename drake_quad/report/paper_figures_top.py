@@ -1,5 +1,7 @@
 """Figs. 2, 3, 6 and 7: configurations and transitions, seen from above."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -127,7 +129,7 @@ def spin_transition() -> Figure:
 def _transitions(rows: list[tuple[str, Transition]]) -> Figure:
     """Returns a figure with a row of panels, one a step, for each transition."""
     figure = new_figure(12.0, 2.25 * len(rows))
-    parts = np.ravel(figure.subfigures(len(rows), 1))
+    parts: Any = figure.subfigures(len(rows), 1)
     for part, (name, transition) in zip(parts, rows, strict=True):
         part.suptitle(
             f"{name}: legs {order_of(transition)}, least margin {_metres(transition.margin_min)}",
@@ -141,7 +143,7 @@ def _transitions(rows: list[tuple[str, Transition]]) -> Figure:
                 axes.set_axis_off()
                 continue
             step = transition.steps[k]
-            top_view(axes, room=0.12 + shifts.max(), labels=False)
+            top_view(axes, room=0.18 + shifts.max(), labels=False)
             axes.set_title(
                 f"step {k + 1}: leg {int(step.leg)}, {_metres(step.margin)}", fontsize=8.5
             )

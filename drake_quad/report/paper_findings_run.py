@@ -2,15 +2,20 @@
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray, Leg
-from drake_quad.planning.contact_plan import Step
-from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.gait.legs import Leg
 from drake_quad.report.paper_cycles import wave_margin
 from drake_quad.report.paper_findings import Finding, Verdict
-from drake_quad.report.paper_study import TABLE_I, CaseStudy, Samples, find_zeros, sample_plan
+from drake_quad.report.paper_samples import Samples, cycle_margins, find_zeros
+from drake_quad.report.paper_study import (
+    DOWN,
+    TABLE_I,
+    UP,
+    CaseStudy,
+    climbing_cycle,
+    wave_cycles,
+)
 from drake_quad.report.paper_transitions import WORKSPACE
 
-UP, DOWN = 1, 3  # the plans of the case study that climb and descend
 BETAS = (0.80, 0.85, 0.90)
 
 
@@ -32,30 +37,6 @@ def run_findings(study: CaseStudy, samples: Samples, out_of_phase: Samples) -> t
         _one_stride(samples, out_of_phase),
         _massless(study, samples),
     )
-
-
-def climbing_cycle(study: CaseStudy, index: int = UP) -> int:
-    """Returns the first cycle of plan `index` in which every foot is on the stairs throughout."""
-    plan, lane = study.plans[index], study.course.lanes[0 if index == UP else 1]
-    for cycle, steps in enumerate(wave_cycles(plan)):
-        ends = np.array([[step.swing.p_start, step.swing.p_end] for step in steps])
-        s, _ = lane.coordinates(ends.reshape(-1, 3))
-        if all(lane.kinds[k] == "tread" for k in lane.interval(s)):
-            return cycle
-    raise ValueError("no cycle is on the stairs with all feet")
-
-
-def wave_cycles(plan: MotionPlan) -> list[tuple[Step, ...]]:
-    """Returns the four steps of each cycle of a walk, in time order."""
-    wave = next(s for s in plan.segments if s.kind == "wave")
-    steps = [step for step in plan.contacts.steps if step.lift_off > wave.start]
-    return [tuple(steps[k : k + 4]) for k in range(0, len(steps), 4)]
-
-
-def cycle_margins(study: CaseStudy, index: int, cycle: int) -> FloatArray:
-    """Returns the margins through one cycle of plan `index` [m], legs massless."""
-    start = wave_cycles(study.plans[index])[cycle][0].lift_off
-    return sample_plan(study, index, start=start, end=start + TABLE_I.T).margin
 
 
 def _stairs(study: CaseStudy) -> Finding:
@@ -165,8 +146,8 @@ def _zeros(study: CaseStudy, samples: Samples) -> Finding:
         template="Zero in {transitions:.0f} steps of transitions ({steps_time:.1f} s in all), and "
         "also twice in each of the {cycles:.0f} cycles of the wave, {waves:.0f} times: at the "
         "switches 1→4 and 2→3 the two support triangles share nothing but a diagonal, and at "
-        "β = 0.75 there is no time on four feet to cross it. It takes β > 0.75: at the same stride, "
-        f"without sway, the margin is {at}.",
+        "β = 0.75 there is no time on four feet to cross it. It takes β > 0.75: at the same "
+        f"stride, without sway, the margin is {at}.",
         numbers={
             "transitions": len(transitions),
             "steps_time": sum(zero.end - zero.start for zero in transitions),
@@ -206,7 +187,8 @@ def _one_stride(samples: Samples, out_of_phase: Samples) -> Finding:
         where="III, Fig. 12",
         template="Least margin {margin:.3f} m, legs massless, if the stride is the same all the "
         "way. Where it adapts to level ground of another length (a landing of 3 m in place of "
-        "3.5 m) it has {other:.3f} m: while the stride changes the diagonals miss the body's centre.",
+        "3.5 m) it has {other:.3f} m: while the stride changes the diagonals miss the body's "
+        "centre.",
         numbers={"margin": samples.margin.min(), "other": out_of_phase.margin.min()},
         figures=(12,),
         verdict=Verdict.CONDITIONAL,

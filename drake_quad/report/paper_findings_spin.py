@@ -103,8 +103,8 @@ def _chord() -> Finding:
         key="equation_7",
         statement="Each leg is moved by s_x and s_y relative to the body.",
         where="II-B, (7)",
-        template="For 90° s_x = {s_x:.3f} m and s_y = {s_y:.3f} m, and in a cycle leg 1 is moved by "
-        f"{{x:.3f}} m and {{y:.3f}} m. Legs 1, 3, 4, 2 take them with the signs {signs}.",
+        template="For 90° s_x = {s_x:.3f} m and s_y = {s_y:.3f} m, and in a cycle leg 1 is moved "
+        f"by {{x:.3f}} m and {{y:.3f}} m. Legs 1, 3, 4, 2 take them with the signs {signs}.",
         numbers={"s_x": s_x, "s_y": s_y, "x": moved[Leg(1)][0], "y": moved[Leg(1)][1]},
         figures=(9,),
         verdict=Verdict.CONFIRMED,
@@ -183,8 +183,8 @@ def _stable() -> Finding:
         key="spin_stable",
         statement="The robot turns by 90° with the spinning gait, and stays stable.",
         where="II-B, III",
-        template="{cycles:.0f} cycle with φ = {phi:.1f}° ≤ φ_max = {phi_max:.2f}°; the margin is at "
-        "least {margin:.3f} m.",
+        template="{cycles:.0f} cycle with φ = {phi:.1f}° ≤ φ_max = {phi_max:.2f}°; the margin is "
+        "at least {margin:.3f} m.",
         numbers={
             "cycles": cycles,
             "phi": np.degrees(phi),

@@ -14,13 +14,11 @@ from drake_quad.report.paper_transitions import (
     wave_goal,
 )
 
+FOOT_RADIUS = 0.035  # [m] of a real foot, for what a point foot's clearance is worth
 
-def wave_findings(*, foot_radius: float) -> tuple[Finding, ...]:
-    """Returns the findings on section II-A.
 
-    Args:
-        foot_radius: Of a real foot [m], for what a point foot's clearance is worth.
-    """
+def wave_findings() -> tuple[Finding, ...]:
+    """Returns the findings on section II-A."""
     return (
         _stroke(),
         _workspace_use(),
@@ -28,7 +26,7 @@ def wave_findings(*, foot_radius: float) -> tuple[Finding, ...]:
         _fewest_steps(),
         _rest_to_rest(),
         _two_risers(),
-        _foot_radius(foot_radius),
+        _foot_radius(),
     )
 
 
@@ -171,7 +169,7 @@ def _two_risers() -> Finding:
     )
 
 
-def _foot_radius(radius: float) -> Finding:
+def _foot_radius() -> Finding:
     nearest = min(stair_swing(going=g, chosen=c).nearest for g, c in ((1, 1), (-1, 0)))
     return Finding(
         key="foot_radius",
@@ -180,7 +178,7 @@ def _foot_radius(radius: float) -> Finding:
         template="True of a point. Its path comes within {nearest:.4f} m of a nosing: a spherical "
         "foot of radius {radius:.3f} m would cut {overlap:.4f} m into it. We clear the nosings by "
         "the radius and Δh.",
-        numbers={"nearest": nearest, "radius": radius, "overlap": radius - nearest},
+        numbers={"nearest": nearest, "radius": FOOT_RADIUS, "overlap": FOOT_RADIUS - nearest},
         figures=(5,),
         verdict=Verdict.CONDITIONAL,
     )

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray, read_only
-from drake_quad.report.run_log import RunLog
+from drake_quad.report.columns import RunLog
 from drake_quad.robot.load_robot import MakeModelPlant, load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout, make_layout

@@ -85,5 +85,5 @@ def frame_samples(t: FloatArray, fps: float) -> list[int]:
 
 def shown_samples(run: Run, fps: float) -> list[int]:
     """The samples of a run to show at `fps`: those whose positions are all known."""
-    known = np.isfinite(run.positions).all(axis=1)
+    known = np.all(np.isfinite(run.positions), axis=1).tolist()
     return [k for k in frame_samples(run.log.t, fps) if known[k]]

@@ -1,8 +1,9 @@
 """Colours and type of all figures and of the replay: each thing has one colour everywhere.
 
 The hues are Okabe and Ito's, told apart by the colour-blind; front legs are warm and rear legs
-cool, as on the paper's robot, left legs light and right legs dark. Ink, muted ink and grid are stand-ins: `svg` replaces
-them by the page's own variables, so that figures follow its light or dark theme.
+cool, as on the shipped robot, left legs light and right legs dark. Ink, muted ink and grid are
+stand-ins: `svg` replaces them by the page's own variables, so that figures follow its light or
+dark theme.
 """
 
 from typing import Any
@@ -24,6 +25,7 @@ OTHER_KIND = "#8A8F94"
 BAND_OPACITY = 0.13
 
 INK, MUTED, GRID, PAPER = "#010203", "#040506", "#070809", "#0A0B0C"
+THREE_COLOURS = ("#1B9AA0", "#D0569A", INK)  # joints of a leg, axes: none is a leg's
 PAGE_VARIABLES = {INK: "--ink", MUTED: "--muted", GRID: "--grid", PAPER: "--paper"}
 
 WIDTH = 11.0  # [in] of every figure; at 1100 px one inch is 100 px

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
@@ -59,33 +58,42 @@ class ContactMonitor(LeafSystem):
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         results: ContactResults = self._input.Eval(context)
-        force, moment, weight = np.zeros((4, 3)), np.zeros((4, 3)), np.zeros(4)
-        slip = np.zeros(4)
+        feet = self._feet
+        force, moment, weight, slip = [0.0] * 12, [0.0] * 12, [0.0] * 4, [0.0] * 4
         nonfoot, worst = 0, 0.0
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)
             pair = info.point_pair()
             f = info.contact_force()  # on body B, in W
-            foot, sign = self._feet.get(pair.id_B), 1.0
-            if foot is None:
-                foot, sign = self._feet.get(pair.id_A), -1.0
-            elif pair.id_A in self._feet:
-                foot = None  # two feet touching each other bear nothing
             normal = abs(float(f @ pair.nhat_BA_W))
-            if foot is None:
+            row, sign = feet.get(pair.id_B), 1.0
+            if row is None:
+                row, sign = feet.get(pair.id_A), -1.0
+            elif pair.id_A in feet:
+                row = None  # two feet touching each other bear nothing
+            if row is None:
                 nonfoot += 1
                 worst = max(worst, normal)
                 continue
-            force[foot] += sign * f
-            moment[foot] += normal * info.contact_point()
-            weight[foot] += normal
-            slip[foot] = max(slip[foot], info.slip_speed())
-        position = np.array(context.get_discrete_state(self._position).value()).reshape(4, 3)
-        touching = weight > 1e-9
-        position[touching] = moment[touching] / weight[touching, None]
-        state.set_value(self._bearing, (weight > self._threshold).astype(float))
-        state.set_value(self._force, force.ravel())
-        state.set_value(self._position, position.ravel())
+            fx, fy, fz = f.tolist()
+            px, py, pz = info.contact_point().tolist()
+            i = 3 * row
+            force[i] += sign * fx
+            force[i + 1] += sign * fy
+            force[i + 2] += sign * fz
+            moment[i] += normal * px
+            moment[i + 1] += normal * py
+            moment[i + 2] += normal * pz
+            weight[row] += normal
+            slip[row] = max(slip[row], info.slip_speed())
+        position = context.get_discrete_state(self._position).value().tolist()
+        for row in range(4):
+            if weight[row] > 1e-9:
+                i = 3 * row
+                position[i : i + 3] = [m / weight[row] for m in moment[i : i + 3]]
+        state.set_value(self._bearing, [float(w > self._threshold) for w in weight])
+        state.set_value(self._force, force)
+        state.set_value(self._position, position)
         state.set_value(self._slip, slip)
         state.set_value(self._nonfoot, [nonfoot, worst])
 

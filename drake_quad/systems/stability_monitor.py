@@ -2,9 +2,9 @@
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_quad.gait.support import stability_margin
+from drake_quad.gait.support import margin_of_floats
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 
@@ -45,11 +45,20 @@ class StabilityMonitor(LeafSystem):
         self._position_port = self.DeclareVectorInputPort("foot_contact_position", 12)
         self._force_port = self.DeclareVectorInputPort("foot_force_measured", 12)
         self._margin = self.DeclareDiscreteState(1)
-        self._without = self.DeclareDiscreteState(4)
         self._zmp = self.DeclareDiscreteState(1)
         self._com = self.DeclareDiscreteState(3)
         self.DeclareStateOutputPort("stability_margin", self._margin)
-        self.DeclareStateOutputPort("lift_off_margin", self._without)
+        # Asked for at lift-offs only: worked out then, from the centre of mass as last measured.
+        self.DeclareVectorOutputPort(
+            "lift_off_margin",
+            4,
+            self._calc_lift_off_margin,
+            {
+                self.discrete_state_ticket(self._com),
+                self.input_port_ticket(self._contact_port.get_index()),
+                self.input_port_ticket(self._position_port.get_index()),
+            },
+        )
         self.DeclareStateOutputPort("zmp_margin", self._zmp)
         self.DeclareStateOutputPort("com_position", self._com)
         self._scratch = DeclareScratch(self, model)
@@ -62,31 +71,46 @@ class StabilityMonitor(LeafSystem):
         scratch = EvalScratch(self._scratch, context)
         self._model.SetPositions(scratch, x[: self._layout.num_positions])
         com = self._model.CalcCenterOfMassPositionInWorld(scratch)
-        bearing = self._contact_port.Eval(context) > 0.5
-        feet = self._position_port.Eval(context).reshape(4, 3)
-        force = self._force_port.Eval(context).reshape(4, 3)
-        margin = _finite(stability_margin(com[:2], feet[bearing, :2]))
-        without = np.full(4, margin)
-        for row in np.flatnonzero(bearing):
-            others = bearing.copy()
-            others[row] = False
-            without[row] = _finite(stability_margin(com[:2], feet[others, :2]))
-        load = force[:, 2].sum()
-        zmp = NO_SUPPORT
-        if load > 1.0:
-            pressure = (force[:, 2] @ feet[:, :2]) / load
-            zmp = _finite(stability_margin(pressure, feet[bearing, :2]))
+        bearing = [c > 0.5 for c in self._contact_port.Eval(context).tolist()]
+        feet = self._position_port.Eval(context).reshape(4, 3).tolist()
+        load = self._force_port.Eval(context)[2::3].tolist()
+        support = [foot[:2] for foot, bears in zip(feet, bearing, strict=True) if bears]
+        margin = _finite(margin_of_floats(float(com[0]), float(com[1]), support))
+        total, zmp = sum(load), NO_SUPPORT
+        if total > 1.0:
+            x_zmp, y_zmp = (
+                sum(f * foot[k] for f, foot in zip(load, feet, strict=True)) / total
+                for k in range(2)
+            )
+            zmp = _finite(margin_of_floats(x_zmp, y_zmp, support))
         state.set_value(self._margin, [margin])
-        state.set_value(self._without, without)
         state.set_value(self._zmp, [zmp])
         state.set_value(self._com, com)
-        robot = self._layout.read(x)
-        if robot.R_WB[2, 2] < self._tilt:
-            tilt = np.degrees(np.arccos(np.clip(robot.R_WB[2, 2], -1.0, 1.0)))
+        # R_WB's lower right entry, and the base's height, straight from the state.
+        i = self._layout.q_base
+        w, qx, qy, qz = x[i : i + 4].tolist()
+        upright = 1.0 - 2.0 * (qx * qx + qy * qy) / (w * w + qx * qx + qy * qy + qz * qz)
+        if upright < self._tilt:
+            tilt = np.degrees(np.arccos(max(upright, -1.0)))
             return EventStatus.ReachedTermination(self, f"fell: the trunk is tilted by {tilt:.0f}°")
-        if np.any(bearing) and robot.p_WB[2] - feet[bearing, 2].min() < self._height:
+        lowest = min((foot[2] for foot, bears in zip(feet, bearing, strict=True) if bears),
+                     default=-np.inf)  # fmt: skip
+        if x[i + 6] - lowest < self._height:
             return EventStatus.ReachedTermination(self, "fell: the trunk is down at its feet")
         return EventStatus.Succeeded()
+
+    def _calc_lift_off_margin(self, context: Context, output: BasicVector) -> None:
+        x, y, _ = context.get_discrete_state(self._com).value().tolist()
+        bearing = [c > 0.5 for c in self._contact_port.Eval(context).tolist()]
+        feet = self._position_port.Eval(context).reshape(4, 3)[:, :2].tolist()
+        output.SetFromVector(
+            [
+                _finite(
+                    margin_of_floats(x, y, [feet[k] for k in range(4) if bearing[k] and k != row])
+                )
+                for row in range(4)
+            ]
+        )
 
 
 def _finite(margin: float) -> float:

@@ -1,0 +1,341 @@
+"""The drake-quad command: thin over the API.
+
+Results go to stdout, progress and messages to stderr. Exit status: 0 the goal was reached, 1 it was
+not, 2 the input cannot be used.
+"""
+
+import json
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from drake_quad.errors import InputError, PlanningError
+
+if TYPE_CHECKING:  # Drake takes a second to import: --help need not wait for it
+    from drake_quad.diagram import Visualize
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Can my quadruped climb these stairs, how, and how safely? "
+    "Plans a statically stable gait, simulates it in Drake's contact physics, and measures it.",
+)
+_err = Console(stderr=True)
+
+ScenarioArgument = Annotated[
+    str, typer.Argument(help="A shipped scenario's name (see `scenarios`), or a YAML file.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Override a field, e.g. gait.duty_factor=0.8."
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
+
+
+@app.command()
+def run(
+    scenario: ScenarioArgument = "case_study",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Directory for the run's files; runs/<scenario> unless told."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of everything random in the run.")] = None,
+    overrides: SetOption = None,
+    meshcat: Annotated[bool, typer.Option("--meshcat", help="Show it live in a browser.")] = False,
+    meldis: Annotated[bool, typer.Option("--meldis", help="Publish it live for Meldis.")] = False,
+    report: Annotated[bool, typer.Option(help="Make report.html and scene.lcmlog.")] = True,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan and simulate a scenario, measure it, and write its report.
+
+    Leaves summary.json, log.parquet, scenario.yaml, report.html and scene.lcmlog in the directory,
+    also after Ctrl-C or a fall.
+    """
+    from drake_quad.scenario import load_scenario
+    from drake_quad.simulation import run as simulate
+    from drake_quad.simulation import write_files
+
+    fields = [*(overrides or []), *([] if seed is None else [f"simulation.seed={seed}"])]
+    if (meshcat or meldis) and not any("realtime_rate" in field for field in fields):
+        fields.append("simulation.realtime_rate=1.0")  # people watch in real time
+    loaded = load_scenario(scenario, fields)
+    directory = out if out is not None else Path("runs") / _stem(scenario)
+    _claim(directory)
+    viewers = _viewers(meshcat=meshcat, meldis=meldis)
+    with _interruptible() as interrupted, _progress("simulating") as progress:
+        result = simulate(
+            loaded, source=scenario, progress=progress, stop=interrupted, visualize=viewers
+        )
+    write_files(result, loaded, directory)
+    if report:
+        _make_report(directory)
+    if as_json:
+        print(json.dumps({**result.summary, "directory": str(directory)}))
+    else:
+        _print_summary(result.summary, directory, report=report)
+    raise typer.Exit(0 if result.outcome == "goal_reached" else 1)
+
+
+@app.command()
+def plan(
+    scenario: ScenarioArgument = "case_study",
+    out: Annotated[Path | None, typer.Option(help="Directory for plan.json.")] = None,
+    overrides: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan a scenario and check it on paper, without physics."""
+    from drake_quad.plan_report import describe_failure, describe_plan
+    from drake_quad.scenario import load_scenario
+    from drake_quad.simulation import prepare
+
+    loaded = load_scenario(scenario, overrides or [])
+    if out is not None:
+        _claim(out)
+    try:
+        p = prepare(loaded, source=scenario)
+        result = describe_plan(p.robot, p.plan, massless_legs=p.settings.uniform_body)
+    except PlanningError as error:
+        result = describe_failure(error)
+    if out is not None:
+        (out / "plan.json").write_text(json.dumps(result, indent=2) + "\n")
+    if as_json:
+        print(json.dumps(result))
+    elif result["feasible"]:
+        _print_plan(result)
+    else:
+        Console().print(f"[red]no plan:[/] {result['reason']}", highlight=False)
+    raise typer.Exit(0 if result["feasible"] else 1)
+
+
+@app.command()
+def report(
+    directory: Annotated[Path, typer.Argument(help="A finished run's directory.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Make report.html and scene.lcmlog of a finished run again."""
+    summary = _read_summary(directory)
+    _make_report(directory)
+    if as_json:
+        print(json.dumps({"report": str(directory / "report.html")}))
+    else:
+        _print_summary(summary, directory, report=True)
+
+
+@app.command()
+def replay(
+    directory: Annotated[Path, typer.Argument(help="A finished run's directory.")],
+    viewer: Annotated[str, typer.Option(help="`meshcat` or `meldis`.")] = "meshcat",
+    speed: Annotated[float, typer.Option(help="Times real time.")] = 1.0,
+    loop: Annotated[bool, typer.Option(help="Begin again at the end.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Show a finished run again, in Meshcat or Meldis."""
+    from drake_quad.report.play import play
+
+    _read_summary(directory)
+    if viewer not in ("meshcat", "meldis"):
+        raise InputError(
+            source="--viewer", field="viewer", value=viewer, remedy="give meshcat or meldis"
+        )
+    if not speed > 0.0:
+        raise InputError(source="--speed", field="speed", value=speed, remedy="give more than 0")
+    play(directory, viewer=viewer, speed=speed, loop=loop)
+    if as_json:
+        print(json.dumps({"replayed": str(directory)}))
+
+
+@app.command()
+def scenarios(as_json: JsonOption = False) -> None:
+    """List the scenarios that are shipped."""
+    from drake_quad.scenario import shipped_scenarios
+
+    shipped = shipped_scenarios()
+    if as_json:
+        print(json.dumps({"scenarios": [{"name": n, "description": d} for n, d in shipped]}))
+        return
+    for name, description in shipped:
+        print(f"{name:16s} {description}")
+
+
+def main() -> None:
+    """Entry point: errors on purpose become one line and an exit status."""
+    try:
+        app()
+    except InputError as error:
+        _fail(str(error), 2)
+    except PlanningError as error:
+        _fail(f"no plan: {error.reason}", 1)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _fail(f"{where}{error.strerror or error}", 2)
+    except KeyboardInterrupt:
+        _fail("interrupted", 130)
+
+
+def _fail(message: str, status: int) -> None:
+    print(f"drake-quad: {' '.join(message.split())}", file=sys.stderr)
+    raise SystemExit(status)
+
+
+def _stem(scenario: str) -> str:
+    return Path(scenario).name.removesuffix(".yaml").removesuffix(".scenario")
+
+
+def _claim(directory: Path) -> None:
+    """Makes sure before any long work that the directory can be written to."""
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        probe = directory / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(
+            source="--out",
+            field="directory",
+            value=str(directory),
+            remedy=f"cannot be written to: {error.strerror}; give another with --out",
+        ) from None
+
+
+def _read_summary(directory: Path) -> dict[str, Any]:
+    path = directory / "summary.json"
+    try:
+        summary: dict[str, Any] = json.loads(path.read_text())
+    except (OSError, ValueError):
+        raise InputError(
+            source=str(directory),
+            field="summary.json",
+            value=str(path),
+            remedy="not there or not readable; give the directory of a finished `drake-quad run`",
+        ) from None
+    return summary
+
+
+def _viewers(*, meshcat: bool, meldis: bool) -> "Visualize | None":
+    if not (meshcat or meldis):
+        return None
+    from drake_quad.viewers import MakeMeldisViewer, MakeMeshcatViewer, Together
+
+    chosen = []
+    if meshcat:
+        from pydrake.geometry import StartMeshcat
+
+        server = StartMeshcat()
+        _err.print(f"watch at {server.web_url()}")
+        chosen.append(MakeMeshcatViewer(server))
+    if meldis:
+        chosen.append(MakeMeldisViewer())
+    return Together(*chosen)
+
+
+def _make_report(directory: Path) -> None:
+    from drake_quad.report.build import build_report
+    from drake_quad.report.scene import write_scene_log
+
+    with _err.status("writing report.html and scene.lcmlog"):
+        build_report(directory)
+        write_scene_log(directory)
+
+
+@contextmanager
+def _interruptible() -> Iterator[Callable[[], bool]]:
+    """Turns the first Ctrl-C into a polite stop; a second one is an interrupt as usual."""
+    seen = False
+
+    def note(_number: int, _frame: FrameType | None) -> None:
+        nonlocal seen
+        seen = True
+        _err.print("\nstopping; writing what was logged")
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: seen
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _progress(label: str) -> Iterator[Callable[[float, float], None]]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TextColumn("{task.fields[pace]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=_err, transient=True) as bar:
+        task = bar.add_task(label, total=None, pace="", start=True, visible=False)
+
+        def show(done: float, total: float) -> None:
+            elapsed = bar.tasks[0].elapsed or 1e-9
+            pace = f"{done / elapsed:.1f} × real time"
+            bar.update(task, completed=done, total=max(total, done), pace=pace, visible=True)
+
+        yield show
+
+
+def _print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> None:
+    console = Console()
+    good = summary.get("outcome") == "goal_reached"
+    console.print(
+        f"[bold {'green' if good else 'red'}]{summary.get('outcome')}[/]: {summary.get('reason')}",
+        highlight=False,
+    )
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for label, text in summary_lines(summary):
+        table.add_row(label, text)
+    console.print(table)
+    console.print(f"files in {directory}", highlight=False)
+    if report:
+        console.print(f"look at {directory / 'report.html'}", highlight=False)
+
+
+def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """The few figures that are printed after a run, each with its unit."""
+    margin = summary.get("margin") or {}
+
+    def text(value: float | None, form: str) -> str:
+        return "-" if value is None else form.format(value)
+
+    return [
+        ("smallest margin measured", text(margin.get("minimum"), "{:.3f} m")),
+        (
+            "smallest margin planned",
+            text((summary.get("margin_planned") or {}).get("minimum"), "{:.3f} m"),
+        ),
+        ("time on fewer than three feet", text(summary.get("time_under_three_feet"), "{:.3f} s")),
+        ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),
+        ("a standing foot slipped at most", text(summary.get("slip_max"), "{:.4f} m")),
+        ("contacts of anything but feet", text(summary.get("nonfoot_contact_samples"), "{}")),
+        ("largest torque over its limit's", text(summary.get("torque_ratio_max"), "{:.0%}")),
+        ("simulated", text(summary.get("simulated_time"), "{:.1f} s")),
+        ("pace", text(summary.get("real_time_factor"), "{:.1f} × real time")),
+    ]
+
+
+def _print_plan(result: dict[str, Any]) -> None:
+    table = Table("segment", "kind", "from [s]", "to [s]", "smallest margin [m]", "steps", box=None)
+    for s in result["segments"]:
+        steps = "-".join(str(step["leg"]) for step in s.get("steps", []))
+        margin = "-" if s["margin_min"] is None else f"{s['margin_min']:.3f}"
+        table.add_row(s["name"], s["kind"], f"{s['start']:.1f}", f"{s['end']:.1f}", margin, steps)
+    console = Console()
+    console.print(table)
+    console.print(
+        f"feasible: {result['duration']:.1f} s, smallest margin "
+        f"{result['planned_margin_min']:.3f} m, planned in {result['planning_time']:.2f} s",
+        highlight=False,
+    )

@@ -1,0 +1,105 @@
+"""The report's tables: the segments, and every figure of the summary with its unit."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from drake_quad.report.axes import signed
+from drake_quad.report.run_files import Run
+from drake_quad.report.style import kind_colour
+from drake_quad.report.verdict import look_up
+
+# By the last part of a summary's key, or by how it ends.
+UNITS = {
+    "simulated_time": "s",
+    "wall_time": "s",
+    "planning_time": "s",
+    "time_under_three_feet": "s",
+    "minimum": "m",
+    "percentile_1": "m",
+    "median": "m",
+    "base_error_max": "m",
+    "slip_max": "m",
+}
+ENDINGS = {"_deg": "deg", "_ratio_max": "of the limit", "_time": "s", "_samples": "samples"}
+APART = ("segments", "versions")  # what has a table of its own
+
+
+@dataclass(frozen=True)
+class SegmentRow:
+    """A segment of the plan as it was walked; times [s], margins with their unit, or a dash."""
+
+    name: str
+    kind: str
+    colour: str
+    start: float
+    end: float
+    margin: str
+    margin_planned: str
+    negative: bool
+
+
+def segment_rows(run: Run) -> list[SegmentRow]:
+    """The summary's segments; those of the log where it has none."""
+    listed = run.summary.get("segments")
+    if not isinstance(listed, list) or not listed:
+        listed = [
+            {"name": b.name, "kind": b.kind, "start": b.start, "end": b.end}
+            for b in run.log.bands()
+        ]
+    rows = []
+    for entry in listed:
+        if not isinstance(entry, Mapping):
+            continue
+        margin = look_up(entry, "margin_min")
+        rows.append(
+            SegmentRow(
+                name=str(entry.get("name", "")),
+                kind=str(entry.get("kind", "")),
+                colour=kind_colour(str(entry.get("kind", ""))),
+                start=look_up(entry, "start"),
+                end=look_up(entry, "end"),
+                margin=_metres(margin),
+                margin_planned=_metres(look_up(entry, "margin_planned_min")),
+                negative=margin < 0.0,
+            )
+        )
+    return rows
+
+
+def summary_rows(summary: Mapping[str, Any], prefix: str = "") -> list[tuple[str, str, str]]:
+    """Every figure of the summary: its dotted key, its value, its unit."""
+    rows = []
+    for key, value in summary.items():
+        path = f"{prefix}{key}"
+        if path in APART:
+            continue
+        if isinstance(value, Mapping):
+            rows += summary_rows(value, f"{path}.")
+        else:
+            rows.append((path, format_value(value), unit_of(path)))
+    return rows
+
+
+def unit_of(path: str) -> str:
+    """The unit of a summary's figure by its key; empty where it has none or is not known."""
+    key = path.rpartition(".")[2]
+    if key in UNITS:
+        return UNITS[key]
+    return next((unit for ending, unit in ENDINGS.items() if key.endswith(ending)), "")
+
+
+def format_value(value: Any) -> str:
+    """A figure or a word of the summary for people."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "–"
+    if isinstance(value, float):
+        return signed(f"{value:.4g}")
+    if isinstance(value, list):
+        return ", ".join(format_value(item) for item in value)
+    return str(value)
+
+
+def _metres(value: float) -> str:
+    return signed(f"{value:.3f} m") if math.isfinite(value) else "–"

@@ -1,0 +1,462 @@
+"""The page on the paper: complete, up to date, and its numbers right by other means.
+
+Margins are computed here by shapely, swings by the roots of the paper's polynomials, optima by a
+linear program or over all orders, and the whole robot's centre of mass by Drake.
+"""
+
+import importlib.util
+import re
+import time
+from collections.abc import Callable
+from itertools import pairwise, permutations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from scipy.optimize import linprog
+from shapely import MultiPoint, Point
+
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.report.paper_figures import FIGURES
+from drake_quad.report.paper_findings import Finding, Verdict
+from drake_quad.report.paper_findings_run import run_findings
+from drake_quad.report.paper_findings_spin import spin_findings
+from drake_quad.report.paper_findings_wave import wave_findings
+from drake_quad.report.paper_samples import Samples, sample_study
+from drake_quad.report.paper_study import (
+    OUT_OF_PHASE,
+    TABLE_I,
+    CaseStudy,
+    plan_case_study,
+)
+from drake_quad.robot.load_robot import MakeModelPlant
+from drake_quad.scenario import load_scenario
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = ROOT / "docs" / "paper"
+
+# The paper's own numbers, and the places that follow from them, written out by hand.
+CENTRES = np.array([[0.4, 0.27], [0.4, -0.27], [-0.4, 0.27], [-0.4, -0.27]])
+WAVE = np.array([[0.025, 0.27], [0.525, -0.27], [-0.025, 0.27], [-0.525, -0.27]])
+RADIUS = float(np.hypot(0.4, 0.27))
+# Arcs of 67.5° about 45° in each quadrant; legs 1, 3, 4, 2 are 0, 1/3, 2/3, 1 of an arc ahead.
+SPIN = RADIUS * np.array(
+    [[np.cos(a), np.sin(a)] for a in np.radians([11.25, -45 + 33.75, 135 - 11.25, 225 + 11.25])]
+)
+
+
+def margin(point: Any, feet: Any) -> float:
+    """Returns the signed margin of a point over some feet, by shapely."""
+    polygon, at = MultiPoint(np.asarray(feet)).convex_hull, Point(point)
+    if polygon.geom_type != "Polygon":
+        return -float(polygon.distance(at))
+    inside = polygon.covers(at)
+    return float(polygon.exterior.distance(at)) * (1.0 if inside else -1.0)
+
+
+def step_margins(moves: Any, start: Any = CENTRES) -> list[float]:
+    """Returns the margins of moves (leg, place) from a stance, the body being at the origin."""
+    feet, margins = np.array(start), []
+    for leg, place in moves:
+        margins.append(margin((0.0, 0.0), np.delete(feet, leg - 1, axis=0)))
+        feet[leg - 1] = place
+    return margins
+
+
+def best_four_steps(goal: Any) -> float:
+    """Returns the largest least margin of all orders of four steps, the body still."""
+    orders = permutations((1, 2, 3, 4))
+    return max(min(step_margins([(leg, goal[leg - 1]) for leg in order])) for order in orders)
+
+
+def best_four_shifting_steps(goal: Any, shift: float = 0.1) -> float:
+    """Returns the same where the body may shift before each lift: a linear program a lift.
+
+    Over (x, y, m): as large an m as possible, so that the body at (x, y) is m inside of each side
+    of the support triangle and every foot, also where it is put down, is in its workspace.
+    """
+    known: dict[Any, float] = {}
+
+    def lift(moved: frozenset[int], leg: int) -> float:
+        if (moved, leg) in known:
+            return known[moved, leg]
+        feet = np.array([goal[k] if k in moved else CENTRES[k] for k in range(4)])
+        standing = np.delete(feet, leg, axis=0)
+        a, b, c = standing
+        if np.cross(np.append(b - a, 0), np.append(c - a, 0))[2] < 0:
+            standing = standing[::-1]
+        rows, bounds = [], []
+        for p, q in pairwise([*standing, standing[0]]):
+            n = np.array([p[1] - q[1], q[0] - p[0]]) / np.hypot(*(q - p))  # inward
+            rows.append([-n[0], -n[1], 1.0])
+            bounds.append(-n @ p)
+        offsets = np.array([*(feet - CENTRES), goal[leg] - CENTRES[leg]])
+        half = np.array([0.38, 0.25])
+        low = np.maximum(-shift, (offsets - half).max(axis=0))
+        high = np.minimum(shift, (offsets + half).min(axis=0))
+        limits = [(low[0], high[0]), (low[1], high[1]), (None, None)]
+        found = linprog([0, 0, -1], A_ub=rows, b_ub=bounds, bounds=limits)
+        known[moved, leg] = float(found.x[2])
+        return known[moved, leg]
+
+    return max(
+        min(lift(frozenset(order[:k]), order[k]) for k in range(4))
+        for order in permutations(range(4))
+    )
+
+
+def quintic_time(fraction: float) -> float:
+    """Returns when in [0, 1] the paper's quintic has come this far, from its roots."""
+    roots = np.roots([6.0, -15.0, 10.0, 0.0, 0.0, -fraction])
+    return next(float(r.real) for r in roots if abs(r.imag) < 1e-9 and 0.0 < r.real < 1.0)
+
+
+def quintic(s: Any) -> Any:
+    return np.polyval([6.0, -15.0, 10.0, 0.0, 0.0, 0.0], s)
+
+
+def paper_height(x: float, *, z_f: float, d_s: float, h_s: float) -> float:
+    """Returns equation (3) over the place x of a swing of 1 m, with delta_h = 0.02 m."""
+    t, t_s, top = quintic_time(x), quintic_time(d_s), h_s + 0.02
+    if t <= t_s:
+        return float(top * quintic(t / t_s))
+    return float(top + (z_f - top) * quintic((t - t_s) / (1.0 - t_s)))
+
+
+@pytest.fixture(scope="module")
+def study() -> CaseStudy:
+    return plan_case_study()
+
+
+@pytest.fixture(scope="module")
+def samples(study: CaseStudy) -> Samples:
+    return sample_study(study)
+
+
+@pytest.fixture(scope="module")
+def out_of_phase() -> Samples:
+    return sample_study(plan_case_study(OUT_OF_PHASE))
+
+
+@pytest.fixture(scope="module")
+def findings(study: CaseStudy, samples: Samples, out_of_phase: Samples) -> dict[str, Finding]:
+    every = (*wave_findings(), *spin_findings(), *run_findings(study, samples, out_of_phase))
+    assert len({finding.key for finding in every}) == len(every)
+    return {finding.key: finding for finding in every}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """Where the script has written, and how long it took [s]."""
+    spec = importlib.util.spec_from_file_location("script", ROOT / "scripts" / "reproduce_paper.py")
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    out = tmp_path_factory.mktemp("paper") / "new"
+    begin = time.perf_counter()
+    script.main(["--out", str(out)])
+    return out, time.perf_counter() - begin
+
+
+def test_script_is_quick_and_complete(written: tuple[Path, float]) -> None:
+    """The script writes the page and every figure of the paper but the photographs, in 30 s."""
+    out, seconds = written
+    assert seconds < 30.0
+    assert [figure.number for figure in FIGURES] == [2, 3, 4, 5, 6, 7, 8, 9, 11, 12]
+    assert {path.name for path in out.iterdir()} == {"README.md", *(f.file for f in FIGURES)}
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: f"fig{figure.number}")
+def test_figures_are_not_blank(written: tuple[Path, float], figure: Any) -> None:
+    """Each figure has ink in all of its quarters, and the colours of at least two legs or lines."""
+    image = imread(written[0] / figure.file)[..., :3]
+    height, width = (size // 2 for size in image.shape[:2])
+    for rows in (slice(None, height), slice(height, None)):
+        for columns in (slice(None, width), slice(width, None)):
+            assert np.mean(image[rows, columns].min(axis=-1) < 0.9) > 0.01
+    saturated = image[np.ptp(image, axis=-1) > 0.4]
+    assert len(np.unique(np.round(saturated * 8).astype(int), axis=0)) >= 2
+
+
+def test_committed_page_is_up_to_date(written: tuple[Path, float]) -> None:
+    """docs/paper holds what the script writes: else run `python scripts/reproduce_paper.py`."""
+    new = (written[0] / "README.md").read_text(encoding="utf-8")
+    committed = (PAGES / "README.md").read_text(encoding="utf-8")
+    assert committed == new, "stale: run `python scripts/reproduce_paper.py` and look at the change"
+    assert {f.file for f in FIGURES} == {path.name for path in PAGES.glob("*.png")}
+
+
+def test_page_holds_every_statement_with_its_figures(
+    written: tuple[Path, float], findings: dict[str, Finding]
+) -> None:
+    """Each statement is one row with what we find and a verdict; all links on the page resolve."""
+    text = (written[0] / "README.md").read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if line.endswith("** |")]
+    assert len(rows) == len(findings)
+    for finding, row in zip(findings.values(), rows, strict=True):
+        assert finding.statement in row
+        assert finding.found in row
+        assert row.endswith(f"| **{finding.verdict}** |")
+        assert finding.figures
+    assert set(re.findall(r"\(#(.*?)\)", text)) <= set(re.findall(r'id="(.*?)"', text))
+    images = re.findall(r"!\[.*?\]\((.*?)\)", text)
+    assert images == [figure.file for figure in FIGURES]
+    assert "{" not in text
+    assert "nan" not in text
+    assert not re.search(r"-0\.0+\b(?!\d)", text)
+
+
+def test_scenario_is_the_papers() -> None:
+    """The shipped scenario `paper` has Table I's values."""
+    scenario, w = load_scenario("paper"), TABLE_I.workspace
+    gait = scenario.gait
+    sizes = (gait.workspace_length, gait.workspace_width, gait.stance_length, gait.stance_width)
+    assert sizes == (w.R_x, w.R_y, w.P_x, w.P_y) == (0.76, 0.5, 0.8, 0.54)
+    assert (gait.duty_factor, scenario.spin.duty_factor) == (TABLE_I.beta,) * 2 == (0.75,) * 2
+    assert (gait.cycle_time, scenario.spin.cycle_time) == (TABLE_I.T,) * 2 == (8.0,) * 2
+    assert gait.swing_clearance == TABLE_I.delta_h == 0.02
+    flights = [(e.rise, e.run) for e in scenario.course if e.kind == "stairs"]
+    assert flights == [(TABLE_I.H, TABLE_I.W)] * 2 == [(0.13, 0.5)] * 2
+    assert gait.stance_stagger == 0.0
+
+
+def test_stroke(findings: dict[str, Finding]) -> None:
+    """R = 2 W beta, and the vertical stroke, stride and advance a swing that go with it."""
+    n = findings["stroke"].numbers
+    assert n["stroke"] == pytest.approx(0.75)
+    assert n["rise"] == pytest.approx(0.195)
+    assert n["stride"] == pytest.approx(1.0)
+    assert n["advance"] == pytest.approx(0.25)
+
+
+def test_swinging_foot_leaves_its_workspace(findings: dict[str, Finding]) -> None:
+    """After lift-off the ground has moved back by more than the foot has come forward."""
+    s = np.linspace(0.0, 1.0, 20001)
+    trail = float((0.25 * s - quintic(s)).max())
+    n = findings["workspace_use"].numbers
+    assert n["trail"] == pytest.approx(trail, abs=1e-6)
+    assert n["excess"] == pytest.approx(0.375 + trail - 0.38, abs=1e-6)
+    assert n["excess"] > 0.0
+    assert n["needed"] == pytest.approx(0.75 + 2 * trail, abs=1e-6)
+    assert n["spare"] == pytest.approx(0.005)
+
+
+def test_paper_transition(findings: dict[str, Finding]) -> None:
+    """Legs 2-3-4-1-3 have margins 0, 0, 0, 0, 0.175 m by way of -R/6, and less elsewhere."""
+
+    def by_way_of(x: float) -> list[float]:
+        return step_margins(
+            [(2, WAVE[1]), (3, (x, 0.27)), (4, WAVE[3]), (1, WAVE[0]), (3, WAVE[2])]
+        )
+
+    n = findings["transition_wave"].numbers
+    assert [n[f"m{k}"] for k in range(1, 6)] == pytest.approx(by_way_of(-0.525), abs=1e-9)
+    assert n["m5"] == pytest.approx(0.175, abs=5e-4)
+    aside = max(min(by_way_of(-0.525 + d)) for d in (-0.01, 0.01))
+    assert n["aside"] == pytest.approx(aside, abs=1e-9)
+    assert aside < 0.0
+    grid = [min(by_way_of(-0.4 + d)) for d in np.linspace(-0.38, 0.38, 305)]
+    assert max(grid) <= 1e-9
+    assert "2-1-3-4-3" in findings["transition_wave"].found
+    assert min(n[f"b{k}"] for k in range(2, 6)) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "goal", "rounded"), [("fewest_wave", WAVE, 0.105), ("transition_spin", SPIN, 0.048)]
+)
+def test_fewest_steps(findings: dict[str, Finding], key: str, goal: Any, rounded: float) -> None:
+    """No order of four steps is stable with the body still; with shifts the best has 0.1 or so."""
+    n = findings[key].numbers
+    assert n["four"] == pytest.approx(best_four_steps(goal), abs=1e-9)
+    assert n["four"] < 0.0
+    assert n["shifted"] == pytest.approx(best_four_shifting_steps(goal), abs=1e-6)
+    assert n["shifted"] == pytest.approx(rounded, abs=5e-4)
+
+
+def test_spin_transition_steps_are_stable(findings: dict[str, Finding]) -> None:
+    """The fifth margin is that of the desired configuration without leg 2, the first is zero."""
+    n = findings["transition_spin"].numbers
+    assert n["m1"] == pytest.approx(0.0, abs=1e-9)
+    assert n["m5"] == pytest.approx(margin((0, 0), np.delete(SPIN, 1, axis=0)), abs=1e-9)
+
+
+def test_swing_is_at_rest_and_smooth(findings: dict[str, Finding]) -> None:
+    """Nothing jumps, and t_s solves equation (2)."""
+    n = findings["rest_to_rest"].numbers
+    assert n["t_s"] == pytest.approx(2.0 * quintic_time(0.75), abs=1e-8)
+    assert (n["speed"], n["acceleration"], n["jump"]) == pytest.approx((0, 0, 0), abs=1e-6)
+
+
+def test_two_risers(findings: dict[str, Finding]) -> None:
+    """By the paper's polynomials: the right choice clears the other riser, the wrong one hits."""
+    n = findings["two_risers"].numbers
+    up = paper_height(0.25, z_f=0.26, d_s=0.75, h_s=0.26) - 0.13
+    down = paper_height(0.75, z_f=-0.26, d_s=0.25, h_s=0.0) + 0.13
+    assert (n["up"], n["down"]) == pytest.approx((up, down), abs=1e-7)
+    assert up == pytest.approx(0.042, abs=5e-4)
+    assert n["up_wrong"] == pytest.approx(
+        0.26 - paper_height(0.75, z_f=0.26, d_s=0.25, h_s=0.13), abs=1e-7
+    )
+    assert n["down_wrong"] == pytest.approx(
+        -paper_height(0.25, z_f=-0.26, d_s=0.75, h_s=-0.13), abs=1e-7
+    )
+    assert min(n["up_wrong"], n["down_wrong"]) > 0.0
+
+
+def test_point_foot_is_near_the_nosing(findings: dict[str, Finding]) -> None:
+    """The path of the paper's point foot is at most delta_h from a nosing."""
+    path = np.array([[x, paper_height(x, z_f=0.26, d_s=0.75, h_s=0.26)]
+                     for x in np.linspace(0.6, 0.9, 601)])  # fmt: skip
+    nearest = np.hypot(*(path - [0.75, 0.26]).T).min()
+    n = findings["foot_radius"].numbers
+    assert n["nearest"] == pytest.approx(nearest, abs=1e-5)
+    assert n["overlap"] == pytest.approx(0.035 - nearest, abs=1e-5)
+
+
+def test_table_contradicts_equation_6(findings: dict[str, Finding]) -> None:
+    """The radicand is negative, and the arc inside the box is what sampling the circle finds."""
+    n = findings["table_against_6"].numbers
+    assert n["radicand"] == pytest.approx(0.64 - 0.54 - 0.25)
+    angles = np.radians(np.linspace(-10.0, 100.0, 1_100_001))
+    x, y = RADIUS * np.cos(angles), RADIUS * np.sin(angles)
+    inside = np.degrees(angles[(abs(x - 0.4) <= 0.38) & (abs(y - 0.27) <= 0.25)])
+    assert (n["lo"], n["hi"]) == pytest.approx((inside.min(), inside.max()), abs=2e-4)
+    assert n["phi_max"] == pytest.approx(85.25, abs=5e-3)
+    assert n["radius"] < n["outer"]
+    assert findings["table_against_6"].verdict == Verdict.CONTRADICTED
+
+
+def test_equations_4_to_6_hold_in_narrow_boxes(findings: dict[str, Finding]) -> None:
+    """With R_y = 0.3 the equations, typed out here, and the arc agree."""
+    P_x, P_y, R_y = 0.8, 0.54, 0.3
+    delta = np.arctan((P_y - R_y) / np.sqrt(P_x**2 + 2 * P_y * R_y - R_y**2))
+    gamma = np.arctan(np.sqrt(P_x**2 - 2 * P_y * R_y - R_y**2) / (P_y + R_y))
+    n = findings["equations_4_to_6"].numbers
+    phi = np.degrees(np.pi / 2 - (delta + gamma))
+    assert (n["phi"], n["arc"]) == pytest.approx((phi, phi), abs=1e-8)
+
+
+def test_spin_numbers(findings: dict[str, Finding]) -> None:
+    """90° is one cycle of 67.5°; turns of the body add up; the stroke is the arc's chord."""
+    n = findings["equations_8_9"].numbers
+    assert (n["swing"], n["stand"]) == pytest.approx((67.5 / 3, 0.0))
+    assert (n["total"], n["cycle"]) == pytest.approx((90.0, 90.0))
+    stroke = findings["equation_7"].numbers
+    ends = np.radians([45 - 33.75, 45 + 33.75])
+    chord = RADIUS * np.array([np.diff(np.cos(ends))[0], np.diff(np.sin(ends))[0]])
+    assert (stroke["s_x"], stroke["s_y"]) == pytest.approx(tuple(chord), abs=1e-8)
+    assert (stroke["x"], stroke["y"]) == pytest.approx(tuple(chord), abs=1e-8)
+
+
+def test_spin_margin(findings: dict[str, Finding]) -> None:
+    """Turning the footprints under three feet at a time never gives less than 0.185 m."""
+    feet = {leg: SPIN[leg - 1] @ np.eye(2) for leg in (1, 2, 3, 4)}
+    c, s = np.cos(np.radians(90.0)), np.sin(np.radians(90.0))
+    quarter = np.array([[c, -s], [s, c]])
+    least = []
+    for leg in (1, 3, 4, 2):  # at beta = 0.75 one after the other; a spin keeps distances
+        least.append(margin((0, 0), [place for k, place in feet.items() if k != leg]))
+        feet[leg] = quarter @ feet[leg]
+    n = findings["spin_stable"].numbers
+    assert n["margin"] == pytest.approx(min(least), abs=1e-8)
+    assert n["margin"] == pytest.approx(0.185, abs=5e-4)
+    assert (n["cycles"], n["phi"]) == pytest.approx((1, 67.5))
+
+
+def test_direct_transition(findings: dict[str, Finding]) -> None:
+    """Straight from wave to spin takes half the steps, and with a margin, unlike by the centres."""
+    n = findings["via_centres"].numbers
+    assert (n["via"], n["direct"]) == (10, 5)
+    assert n["via_margin"] == pytest.approx(0.0, abs=1e-9)
+    assert 0.05 < n["direct_margin"] <= margin((0, 0), np.delete(WAVE, 2, axis=0))
+
+
+def test_margins_of_the_study(
+    findings: dict[str, Finding], samples: Samples, out_of_phase: Samples
+) -> None:
+    """Shapely finds the same least margins of the body's centre over the feet."""
+    for data, key in ((samples, "margin"), (out_of_phase, "other")):
+        worst = np.argsort(data.margin)[:: max(len(data.margin) // 300, 1)]
+        by_shapely = [margin(data.body[k, :2], data.feet[k, data.standing[k], :2]) for k in worst]
+        assert data.margin[worst] == pytest.approx(by_shapely, abs=1e-9)
+        assert findings["one_stride"].numbers[key] == pytest.approx(by_shapely[0], abs=1e-8)
+    assert findings["one_stride"].numbers["other"] < -0.01
+
+
+def test_zeros_of_the_study(findings: dict[str, Finding], study: CaseStudy) -> None:
+    """Two a cycle, and the steps of transitions that the plan itself says have none."""
+    n = findings["zeros"].numbers
+    steps = [step for s in study.segments for step in s.details.get("steps", [])]
+    assert n["transitions"] == sum(abs(step["margin"]) < 1e-9 for step in steps)
+    assert n["cycles"] == 8 + 7  # metres, at one a cycle
+    assert n["waves"] == 2 * n["cycles"]
+    assert findings["definition"].numbers["zeros"] == n["waves"] + n["transitions"]
+    assert n["steps_time"] == pytest.approx(n["transitions"] * study.settings.swing_time)
+
+
+def test_margin_beyond_beta_three_quarters(findings: dict[str, Finding]) -> None:
+    """Half the way that the body goes on four feet, across the diagonal of the feet."""
+    n = findings["zeros"].numbers
+    across = 0.54 / np.hypot(0.54, 0.55)
+    for k, beta in enumerate((0.80, 0.85, 0.90)):
+        assert n[f"beta{k}"] == pytest.approx((beta - 0.75) / 2.0 * across, abs=1e-8)
+
+
+def test_margin_of_the_whole_robot(
+    findings: dict[str, Finding], study: CaseStudy, samples: Samples
+) -> None:
+    """Drake's own centre of mass, at the worst time, is outside of the support polygon as far."""
+    k = int(np.argmin(samples.margin_robot))
+    body, feet = samples.body[k], samples.feet[k]
+    q = pose_robot(study.robot, body[None], feet[None])[0][0]
+    plant = MakeModelPlant(study.robot.url)
+    context = plant.CreateDefaultContext()
+    trunk = plant.GetBodyByName(study.robot.trunk)
+    turn = np.array([np.cos(body[4] / 2), 0.0, 0.0, np.sin(body[4] / 2)])  # yaw alone
+    positions = plant.GetPositions(context)
+    start = trunk.floating_positions_start()
+    positions[start : start + 7] = [*turn, *body[:3]]
+    for name, angle in zip(study.robot.joint_names, q.ravel(), strict=True):
+        positions[plant.GetJointByName(name).position_start()] = angle
+    plant.SetPositions(context, positions)
+    com = plant.CalcCenterOfMassPositionInWorld(context)
+    n = findings["massless_legs"].numbers
+    assert body[3] == 0.0
+    assert n["margin"] == pytest.approx(margin(com[:2], feet[samples.standing[k], :2]), abs=1e-6)
+    assert n["margin"] < -0.01
+    assert n["mass"] == pytest.approx(plant.CalcTotalMass(context))
+
+
+def test_case_study_goes_where_the_paper_does(
+    findings: dict[str, Finding], study: CaseStudy, samples: Samples
+) -> None:
+    """Six stairs up, a quarter turn, six down; on the treads as in Fig. 4; within reach."""
+    n = findings["descent"].numbers
+    assert (n["up"], n["down"]) == pytest.approx((0.78, 0.78), abs=1e-6)
+    assert n["turn"] == pytest.approx(90.0)
+    stairs = findings["stairs_of_a_cycle"].numbers
+    assert [stairs[key] for key in ("from4", "to4", "from3", "to3")] == [1, 3, 2, 4]
+    treads = findings["footprints"].numbers
+    assert (treads["low"], treads["high"]) == pytest.approx((0.025, 0.025), abs=1e-6)
+    assert treads["count"] == 4 * 3 * 2  # each leg on every other of six treads, twice
+    assert samples.reach_excess.max() == 0.0
+    assert study.duration == pytest.approx(samples.times[-1])
+
+
+def test_stairs_change_no_margin(findings: dict[str, Finding]) -> None:
+    """With a level body a cycle has the same margins on the floor and on the stairs."""
+    n = findings["level_body"].numbers
+    assert n["difference"] < 1e-6
+    assert (n["low"], n["high"]) == pytest.approx(
+        (0.0, margin((0, 0), np.delete(WAVE, 0, axis=0))), abs=1e-4
+    )
+
+
+@pytest.mark.parametrize("mirror", [lambda p: p * [1, -1], lambda p: p * [-1, 1]])
+def test_independent_search_is_symmetric(mirror: Callable[[Any], Any]) -> None:
+    """The check itself: mirrored goals, legs exchanged to match, are as hard to reach."""
+    rows = [1, 0, 3, 2] if mirror(np.ones(2))[1] < 0 else [2, 3, 0, 1]
+    assert best_four_steps(mirror(SPIN)[rows]) == pytest.approx(best_four_steps(SPIN))
