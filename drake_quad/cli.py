@@ -242,7 +242,7 @@ def _viewers(*, meshcat: bool, meldis: bool) -> "Visualize | None":
 
 def _make_report(directory: Path) -> None:
     from drake_quad.report.build import build_report
-    from drake_quad.report.scene import write_scene_log
+    from drake_quad.report.scene_log import write_scene_log
 
     with _err.status("writing report.html and scene.lcmlog"):
         build_report(directory)

@@ -126,7 +126,7 @@ def kinematic_logs(
     start = 0.0
     for index, plan in enumerate(plans):
         count = round(plan.duration / period)
-        t = period * np.arange(count + (index == len(plans) - 1))
+        t = period * np.arange(count + (index == len(plans) - 1), dtype=np.float64)
         samples.append(evaluate(robot, plan, t))
         phase = np.zeros((len(t), len(GaitPhase)))
         phase[:, GaitPhase.TASK], phase[:, GaitPhase.TIME] = index, t

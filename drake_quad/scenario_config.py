@@ -146,7 +146,7 @@ class TransitionConfig:
     mode: str = "shift"
     max_shift: float = 0.1
     swing_time: float = 1.2
-    shift_time: float = 1.0
+    shift_time: float = 1.3
     via_centres: bool = False
 
 
@@ -162,7 +162,7 @@ class BodyConfig:
 
     path: str = "optimised"
     margin_desired: float = 0.10
-    zmp_margin: float = 0.05
+    zmp_margin: float = 0.08
 
 
 @dataclass
@@ -191,8 +191,8 @@ class ControllerConfig:
     """
 
     period: float = 0.005
-    kp: float = 4000.0
-    kd: float = 160.0
+    kp: float = 2000.0
+    kd: float = 80.0
     base_stiffness: float = 3000.0
     base_damping: float = 400.0
     base_rotation_stiffness: float = 1000.0

@@ -1,6 +1,6 @@
 """A run's figures, from its log: what summary.json holds (docs/log_format.md has the keys)."""
 
-from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -91,7 +91,7 @@ def segment_figures(c: dict[str, np.ndarray]) -> list[dict[str, Any]]:
                 "margin_planned_min": _smallest(c["margin_planned"][a:b]),
             }
         )
-        for a, b in zip(cuts[:-1], cuts[1:], strict=True)
+        for a, b in pairwise(cuts)
         if c["segment"][a]
     ]
 
@@ -143,8 +143,8 @@ def _spread(values: FloatArray) -> dict[str, float | None]:
     }
 
 
-def _smallest(values: Sequence[float]) -> float:
-    finite = np.asarray(values)[np.isfinite(values)]
+def _smallest(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
     return float(finite.min()) if len(finite) else float("nan")
 
 
@@ -154,7 +154,7 @@ def _largest(values: FloatArray) -> float:
 
 
 def _plain(figures: dict[str, Any]) -> dict[str, Any]:
-    """nan and infinities, which JSON has not, become None."""
+    """Nan and infinities, which JSON has not, become None."""
     return {
         k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in figures.items()
     }

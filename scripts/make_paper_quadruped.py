@@ -12,7 +12,7 @@ from pathlib import Path
 HIP_X, HIP_Y, HIP_OFFSET = 0.40, 0.18, 0.09  # abduction axis in B; leg plane beyond it [m]
 # A ball foot rolls by its radius times the shank's turn, about 1 rad in a stance: a small tip keeps
 # the footprint where the plan has it, as the paper's point feet do.
-THIGH, SHANK, FOOT_RADIUS = 0.52, 0.70, 0.01  # [m]
+THIGH, SHANK, FOOT_RADIUS = 0.52, 0.70, 0.008  # [m]
 SHANK_RADIUS, SHIN_END = 0.018, 0.05  # [m]; the shank's shape ends this far above the foot's centre
 TRUNK_SIZE, TRUNK_MASS = (0.86, 0.26, 0.16), 38.0
 HIP_MASS, THIGH_MASS, SHANK_MASS = 1.8, 2.4, 1.3  # 5.5 kg a leg, 22 kg of 60 kg

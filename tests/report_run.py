@@ -60,6 +60,18 @@ def plans(scenario: Scenario, *, seconds: float) -> tuple[RobotModel, list[Motio
     return robot, found
 
 
+@cache
+def wave_begins() -> float:
+    """When the short scenario's first wave begins [s], a transition before it."""
+    start = 0.0
+    for plan in plans(short_scenario(), seconds=1e9)[1]:
+        for segment in plan.segments:
+            if segment.kind == "wave":
+                return start + segment.start
+        start += plan.duration
+    raise AssertionError("the short scenario has no wave")
+
+
 def make_log(
     scenario: Scenario, *, seconds: float = 3.0, start: float = 0.0, kinematic: bool = False
 ) -> dict[str, Any]:

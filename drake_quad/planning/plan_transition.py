@@ -26,13 +26,20 @@ def lay_transition(
     """
     c, s = np.cos(body[4]), np.sin(body[4])
     R_WB = np.array([[c, -s], [s, c]])
-    to_body = lambda p: (p - body[:2]) @ R_WB  # noqa: E731 - inverse of the line below
-    to_world = lambda p: p @ R_WB.T + body[:2]  # noqa: E731
+
+    def to_body(p: FloatArray) -> FloatArray:
+        return np.asarray((p - body[:2]) @ R_WB)
+
+    def to_world(p: FloatArray) -> FloatArray:
+        return np.asarray(p @ R_WB.T + body[:2])
+
     transition = plan_transition(
         to_body(builder.feet[:, :2]),
         to_body(goal),
         mode="still" if settings.body_still else "shift",
         max_shift=settings.max_shift,
+        # With a stagger the feet's places are not those of the paper's boxes.
+        workspace=settings.workspace if settings.stance_stagger == 0.0 else None,
     )
     if not transition.steps:
         return None

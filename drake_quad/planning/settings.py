@@ -49,8 +49,8 @@ class PlanSettings:
     body_still: bool = False
     max_shift: float = 0.1
     swing_time: float = 1.2
-    shift_time: float = 1.0
+    shift_time: float = 1.3
     via_centres: bool = False
     uniform_body: bool = False
     margin_desired: float = 0.10
-    zmp_margin: float = 0.05
+    zmp_margin: float = 0.08

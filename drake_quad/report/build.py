@@ -32,14 +32,14 @@ class FigureKind:
         title: Over it.
         caption: Under it.
         draw: Makes it.
-        forces: Whether it shows what a kinematic replay has not.
+        physics: Whether it shows what a kinematic replay has not.
     """
 
     name: str
     title: str
     caption: str
     draw: Callable[[Run], Figure]
-    forces: bool = False
+    physics: bool = False
 
 
 FIGURES = (
@@ -56,7 +56,7 @@ FIGURES = (
         "Footprints from above",
         "Where each foot stood (left round, right square), the paths of body and centre of mass, "
         "and the support polygon at the moment of the least margin. The higher the ground, the "
-        "darker; lines across are nosings.",
+        "stronger its tint; lines across are nosings.",
         draw_footprints,
     ),
     FigureKind(
@@ -84,7 +84,7 @@ FIGURES = (
         "Joint torques against their limits",
         "Ratio to the limit, dashed at ±1; the ring marks the greatest of all.",
         draw_torques,
-        forces=True,
+        physics=True,
     ),
     FigureKind(
         "speeds",
@@ -97,13 +97,14 @@ FIGURES = (
         "Foot forces",
         "Vertical force on each foot; dashed, a quarter of the robot's weight.",
         draw_forces,
-        forces=True,
+        physics=True,
     ),
     FigureKind(
         "error",
         "The body against its plan",
         "Measured less planned.",
         draw_base_error,
+        physics=True,
     ),
 )
 
@@ -152,5 +153,5 @@ def _draw_figures(run: Run) -> list[tuple[FigureKind, Markup]]:
         return [
             (kind, Markup(to_svg(kind.draw(run), name=kind.name, label=kind.title)))
             for kind in FIGURES
-            if not (kind.forces and run.kinematic)
+            if not (kind.physics and run.kinematic)
         ]

@@ -76,6 +76,8 @@ class RunLog:
 
     def bands(self) -> list[Band]:
         """The segments in the order in which they were walked."""
+        if not len(self):
+            return []
         names, kinds, t = self.text("segment"), self.text("segment_kind"), self.t
         tasks = self.number("task")
         starts = [

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes, mark_point, signed
 from drake_quad.report.columns import runs_of
-from drake_quad.report.motion import NO_SUPPORT, margins
+from drake_quad.report.motion import NO_SUPPORT, has_massless_legs, margins
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import BAD, INK, LESS_COLOUR, MUTED
 
@@ -24,10 +24,14 @@ def draw_margin(run: Run) -> Figure:
     measured, planned, zmp = (margins(run, n) for n in ("margin", "margin_planned", "zmp_margin"))
     draw_bands([axis], log.bands(), label=axis)
     draw_line(axis, log.t, zmp, color=LESS_COLOUR, lw=0.7, alpha=0.8, label="zero-moment point")
-    style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2)), "label": "static, planned"}
+    names = ("static, planned", "static, measured")
+    if run.kinematic:
+        names = ("static, planned", "static, kinematic replay")
+    if has_massless_legs(run):
+        names = ("static, legs with their mass", "static, legs without mass (the paper's)")
+    style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2)), "label": names[0]}
     draw_line(axis, log.t, planned, **style)
-    word = "static, kinematic replay" if run.kinematic else "static, measured"
-    draw_line(axis, log.t, measured, color=INK, lw=1.3, label=word)
+    draw_line(axis, log.t, measured, color=INK, lw=1.3, label=names[1])
     axis.axhline(0.0, color=BAD, lw=1.0)
     for first, past in runs_of(log.number("margin") <= NO_SUPPORT):
         axis.axvspan(log.t[first], log.t[past - 1], ymax=0.04, color=BAD, lw=0)

@@ -25,10 +25,11 @@ def draw_trajectories(run: Run) -> Figure:
         columns.append(
             (f"leg {LEG_NAMES[row]}", LEG_COLOURS[row], feet[:, row], planned_feet[:, row])
         )
+    word = "replayed" if run.kinematic else "measured"
     for column, (name, colour, measured, planned) in zip(axes.T, columns, strict=True):
         column[0].set_title(name)
         for axis, k in zip(column, range(3), strict=True):
-            draw_line(axis, log.t, measured[:, k], color=colour, lw=1.4, label="measured")
+            draw_line(axis, log.t, measured[:, k], color=colour, lw=1.4, label=word)
             style = {"color": MUTED, "lw": 0.9, "ls": (0, (4, 2)), "label": "planned"}
             draw_line(axis, log.t, planned[:, k], **style)
         draw_bands(list(column), log.bands())

@@ -53,7 +53,7 @@ def calc_foot_centres(run: Run) -> FloatArray:
     base = base_motion(run)
     q = run.positions[:, run.layout.q_joints].reshape(-1, 4, 3)
     p_BF = calc_feet(run.robot.geometry, q)
-    return base.p_WB[:, None] + np.einsum("nij,nlj->nli", base.R_WB, p_BF)
+    return np.asarray(base.p_WB[:, None] + np.einsum("nij,nlj->nli", base.R_WB, p_BF))
 
 
 def margins(run: Run, name: str = "margin") -> FloatArray:
@@ -62,14 +62,14 @@ def margins(run: Run, name: str = "margin") -> FloatArray:
     return np.asarray(np.where(values > NO_SUPPORT, values, np.nan))
 
 
-def margin_points(run: Run) -> FloatArray:
-    """What the margin is of, (N, 3) in W [m]: the whole robot's centre of mass.
+def has_massless_legs(run: Run) -> bool:
+    """Whether the margin is the paper's, of a robot whose legs have no mass."""
+    return run.kinematic and run.scenario.body.path == "uniform"
 
-    But where the paper is replayed, whose legs have no mass, it is the body's centre.
-    """
-    if run.kinematic and run.scenario.body.path == "uniform":
-        return base_motion(run).p_WB
-    return run.log.vector("com")
+
+def margin_points(run: Run) -> FloatArray:
+    """What the margin is of, (N, 3) in W [m]: the centre of mass, or B's origin if massless."""
+    return base_motion(run).p_WB if has_massless_legs(run) else run.log.vector("com")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from drake_quad.report.motion import touchdowns
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, WARN
 
-ROOT = "/replay"
+OVERLAY = "/replay"
 NEWTONS_PER_METRE = 600.0  # of a force arrow
 LEAST_FORCE = 1.0  # [N] below this there is no arrow
 SAFE = 0.02  # [m] the support polygon is amber under this margin, and red under 0
@@ -52,7 +52,7 @@ class Overlay:
         """Moves everything to a sample of the log; `time` [s] is where a recording keeps it."""
         self._show_support(self._support.get(sample, ""), time)
         for row, leg in enumerate(SHORT_NAMES):
-            path, force = f"{ROOT}/force/{leg}", self._force[sample, row]
+            path, force = f"{OVERLAY}/force/{leg}", self._force[sample, row]
             size = float(np.linalg.norm(force))
             there = bool(np.isfinite(size) and size > LEAST_FORCE)
             self._meshcat.SetProperty(path, "visible", there, time)
@@ -80,7 +80,7 @@ class Overlay:
             if state != last:
                 last = state
                 vertices, triangles = drape(self._run.course, self._place[k, bearing[k], :2])
-                path = f"{ROOT}/support/{k}" if len(triangles) else ""
+                path = f"{OVERLAY}/support/{k}" if len(triangles) else ""
                 if path:
                     self._meshcat.SetTriangleMesh(
                         path,
@@ -106,7 +106,7 @@ class Overlay:
     def _add_arrows(self) -> None:
         """An arrow per foot, of length 1 m along its own z until it is scaled."""
         for leg, colour in zip(SHORT_NAMES, LEG_COLOURS, strict=True):
-            path = f"{ROOT}/force/{leg}"
+            path = f"{OVERLAY}/force/{leg}"
             self._meshcat.SetObject(f"{path}/shaft/rod", Cylinder(ARROW, 1.0), _rgba(colour))
             self._meshcat.SetTransform(f"{path}/shaft/rod", RigidTransform([0.0, 0.0, 0.5]))
             # Meshcat's cone has its point at its origin and opens along +z.
@@ -125,13 +125,13 @@ class Overlay:
 
     def _add_plumb_line(self) -> None:
         """From the centre of mass down to the ground, and a disc where it meets it."""
-        path, colour = f"{ROOT}/plumb", _rgba(COM_COLOUR)
+        path, colour = f"{OVERLAY}/plumb", _rgba(COM_COLOUR)
         self._meshcat.SetObject(f"{path}/line/rod", Cylinder(0.004, 1.0), colour)
         self._meshcat.SetTransform(f"{path}/line/rod", RigidTransform([0.0, 0.0, 0.5]))
         self._meshcat.SetObject(f"{path}/disc", Cylinder(0.03, 0.004), colour)
 
     def _place_stick(self, p_WScm: FloatArray, ground: float, time: float) -> None:
-        path = f"{ROOT}/plumb"
+        path = f"{OVERLAY}/plumb"
         X_WP = RigidTransform([p_WScm[0], p_WScm[1], ground + 2.0 * LIFT])
         self._meshcat.SetTransform(path, X_WP, time)
         length = max(float(p_WScm[2]) - ground, 1e-3)
@@ -140,7 +140,7 @@ class Overlay:
     def _add_prints(self) -> None:
         """A disc where each foot stood, in its leg's colour."""
         for k, step in enumerate(touchdowns(self._run)):
-            path = f"{ROOT}/prints/{k}"
+            path = f"{OVERLAY}/prints/{k}"
             colour = _rgba(LEG_COLOURS[step.row], 0.8)
             self._meshcat.SetObject(path, Cylinder(0.025, 0.002), colour)
             self._meshcat.SetTransform(path, RigidTransform(np.add(step.p_WF, [0.0, 0.0, 0.001])))

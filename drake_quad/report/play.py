@@ -1,5 +1,6 @@
 """`drake-quad replay`: a finished run again, in a browser through Meshcat, or in Meldis."""
 
+import sys
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -16,6 +17,11 @@ RELOAD_PERIOD = 1.0  # [s] between repeats of the scene, for a Meldis that was s
 VIEWERS = ("meshcat", "meldis")
 
 
+def say(text: str) -> None:
+    """Tells a person on stderr: stdout is for results."""
+    print(text, file=sys.stderr)
+
+
 def play(
     directory: Run | str | Path,
     viewer: str = "meshcat",
@@ -25,7 +31,7 @@ def play(
     fps: float = 30.0,
     port: int | None = None,
     lcm_url: str = "",
-    tell: Callable[[str], None] = print,
+    tell: Callable[[str], None] = say,
 ) -> None:
     """Replays a run until it ends (Meldis, without `loop`) or until Ctrl-C, which ends it quietly.
 

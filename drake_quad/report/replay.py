@@ -1,7 +1,7 @@
 """A run as a Meshcat recording: to be played, scrubbed, and kept as one HTML page."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,16 +16,15 @@ from pydrake.geometry import (
     Role,
 )
 
-from drake_quad.report.camera import camera_pose
 from drake_quad.report.motion import margins
-from drake_quad.report.overlay import SAFE, Overlay
+from drake_quad.report.overlay import OVERLAY, SAFE, Overlay
 from drake_quad.report.run_files import Run, read_run
 from drake_quad.report.scene import MakeReplayScene, shown_samples
+from drake_quad.report.stage import set_stage
 from drake_quad.report.style import kind_colour
 from drake_quad.report.templates import render
 
 PREFIX = "scene"
-SUN, SKY = 2.0, 1.1  # intensities of the two lights
 
 
 def AddReplay(
@@ -48,8 +47,10 @@ def AddReplay(
         InputError: The directory holds no run.
     """
     run = run if isinstance(run, Run) else read_run(run)
-    _set_stage(meshcat, run)
-    samples = shown_samples(run, fps)
+    meshcat.Delete(PREFIX)
+    meshcat.Delete(OVERLAY)
+    set_stage(meshcat, run.course)
+    samples = recorded_samples(run, fps)
     parameters = MeshcatVisualizerParams(
         role=Role.kIllustration, prefix=PREFIX, publish_period=1.0 / fps
     )
@@ -63,9 +64,9 @@ def AddReplay(
         return 0
     overlay = Overlay(meshcat, run, samples)
     meshcat.StartRecording(frames_per_second=fps * speed, set_visualizations_while_recording=False)
-    start = run.log.t[samples[0]]
-    for sample in samples:
-        time = float(run.log.t[sample] - start) / speed
+    for sample, frame in zip(samples, frame_numbers(run, samples, fps), strict=True):
+        # Meshcat rounds a time down to its frame: a little more than the frame's own is safe.
+        time = (frame + 0.25) / (fps * speed)
         scene.show(sample, time=time)
         overlay.show(sample, time=time)
     meshcat.StopRecording()
@@ -99,6 +100,26 @@ def make_replay_html(run: Run | str | Path, *, fps: float = 10.0) -> str:
     return f"{head}{bar}{end}{tail}"
 
 
+def recorded_samples(run: Run, fps: float) -> list[int]:
+    """The samples of a recording's frames: `fps` a second, and in any case that of least margin.
+
+    A foot that loses the ground for less than a frame would not be seen otherwise.
+    """
+    samples, margin = shown_samples(run, fps), margins(run)
+    if samples and np.any(np.isfinite(margin)):
+        least = int(np.nanargmin(margin))
+        if np.all(np.isfinite(run.positions[least])):
+            nearest = int(np.argmin(np.abs(np.array(samples) - least)))
+            samples[nearest] = least
+    return samples
+
+
+def frame_numbers(run: Run, samples: Sequence[int], fps: float) -> list[int]:
+    """The frame that shows each sample, counted from the first sample's."""
+    t = run.log.t[list(samples)]
+    return [int(frame) for frame in np.round((t - t[0]) * fps)]
+
+
 @contextmanager
 def quiet_meshcat() -> Iterator[None]:
     """Keeps Meshcat from telling an address at which nobody is meant to look."""
@@ -113,12 +134,15 @@ def quiet_meshcat() -> Iterator[None]:
 
 def _bar_data(run: Run, fps: float) -> dict[str, Any]:
     """What the bar tells: per frame the time, the segment and the margin."""
-    samples = shown_samples(run, fps)
-    t, margin, segment = run.log.t, margins(run), run.log.text("segment")
+    samples = recorded_samples(run, fps)
+    margin, segment = margins(run), run.log.text("segment")
     names = list(dict.fromkeys(segment[k] for k in samples))
-    least = float(t[np.nanargmin(margin)]) if np.any(np.isfinite(margin)) else None
+    start = float(run.log.t[samples[0]])
+    t = [round(start + frame / fps, 4) for frame in frame_numbers(run, samples, fps)]
+    known = np.isfinite(margin[samples])
+    least = t[int(np.nanargmin(margin[samples]))] if np.any(known) else None
     return {
-        "t": [round(float(t[k]), 4) for k in samples],
+        "t": t,
         "margin": [round(float(m), 4) if np.isfinite(m) else None for m in margin[samples]],
         "segment": [names.index(segment[k]) for k in samples],
         "names": names,
@@ -130,24 +154,3 @@ def _bar_data(run: Run, fps: float) -> dict[str, Any]:
         "safe": SAFE,
         "kinematic": run.kinematic,
     }
-
-
-def _set_stage(meshcat: Meshcat, run: Run) -> None:
-    """A plain background, and the camera where the whole course shows."""
-    meshcat.Delete(PREFIX)
-    meshcat.Delete("/replay")
-    for path in ("/Grid", "/Axes"):
-        meshcat.SetProperty(path, "visible", False)
-    meshcat.SetProperty("/Background/<object>", "top_color", [0.93, 0.95, 0.97])
-    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.78, 0.81, 0.84])
-    camera, target = camera_pose(run.course)
-    meshcat.SetCameraPose(camera, target)
-    # Meshcat's own lamps stand around the origin and fade within metres: a sun lights all of the
-    # course alike, from the camera's left, so that tops, fronts and sides of the treads differ.
-    for lamp in ("PointLightNegativeX", "PointLightPositiveX"):
-        meshcat.SetProperty(f"/Lights/{lamp}", "visible", False)
-    away = camera - target
-    sun = np.array([away[0] + 0.8 * away[1], away[1] - 0.8 * away[0], 1.6 * np.linalg.norm(away)])
-    meshcat.SetProperty("/Lights/FillLight/<object>", "position", list(target + sun))
-    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN)
-    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", SKY)

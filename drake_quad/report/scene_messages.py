@@ -4,7 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from drake import lcmt_contact_results_for_viz, lcmt_point_pair_contact_info_for_viz
+from drake import (  # type: ignore[import-untyped]
+    lcmt_contact_results_for_viz,
+    lcmt_point_pair_contact_info_for_viz,
+)
 from pydrake.geometry import DrakeVisualizer, DrakeVisualizerParams, Role
 from pydrake.lcm import DrakeLcm
 

@@ -43,15 +43,11 @@ class SegmentRow:
 def segment_rows(run: Run) -> list[SegmentRow]:
     """The summary's segments; those of the log where it has none."""
     listed = run.summary.get("segments")
-    if not isinstance(listed, list) or not listed:
-        listed = [
-            {"name": b.name, "kind": b.kind, "start": b.start, "end": b.end}
-            for b in run.log.bands()
-        ]
+    if not isinstance(listed, list):
+        listed = []
+    entries = [entry for entry in listed if isinstance(entry, Mapping)]
     rows = []
-    for entry in listed:
-        if not isinstance(entry, Mapping):
-            continue
+    for entry in entries or [vars(band) for band in run.log.bands()]:
         margin = look_up(entry, "margin_min")
         rows.append(
             SegmentRow(

@@ -55,20 +55,28 @@ class _Row:
     scale: float = 1.0
     above: float | None = None
     at_most: float | None = None
+    physics: bool = False  # nothing that a kinematic replay tells
 
 
 _ROWS = (
     _Row("margin.minimum", "Smallest static margin", "m", 3, above=0.0),
-    _Row("zmp_margin.minimum", "Smallest margin of the zero-moment point", "m", 3),
+    _Row("zmp_margin.minimum", "Smallest margin of the zero-moment point", "m", 3, physics=True),
     _Row("margin_planned.minimum", "Smallest static margin of the plan", "m", 3, above=0.0),
     _Row("time_under_three_feet", "Time with fewer than three feet bearing", "s", 3, at_most=0.0),
-    _Row("nonfoot_contact_samples", "Contacts of anything but a foot", "samples", 0, at_most=0.0),
+    _Row(
+        "nonfoot_contact_samples",
+        "Contacts of anything but a foot",
+        "samples",
+        0,
+        at_most=0.0,
+        physics=True,
+    ),
     _Row("torque_ratio_max", "Greatest joint torque, of its limit", "%", 0, 100.0, at_most=1.0),
     _Row("speed_ratio_max", "Greatest joint speed, of its limit", "%", 0, 100.0, at_most=1.0),
     _Row("position_ratio_max", "Joint nearest its end, of its range", "%", 0, 100.0, at_most=1.0),
-    _Row("slip_max", "Farthest slip of a standing foot", "mm", 1, 1e3),
-    _Row("base_error_max", "Farthest that the body was from its plan", "mm", 1, 1e3),
-)  # fmt: skip
+    _Row("slip_max", "Farthest slip of a standing foot", "mm", 1, 1e3, physics=True),
+    _Row("base_error_max", "Farthest that the body was from its plan", "mm", 1, 1e3, physics=True),
+)
 
 
 def look_up(summary: Mapping[str, Any], key: str) -> float:
@@ -86,7 +94,7 @@ def bounds(run: Run) -> list[Bound]:
     found = []
     for row in _ROWS:
         value = look_up(run.summary, row.key)
-        if not math.isfinite(value):
+        if not math.isfinite(value) or (row.physics and run.kinematic):
             continue
         asked, kept = "–", None
         if row.above is not None:
@@ -115,7 +123,7 @@ def judge(run: Run) -> Verdict:
         sentence = f"{'Done after' if outcome == 'goal_reached' else 'After'} {lasted:.1f} s"
         bands = log.bands()
         if outcome != "goal_reached" and bands:
-            sentence += f", in {bands[-1].name or bands[-1].kind}"
+            sentence += f" ({bands[-1].name or bands[-1].kind})"
         reason = str(run.summary.get("reason") or "").strip()
         if reason and outcome != "goal_reached":
             sentence += f": {reason.removeprefix(outcome).lstrip(': ')}"
@@ -138,6 +146,6 @@ def _least(run: Run) -> tuple[str, float | None, float]:
     k = int(np.nanargmin(margin))
     time = float(run.log.t[k])
     where = run.log.text("segment")[k]
-    where = f" in {where}" if where else ""
+    where = f" ({where})" if where else ""
     text = f"The smallest {noun} static margin was {margin[k]:.3f} m, at {time:.1f} s{where}."
     return text, time, float(margin[k])

@@ -28,7 +28,7 @@ class LegConstants(NamedTuple):
 def leg_constants(geometry: LegGeometry) -> tuple[LegConstants, ...]:
     """The four legs' lengths as plain floats."""
     return tuple(
-        LegConstants(*p, float(d), float(a), float(b), float(s))
+        LegConstants(p[0], p[1], p[2], float(d), float(a), float(b), float(s))
         for p, d, a, b, s in zip(
             geometry.p_BH.tolist(),
             geometry.offset,

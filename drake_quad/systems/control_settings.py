@@ -29,8 +29,8 @@ class ControlSettings:
     """
 
     period: float = 0.005
-    kp: float = 4000.0
-    kd: float = 160.0
+    kp: float = 2000.0
+    kd: float = 80.0
     base_stiffness: float = 3000.0
     base_damping: float = 400.0
     base_rotation_stiffness: float = 1000.0

@@ -187,7 +187,8 @@ class IkController(LeafSystem):
         """
         (p, R), (body, R_desired), (v, w) = measured, desired, velocity
         foot_velocity = wanted.feet_velocity.tolist()
-        q, qd = [], []
+        q: list[float] = []
+        qd: list[float] = []
         for k, leg in enumerate(self._legs):
             fx, fy, fz = footholds[k]
             dx, dy, dz = fx - body[0], fy - body[1], fz - body[2]

@@ -1,6 +1,7 @@
-"""From where to look at a course so that all of it shows."""
+"""The stage of a replay in Meshcat: where the camera and the lights are for a given course."""
 
 import numpy as np
+from pydrake.geometry import Meshcat
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.terrain import Course
@@ -11,6 +12,27 @@ FIELD_OF_VIEW = np.radians(75.0)  # Meshcat's own, upright
 ASPECT = 1.6  # of the window, width to height
 BORDER = 1.04  # a little air around the course
 TALL, SHOWN = 1.1, 0.2  # [m] of robot over each tread, and of the box under it
+
+SUN, SKY = 2.0, 1.1  # intensities of the two lights
+
+
+def set_stage(meshcat: Meshcat, course: Course) -> None:
+    """A plain background, even light, and the camera where the whole course shows."""
+    for path in ("/Grid", "/Axes"):
+        meshcat.SetProperty(path, "visible", False)
+    meshcat.SetProperty("/Background/<object>", "top_color", [0.93, 0.95, 0.97])
+    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.78, 0.81, 0.84])
+    camera, target = camera_pose(course)
+    meshcat.SetCameraPose(camera, target)
+    # Meshcat's own lamps stand around the origin and fade within metres: a sun lights all of the
+    # course alike, from the camera's left, so that tops, fronts and sides of the treads differ.
+    for lamp in ("PointLightNegativeX", "PointLightPositiveX"):
+        meshcat.SetProperty(f"/Lights/{lamp}", "visible", False)
+    away = camera - target
+    sun = np.array([away[0] + 0.8 * away[1], away[1] - 0.8 * away[0], 1.6 * np.linalg.norm(away)])
+    meshcat.SetProperty("/Lights/FillLight/<object>", "position", list(target + sun))
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", SKY)
 
 
 def camera_pose(course: Course) -> tuple[FloatArray, FloatArray]:
