@@ -21,6 +21,10 @@ FLOORS = {
     "systems": 2,
     "scenario": 3,
     "diagram": 3,
+    "viewers": 3,
+    "run": 4,
+    "summary": 4,
+    "plan": 4,  # plan_report.py
     "simulation": 4,
     "report": 4,
     "cli": 5,
@@ -28,7 +32,15 @@ FLOORS = {
 }
 
 # Beyond the floors: who may import whom on one floor, and who may not although it is below.
-NEIGHBOURS = {("planning", "robot"), ("terrain", "gait"), ("diagram", "scenario")}
+NEIGHBOURS = {
+    ("planning", "robot"),
+    ("terrain", "gait"),
+    ("diagram", "scenario"),
+    ("viewers", "diagram"),
+    ("simulation", "run"),
+    ("simulation", "summary"),
+    ("plan", "run"),
+}
 FORBIDDEN = {("report", "systems")}
 
 FLOOR_ZERO_LIBRARIES = {"numpy", "drake_quad"}

@@ -441,12 +441,12 @@ def test_another_packages_robot_is_left_to_the_parser() -> None:
 
 def test_a_spin_by_the_turn_leads_onto_the_next_lane() -> None:
     """The case study's mission, told step by step, happens on the lanes that it should."""
-    scenario = load_scenario("case_study", ["mission=[{kind: walk, distance: 7.5}, "
+    scenario = load_scenario("case_study", ["mission=[{kind: walk, distance: 8.0}, "
         "{kind: spin, angle_deg: 60}, {kind: spin, angle_deg: 30}, {kind: walk, distance: 6}, "
         "{kind: walk, distance: -1}, {kind: stand, duration: 2}]"])  # fmt: skip
     tasks = mission_of(scenario, course_of(scenario))
     assert [task.lane for task in tasks] == [0, 0, 0, 1, 1, 1]
-    assert [task.goal for task in tasks if task.kind == "walk"] == [8.5, 6.0, 5.0]
+    assert [task.goal for task in tasks if task.kind == "walk"] == [8.75, 6.0, 5.0]
     assert sum(task.angle for task in tasks) == pytest.approx(math.pi / 2)
     assert tasks[-1].duration == 2.0
 

@@ -54,7 +54,8 @@ class ContactMonitor(LeafSystem):
         self.DeclareStateOutputPort("foot_slip_speed", self._slip)
         self.DeclareStateOutputPort("nonfoot_contact", self._nonfoot)
         self.DeclareInitializationDiscreteUpdateEvent(self._update)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._update)
+        # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         results: ContactResults = self._input.Eval(context)

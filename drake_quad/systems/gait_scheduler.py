@@ -47,7 +47,8 @@ class GaitScheduler(LeafSystem):
         self._waiting = self.DeclareDiscreteState(1)  # how long at this switch [s]
         self.DeclareStateOutputPort("gait_phase", self._phase)
         self.DeclareStateOutputPort("contact_state_desired", self._standing)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._update)
+        # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
         phase = np.array(context.get_discrete_state(self._phase).value())

@@ -50,7 +50,8 @@ class TransitionPlanner(LeafSystem):
         self._history = self.DeclareAbstractState(AbstractValue.Make(()))
         self.DeclareStateOutputPort("motion_plan", self._plan)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, period, self._update)
+        # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     def plans(self, context: Context) -> tuple[MotionPlan, ...]:
         """The plans of all tasks begun so far, for a run's log."""
