@@ -141,7 +141,7 @@ def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
         directory.mkdir(parents=True, exist_ok=True)
         for name, write in (
             ("scenario.yaml", lambda p: save_scenario(scenario, p)),
-            ("log.parquet", lambda p: pq.write_table(result.table, p, compression="zstd")),
+            ("log.parquet", lambda p: write_log(result.table, p)),
             ("summary.json", lambda p: p.write_text(json.dumps(result.summary, indent=2) + "\n")),
         ):
             partial = directory / f".{name}.part"
@@ -154,6 +154,15 @@ def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
             value=str(directory),
             remedy=f"cannot be written: {error.strerror or error}; give another with --out",
         ) from None
+
+
+def write_log(table: pa.Table, path: Path) -> None:
+    """Writes a log as Parquet; floats byte by byte, which halves them."""
+    floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
+    others = [f.name for f in table.schema if f.name not in floats]
+    pq.write_table(
+        table, path, compression="zstd", use_dictionary=others, use_byte_stream_split=floats
+    )
 
 
 def _simulate(

@@ -13,7 +13,7 @@ from report_run import make_log, make_summary, short_scenario, wave_begins, writ
 
 from drake_quad.report.build import FIGURES, build_report
 from drake_quad.report.columns import RunLog
-from drake_quad.report.figure_gait import find_cycle
+from drake_quad.report.figure_gait import find_cycle, find_losses
 from drake_quad.report.run_files import Run, read_run
 from drake_quad.report.style import PAGE_VARIABLES
 from drake_quad.report.tables import segment_rows, summary_rows
@@ -274,6 +274,18 @@ def test_the_cycle_to_look_at_is_one_cycle() -> None:
     inside = (run_log.t >= start) & (run_log.t < end - 0.02)
     lifts = np.diff(run_log.flags("standing_planned")[inside].astype(int), axis=0) == -1
     assert lifts.sum(axis=0).tolist() == [0, 1, 1, 1]  # leg 1's own is at the very start
+
+
+def test_a_loss_of_ground_is_told_from_a_late_touchdown() -> None:
+    """A gap within a stance is a loss, a short delay at its ends is none, a long one is."""
+    t = np.linspace(0.0, 1.995, 400)
+    planned = (t > 0.3) & (t < 1.7)
+    sensed = (t > 0.38) & (t < 1.65)
+    assert not find_losses(t, planned, sensed).any()
+    gap = (t > 1.0) & (t < 1.012)
+    np.testing.assert_array_equal(find_losses(t, planned, sensed & ~gap), gap)
+    late = t > 0.6
+    np.testing.assert_array_equal(find_losses(t, planned, late & sensed), planned & ~late)
 
 
 def test_the_summary_of_these_tests_is_as_a_run_writes_it(run: Run) -> None:

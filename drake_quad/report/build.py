@@ -76,7 +76,8 @@ FIGURES = (
         "gait",
         "Gait diagram",
         "A bar while a foot stands: pale or outlined as planned, full as sensed (more than 1 % of "
-        "the robot's weight on it). Red: it was to stand and did not bear.",
+        "the robot's weight on it). Red: it was to stand and lost "
+        "the ground, beyond 0.1 s of delay at touchdown or lift-off.",
         draw_gait,
     ),
     FigureKind(

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import support_polygon
 from drake_quad.report.axes import signed
 from drake_quad.report.motion import base_motion, margin_points, margins, touchdowns
@@ -24,14 +25,15 @@ from drake_quad.report.style import (
 from drake_quad.report.unroll import lane_starts, unroll
 from drake_quad.terrain import Course
 
-TALLEST = 8.5  # [in] of the view from above
+AROUND, BEYOND = 1.0, 0.15  # [m] shown around what was walked on, and beyond the course
+TALLEST = 8.0  # [in] of the view from above
 MARKERS = ("o", "s", "o", "s")  # left feet round, right feet square
 
 
 def draw_footprints(run: Run) -> Figure:
     """The course from above with footprints, paths, and the support polygon of least margin."""
-    low, high = run.course.bounds()
-    size = high[:2] - low[:2]
+    low, high = _walked(run)
+    size = high - low
     height = float(np.clip(WIDTH * size[1] / size[0] + 0.9, 2.6, TALLEST))
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axis = figure.subplots()
@@ -47,8 +49,8 @@ def draw_footprints(run: Run) -> Figure:
             axis.plot(*np.array(places).T, **style, label=f"leg {LEG_NAMES[row]}")
     _draw_least(axis, run)
     axis.set_aspect("equal")
-    axis.set_xlim(low[0] - 0.15, high[0] + 0.15)
-    axis.set_ylim(low[1] - 0.15, high[1] + 0.15)
+    axis.set_xlim(low[0], high[0])
+    axis.set_ylim(low[1], high[1])
     axis.grid(visible=False)
     axis.set_xlabel("x in W [m]")
     axis.set_ylabel("y in W [m]")
@@ -79,6 +81,18 @@ def draw_side(run: Run) -> Figure:
     if axis.get_legend_handles_labels()[0]:
         figure.legend(loc="outside upper center", ncols=5)
     return figure
+
+
+def _walked(run: Run) -> tuple[FloatArray, FloatArray]:
+    """The corners (2,), (2,) of the part of the course to show [m]: where the robot has been."""
+    low, high = run.course.bounds()[:, :2] + np.array([[-BEYOND], [BEYOND]])
+    places = base_motion(run).p_WB[:, :2]
+    places = places[np.isfinite(places).all(axis=1)]
+    if len(places):
+        low = np.maximum(low, places.min(axis=0) - AROUND)
+        high = np.minimum(high, places.max(axis=0) + AROUND)
+    # A robot that is off its course altogether leaves nothing to show of it.
+    return low, np.maximum(high, low + 0.5)
 
 
 def _draw_ground(axis: Axes, course: Course) -> None:

@@ -6,12 +6,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.report.axes import draw_bands, label_time
 from drake_quad.report.columns import RunLog, runs_of
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import LEG_COLOURS, LEG_NAMES, MUTED, WIDTH
 
 LOST = "#E0162B"  # no other colour of the page: a foot that should bear and does not
+TOLERANCE = 0.1  # [s] of delay at a touchdown or a lift-off that is no loss of the ground
 LONGEST_ZOOM = 12.0  # [s] shown of the run where it holds no whole cycle
 
 
@@ -59,6 +61,25 @@ def find_cycle(log: RunLog) -> tuple[float, float]:
     return float(middle - half), float(middle + half)
 
 
+def find_losses(t: FloatArray, planned: BoolArray, sensed: BoolArray) -> BoolArray:
+    """When one foot had lost the ground that it was to stand on, (N,).
+
+    That a foot takes up its load a little after its touchdown, and gives it up a little before
+    its lift-off, is no loss; a gap within a stance is, however short.
+
+    Args:
+        t: (N,) [s].
+        planned: (N,) whether the foot is to stand.
+        sensed: (N,) whether it bears.
+    """
+    lost = np.zeros(len(t), dtype=np.bool_)
+    for first, past in runs_of(planned & ~sensed):
+        inside = first > 0 and planned[first - 1] and past < len(t) and planned[past]
+        if inside or t[past - 1] - t[first] > TOLERANCE:
+            lost[first:past] = True
+    return lost
+
+
 def _draw_bars(axis: Axes, log: RunLog, *, frames: bool) -> None:
     """The bars of all four legs, leg 1 on top."""
     t, sensed, planned = log.t, log.flags("bearing"), log.flags("standing_planned")
@@ -69,7 +90,7 @@ def _draw_bars(axis: Axes, log: RunLog, *, frames: bool) -> None:
             axis.broken_barh(plan, (row - 0.4, 0.8), facecolor="none", edgecolor=colour, lw=1.3)
         else:
             axis.broken_barh(plan, (row - 0.4, 0.8), facecolor=colour, alpha=0.3, lw=0)
-        lost = _spans(t, planned[:, row] & ~sensed[:, row])
+        lost = _spans(t, find_losses(t, planned[:, row], sensed[:, row]))
         # The frame makes a loss of a few samples as wide as can be seen.
         axis.broken_barh(lost, (row - 0.4, 0.8), facecolor=LOST, edgecolor=LOST, lw=1.0, zorder=3)
     axis.set_yticks(range(4), LEG_NAMES)

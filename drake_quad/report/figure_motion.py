@@ -35,9 +35,9 @@ def draw_trajectories(run: Run) -> Figure:
         draw_bands(list(column), log.bands())
     for axis, name in zip(axes[:, 0], "xyz", strict=True):
         axis.set_ylabel(f"{name} [m]")
-    for axis in axes[0]:
-        if axis.lines:
-            axis.legend(loc="upper left")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside upper right", ncols=2)
     label_time(axes[-1])
     return figure
 

@@ -16,11 +16,15 @@ UNITS = {
     "wall_time": "s",
     "planning_time": "s",
     "time_under_three_feet": "s",
+    "margin_minimum_at": "s",
+    "clock_waited": "s",
     "minimum": "m",
     "percentile_1": "m",
     "median": "m",
     "base_error_max": "m",
     "slip_max": "m",
+    "foot_roll_max": "m",
+    "nonfoot_force_max": "N",
 }
 ENDINGS = {"_deg": "deg", "_ratio_max": "of the limit", "_time": "s", "_samples": "samples"}
 APART = ("segments", "versions")  # what has a table of its own

@@ -102,6 +102,19 @@ def load_robot(url: str) -> RobotModel:
                     joint.revolute_axis().tolist(),
                     f"axis; abduction-hip-knee legs turn about x, y, y (here {axis})",
                 )
+            if not _is_straight(joint):
+                raise refuse(
+                    f"{leg} joint {joint.name()}",
+                    "turned or shifted frame",
+                    "at angle zero its links' frames must be parallel and meet at the joint",
+                )
+        bend = [chain[2].position_lower_limit(), chain[2].position_upper_limit()]
+        if not np.all(np.isfinite(bend)) or sum(bend) == 0.0:
+            raise refuse(
+                f"{leg} joint {chain[2].name()}",
+                bend,
+                "limits; a knee must bend more to one side, which tells the leg's way to fold",
+            )
 
     inspector = scene_graph.model_inspector()
     rows: dict[str, list[object]] = {k: [] for k in ("hip", "offset", "l1", "l2", "foot", "name")}
@@ -118,7 +131,8 @@ def load_robot(url: str) -> RobotModel:
         foot = max(feet, key=lambda f: float(np.linalg.norm(f[0])))
         to_hip = chain[1].frame_on_parent().GetFixedPoseInBodyFrame().translation()
         to_knee = chain[2].frame_on_parent().GetFixedPoseInBodyFrame().translation()
-        if max(abs(to_hip[0]), abs(to_hip[2]), *abs(to_knee[:2]), *abs(foot[0][:2])) > 1e-6:
+        aside = max(abs(to_hip[0]), abs(to_hip[2]), *abs(to_knee[:2]), *abs(foot[0][:2]))
+        if aside > 1e-6 or to_knee[2] >= 0.0 or foot[0][2] >= 0.0:
             raise refuse(
                 f"{leg} leg",
                 [to_hip.tolist(), to_knee.tolist(), foot[0].tolist()],
@@ -166,6 +180,13 @@ def load_robot(url: str) -> RobotModel:
         foot_radius=float(max(radii)),
         foot_geometry=tuple(str(n) for n in rows["name"]),
     )
+
+
+def _is_straight(joint: RevoluteJoint) -> bool:
+    """Whether at angle zero the joint's child frame is its parent's, moved without a turn."""
+    parent = joint.frame_on_parent().GetFixedPoseInBodyFrame()
+    child = joint.frame_on_child().GetFixedPoseInBodyFrame()
+    return bool(parent.rotation().IsNearlyIdentity(1e-6) and child.IsNearlyIdentity(1e-6))
 
 
 def _leg_chains(plant: MultibodyPlant, trunk: RigidBody) -> list[list[RevoluteJoint]]:

@@ -1,0 +1,1 @@
+"""What measures speed and accuracy, with the peers beside it; run with `python -m benchmarks.x`."""

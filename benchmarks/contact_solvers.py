@@ -1,0 +1,229 @@
+"""The case study under Drake's contact approximations and time steps, and a flight under CENIC.
+
+Does the result hang on how contact is solved? Every row is a whole run of the same scenario, of
+which nothing but the contact approximation and the plant's time step (or CENIC and its accuracy)
+is another. Run it from the repository's top:
+
+    python -m benchmarks.contact_solvers --workers 2 --out docs/contact_solvers.md
+
+The page is written again after every run that ends, so that an interrupt leaves what there is.
+"""
+
+import argparse
+import datetime
+import json
+import multiprocessing
+import shlex
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.common import markdown_table, provenance
+
+APPROXIMATIONS = ("lagged", "similar", "sap")
+TIME_STEPS = (0.0005, 0.001, 0.002)  # [s]
+ACCURACIES = (1e-2, 1e-3, 1e-4)  # of CENIC's error control
+
+HEADER = (
+    "solver",
+    "step / accuracy",
+    "outcome",
+    "min margin [m]",
+    "min ZMP margin [m]",
+    "samples under 3 feet",
+    "samples with non-foot contact",
+    "base error [mm]",
+    "slip [mm]",
+    "clock waited [s]",
+    "peak torque / limit",
+    "cost of transport",
+    "real-time factor",
+)
+
+PAGE = """\
+# Contact solvers
+
+Does the result hang on how contact is solved? Each row is a whole run in which nothing but the
+contact approximation and the time step (or CENIC and its accuracy) is another.
+The controller runs at 200 Hz throughout.
+
+```
+{command}
+```
+
+{date}; {provenance}; up to {workers} runs at once, so the real-time factors are low and noisy
+(`docs/benchmarks.md` has the ones that count). All other figures are the same at any load.
+{tables}
+Minima are over the run; *base error* is the largest distance of the base from its plan; *slip* is
+the longest way that a standing foot slid in one stance; a sample is 5 ms. An outcome in brackets
+is the reason why the run ended early.
+"""
+
+CENIC_NOTE = """\
+CENIC is Drake's error-controlled integrator of the continuous plant (`time_step: 0`,
+`integration_scheme: cenic`): no time step to choose, but an accuracy. The controller's ticks bound
+its steps to 5 ms. It shares the contact parameters with the discrete solvers but not their time
+stepping: an independent check.
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of the table.
+
+    Attributes:
+        scenario: A shipped scenario's name, or a file.
+        solver: A discrete contact approximation, or `cenic`.
+        setting: The plant's time step [s], for `cenic` the integrator's accuracy.
+        overrides: Further `path=value` overrides.
+    """
+
+    scenario: str
+    solver: str
+    setting: float
+    overrides: tuple[str, ...] = ()
+
+    @property
+    def all_overrides(self) -> tuple[str, ...]:
+        """Everything that makes the scenario into this case."""
+        own: tuple[str, ...] = (
+            f"simulation.plant.discrete_contact_approximation={self.solver}",
+            f"simulation.plant.time_step={self.setting!r}",
+        )
+        if self.solver == "cenic":
+            own = (
+                "simulation.plant.time_step=0.0",
+                "simulation.simulator.integration_scheme=cenic",
+                f"simulation.simulator.accuracy={self.setting!r}",
+            )
+        return (*self.overrides, *own)
+
+
+def measure(case: Case) -> dict[str, Any]:
+    """Runs `case` and returns its summary without the segments.
+
+    An input or planning error is an outcome of its own: the other rows are still worth having.
+    """
+    from drake_quad.errors import DrakeQuadError
+    from drake_quad.scenario import load_scenario
+    from drake_quad.simulation import run
+
+    try:
+        summary = run(load_scenario(case.scenario, case.all_overrides)).summary
+    except DrakeQuadError as error:
+        return {"outcome": "error", "reason": str(error)}
+    return {key: value for key, value in summary.items() if key != "segments"}
+
+
+def row(case: Case, summary: dict[str, Any]) -> list[str]:
+    """The table's row of a run."""
+    setting = f"{case.setting:.0e}" if case.solver == "cenic" else f"{1e3 * case.setting:g} ms"
+    outcome = summary["outcome"]
+    if outcome != "goal_reached":
+        outcome = f"{outcome} ({summary['reason']})"
+
+    def text(value: float | None, form: str, scale: float = 1.0) -> str:
+        return "-" if value is None else format(scale * value, form)
+
+    get = summary.get
+    return [
+        case.solver,
+        setting,
+        outcome,
+        text(get("margin", {}).get("minimum"), ".4f"),
+        text(get("zmp_margin", {}).get("minimum"), ".4f"),
+        text(get("samples_under_three_feet"), ".0f"),
+        text(get("nonfoot_contact_samples"), ".0f"),
+        text(get("base_error_max"), ".2f", 1e3),
+        text(get("slip_max"), ".3f", 1e3),
+        text(get("clock_waited"), ".2f"),
+        text(get("torque_ratio_max"), ".2f"),
+        text(get("cost_of_transport"), ".3f"),
+        text(get("real_time_factor"), ".1f"),
+    ]
+
+
+def page(cases: Sequence[Case], done: dict[Case, dict[str, Any]], *, workers: int) -> str:
+    """The Markdown page of the runs that are done, in the order of `cases`."""
+    tables = ""
+    for name in dict.fromkeys(case.scenario for case in cases):
+        mine = [case for case in cases if case.scenario == name and case in done]
+        tables += f"\n## `{name}`\n\n"
+        if any(case.solver == "cenic" for case in mine):
+            tables += CENIC_NOTE + "\n"
+        tables += markdown_table(HEADER, [row(case, done[case]) for case in mine]) + "\n"
+    # The command as a reader would give it, whatever this was started as.
+    words = ["python", "-m", "benchmarks.contact_solvers", *sys.argv[1:]]
+    return PAGE.format(
+        command=shlex.join(words),
+        date=datetime.date.today().isoformat(),
+        provenance=provenance(),
+        workers=workers,
+        tables=tables,
+    )
+
+
+def study(
+    cases: Sequence[Case], *, workers: int, out: Path | None = None
+) -> dict[Case, dict[str, Any]]:
+    """Runs all cases, `workers` at a time, and rewrites the page `out` after each."""
+    done: dict[Case, dict[str, Any]] = {}
+    context = multiprocessing.get_context("spawn")  # Drake and forks do not mix
+    with ProcessPoolExecutor(max_workers=workers, mp_context=context) as pool:
+        futures = {pool.submit(measure, case): case for case in cases}
+        for future in as_completed(futures):
+            case = futures[future]
+            done[case] = future.result()
+            print(" | ".join([case.scenario, *row(case, done[case])]), file=sys.stderr, flush=True)
+            if out is not None:
+                out.write_text(page(cases, done, workers=workers), encoding="utf-8")
+    return done
+
+
+def make_cases(options: argparse.Namespace) -> list[Case]:
+    """The table's runs, in its order."""
+    overrides = tuple(options.set)
+    discrete = [
+        Case(options.scenario, solver, step, overrides)
+        for solver in options.approximations
+        for step in options.time_steps
+    ]
+    if not options.accuracies:
+        return discrete
+    beside = Case(options.cenic_scenario, "lagged", 0.001, overrides)
+    cenic = [Case(options.cenic_scenario, "cenic", a, overrides) for a in options.accuracies]
+    return [*discrete, beside, *cenic]
+
+
+def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--workers", type=int, default=1, help="runs at a time")
+    parser.add_argument("--scenario", default="case_study", help="of the discrete solvers")
+    parser.add_argument("--cenic-scenario", default="descend", help="of CENIC: a shorter one")
+    parser.add_argument("--approximations", nargs="*", default=APPROXIMATIONS)
+    parser.add_argument("--time-steps", nargs="*", type=float, default=TIME_STEPS, help="[s]")
+    parser.add_argument("--accuracies", nargs="*", type=float, default=ACCURACIES, help="of CENIC")
+    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
+    parser.add_argument("--out", type=Path, help="the Markdown page to write")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    return parser.parse_args(arguments)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Runs the table and prints it."""
+    options = parse(arguments)
+    cases = make_cases(options)
+    done = study(cases, workers=options.workers, out=options.out)
+    if options.json:
+        runs = [{"case": vars(case), "summary": done[case]} for case in cases]
+        print(json.dumps({"runs": runs}))
+    else:
+        print(page(cases, done, workers=options.workers))
+
+
+if __name__ == "__main__":
+    main()

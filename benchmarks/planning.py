@@ -1,0 +1,134 @@
+"""How long it takes to plan a mission, and where the time goes; the body's QP against its peers.
+
+    python -m benchmarks.planning
+
+Asked for the whole case study: at most 0.5 s (aim: 0.1 s). The peers solve the very programs that
+planning sets up, through Drake's MathematicalProgram: Clarabel (an interior point method, as
+ours) and OSQP (a first-order one).
+"""
+
+import argparse
+import json
+from collections.abc import Sequence
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from benchmarks.common import markdown_table, provenance, stopwatch
+from benchmarks.quadratic import QuadraticProgram, Recorder, compare
+from drake_quad.planning import body_path, body_qp, plan_mission, plan_transition, step_builder
+from drake_quad.robot.load_robot import load_robot
+from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
+
+ASKED = 0.5  # [s]
+# What is timed: name, where it is called from, and by which name.
+PARTS = (
+    ("transitions", plan_transition, "plan_transition"),
+    ("swings", step_builder, "plan_swing"),
+    ("body path", body_path, "solve_body"),
+    ("legs' share of the CoM", body_path, "_com_offset"),
+)
+
+
+class Planner:
+    """A scenario made ready for planning, so that only the planning is timed.
+
+    Args:
+        scenario: A shipped scenario's name, or a file.
+        overrides: `path=value` each.
+    """
+
+    def __init__(self, scenario: str, overrides: Sequence[str] = ()) -> None:
+        loaded = load_scenario(scenario, overrides)
+        self._robot = load_robot(loaded.robot.model)
+        self._course = course_of(loaded, foot_radius=self._robot.foot_radius)
+        self._settings = plan_settings(loaded)
+        self._tasks = mission_of(loaded, self._course)
+        self._stance = plan_mission.initial_stance(
+            self._robot, self._course, self._settings, start=loaded.start.distance
+        )
+
+    def plan(self) -> plan_mission.MissionPlan:
+        """Plans the mission."""
+        return plan_mission.plan_mission(
+            self._robot, self._course, self._settings, self._tasks, self._stance
+        )
+
+    def check(self, plan: plan_mission.MissionPlan) -> None:
+        """Checks reach, joint limits and speeds of the plan."""
+        plan_mission.check_mission(self._robot, plan)
+
+
+def measure(planner: Planner, *, repeats: int = 10) -> dict[str, Any]:
+    """Medians over `repeats` of the planning, of its parts and of its check [s]."""
+    planner.plan()  # the first one also imports and warms up
+    totals, checks = [], []
+    parts: dict[str, list[float]] = {name: [] for name, _, _ in PARTS}
+    solver: list[float] = []
+    for _ in range(repeats):
+        plan = planner.plan()
+        totals.append(plan.planning_time)
+        with stopwatch(plan_mission, "check_mission") as watch:
+            planner.check(plan)
+        checks.append(watch.total)
+        # The parts in a planning of their own: the stopwatches are not to slow the total.
+        for name, module, function in PARTS:
+            with stopwatch(module, function) as watch:
+                planner.plan()
+            parts[name].append(watch.total)
+        solver.append(sum(program.seconds for program in programs(planner)))
+    return {
+        "planning": float(np.median(totals)),
+        "planning_worst": float(np.max(totals)),
+        "asked": ASKED,
+        "parts": {name: float(np.median(seconds)) for name, seconds in parts.items()},
+        "solver_alone": float(np.median(solver)),
+        "check": float(np.median(checks)),
+        "planned_duration": plan.duration,
+    }
+
+
+def programs(planner: Planner) -> list[QuadraticProgram]:
+    """The quadratic programs that planning sets up, in order."""
+    recorded: list[QuadraticProgram] = []
+    with (
+        patch.object(Recorder, "recorded", recorded),
+        patch.object(body_qp.piqp, "SparseSolver", Recorder),
+    ):
+        planner.plan()
+    return recorded
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measures and prints."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--scenario", default="case_study")
+    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
+    parser.add_argument("--repeats", type=int, default=10)
+    parser.add_argument("--no-peers", action="store_true", help="leave the QP's peers out")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args(arguments)
+    planner = Planner(options.scenario, options.set)
+    result = measure(planner, repeats=options.repeats)
+    result["peers"] = [] if options.no_peers else compare(programs(planner))
+    if options.json:
+        print(json.dumps(result))
+        return
+    whole = result["planning"]
+    named = {**result["parts"], "(the QP solver alone)": result["solver_alone"]}
+    rows = [["planning", f"{1e3 * whole:.1f} ms", "100 %"]]
+    rows += [[k, f"{1e3 * v:.1f} ms", f"{100 * v / whole:.0f} %"] for k, v in named.items()]
+    rows += [["check of the plan, after it", f"{1e3 * result['check']:.1f} ms", ""]]
+    print(f"{options.scenario}, {result['planned_duration']:.1f} s of motion; median of "
+          f"{options.repeats}, worst {1e3 * result['planning_worst']:.0f} ms; "
+          f"asked {1e3 * ASKED:.0f} ms\n")  # fmt: skip
+    print(markdown_table(("", "time", "share"), rows))
+    for peer in result["peers"][:1]:
+        print()
+        print(markdown_table(tuple(peer), [[str(v) for v in p.values()] for p in result["peers"]]))
+    print(f"\n{provenance()}")
+
+
+if __name__ == "__main__":
+    main()
