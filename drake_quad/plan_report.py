@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from drake_quad.errors import PlanningError
-from drake_quad.planning.motion_plan import evaluate
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.motion_plan import Segment, evaluate
 from drake_quad.planning.plan_mission import MissionPlan
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.run_log import plan_margin
@@ -35,6 +36,7 @@ def describe_plan(robot: RobotModel, plan: MissionPlan, *, massless_legs: bool) 
                     "end": start + segment.end,
                     "margin_min": float(margin[mine].min()) if np.any(mine) else None,
                     **segment.details,
+                    **_steps(segment, start, times, margin),
                 }
             )
     margins = [s["margin_min"] for s in segments if s["margin_min"] is not None]
@@ -46,6 +48,16 @@ def describe_plan(robot: RobotModel, plan: MissionPlan, *, massless_legs: bool) 
         "planned_margin_min": min(margins),
         "segments": segments,
     }
+
+
+def _steps(segment: Segment, start: float, times: FloatArray, margin: FloatArray) -> dict[str, Any]:
+    """A transition's steps, each with the smallest margin while its leg is in the air."""
+    steps = []
+    for step in segment.details.get("steps", []):
+        during = (times >= step["start"] - 1e-9) & (times <= step["end"] + 1e-9)
+        shifted = {"start": start + step["start"], "end": start + step["end"]}
+        steps.append({**step, **shifted, "margin": float(margin[during].min())})
+    return {"steps": steps} if steps else {}
 
 
 def describe_failure(error: PlanningError) -> dict[str, Any]:

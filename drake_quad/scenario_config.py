@@ -137,14 +137,15 @@ class TransitionConfig:
     Attributes:
         mode: `still`, the body at rest throughout (the paper's), or `shift`, the body moving
             before each lift.
-        max_shift: Largest shift of the body in x and in y [m].
+        max_shift: How far the body may go from its nominal place [m]: in x and y where that
+            stands still, sideways where it walks.
         swing_time: Of each step [s].
         shift_time: On four feet before each step [s].
         via_centres: Whether every transition passes through the workspaces' centres (the paper's).
     """
 
     mode: str = "shift"
-    max_shift: float = 0.1
+    max_shift: float = 0.3
     swing_time: float = 1.2
     shift_time: float = 1.3
     via_centres: bool = False

@@ -96,7 +96,7 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     try:
         plan = plan_mission(robot, course, settings, tasks, stance)
-        check_mission(robot, plan)
+        check_mission(robot, plan, uniform_body=settings.uniform_body)
     except PlanningError as error:
         raise _blame_stairs(scenario, error, source=source) from None
     return Preparation(scenario, robot, course, settings, tasks, stance, plan)

@@ -71,7 +71,9 @@ def plan_body(
         return spline, _margin(robot, contacts, spline, times)
 
     heading = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
-    stance = robot_stance(settings)
+    box = settings.workspace
+    # Wide enough for staggered feet and for the spin's, which are not staggered.
+    reach = 0.5 * np.array([box.R_x, box.R_y + settings.stance_stagger])
     spline = BodySpline(knot, _control(nominal_knots, yaw_knots, route, settings))
     gain = _com_gain(robot, spline, contacts)
     for _ in range(PASSES):
@@ -86,8 +88,9 @@ def plan_body(
                 com_offset=offset,
                 com_offset_acceleration=acceleration,
                 com_height=height,
-                reach_centres=stance,
-                reach=0.5 * np.array([settings.workspace.R_x, settings.workspace.R_y]),
+                reach_centres=box.centres,
+                reach=reach,
+                max_shift=settings.max_shift,
                 margin_desired=settings.margin_desired,
                 zmp_margin_desired=settings.zmp_margin,
                 knot=knot,

@@ -44,6 +44,8 @@ class BodyProblem:
         com_height: Above the feet, (N,) [m].
         reach_centres: Workspace centres of the feet in B, (4, 2) [m].
         reach: Half-sizes of the legs' boxes along and across the heading, (2,) [m].
+        max_shift: How far the body may be from its nominal place: across its heading always,
+            along it where the nominal place stands still [m].
         margin_desired: No more static margin than this is asked for [m].
         zmp_margin_desired: The same for the zero-moment point [m].
         guard: For how long before lift-off and after touchdown three feet have to do already [s].
@@ -60,6 +62,7 @@ class BodyProblem:
     com_height: FloatArray
     reach_centres: FloatArray
     reach: FloatArray
+    max_shift: float
     margin_desired: float
     zmp_margin_desired: float
     guard: float = 0.15
@@ -101,8 +104,9 @@ def solve_body(problem: BodyProblem) -> BodySolution:
     lower = [offset - given, offset - given_dynamic]
 
     reach_rows, reach_lower = _reach(p, basis, index, count, total)
-    G = sparse.vstack([*rows, reach_rows], format="csc")
-    h_lower = np.concatenate([*lower, reach_lower])
+    shift_rows, shift_lower = _shifts(p, basis, index, count, total)
+    G = sparse.vstack([*rows, reach_rows, shift_rows], format="csc")
+    h_lower = np.concatenate([*lower, reach_lower, shift_lower])
 
     weight = _trapezoid(p.times)
     accelerate = _scalar_rows(basis[:, 2], index, count)
@@ -185,6 +189,23 @@ def _reach(
                              extra=(2 * count + 2, 1.0))  # fmt: skip
                 blocks.append(rows)
                 lower.append(-sign * at - p.reach[axis])
+    return sparse.vstack(blocks, format="csr"), np.concatenate(lower)
+
+
+def _shifts(
+    p: BodyProblem, basis: FloatArray, index: FloatArray, count: int, total: int
+) -> tuple[sparse.csr_matrix, FloatArray]:
+    """The body stays within `max_shift` of its nominal place, but for the excess of reach."""
+    across = np.stack([-p.heading[:, 1], p.heading[:, 0]], axis=-1)
+    moved = np.linalg.norm(np.gradient(p.nominal, axis=0), axis=1)
+    blocks, lower = [], []
+    for e, where in ((across, np.ones(len(moved), dtype=bool)), (p.heading, moved < 1e-9)):
+        k = np.flatnonzero(where)[::2]
+        at = np.einsum("ij,ij->i", e[k], p.nominal[k])
+        for sign in (1.0, -1.0):
+            blocks.append(_rows(basis[k, 0], sign * e[k], index[k], count, total,
+                                extra=(2 * count + 2, 1.0)))  # fmt: skip
+            lower.append(sign * at - p.max_shift)
     return sparse.vstack(blocks, format="csr"), np.concatenate(lower)
 
 

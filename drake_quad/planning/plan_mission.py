@@ -77,8 +77,16 @@ def plan_mission(
     return MissionPlan(tuple(plans), tuple(starts), time.perf_counter() - begun)
 
 
-def check_mission(robot: RobotModel, mission: MissionPlan) -> list[PlanSamples]:
-    """Checks that the robot can follow the plans: reach, joint limits and joint speeds.
+def check_mission(
+    robot: RobotModel, mission: MissionPlan, *, uniform_body: bool = False
+) -> list[PlanSamples]:
+    """Checks that the robot can follow the plans: reach, joint limits and speeds, and margin.
+
+    Args:
+        robot: The robot.
+        mission: The plans.
+        uniform_body: Whether the body's path is the paper's, whose margin touches zero: then the
+            margin is not checked.
 
     Returns:
         The samples of every plan.
@@ -92,6 +100,8 @@ def check_mission(robot: RobotModel, mission: MissionPlan) -> list[PlanSamples]:
         s = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
         _check_reach(robot, plan, s)
         _check_joints(robot, plan, s)
+        if not uniform_body:
+            _check_margin(plan, s)
         samples.append(s)
     return samples
 
@@ -108,6 +118,17 @@ def _check_reach(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
             leg=int(row) + 1,
             body=s.body[k, 0].tolist(),
             foot=s.feet[k, row].tolist(),
+        )
+
+
+def _check_margin(plan: MotionPlan, s: PlanSamples) -> None:
+    k = int(np.argmin(s.margin))
+    if s.margin[k] <= 0.0:
+        name = plan.segments[plan.segment_index(float(s.times[k]))].name
+        raise PlanningError(
+            f"the static margin would be {s.margin[k]:.3f} m in '{name}'; a larger duty factor or "
+            "transition.shift_time, or longer level ground, may help",
+            margin=float(s.margin[k]),
         )
 
 

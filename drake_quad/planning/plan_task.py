@@ -1,8 +1,10 @@
 """Plans one task from the stance that the robot is in."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from drake_quad.planning.body_path import Route, plan_body
+from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_spline import BodySpline, knot_count
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.mission import Task
@@ -14,6 +16,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course
 
 KNOT = 0.2  # [s]
+MARGIN_ENOUGH = 0.05  # [m] below which another way is tried
 
 
 def plan_task(
@@ -44,10 +47,25 @@ def plan_task(
         segment = Segment(task.name, "stand", 0.0, task.duration)
         spline = BodySpline(KNOT, control)
         return MotionPlan(index, contacts, spline, (segment,), float("nan"))
+    plan = _plan_gait(robot, course, settings, task, stance, index)
+    if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
+        # The fewest steps leave little margin: the paper's way, through the centres, takes more
+        # steps and may leave more.
+        by_centres = replace(settings, via_centres=True)
+        other = _plan_gait(robot, course, by_centres, task, stance, index)
+        plan = max(plan, other, key=lambda p: p.margin)
+    return plan
+
+
+def _plan_gait(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    task: Task,
+    stance: Stance,
+    index: int,
+) -> MotionPlan:
     lay = lay_walk if task.kind == "walk" else lay_spin
     contacts, route, segments = lay(robot, course, settings, task, stance)
     body, margin = plan_body(robot, contacts, route, settings)
     return MotionPlan(index, contacts, body, segments, margin)
-
-
-__all__ = ["Route", "plan_task"]

@@ -48,11 +48,13 @@ def lay_transition(
     for step in transition.steps:
         builder.wait(settings.shift_time)
         p_from, p_to = to_world(step.p_from), to_world(step.p_to)
-        builder.step(step.leg, p_to, settings.swing_time, lift_off=builder.time)
+        lift_off = builder.time
+        builder.step(step.leg, p_to, settings.swing_time, lift_off=lift_off)
         steps.append(
             {
                 "leg": int(step.leg),
-                "margin": float(step.margin),
+                "start": lift_off,
+                "end": builder.time,
                 "from": p_from.tolist(),
                 "to": p_to.tolist(),
             }

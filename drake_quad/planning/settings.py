@@ -24,7 +24,8 @@ class PlanSettings:
         spin_duty_factor: β of the spinning gait.
         spin_cycle_time: T of the spinning gait [s].
         body_still: Transitions with the body still (the paper's), or shifting before each lift.
-        max_shift: The largest shift of the body in x and y in a transition [m].
+        max_shift: How far the body may go from its nominal place [m]: in x and y where that
+            stands still, sideways where it walks.
         swing_time: Of a transition's step [s].
         shift_time: On four feet before each step of a transition [s].
         via_centres: Whether transitions between gaits pass through the workspaces' centres.
@@ -47,7 +48,7 @@ class PlanSettings:
     spin_duty_factor: float = 0.85
     spin_cycle_time: float = 8.0
     body_still: bool = False
-    max_shift: float = 0.1
+    max_shift: float = 0.3
     swing_time: float = 1.2
     shift_time: float = 1.3
     via_centres: bool = False
