@@ -59,8 +59,8 @@ The controller and the log run at 200 Hz; at 2 ms, of which 5 ms is no multiple,
 (`docs/benchmarks.md` has the ones that count). All other figures are the same at any load.
 {tables}
 Minima are over the run; *base error* is the largest distance of the base from its plan; *slip* is
-the longest way that a standing foot slid in one stance; a sample is one tick of the controller. An outcome in brackets
-is the reason why the run ended early.
+the longest way that a standing foot slid in one stance; a sample is one tick of the controller. An
+outcome in brackets is the reason why the run ended early.
 """
 
 CENIC_NOTE = """\

@@ -156,9 +156,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         [k, f"{1e3 * v:.1f} ms", f"{100 * v / whole:.0f} %"] for k, v in result["parts"].items()
     ]
     rows += [["check of the plan, after it", f"{1e3 * result['check']:.1f} ms", ""]]
-    print(f"{options.scenario}, {result['planned_duration']:.1f} s of motion; median of "
-          f"{options.repeats}, best {1e3 * result['planning_best']:.0f}, worst {1e3 * result['planning_worst']:.0f} ms; "
-          f"asked {1e3 * ASKED:.0f} ms\n")  # fmt: skip
+    best, worst = (1e3 * result[f"planning_{which}"] for which in ("best", "worst"))
+    print(
+        f"{options.scenario}, {result['planned_duration']:.1f} s of motion; median of "
+        f"{options.repeats}, best {best:.0f}, worst {worst:.0f} ms; asked {1e3 * ASKED:.0f} ms\n"
+    )
     print(markdown_table(("", "time", "share"), rows))
     for peer in result["peers"][:1]:
         print()

@@ -12,6 +12,8 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray, read_only
 from drake_quad.terrain import Lane
 
+SHORTEST_LANDING = 0.4  # of a tread: on a shorter one between two flights there is no place
+
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
@@ -53,6 +55,7 @@ def make_lattice(
         PlanningError: If there is no room to step between start, flights and goal.
     """
     pins: list[float] = [start]
+    end = start  # of the flight before
     level: list[bool] = []  # whether the span after pin k is level
     for flight in lane.flights:
         treads = lane.treads(flight)
@@ -60,22 +63,26 @@ def make_lattice(
         if last[1] < start or first[0] > goal:
             continue
         before = first[0] - 0.5 * (first[1] - first[0])
-        if before < pins[-1] - 1e-6 and len(pins) > 1:
-            before = pins[-1] = 0.5 * (before + pins[-1])  # a short landing: one place serves both
-        elif before < pins[-1] - 1e-6:
+        if before >= pins[-1] - 1e-6:
+            pins.append(before)
+            level.append(True)
+        elif len(pins) == 1:
             raise PlanningError(
                 f"the walk starts {first[0] - start:.2f} m before a flight; "
                 f"{first[0] - before:.2f} m are needed",
                 start=start,
                 flight=float(first[0]),
             )
+        elif first[0] - end < SHORTEST_LANDING * (first[1] - first[0]):
+            pins.pop()  # from tread to tread
+            level.pop()
         else:
-            pins.append(before)
-            level.append(True)
+            pins[-1] = 0.5 * (end + first[0])  # one place serves both flights
         for a, b, _ in treads:
             pins.append(0.5 * (a + b))
             level.append(False)
-        pins.append(last[1] + 0.5 * (last[1] - last[0]))
+        end = last[1]
+        pins.append(end + 0.5 * (end - last[0]))
         level.append(False)
     if goal < pins[-1] - 1e-6:
         raise PlanningError(

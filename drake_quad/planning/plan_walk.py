@@ -111,13 +111,9 @@ def foothold(
     offset = 0.5 * (settings.workspace.P_x - 1.5 * spacing) * SIGNS[leg.row, 0]
     if settings.on_centre and lattice.on_tread[i]:
         offset = 0.0
-    here = int(lane.interval(lattice.s[i]))
+    low, high = _level_stretch(lane, float(lattice.s[i]))
     margin = foot_radius + EDGE_CLEARANCE
-    low, high = -np.inf, np.inf
-    if here > 0 and lane.heights[here - 1] != lane.heights[here]:
-        low = lane.breaks[here] + margin
-    if here < len(lane.heights) - 1 and lane.heights[here + 1] != lane.heights[here]:
-        high = lane.breaks[here + 1] - margin
+    low, high = low + margin, high - margin
     if low > high:
         raise PlanningError(
             f"the tread at {lattice.s[i]:.2f} m is {high - low + 2 * margin:.3f} m deep, "
@@ -125,3 +121,17 @@ def foothold(
             place=float(lattice.s[i]),
         )
     return float(np.clip(lattice.s[i] + offset, low, high))
+
+
+def _level_stretch(lane: Lane, s: float) -> tuple[float, float]:
+    """From riser to riser around `s` [m]; infinite where the lane ends first.
+
+    A flight's last tread is flush with what follows: the stretch may be longer than the tread.
+    """
+    here = int(lane.interval(s))
+    other = np.flatnonzero(lane.heights != lane.heights[here])
+    before, after = other[other < here], other[other > here]
+    return (
+        float(lane.breaks[before[-1] + 1]) if len(before) else -np.inf,
+        float(lane.breaks[after[0]]) if len(after) else np.inf,
+    )

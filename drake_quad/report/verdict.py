@@ -53,15 +53,15 @@ class _Row:
     unit: str
     digits: int
     scale: float = 1.0
-    above: float | None = None
+    at_least: float | None = None
     at_most: float | None = None
     physics: bool = False  # nothing that a kinematic replay tells
 
 
 _ROWS = (
-    _Row("margin.minimum", "Smallest static margin", "m", 3, above=0.0),
+    _Row("margin.minimum", "Smallest static margin", "m", 3, at_least=0.03),
     _Row("zmp_margin.minimum", "Smallest margin of the zero-moment point", "m", 3, physics=True),
-    _Row("margin_planned.minimum", "Smallest static margin of the plan", "m", 3, above=0.0),
+    _Row("margin_planned.minimum", "Smallest static margin of the plan", "m", 3, at_least=0.03),
     _Row("time_under_three_feet", "Time with fewer than three feet bearing", "s", 3, at_most=0.0),
     _Row(
         "nonfoot_contact_samples",
@@ -74,8 +74,25 @@ _ROWS = (
     _Row("torque_ratio_max", "Greatest joint torque, of its limit", "%", 0, 100.0, at_most=1.0),
     _Row("speed_ratio_max", "Greatest joint speed, of its limit", "%", 0, 100.0, at_most=1.0),
     _Row("position_ratio_max", "Joint nearest its end, of its range", "%", 0, 100.0, at_most=1.0),
-    _Row("slip_max", "Farthest slip of a standing foot", "mm", 1, 1e3, physics=True),
-    _Row("base_error_max", "Farthest that the body was from its plan", "mm", 1, 1e3, physics=True),
+    _Row("slip_max", "Farthest slip of a standing foot", "mm", 1, 1e3, at_most=0.01, physics=True),
+    _Row("base_error_max", "Body farthest from its plan", "mm", 1, 1e3, at_most=0.03, physics=True),
+    _Row(
+        "base_tilt_error_max_deg",
+        "Body most tilted off its plan",
+        "°",
+        2,
+        at_most=2.0,
+        physics=True,
+    ),
+    _Row(
+        "margin_within_20mm",
+        "Samples with the margin within 20 mm of its plan",
+        "%",
+        1,
+        100.0,
+        at_least=0.95,
+        physics=True,
+    ),
 )
 
 
@@ -97,8 +114,8 @@ def bounds(run: Run) -> list[Bound]:
         if not math.isfinite(value) or (row.physics and run.kinematic):
             continue
         asked, kept = "–", None
-        if row.above is not None:
-            asked, kept = f"> {row.scale * row.above:g} {row.unit}", value > row.above
+        if row.at_least is not None:
+            asked, kept = f"≥ {row.scale * row.at_least:g} {row.unit}", value >= row.at_least
         elif row.at_most is not None:
             limit = row.scale * row.at_most
             asked = f"{'≤ ' if limit else ''}{limit:g} {row.unit}"

@@ -1,0 +1,156 @@
+"""The benchmarks run, and what they compare is comparable; how fast is not asked here."""
+
+import importlib
+import json
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SHORT = "mission=[{kind: stand, duration: 0.3}]"
+
+
+@pytest.fixture
+def load(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Imports a module of benchmarks/, which is not installed."""
+    monkeypatch.syspath_prepend(str(ROOT))
+
+    def imported(name: str) -> ModuleType:
+        return importlib.import_module(f"benchmarks.{name}")
+
+    return imported
+
+
+def test_margin_is_shapelys(load: Any) -> None:
+    """On 3000 random stances our margins are shapely's to rounding, inside and outside."""
+    margin = load("margin")
+    points, feet, standing = margin.random_samples(3000, seed=7)
+    ours = margin.stability_margins(points, feet, standing)
+    assert np.min(ours) < -0.05 and np.max(ours) > 0.05
+    np.testing.assert_allclose(ours, margin.shapely_margins(points, feet, standing), atol=1e-12)
+    result = margin.measure(count=200, singles=20, repeats=1)
+    assert result["largest_difference"] < 1e-12
+    assert all(seconds > 0.0 for key in ("one", "many") for seconds in result[key].values())
+
+
+def test_planning_is_split_without_remainder(load: Any) -> None:
+    """The parts of the planning time are not negative, and make up the whole."""
+    planning = load("planning")
+    planner = planning.Planner("spin_both_ways")
+    plan, parts = planning.split_time(planner)
+    assert min(parts.values()) >= 0.0
+    assert sum(parts.values()) == pytest.approx(plan.planning_time, rel=1e-9)
+    assert parts["body: the QP's solver"] > 0.0 and parts["transitions"] > 0.0
+
+
+def test_measuring_leaves_planning_as_it_was(load: Any) -> None:
+    """After a measurement the plan is the same, and no stopwatch or recorder is left behind."""
+    planning, piqp = load("planning"), importlib.import_module("piqp")
+    planner = planning.Planner("spin_both_ways")
+    before, solver, function = planner.plan(), piqp.SparseSolver, planning.plan_task.plan_body
+    result = planning.measure(planner, repeats=1)
+    after = planner.plan()
+    assert piqp.SparseSolver is solver and planning.plan_task.plan_body is function
+    assert result["planned_duration"] == before.duration == after.duration
+    for a, b in zip(before.plans, after.plans, strict=True):
+        np.testing.assert_array_equal(a.end.body, b.end.body)
+
+
+def test_clarabel_agrees_with_our_solver(load: Any) -> None:
+    """On the programs that planning sets up, another solver finds the same optimum."""
+    planning, quadratic = load("planning"), load("quadratic")
+    programs = planning.programs(planning.Planner("spin_both_ways"))
+    assert programs
+    for p in programs:
+        x, program = quadratic.variables(p)
+        result = quadratic.ClarabelSolver().Solve(program)
+        assert result.is_success()
+        found = result.GetSolution(x)
+        assert p.violation(p.x) < 1e-4 and p.violation(found) < 1e-4
+        assert p.cost(p.x) == pytest.approx(p.cost(found), rel=1e-4)
+
+
+def test_a_program_notices_what_breaks_it(load: Any) -> None:
+    """`violation` sees a broken equality, inequality and bound, each by its amount."""
+    quadratic = load("quadratic")
+    sparse, row = quadratic.sparse, np.array([[1.0, 0.0]])
+    program = quadratic.QuadraticProgram(
+        P=sparse.eye(2, format="csc"),
+        c=np.zeros(2),
+        A=sparse.csc_matrix(row),
+        b=np.array([1.0]),
+        G=sparse.csc_matrix(row[:, ::-1]),
+        h_lower=np.array([0.0]),
+        x_lower=np.full(2, -np.inf),
+        x_upper=np.array([np.inf, 3.0]),
+        x=np.zeros(2),
+        seconds=0.0,
+    )
+    for x, broken in (((1, 0), 0.0), ((1.5, 0), 0.5), ((1, -0.25), 0.25), ((1, 5), 2.0)):
+        assert program.violation(np.array(x, dtype=float)) == pytest.approx(broken)
+
+
+def test_the_bare_plant_follows_to_the_bit(load: Any) -> None:
+    """Fed with the commands recorded, the plant alone steps the same states as the whole."""
+    climbs, real_time = load("stair_climbs"), load("real_time")
+    prepared = real_time.prepare(real_time.load_scenario("flat_walk"))
+    commands, _ = climbs.record(prepared, duration=1.5)  # the first step begins at 1.3 s
+    assert commands.duration == pytest.approx(1.5)
+    pair = climbs.make_pair(prepared, commands)
+    start = pair.state_difference()
+    turns = real_time.take_turns(pair, duration=1.5, turn=0.25)
+    assert start == 0.0 and turns.difference == 0.0
+    assert turns.wall.shape == (6, 2) and np.all(turns.wall > 0.0)
+    moved = climbs.make_pair(prepared, commands)
+    moved.whole.AdvanceTo(1.5)
+    assert moved.state_difference() > 1e-3  # the comparison would notice
+
+
+def test_real_time_reports_every_system(load: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    """As JSON: both factors, their ratio, and as many ticks of each system as its rate asks for."""
+    load("real_time").main(
+        ["--scenarios", "flat_walk", "--durations", "0.5", "--repeats", "1", "--json"]
+    )
+    (result,) = json.loads(capsys.readouterr().out)["scenarios"]
+    for key in ("wall", "cpu", "total"):
+        assert set(result[key]) == {"whole", "bare", "ratio"}
+    ticks = {name: w["ticks"] for name, w in result["ticks"]["systems"].items()}
+    assert ticks.pop("TransitionPlanner") in (10, 11)
+    assert len(ticks) == 4 and all(99 <= n <= 102 for n in ticks.values())
+
+
+def test_contact_solver_table(
+    load: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page has a row a run, in order, and the figures are those of the runs."""
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    solvers, out = load("contact_solvers"), tmp_path / "page.md"
+    solvers.main(["--scenario", "flat_walk", "--cenic-scenario", "flat_walk", "--set", SHORT,
+                  "--approximations", "sap", "--time-steps", "0.002", "--accuracies", "1e-3",
+                  "--out", str(out), "--json"])  # fmt: skip
+    runs = json.loads(capsys.readouterr().out)["runs"]
+    assert [run["case"]["solver"] for run in runs] == ["sap", "lagged", "cenic"]
+    assert all(run["summary"]["outcome"] == "goal_reached" for run in runs)
+    rows = [line for line in out.read_text().splitlines() if "goal_reached" in line]
+    for run, line in zip(runs, rows, strict=True):
+        assert f"| {run['summary']['margin']['minimum']:.4f} |" in line
+
+
+@pytest.mark.parametrize("step", [0.0005, 0.001, 0.002, 0.0025, 0.003])
+def test_periods_are_whole_steps(load: Any, step: float) -> None:
+    """The controller's period is whole steps, at most 5 ms, and as near it as can be."""
+    period = load("contact_solvers").Case("flat_walk", "sap", step).period
+    assert period / step == pytest.approx(round(period / step), abs=1e-9)
+    assert period <= 0.005 + 1e-12 and period + step > 0.005
+
+
+def test_a_run_that_cannot_be_is_a_row(load: Any) -> None:
+    """A case that the scenario's checks refuse gives a row that says why, and no exception."""
+    solvers = load("contact_solvers")
+    case = solvers.Case("flat_walk", "tamsi", 0.001)
+    summary = solvers.measure(case)
+    assert summary["outcome"] == "error"
+    assert "tamsi" in " ".join(solvers.row(case, summary))

@@ -1,0 +1,141 @@
+"""The command line: exit statuses, one-line errors, JSON, and files after Ctrl-C."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+COMMAND = [sys.executable, "-m", "drake_quad"]
+FLOOR = "{kind: floor, length: 4.0}"
+UP = "{kind: stairs, going: up, rise: 0.13, run: 0.5, count: 6}"
+
+BAD_SCENARIOS = [
+    (f"course: [{FLOOR}]\ngait: {{dutty_factor: 0.8}}\n", "gait.dutty_factor", "duty_factor"),
+    (f"course: [{FLOOR}]\nrobot: {{model: nowhere.urdf}}\n", "robot.model", "nowhere.urdf"),
+    (f"course: [{FLOOR}, {UP.replace('0.13', '0.6')}, {FLOOR}]\n", "course[1].rise", "0.6"),
+    (f"course: [{FLOOR}, {UP.replace('0.5,', '0.02,')}, {FLOOR}]\n", "course[1].run", "0.02"),
+    (f"course: [{FLOOR}]\ngait: {{duty_factor: 0.6}}\n", "gait.duty_factor", "0.6"),
+    (
+        f"course: [{FLOOR}, {{kind: landing, length: 0.8, turn_deg: 90}}, {FLOOR}]\n",
+        "course[1].length",
+        "0.8",
+    ),
+    (
+        f"course: [{FLOOR}, {UP.replace('count: 6', 'count: -6')}, {FLOOR}]\n",
+        "course[1].count",
+        "-6",
+    ),
+    (f"course: [{FLOOR}, {UP.replace('0.13', '-0.13')}, {FLOOR}]\n", "course[1].rise", "-0.13"),
+    ("", "", "empty"),
+    ("course: [\n", "", "line"),
+]
+
+
+def drake_quad(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+def refused(done: subprocess.CompletedProcess[str]) -> str:
+    """The one line on stderr of a command that ended with status 2, without a traceback."""
+    assert done.returncode == 2, done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    return lines[0]
+
+
+@pytest.mark.parametrize(("text", "field", "also"), BAD_SCENARIOS)
+def test_a_bad_scenario_gets_one_line(tmp_path: Path, text: str, field: str, also: str) -> None:
+    """File, field, value and remedy in one line, exit status 2, nothing simulated."""
+    (tmp_path / "mine.yaml").write_text(text)
+    line = refused(drake_quad("plan", "mine.yaml", cwd=tmp_path))
+    assert "mine.yaml" in line and field in line and also in line
+
+
+def test_a_directory_is_not_a_scenario(tmp_path: Path) -> None:
+    """A directory given as the scenario is refused by name."""
+    assert "directory" in refused(drake_quad("run", str(tmp_path), cwd=tmp_path))
+
+
+def test_an_unwritable_directory_is_refused_before_the_run(tmp_path: Path) -> None:
+    """--out that cannot be made is refused at once, and names the option."""
+    (tmp_path / "file").write_text("")
+    began = time.monotonic()
+    line = refused(drake_quad("run", "flat_walk", "--out", "file/run", cwd=tmp_path))
+    assert "--out" in line and "file/run" in line
+    assert time.monotonic() - began < 20.0
+
+
+def test_a_run_that_is_not_there_has_no_report(tmp_path: Path) -> None:
+    """`report` and `replay` of a directory without a run say what to give."""
+    for command in ("report", "replay"):
+        assert "summary.json" in refused(drake_quad(command, "nowhere", cwd=tmp_path))
+
+
+def test_plan_prints_one_json_object(tmp_path: Path) -> None:
+    """`plan --json` has the documented keys, and a transition its steps' legs and margins."""
+    done = drake_quad("plan", "flat_walk", "--json", cwd=tmp_path)
+    assert done.returncode == 0
+    plan = json.loads(done.stdout)
+    assert plan["feasible"] and plan["planned_margin_min"] > 0.05 and plan["duration"] > 20.0
+    transition = next(s for s in plan["segments"] if s["kind"] == "transition")
+    assert {step["leg"] for step in transition["steps"]} <= {1, 2, 3, 4}
+    assert min(step["margin"] for step in transition["steps"]) >= transition["margin_min"] - 1e-9
+    wave = next(s for s in plan["segments"] if s["kind"] == "wave")
+    assert wave["stroke"] == pytest.approx(wave["stride"] * wave["duty_factor"])
+
+
+def test_an_infeasible_plan_exits_with_1(tmp_path: Path) -> None:
+    """With no time on four feet the margin cannot stay positive: not feasible, and why; status 1."""
+    done = drake_quad("plan", "flat_walk", "--json", "--set", "gait.duty_factor=0.75", cwd=tmp_path)
+    assert done.returncode == 1, done.stderr
+    plan = json.loads(done.stdout)
+    assert not plan["feasible"] and "margin" in plan["reason"]
+
+
+def test_scenarios_lists_what_is_shipped(tmp_path: Path) -> None:
+    """A line each, and the same as JSON."""
+    names = [s["name"] for s in json.loads(
+        drake_quad("scenarios", "--json", cwd=tmp_path).stdout)["scenarios"]]  # fmt: skip
+    assert {"case_study", "paper", "flat_walk", "spin_both_ways", "descend"} <= set(names)
+    assert len(drake_quad("scenarios", cwd=tmp_path).stdout.splitlines()) == len(names)
+
+
+def test_every_command_has_help(tmp_path: Path) -> None:
+    """--help of each command explains it and exits with 0."""
+    for command in ("run", "plan", "report", "replay", "scenarios"):
+        done = drake_quad(command, "--help", cwd=tmp_path)
+        assert done.returncode == 0 and "Usage" in done.stdout
+
+
+def test_ctrl_c_keeps_what_was_logged(tmp_path: Path) -> None:
+    """Interrupted in mid-run: exits promptly with status 1, all five files there and whole."""
+    process = subprocess.Popen(
+        [*COMMAND, "run", "flat_walk", "--out", "run"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    time.sleep(12.0)
+    process.send_signal(signal.SIGINT)
+    begun = time.monotonic()
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 1, stderr
+    assert time.monotonic() - begun < 30.0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert (summary["outcome"], summary["reason"]) == ("stopped", "interrupted")
+    log = pq.read_table(tmp_path / "run" / "log.parquet")
+    assert log.num_rows == summary["samples"] > 10
+    assert log["t"].to_numpy()[-1] == pytest.approx(summary["simulated_time"], abs=0.02)
+    for name in ("scenario.yaml", "report.html", "scene.lcmlog"):
+        assert (tmp_path / "run" / name).stat().st_size > 0
