@@ -310,8 +310,9 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     def text(value: float | None, form: str) -> str:
         return "-" if value is None else form.format(value)
 
+    seen = "replayed" if summary.get("simulation") == "kinematic" else "measured"
     return [
-        ("smallest margin measured", text(margin.get("minimum"), "{:.3f} m")),
+        (f"smallest margin {seen}", text(margin.get("minimum"), "{:.3f} m")),
         (
             "smallest margin planned",
             text((summary.get("margin_planned") or {}).get("minimum"), "{:.3f} m"),

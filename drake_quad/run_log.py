@@ -24,6 +24,7 @@ def make_table(
     logs: Mapping[str, FloatArray],
     plans: Sequence[MotionPlan],
     state_names: Sequence[str],
+    massless_legs: bool = False,
 ) -> pa.Table:
     """Puts the loggers' arrays into one table.
 
@@ -34,6 +35,8 @@ def make_table(
         logs: By the name of the log (`diagram.LOGS`): (N, size) each.
         plans: The plans that were followed, one a task begun.
         state_names: Names of the state's entries, `q_...` and `v_...`.
+        massless_legs: Whether planned margins are the body's centre's (a replay of the paper's
+            plan), or the whole robot's.
     """
     n = len(times)
     phase = logs["gait_phase"]
@@ -57,7 +60,7 @@ def make_table(
     for k, name in enumerate((*AXES, "pitch", "yaw")):
         columns[f"base_desired_{name}"] = logs["body_desired"][:, k]
     columns["margin"] = logs["margin"][:, 0]
-    columns["margin_planned"] = planned_margin(robot, phase, plans)
+    columns["margin_planned"] = planned_margin(robot, phase, plans, massless_legs=massless_legs)
     columns["zmp_margin"] = logs["zmp_margin"][:, 0]
     columns["nonfoot_contacts"] = logs["nonfoot"][:, 0].astype(np.int64)
     columns["nonfoot_force"] = logs["nonfoot"][:, 1]
@@ -85,14 +88,21 @@ def _gait_columns(phase: FloatArray, plans: Sequence[MotionPlan]) -> Columns:
     }
 
 
-def planned_margin(robot: RobotModel, phase: FloatArray, plans: Sequence[MotionPlan]) -> FloatArray:
+def planned_margin(
+    robot: RobotModel,
+    phase: FloatArray,
+    plans: Sequence[MotionPlan],
+    *,
+    massless_legs: bool = False,
+) -> FloatArray:
     """The static margin that the plan had at each sample's gait time, (N,) [m]."""
     margin = np.full(len(phase), np.nan)
     task = phase[:, GaitPhase.TASK].astype(int)
     for index, plan in enumerate(plans):
         mine = task == index
         if np.any(mine):
-            margin[mine] = evaluate(robot, plan, phase[mine, GaitPhase.TIME]).margin
+            samples = evaluate(robot, plan, phase[mine, GaitPhase.TIME])
+            margin[mine] = plan_margin(samples, massless_legs=massless_legs)
     return margin
 
 

@@ -259,6 +259,7 @@ def _replay_plan(p: Preparation) -> RunResult:
         logs=logs,
         plans=plans,
         state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
+        massless_legs=p.settings.uniform_body,
     )
     wall = time.perf_counter() - begun
     figures = {

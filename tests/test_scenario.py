@@ -446,7 +446,7 @@ def test_a_spin_by_the_turn_leads_onto_the_next_lane() -> None:
         "{kind: walk, distance: -1}, {kind: stand, duration: 2}]"])  # fmt: skip
     tasks = mission_of(scenario, course_of(scenario))
     assert [task.lane for task in tasks] == [0, 0, 0, 1, 1, 1]
-    assert [task.goal for task in tasks if task.kind == "walk"] == [8.75, 6.0, 5.0]
+    assert [task.goal for task in tasks if task.kind == "walk"] == [9.25, 6.0, 5.0]
     assert sum(task.angle for task in tasks) == pytest.approx(math.pi / 2)
     assert tasks[-1].duration == 2.0
 

@@ -53,6 +53,8 @@ def lay_transition(
         steps.append(
             {
                 "leg": int(step.leg),
+                # The search's, with massless legs; the body's path finds its own.
+                "margin": float(step.margin),
                 "start": lift_off,
                 "end": builder.time,
                 "from": p_from.tolist(),

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.gait.swing import plan_swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
@@ -36,9 +37,24 @@ class StepBuilder:
         self.time += duration
 
     def ground(self, p_W: FloatArray) -> float:
-        """Height of a foot's centre that stands at `p_W` (2,) [m]."""
-        s, _ = self.lane.coordinates(p_W)
-        return float(self.lane.height(s)) + self._radius
+        """Height of a foot's centre that stands at `p_W` (2,) [m].
+
+        Raises:
+            PlanningError: If there is no ground.
+        """
+        s, lateral = self.lane.coordinates(p_W)
+        height = float(self.lane.height(s))
+        if np.isnan(height) or abs(float(lateral)) > self._half_width(float(s)) - self._radius:
+            raise PlanningError(
+                f"a foot would have to stand at {float(s):.2f} m along the lane, "
+                f"{float(lateral):.2f} m to its left, beyond the ground; make it longer or wider",
+                place=np.asarray(p_W).tolist(),
+            )
+        return height + self._radius
+
+    def _half_width(self, s: float) -> float:
+        """Half the width of the ground at `s` along the lane [m]."""
+        return float(self.lane.half_widths[int(self.lane.interval(s))])
 
     def step(self, leg: Leg, to: FloatArray, duration: float, *, lift_off: float) -> None:
         """Swings `leg` to the place `to` (2,) in W, from time `lift_off` [s] on."""

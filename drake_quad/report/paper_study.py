@@ -55,7 +55,7 @@ TABLE_I = TableI()
 # The paper's gait has one stride, 1 m, and the shipped scenario's level ground is whole strides
 # long. Here it is not, and the stride adapts: a landing of 3 m.
 OUT_OF_PHASE = (
-    "start.distance=1.0",
+    "start.distance=1.5",
     "course[2].length=3.0",
     "mission=[{kind: stand, duration: 1.0}, {kind: walk, distance: 7.5},"
     " {kind: spin, angle_deg: 90.0}, {kind: walk, distance: 7.1}, {kind: stand, duration: 1.0}]",

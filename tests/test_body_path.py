@@ -1,0 +1,166 @@
+"""The body's path over a contact plan: its margin, ends, height, reach and speed."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from rig import flat_course, paper_robot, rotations, stairs_course, stance_at, walk_plan
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.support import stability_margins
+from drake_quad.gait.workspace import Workspace
+from drake_quad.planning.body_path import (
+    Route,
+    level_pose,
+    plan_body,
+    robot_stance,
+    sample_times,
+)
+from drake_quad.planning.body_spline import BodySpline
+from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.plan_walk import lay_walk
+from drake_quad.planning.settings import PlanSettings
+
+SETTINGS = PlanSettings()
+UNIFORM = PlanSettings(uniform_body=True)
+SLOPED = PlanSettings(pitch_along_slope=True)
+
+
+@cache
+def laid(settings: PlanSettings) -> tuple[ContactPlan, Route]:
+    """Steps and route of a walk over three stairs."""
+    course = stairs_course()
+    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
+    contacts, route, _ = lay_walk(
+        paper_robot(), course, settings, task, stance_at(course, settings)
+    )
+    return contacts, route
+
+
+@cache
+def planned(settings: PlanSettings) -> tuple[BodySpline, float]:
+    return plan_body(paper_robot(), *laid(settings), settings)
+
+
+def margins(settings: PlanSettings, times: FloatArray) -> FloatArray:
+    """Of the whole robot's centre of mass."""
+    contacts, _ = laid(settings)
+    feet, standing = contacts.feet_at(times)
+    _, _, com = pose_robot(paper_robot(), planned(settings)[0].samples(times)[:, 0], feet)
+    return stability_margins(com[:, :2], feet[..., :2], standing)
+
+
+def dense(settings: PlanSettings, count: int = 4000) -> FloatArray:
+    return np.linspace(0.0, laid(settings)[0].duration, count)
+
+
+@pytest.mark.parametrize("settings", [SETTINGS, SLOPED], ids=["level", "slope"])
+def test_margin_is_what_is_said_at_the_samples_and_all_but_that_between(
+    settings: PlanSettings,
+) -> None:
+    """The whole robot, legs and all, keeps the margin returned, but for 3 mm between samples."""
+    _, margin = planned(settings)
+    times = sample_times(laid(settings)[0])
+    assert margins(settings, times).min() == pytest.approx(margin, abs=1e-9)
+    assert margins(settings, dense(settings)).min() >= margin - 3e-3
+    assert margin > 0.05
+
+
+@pytest.mark.parametrize("settings", [SETTINGS, SLOPED, UNIFORM], ids=["level", "slope", "uniform"])
+def test_path_leads_from_the_routes_start_to_its_end(settings: PlanSettings) -> None:
+    """It begins and ends there, level with the route's yaw, and at rest."""
+    contacts, route = laid(settings)
+    path, _ = planned(settings)
+    for t, k in ((0.0, 0), (contacts.duration, -1)):
+        sample = path.sample(t)
+        np.testing.assert_allclose(sample[0, :2], route.xy[k], atol=2e-3)
+        assert sample[0, 4] == pytest.approx(route.yaw[k], abs=1e-6)
+        np.testing.assert_allclose(sample[1], 0.0, atol=5e-3)
+
+
+@pytest.mark.parametrize("settings", [SETTINGS, SLOPED, UNIFORM], ids=["level", "slope", "uniform"])
+def test_body_is_at_its_height_over_the_ground_it_is_over(settings: PlanSettings) -> None:
+    """Its z is the mean ground's plus the body's height; pitch follows the slope only if asked to."""
+    _, route = laid(settings)
+    body = planned(settings)[0].samples(dense(settings, 500))[:, 0]
+    height, slope = route.ground(body[:, :2])
+    # The spline rounds the corners that the ground's line has over every nosing.
+    np.testing.assert_allclose(body[:, 2], height + settings.body_height, atol=0.01)
+    expected = -np.arctan(slope) if settings.pitch_along_slope else np.zeros(len(body))
+    np.testing.assert_allclose(body[:, 3], expected, atol=0.03)
+    if settings.pitch_along_slope:
+        assert body[:, 3].min() < -0.15  # nose up while it climbs
+
+
+def test_uniform_path_is_the_route_itself() -> None:
+    """The paper's body runs at constant speed, starts and stops at once, and does not sway."""
+    _, route = laid(UNIFORM)
+    times = dense(UNIFORM, 800)
+    xy, yaw = route.at(times)
+    body = planned(UNIFORM)[0].samples(times)[:, 0]
+    np.testing.assert_allclose(body[:, :2], xy, atol=2e-3)
+    np.testing.assert_allclose(body[:, 4], yaw, atol=1e-6)
+    speed = np.hypot(*planned(UNIFORM)[0].samples(times)[:, 1, :2].T)
+    moving = speed > 0.01
+    assert speed[moving].max() < 1.05 * SETTINGS.stride / SETTINGS.cycle_time
+
+
+def test_optimised_path_has_more_margin_than_the_uniform_one() -> None:
+    """That is what it is for."""
+    assert planned(SETTINGS)[1] > planned(UNIFORM)[1] + 0.03
+
+
+def test_standing_feet_stay_in_their_boxes_if_the_stroke_fits_them() -> None:
+    """Seen from the body, each is in its workspace, widened by the stagger."""
+    settings = PlanSettings(stride=0.9)  # a stroke of 0.765 m in boxes of 0.8 m
+    plan = walk_plan(flat_course(8.0), goal=5.75, settings=settings)
+    times = sample_times(plan.contacts)
+    body = plan.body.samples(times)[:, 0]
+    feet, standing = plan.contacts.feet_at(times)
+    p_BF = np.einsum("nij,nki->nkj", rotations(body), feet - body[:, None, :3])[..., :2]
+    box = settings.workspace
+    half = 0.5 * np.array([box.R_x, box.R_y + settings.stance_stagger])
+    over = np.abs(p_BF - box.centres) - half
+    assert over[standing].max() <= 1e-3
+
+
+def test_body_stays_within_its_shift_of_the_route() -> None:
+    """Across the heading it is never further from its nominal place than `max_shift`."""
+    _, route = laid(SETTINGS)
+    times = dense(SETTINGS)
+    xy, _ = route.at(times)
+    aside = planned(SETTINGS)[0].samples(times)[:, 0, 1] - xy[:, 1]
+    assert np.abs(aside).max() <= SETTINGS.max_shift + 5e-3
+
+
+def test_sample_times_hold_an_even_grid_and_every_switch() -> None:
+    """Sorted, no further apart than asked, with each lift-off and touchdown among them."""
+    contacts, _ = laid(SETTINGS)
+    times = sample_times(contacts, 0.1)
+    assert times[0] == 0.0 and times[-1] == pytest.approx(contacts.duration)
+    assert np.all(np.diff(times) > 0.0) and np.diff(times).max() <= 0.1 + 1e-9
+    for step in contacts.steps:
+        for t in (step.lift_off, step.touchdown):
+            assert np.abs(times - t).min() < 1e-8
+
+
+@pytest.mark.parametrize("stagger", [0.0, 0.12, -0.1])
+def test_stagger_sets_front_and_rear_feet_apart_and_keeps_the_mean_width(stagger: float) -> None:
+    """Rear feet stand further out by the stagger; the stance stays symmetric."""
+    settings = PlanSettings(
+        stance_stagger=stagger, workspace=Workspace(R_x=0.8, R_y=0.5, P_x=0.75, P_y=0.54)
+    )
+    feet = robot_stance(settings)
+    np.testing.assert_allclose(feet[[0, 2]], feet[[1, 3]] * [1.0, -1.0])
+    width = np.abs(feet[:, 1])
+    np.testing.assert_allclose(width[2:] - width[:2], stagger)
+    assert width.mean() == pytest.approx(0.27)
+    np.testing.assert_allclose(np.abs(feet[:, 0]), 0.375)
+
+
+def test_level_pose_is_upright_at_the_bodys_height() -> None:
+    """x, y, z, pitch, yaw of a body at rest."""
+    pose = level_pose(np.array([1.0, -2.0]), 0.3, 0.78, SETTINGS)
+    np.testing.assert_allclose(pose, [1.0, -2.0, 0.78 + SETTINGS.body_height, 0.0, 0.3])
