@@ -1,5 +1,6 @@
 """Runs a scenario: plan, simulate, measure, and leave a run's files behind."""
 
+import gc
 import json
 import platform
 import re
@@ -191,6 +192,8 @@ def _simulate(
     # Long enough for every wait that the scheduler has patience for.
     limit = 2.0 * p.plan.duration + 30.0
     begun = time.perf_counter()
+    gc.collect()
+    gc.freeze()  # what is there now stays: the collector need not look at it at every tick
     try:
         simulator.Initialize()
         outcome, reason = "stopped", f"not at the goal after {limit:.0f} s"
@@ -210,6 +213,8 @@ def _simulate(
         outcome, reason = "stopped", str(error)
     except RuntimeError as error:  # Drake's own: a solver that gave up, a state that is not finite
         outcome, reason = "stopped", f"simulation failed: {str(error).splitlines()[0]}"
+    finally:
+        gc.unfreeze()
     wall = time.perf_counter() - begun
     table = _collect(p, climb, context)
     figures = {

@@ -1,6 +1,6 @@
 """Simulates the shipped case study from Python and prints what it measured.
 
-    python scripts/run_case_study.py
+python scripts/run_case_study.py
 """
 
 from pathlib import Path

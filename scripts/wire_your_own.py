@@ -1,6 +1,6 @@
-"""Builds the Diagram by hand, steps it, and reads a port: where to start for something of one's own.
+"""Builds the Diagram by hand, steps it, and reads a port: a start for something of one's own.
 
-    python scripts/wire_your_own.py
+python scripts/wire_your_own.py
 """
 
 from pydrake.systems.analysis import Simulator

@@ -94,7 +94,7 @@ def test_plan_prints_one_json_object(tmp_path: Path) -> None:
 
 
 def test_an_infeasible_plan_exits_with_1(tmp_path: Path) -> None:
-    """With no time on four feet the margin cannot stay positive: not feasible, and why; status 1."""
+    """With no time on four feet the margin cannot stay positive: status 1, with the reason."""
     done = drake_quad("plan", "flat_walk", "--json", "--set", "gait.duty_factor=0.75", cwd=tmp_path)
     assert done.returncode == 1, done.stderr
     plan = json.loads(done.stdout)
