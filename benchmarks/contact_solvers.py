@@ -17,6 +17,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -66,9 +67,16 @@ outcome in brackets is the reason why the run ended early.
 CENIC_NOTE = """\
 CENIC is Drake's error-controlled integrator of the continuous plant (`time_step: 0`,
 `integration_scheme: cenic`): no time step to choose, but an accuracy. The controller's ticks bound
-its steps to 5 ms. It shares the contact parameters with the discrete solvers but not their time
-stepping: an independent check.
+its steps to 5 ms. It is an independent check of the discrete solvers.
+
+CENIC in Drake 1.51.1 takes the joints' desired velocity v_d with the wrong sign: a single joint with
+gains p and d that is told q_d = 0 and a v_d comes to rest at -d v_d / p, under every discrete solver
+and every other integrator at +d v_d / p (`benchmarks/cenic.py`). In the rows `cenic` the benchmark
+gives it -v_d where a Drake has that fault; the row `cenic, v_d as given` is without.
 """
+
+RAW = "cenic, v_d as given"
+CENIC = ("cenic", RAW)
 
 
 @dataclass(frozen=True)
@@ -77,8 +85,8 @@ class Case:
 
     Attributes:
         scenario: A shipped scenario's name, or a file.
-        solver: A discrete contact approximation, or `cenic`.
-        setting: The plant's time step [s], for `cenic` the integrator's accuracy.
+        solver: A discrete contact approximation, or one of `CENIC`.
+        setting: The plant's time step [s], for CENIC the integrator's accuracy.
         overrides: Further `path=value` overrides.
     """
 
@@ -96,7 +104,7 @@ class Case:
             f"controller.period={self.period!r}",
             f"simulation.log_period={self.period!r}",
         )
-        if self.solver == "cenic":
+        if self.solver in CENIC:
             own = (
                 "simulation.plant.time_step=0.0",
                 "simulation.simulator.integration_scheme=cenic",
@@ -107,7 +115,7 @@ class Case:
     @property
     def period(self) -> float:
         """The controller's period [s]: the largest whole number of steps within 5 ms."""
-        if self.solver == "cenic":
+        if self.solver in CENIC:
             return PERIOD
         return round(self.setting * int(PERIOD / self.setting + 1e-9), 9)
 
@@ -117,12 +125,14 @@ def measure(case: Case) -> dict[str, Any]:
 
     An input or planning error is an outcome of its own: the other rows are still worth having.
     """
+    from benchmarks.cenic import corrected
     from drake_quad.errors import DrakeQuadError
     from drake_quad.scenario import load_scenario
     from drake_quad.simulation import run
 
     try:
-        summary = run(load_scenario(case.scenario, case.all_overrides)).summary
+        with corrected() if case.solver == "cenic" else nullcontext():
+            summary = run(load_scenario(case.scenario, case.all_overrides)).summary
     except DrakeQuadError as error:
         return {"outcome": "error", "reason": str(error)}
     return {key: value for key, value in summary.items() if key != "segments"}
@@ -130,7 +140,7 @@ def measure(case: Case) -> dict[str, Any]:
 
 def row(case: Case, summary: dict[str, Any]) -> list[str]:
     """The table's row of a run."""
-    setting = f"{case.setting:.0e}" if case.solver == "cenic" else f"{1e3 * case.setting:g} ms"
+    setting = f"{case.setting:.0e}" if case.solver in CENIC else f"{1e3 * case.setting:g} ms"
     outcome = summary["outcome"]
     if outcome != "goal_reached":
         outcome = f"{outcome} ({summary['reason']})"
@@ -162,7 +172,7 @@ def page(cases: Sequence[Case], done: dict[Case, dict[str, Any]], *, workers: in
     for name in dict.fromkeys(case.scenario for case in cases):
         mine = [case for case in cases if case.scenario == name and case in done]
         tables += f"\n## `{name}`\n\n"
-        if any(case.solver == "cenic" for case in mine):
+        if any(case.solver in CENIC for case in mine):
             tables += CENIC_NOTE + "\n"
         tables += markdown_table(HEADER, [row(case, done[case]) for case in mine]) + "\n"
     # The command as a reader would give it, whatever this was started as.
@@ -205,7 +215,8 @@ def make_cases(options: argparse.Namespace) -> list[Case]:
         return discrete
     beside = Case(options.cenic_scenario, "lagged", 0.001, overrides)
     cenic = [Case(options.cenic_scenario, "cenic", a, overrides) for a in options.accuracies]
-    return [*discrete, beside, *cenic]
+    raw = Case(options.cenic_scenario, RAW, options.accuracies[-1], overrides)
+    return [*discrete, beside, *cenic, raw]
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:

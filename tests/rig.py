@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
+from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, LeafSystem, PortDataType
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task
@@ -157,16 +159,32 @@ def feet_of(state: FloatArray) -> FloatArray:
     return np.array(feet)
 
 
+def fix_inputs(system: LeafSystem, context: Context, **values: object) -> None:
+    """Fixes input ports by name: abstract ones to any object, vector ones to numbers."""
+    for name, value in values.items():
+        port = system.GetInputPort(name)
+        if port.get_data_type() == PortDataType.kAbstractValued:
+            value = AbstractValue.Make(value)
+        port.FixValue(context, value)
+
+
+def read(system: LeafSystem, context: Context, name: str) -> FloatArray:
+    """The vector that an output port has now."""
+    return np.array(system.GetOutputPort(name).Eval(context))
+
+
 __all__ = [
     "GRAVITY",
     "URL",
     "course_of",
     "feet_of",
+    "fix_inputs",
     "flat_course",
     "flat_walk",
     "model_layout",
     "model_plant",
     "paper_robot",
+    "read",
     "rotations",
     "spin_plan",
     "stairs_course",

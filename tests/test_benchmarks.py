@@ -132,7 +132,7 @@ def test_contact_solver_table(
                   "--approximations", "sap", "--time-steps", "0.002", "--accuracies", "1e-3",
                   "--out", str(out), "--json"])  # fmt: skip
     runs = json.loads(capsys.readouterr().out)["runs"]
-    assert [run["case"]["solver"] for run in runs] == ["sap", "lagged", "cenic"]
+    assert [run["case"]["solver"] for run in runs] == ["sap", "lagged", "cenic", solvers.RAW]
     assert all(run["summary"]["outcome"] == "goal_reached" for run in runs)
     rows = [line for line in out.read_text().splitlines() if "goal_reached" in line]
     for run, line in zip(runs, rows, strict=True):
@@ -154,3 +154,26 @@ def test_a_run_that_cannot_be_is_a_row(load: Any) -> None:
     summary = solvers.measure(case)
     assert summary["outcome"] == "error"
     assert "tamsi" in " ".join(solvers.row(case, summary))
+
+
+def test_drake_moves_a_joint_as_documented_but_for_cenic(load: Any) -> None:
+    """Told a velocity, a joint rests at +d v_d / p; where CENIC has it at minus that, we know."""
+    cenic = load("cenic")
+    rest = cenic.D / cenic.P
+    assert cenic.resting_place("runge_kutta3", time_step=0.001) == pytest.approx(rest, rel=1e-3)
+    assert cenic.resting_place("implicit_euler") == pytest.approx(rest, rel=1e-3)
+    assert cenic.resting_place("cenic") == pytest.approx(cenic.velocity_sign() * rest, rel=1e-3)
+
+
+def test_corrected_cenic_tracks_as_the_discrete_solver(load: Any) -> None:
+    """With the sign put right, a swing leg's joints follow under CENIC as they do under lagged."""
+    solvers = load("contact_solvers")
+    scenario = "spin_both_ways"
+    overrides = ("mission=[{kind: spin, angle_deg: 10.0}]", "transition.max_shift=0.1")
+    lagged, cenic = (
+        solvers.measure(solvers.Case(scenario, *solver, overrides))
+        for solver in (("lagged", 0.001), ("cenic", 1e-3))
+    )
+    assert lagged["outcome"] == cenic["outcome"] == "goal_reached"
+    assert cenic["margin"]["minimum"] == pytest.approx(lagged["margin"]["minimum"], abs=0.003)
+    assert cenic["torque_ratio_max"] == pytest.approx(lagged["torque_ratio_max"], abs=0.1)

@@ -1,6 +1,7 @@
 """Laws of a motion plan: its margins, its feet, and that one time is all times at once."""
 
 import copy
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -25,7 +26,7 @@ MOVING = PLANS[:-1]
 
 @cache
 def plan_of(name: str) -> MotionPlan:
-    makers = {
+    makers: dict[str, Callable[[], MotionPlan]] = {
         "level": flat_walk,
         "up": lambda: stairs_walk("up"),
         "down": lambda: stairs_walk("down"),
