@@ -1,8 +1,9 @@
 """Whether CENIC takes a joint's desired velocity with the right sign, and a way round it if not.
 
 Drake 1.51.1's CENIC integrator takes `PdControllerGains` as -p (q - q_d) - d (v + v_d): a joint
-that is to move lags by 2 d v_d / p. Drake's discrete solvers and its other integrators of the
-continuous plant take -p (q - q_d) - d (v - v_d), as documented.
+that is to move lags by 2 d v_d / p. With a time step, or under `implicit_euler` and `runge_kutta3`,
+it is -p (q - q_d) - d (v - v_d), as documented. The plant's `net_actuation` port has that too,
+whatever CENIC applied.
 """
 
 from collections.abc import Iterator
