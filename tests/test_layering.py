@@ -40,6 +40,7 @@ NEIGHBOURS = {
     ("simulation", "run"),
     ("simulation", "summary"),
     ("plan", "run"),
+    ("main", "cli"),
 }
 FORBIDDEN = {("report", "systems")}
 
