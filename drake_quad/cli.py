@@ -74,10 +74,15 @@ def run(
     directory = out if out is not None else Path("runs") / _stem(scenario)
     _claim(directory)
     viewers = _viewers(meshcat=meshcat, meldis=meldis)
-    with _interruptible() as interrupted, _progress("simulating") as progress:
-        result = simulate(
-            loaded, source=scenario, progress=progress, stop=interrupted, visualize=viewers
-        )
+    try:
+        with _interruptible() as interrupted, _progress("simulating") as progress:
+            result = simulate(
+                loaded, source=scenario, progress=progress, stop=interrupted, visualize=viewers
+            )
+    except PlanningError as error:
+        if as_json:
+            print(json.dumps({"outcome": "infeasible", "reason": error.reason}))
+        raise
     write_files(result, loaded, directory)
     if report:
         _make_report(directory)
@@ -115,7 +120,7 @@ def plan(
     elif result["feasible"]:
         _print_plan(result)
     else:
-        Console().print(f"[red]no plan:[/] {result['reason']}", highlight=False)
+        raise PlanningError(result["reason"])
     raise typer.Exit(0 if result["feasible"] else 1)
 
 
@@ -210,16 +215,33 @@ def _claim(directory: Path) -> None:
 
 
 def _read_summary(directory: Path) -> dict[str, Any]:
-    path = directory / "summary.json"
-    try:
-        summary: dict[str, Any] = json.loads(path.read_text())
-    except (OSError, ValueError):
-        raise InputError(
+    """The summary of a finished run, all of whose files can be read."""
+    import pyarrow.parquet as pq
+
+    def fail(name: str, what: str) -> InputError:
+        return InputError(
             source=str(directory),
-            field="summary.json",
-            value=str(path),
-            remedy="not there or not readable; give the directory of a finished `drake-quad run`",
-        ) from None
+            field=name,
+            value=str(directory / name),
+            remedy=f"{what}; give the directory of a finished `drake-quad run`",
+        )
+
+    try:
+        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+    except OSError:
+        raise fail("summary.json", "not there") from None
+    except ValueError:
+        raise fail("summary.json", "is not JSON") from None
+    if not (isinstance(summary, dict) and "outcome" in summary):
+        raise fail("summary.json", "is not a run's summary")
+    try:
+        columns = pq.read_schema(directory / "log.parquet").names
+    except OSError:
+        raise fail("log.parquet", "not there") from None
+    except ValueError:  # Arrow's own errors are ValueErrors
+        raise fail("log.parquet", "is cut short or not Parquet") from None
+    if "t" not in columns or "margin" not in columns:
+        raise fail("log.parquet", "is not a run's log")
     return summary
 
 
@@ -251,7 +273,7 @@ def _make_report(directory: Path) -> None:
 
 @contextmanager
 def _interruptible() -> Iterator[Callable[[], bool]]:
-    """Turns the first Ctrl-C into a polite stop; a second one is an interrupt as usual."""
+    """Turns Ctrl-C or a polite kill into a stop; a second Ctrl-C is an interrupt as usual."""
     seen = False
 
     def note(_number: int, _frame: FrameType | None) -> None:
@@ -260,11 +282,12 @@ def _interruptible() -> Iterator[Callable[[], bool]]:
         _err.print("\nstopping; writing what was logged")
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    before = signal.signal(signal.SIGINT, note)
+    before = signal.signal(signal.SIGINT, note), signal.signal(signal.SIGTERM, note)
     try:
         yield lambda: seen
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, before[0])
+        signal.signal(signal.SIGTERM, before[1])
 
 
 @contextmanager
@@ -290,12 +313,15 @@ def _progress(label: str) -> Iterator[Callable[[float, float], None]]:
 def _print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> None:
     console = Console()
     good = summary.get("outcome") == "goal_reached"
+    lines = summary_lines(summary)
+    if good and (summary.get("time_under_three_feet") or 0.0) > 0.0:
+        console.print("[yellow]not statically stable throughout: see the figures[/]")
     console.print(
         f"[bold {'green' if good else 'red'}]{summary.get('outcome')}[/]: {summary.get('reason')}",
         highlight=False,
     )
     table = Table(show_header=False, box=None, pad_edge=False)
-    for label, text in summary_lines(summary):
+    for label, text in lines:
         table.add_row(label, text)
     console.print(table)
     console.print(f"files in {directory}", highlight=False)
@@ -305,17 +331,18 @@ def _print_summary(summary: dict[str, Any], directory: Path, *, report: bool) ->
 
 def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """The few figures that are printed after a run, each with its unit."""
-    margin = summary.get("margin") or {}
+    margin = summary["margin"] if isinstance(summary.get("margin"), dict) else {}
 
     def text(value: float | None, form: str) -> str:
         return "-" if value is None else form.format(value)
 
+    planned = summary["margin_planned"] if isinstance(summary.get("margin_planned"), dict) else {}
     seen = "replayed" if summary.get("simulation") == "kinematic" else "measured"
     return [
         (f"smallest margin {seen}", text(margin.get("minimum"), "{:.3f} m")),
         (
             "smallest margin planned",
-            text((summary.get("margin_planned") or {}).get("minimum"), "{:.3f} m"),
+            text(planned.get("minimum"), "{:.3f} m"),
         ),
         ("time on fewer than three feet", text(summary.get("time_under_three_feet"), "{:.3f} s")),
         ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),

@@ -188,7 +188,13 @@ def MakeStairClimb(
         ),
     )
     stability_monitor = builder.AddNamedSystem(
-        "stability_monitor", StabilityMonitor(model=model, layout=layout, period=control.period)
+        "stability_monitor",
+        StabilityMonitor(
+            model=model,
+            layout=layout,
+            period=control.period,
+            height_limit=0.5 * settings.body_height,
+        ),
     )
 
     def connect(a: object, out: str, b: object, into: str) -> None:

@@ -154,7 +154,7 @@ def kinematic_logs(
         start += count * period
     t, phase = np.concatenate(times), np.concatenate(rows)
     n = len(t)
-    body = np.concatenate([s.body[:, 0] for s in samples])
+    body, rate = (np.concatenate([s.body[:, k] for s in samples]) for k in range(2))
     feet = np.concatenate([s.feet for s in samples])
     standing = np.concatenate([s.standing for s in samples])
     com = np.concatenate([s.com for s in samples])
@@ -166,6 +166,12 @@ def kinematic_logs(
         [cy * cp, -sy * sp, cy * sp, sy * cp], axis=-1
     )
     state[:, layout.q_base + 4 : layout.q_base + 7] = body[:, :3]
+    # Yaw turns about W's z, pitch about the y that yaw has turned.
+    sin_yaw, cos_yaw = np.sin(body[:, 4]), np.cos(body[:, 4])
+    state[:, layout.v_base : layout.v_base + 3] = np.stack(
+        [-sin_yaw * rate[:, 3], cos_yaw * rate[:, 3], rate[:, 4]], axis=-1
+    )
+    state[:, layout.v_base + 3 : layout.v_base + 6] = rate[:, :3]
     q = np.concatenate([s.q for s in samples]).reshape(n, 12)
     state[:, layout.q_joints] = q
     state[:, layout.v_joints] = np.gradient(q, period, axis=0)

@@ -71,6 +71,24 @@ _NOT_NEGATIVE = (
     "simulation.realtime_rate",
 )
 
+# Values beyond these are slips of the pen, and some would take all memory or never end.
+_WITHIN: dict[str, tuple[float, float]] = {
+    "gait.cycle_time": (0.5, 120.0),
+    "spin.cycle_time": (0.5, 120.0),
+    "gait.stride": (0.1, 5.0),
+    "gait.body_height": (0.05, 5.0),
+    "transition.swing_time": (0.1, 60.0),
+    "transition.shift_time": (0.0, 60.0),
+    "controller.period": (1e-4, 0.05),
+    "simulation.log_period": (1e-4, 1.0),
+    "simulation.plant.time_step": (0.0, 0.01),
+}
+LONGEST = 1000.0  # [m] of a stretch of the course
+_LONGEST_STAND = 600.0  # [s]
+_SHORTEST_STAND = 0.1  # [s]
+_MOST_TURN = 3600.0  # [deg] of a spin
+_SHORTEST_SWING = 0.1  # [s]
+
 _MISSION = {"walk": "distance", "spin": "angle_deg", "stand": "duration"}
 
 
@@ -94,9 +112,26 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
     for path in _NOT_NEGATIVE:
         if not value_at(scenario, path) >= 0:
             raise fail(path, "must not be negative")
+    for path, (least, most) in _WITHIN.items():
+        if not least <= value_at(scenario, path) <= most:
+            raise fail(path, f"must be from {least:g} to {most:g}")
+    for i, stretch in enumerate(scenario.course):
+        if stretch.length is not None and stretch.length > LONGEST:
+            raise InputError(
+                source=source,
+                field=f"course[{i}].length",
+                value=stretch.length,
+                remedy=f"must be at most {LONGEST:g} m",
+            )
     for path in ("gait.duty_factor", "spin.duty_factor"):
         if not 0.75 <= value_at(scenario, path) < 1.0:
             raise fail(path, "must be in [0.75, 1): with less, three feet do not always stand")
+    for gait in ("gait", "spin"):
+        swing = (1.0 - value_at(scenario, f"{gait}.duty_factor")) * value_at(
+            scenario, f"{gait}.cycle_time"
+        )
+        if swing < _SHORTEST_SWING:
+            raise fail(f"{gait}.duty_factor", f"leaves {swing:.3g} s of the cycle to swing a leg")
     if scenario.gait.stance_stagger >= scenario.gait.stance_width:
         raise fail("gait.stance_stagger", "must be less than gait.stance_width")
     if scenario.simulation.simulator.target_realtime_rate != 0.0:
@@ -162,5 +197,9 @@ def _check_mission(element: MissionElement, path: str, source: str) -> None:
             raise error(field, f"{element.kind} has no {field}; it has {own}")
     if not getattr(element, own):
         raise error(own, f"{element.kind} must say its {own}, other than 0")
-    if element.duration is not None and element.duration < 0.0:
-        raise error("duration", "must be more than 0 s")
+    if element.distance is not None and element.distance < 0.0:
+        raise error("distance", "must be more than 0 m: the robot walks forward")
+    if element.duration is not None and not (_SHORTEST_STAND <= element.duration <= _LONGEST_STAND):
+        raise error("duration", f"must be more than 0 s: {_SHORTEST_STAND:g} to {_LONGEST_STAND:g}")
+    if element.angle_deg is not None and abs(element.angle_deg) > _MOST_TURN:
+        raise error("angle_deg", f"must be at most {_MOST_TURN:g} either way")

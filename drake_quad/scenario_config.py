@@ -59,7 +59,7 @@ class MissionElement:
 
     Attributes:
         kind: `walk`, `spin` or `stand`.
-        distance: Of a walk, along the lane [m]; negative walks backward.
+        distance: Of a walk, along the lane [m].
         angle_deg: Of a spin [deg], left positive.
         duration: Of a stand [s].
     """

@@ -1,5 +1,6 @@
 """Runs a scenario: plan, simulate, measure, and leave a run's files behind."""
 
+import copy
 import gc
 import json
 import platform
@@ -40,9 +41,12 @@ from drake_quad.scenario import (
     plan_settings,
     save_scenario,
 )
-from drake_quad.summary import summarize
+from drake_quad.summary import base_error, summarize
 from drake_quad.terrain import Course
+from drake_quad.whole_files import write_whole
 
+LOW_RISE = 0.005  # [m]
+AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
 CHUNK = 0.25  # [s] simulated between looks at the clock and at Ctrl-C
 
 # Told how far a run is: simulated time and what it is likely to come to [s].
@@ -90,17 +94,24 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
         InputError: If something in the scenario cannot be, or is out of the robot's reach.
         PlanningError: If there is no plan for another reason.
     """
+    robot, course, settings, tasks, stance = _values(scenario, source=source)
+    try:
+        plan = plan_mission(robot, course, settings, tasks, stance)
+        check_mission(robot, plan, uniform_body=settings.uniform_body)
+    except PlanningError as error:
+        raise _blame(scenario, error, source=source) from None
+    return Preparation(scenario, robot, course, settings, tasks, stance, plan)
+
+
+def _values(
+    scenario: Scenario, *, source: str
+) -> tuple[RobotModel, Course, PlanSettings, tuple[Task, ...], Stance]:
     robot = load_robot(scenario.robot.model)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     settings = plan_settings(scenario)
     tasks = mission_of(scenario, course, source=source)
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
-    try:
-        plan = plan_mission(robot, course, settings, tasks, stance)
-        check_mission(robot, plan, uniform_body=settings.uniform_body)
-    except PlanningError as error:
-        raise _blame_stairs(scenario, error, source=source) from None
-    return Preparation(scenario, robot, course, settings, tasks, stance, plan)
+    return robot, course, settings, tasks, stance
 
 
 def run(
@@ -133,28 +144,15 @@ def run(
 def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
     """Writes summary.json, log.parquet and scenario.yaml into `directory`.
 
-    Each file is written beside its place and moved there, so that none is ever half.
+    None of them is ever half.
 
     Raises:
         InputError: If they cannot be written, with the reason.
     """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        for name, write in (
-            ("scenario.yaml", lambda p: save_scenario(scenario, p)),
-            ("log.parquet", lambda p: write_log(result.table, p)),
-            ("summary.json", lambda p: p.write_text(json.dumps(result.summary, indent=2) + "\n")),
-        ):
-            partial = directory / f".{name}.part"
-            write(partial)
-            partial.replace(directory / name)
-    except OSError as error:
-        raise InputError(
-            source="--out",
-            field="directory",
-            value=str(directory),
-            remedy=f"cannot be written: {error.strerror or error}; give another with --out",
-        ) from None
+    text = json.dumps(result.summary, indent=2) + "\n"
+    write_whole(directory / "scenario.yaml", lambda p: save_scenario(scenario, p))
+    write_whole(directory / "log.parquet", lambda p: write_log(result.table, p))
+    write_whole(directory / "summary.json", lambda p: p.write_text(text))
 
 
 def write_log(table: pa.Table, path: Path) -> None:
@@ -217,6 +215,8 @@ def _simulate(
         gc.unfreeze()
     wall = time.perf_counter() - begun
     table = _collect(p, climb, context)
+    if outcome == "goal_reached":
+        outcome, reason = _at_goal(table, reason)
     figures = {
         "simulated_time": float(context.get_time()),
         "wall_time": wall,
@@ -243,6 +243,18 @@ def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
         plans=plans,
         state_names=state_names(climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()),
     )
+
+
+def _at_goal(table: pa.Table, reason: str) -> tuple[str, str]:
+    """Whether the robot is where the plan ends: the gait clock alone does not decide."""
+    if table.num_rows == 0:
+        return "stopped", "the run is shorter than a sample of the log: nothing was measured"
+    last = table.slice(table.num_rows - 1)
+    names = table.column_names
+    place, tilt = base_error({n: last[n].to_numpy(zero_copy_only=False) for n in names})
+    if place[0] > AT_GOAL or tilt[0] > AT_GOAL:
+        return "stopped", f"the plan is at its end, but the base is {place[0]:.2f} m off it"
+    return "goal_reached", reason
 
 
 def _replay_plan(p: Preparation) -> RunResult:
@@ -309,7 +321,7 @@ def _outcome(message: str) -> tuple[str, str]:
     return (outcome, reason) if outcome in ("fell", "stopped") else ("stopped", text)
 
 
-def _blame_stairs(scenario: Scenario, error: PlanningError, *, source: str) -> DrakeQuadError:
+def _blame(scenario: Scenario, error: PlanningError, *, source: str) -> DrakeQuadError:
     """The scenario's field behind a plan that the legs cannot follow, if there is one."""
     if "excess" not in error.data:
         return error
@@ -318,7 +330,7 @@ def _blame_stairs(scenario: Scenario, error: PlanningError, *, source: str) -> D
         for k, e in enumerate(scenario.course)
         if e.kind == "stairs"
     ]
-    if flights:
+    if flights and _works_on_low_steps(scenario):
         rise, k = max(flights)
         name = "rises" if scenario.course[k].rises else "rise"
         return InputError(
@@ -331,5 +343,23 @@ def _blame_stairs(scenario: Scenario, error: PlanningError, *, source: str) -> D
         source=source,
         field="gait.body_height",
         value=scenario.gait.body_height,
-        remedy=f"out of the robot's reach: {error.reason}",
+        remedy=f"out of the robot's reach: {error.reason}; take another body height or a "
+        "shorter stride",
     )
+
+
+def _works_on_low_steps(scenario: Scenario) -> bool:
+    """Whether the same mission can be carried out if every rise is next to nothing."""
+    low = copy.deepcopy(scenario)
+    for element in low.course:
+        if element.kind == "stairs":
+            if element.rises:
+                element.rises = [LOW_RISE] * len(element.rises)
+            else:
+                element.rise = LOW_RISE
+    try:
+        robot, course, settings, tasks, stance = _values(low, source="scenario")
+        check_mission(robot, plan_mission(robot, course, settings, tasks, stance))
+    except DrakeQuadError as error:
+        return not (isinstance(error, PlanningError) and "excess" in error.data)
+    return True

@@ -184,4 +184,5 @@ def test_corrected_cenic_tracks_as_the_discrete_solver(load: Any) -> None:
         right = joints("cenic", 1e-3)
     assert np.max(np.abs(right - discrete)) < 3e-3
     if cenic.velocity_sign() < 0.0:
-        assert np.max(np.abs(raw - discrete)) > 2e-2
+        # The fault puts a joint off by 2 d v_d / p, which at mid-swing is several times the bound.
+        assert np.max(np.abs(raw - discrete)) > 3.0 * 3e-3

@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "drake_quad"
 # scenario.py and scenario_check.py are both in room `scenario`.
 FLOORS = {
     "errors": -1,
+    "whole": -1,  # whole_files.py
     "version": -1,  # drake_quad/__init__.py
     "gait": 0,
     "terrain": 0,
@@ -41,6 +42,7 @@ NEIGHBOURS = {
     ("simulation", "summary"),
     ("plan", "run"),
     ("main", "cli"),
+    ("whole", "errors"),
 }
 FORBIDDEN = {("report", "systems")}
 

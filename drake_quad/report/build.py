@@ -19,6 +19,7 @@ from drake_quad.report.svg import report_style, to_svg
 from drake_quad.report.tables import segment_rows, summary_rows
 from drake_quad.report.templates import read_css, render
 from drake_quad.report.verdict import bounds, judge
+from drake_quad.whole_files import write_whole
 
 REPORT = "report.html"
 
@@ -142,7 +143,7 @@ def build_report(directory: Run | str | Path, *, replay: bool = True) -> Path:
         legs=list(zip(LEG_NAMES, LEG_COLOURS, strict=True)),
     )
     path = run.directory / REPORT
-    path.write_text(page, encoding="utf-8")
+    write_whole(path, lambda p: p.write_text(page, encoding="utf-8"))
     return path
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from drake_quad.report.run_files import Run, read_run
 from drake_quad.report.scene_messages import Message, scene_messages
+from drake_quad.whole_files import write_whole
 
 SCENE_LOG = "scene.lcmlog"
 SYNC_WORD = 0xEDA1DA01  # each event of an LCM log begins with it
@@ -22,7 +23,7 @@ def write_scene_log(run: Run | str | Path, *, fps: float = 30.0) -> Path:
     """
     run = run if isinstance(run, Run) else read_run(run)
     path = run.directory / SCENE_LOG
-    write_lcm_log(path, scene_messages(run, fps=fps))
+    write_whole(path, lambda p: write_lcm_log(p, scene_messages(run, fps=fps)))
     return path
 
 

@@ -93,9 +93,9 @@ class StabilityMonitor(LeafSystem):
         if upright < self._tilt:
             tilt = np.degrees(np.arccos(max(upright, -1.0)))
             return EventStatus.ReachedTermination(self, f"fell: the trunk is tilted by {tilt:.0f}°")
-        lowest = min((foot[2] for foot, bears in zip(feet, bearing, strict=True) if bears),
-                     default=-np.inf)  # fmt: skip
-        if x[i + 6] - lowest < self._height:
+        # Where no foot bears, where they bore last: a collapsed robot may lie on its knees.
+        below = [foot[2] for foot, bears in zip(feet, bearing, strict=True) if bears]
+        if x[i + 6] - min(below or [foot[2] for foot in feet]) < self._height:
             return EventStatus.ReachedTermination(self, "fell: the trunk is down at its feet")
         return EventStatus.Succeeded()
 

@@ -1,0 +1,28 @@
+"""Files that are whole or not there: written beside their place, then moved into it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from drake_quad.errors import InputError
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Has `write` fill a file beside `path` and moves it there.
+
+    Raises:
+        InputError: If it cannot be written, with the system's reason; what was there before stays.
+    """
+    partial = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(partial)
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(
+            source="--out",
+            field=path.name,
+            value=str(path),
+            remedy=f"cannot be written: {error.strerror or error}; make room, or give another "
+            "directory with --out",
+        ) from None

@@ -1,0 +1,217 @@
+"""The log of a run: every column is documented, and says what the plan and the loggers said."""
+
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from rig import flat_walk, model_layout, model_plant, paper_robot, rotations, spin_plan, stand_plan
+
+from drake_quad.gait.legs import SHORT_NAMES, FloatArray
+from drake_quad.gait.support import stability_margins
+from drake_quad.planning.motion_plan import MotionPlan, evaluate
+from drake_quad.run_log import kinematic_logs, make_table, planned_margin, state_names
+from drake_quad.systems.gait_phase import SIZE, GaitPhase
+
+DOCS = Path(__file__).resolve().parents[1] / "docs" / "log_format.md"
+PERIOD = 0.01  # [s]
+
+
+@cache
+def plans() -> tuple[MotionPlan, ...]:
+    """A stand, a walk and a spin; they need not follow one another for a log."""
+    return stand_plan(0.5), flat_walk(), spin_plan(-np.pi / 4)
+
+
+@cache
+def logs(*, massless: bool = False) -> tuple[FloatArray, dict[str, FloatArray]]:
+    return kinematic_logs(paper_robot(), model_layout(), plans(), PERIOD, massless_legs=massless)
+
+
+def table_of(
+    times: FloatArray, found: dict[str, FloatArray], known: tuple[MotionPlan, ...]
+) -> pa.Table:
+    plant = model_plant()
+    return make_table(
+        paper_robot(),
+        model_layout(),
+        times=times,
+        logs=found,
+        plans=known,
+        state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
+    )
+
+
+@cache
+def table() -> pa.Table:
+    return table_of(*logs(), plans())
+
+
+def column(name: str) -> np.ndarray:
+    return np.asarray(table().column(name).to_numpy(zero_copy_only=False))
+
+
+def columns(*names: str) -> np.ndarray:
+    return np.stack([column(name) for name in names], axis=-1)
+
+
+def documented() -> list[re.Pattern[str]]:
+    """What docs/log_format.md's table of columns allows, as patterns of names."""
+    text = DOCS.read_text().split("## log.parquet")[1].split("## summary.json")[0]
+    found = []
+    for line in text.splitlines():
+        cell = line.split("|")[1] if line.startswith("|") else ""
+        for name in re.findall(r"`([^`]+)`", cell):
+            stem, *others = name.split("/")
+            endings = "|".join([stem.rsplit("_", 1)[-1], *others])
+            pattern = re.escape(stem)
+            if others:
+                pattern = re.escape(stem.rsplit("_", 1)[0]) + f"_(?:{endings})"
+            pattern = pattern.replace(re.escape("<leg>"), "(?:FL|FR|RL|RR)")
+            pattern = pattern.replace(re.escape("<joint>"), ".+").replace(r"\*", ".+")
+            found.append(re.compile(f"^{pattern}$"))
+    return found
+
+
+def test_every_column_is_documented_and_every_documented_column_is_there() -> None:
+    """docs/log_format.md and the log agree, name by name."""
+    patterns, names = documented(), table().column_names
+    assert len(patterns) > 20
+    assert [n for n in names if not any(p.match(n) for p in patterns)] == []
+    assert [p.pattern for p in patterns if not any(p.match(n) for n in names)] == []
+    assert len(set(names)) == len(names)
+
+
+def test_times_are_evenly_spaced_over_all_tasks() -> None:
+    """A row each period, from 0 to the end, also across the tasks' joints."""
+    t = column("t")
+    np.testing.assert_allclose(np.diff(t), PERIOD, atol=1e-9)
+    assert t[0] == 0.0
+    assert t[-1] == pytest.approx(sum(p.duration for p in plans()), abs=3 * PERIOD)
+
+
+def test_gait_columns_are_the_plans() -> None:
+    """Task, time, segment and swing leg of each row are those of the plan at that gait time."""
+    for k in range(0, table().num_rows, 53):
+        plan = plans()[int(column("task")[k])]
+        t = float(column("gait_time")[k])
+        segment = plan.segments[plan.segment_index(t)]
+        assert column("segment")[k] == segment.name
+        assert column("segment_kind")[k] == segment.kind
+        step = plan.contacts.phase(t).step
+        assert column("swing_leg")[k] == (0 if step is None else int(step.leg))
+        phase = plan.sample(t).swing_phase
+        expected = 0.0 if np.isnan(phase) else phase
+        assert column("swing_phase")[k] == pytest.approx(expected, abs=1e-9)
+    assert set(column("task")) == {0, 1, 2}
+
+
+def test_state_is_the_plans_pose_and_its_velocity_is_the_derivative() -> None:
+    """Positions put the feet where they are desired; velocities are the positions' rates."""
+    plant, robot, layout = model_plant(), paper_robot(), model_layout()
+    context = plant.CreateDefaultContext()
+    names = state_names(plant.GetPositionNames(), plant.GetVelocityNames())
+    states = columns(*names)
+    n = layout.num_positions
+    for k in range(60, table().num_rows - 1, 211):
+        plant.SetPositions(context, states[k, :n])
+        for row, leg in enumerate(SHORT_NAMES):
+            shank = plant.GetJointByName(robot.joint_names[3 * row + 2]).child_body()
+            foot = shank.EvalPoseInWorld(context) @ np.array([0, 0, -robot.geometry.shank[row]])
+            wanted = [column(f"{leg}_desired_{axis}")[k] for axis in "xyz"]
+            np.testing.assert_allclose(foot, wanted, atol=1e-9)
+        if column("task")[k - 1] != column("task")[k + 1]:
+            continue
+        rate = (states[k + 1, :n] - states[k - 1, :n]) / (2 * PERIOD)
+        plant.SetPositions(context, states[k, :n])
+        v = plant.MapQDotToVelocity(context, rate)
+        np.testing.assert_allclose(states[k, n:], v, atol=0.02)
+
+
+def test_replayed_base_is_on_its_plan() -> None:
+    """Base pose and desired pose are one and the same."""
+    place = columns(*(n for n in table().column_names if re.match(r"q_.*_trunk_[xyz]$", n)))
+    np.testing.assert_allclose(place, columns(*(f"base_desired_{k}" for k in "xyz")))
+    quaternion = columns(*(next(n for n in table().column_names if n.endswith(f"trunk_q{k}"))
+                           for k in "wxyz"))  # fmt: skip
+    np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0)
+    body = np.zeros((len(place), 5))
+    body[:, 3], body[:, 4] = column("base_desired_pitch"), column("base_desired_yaw")
+    w, x, y, z = quaternion.T
+    forward = np.stack([1 - 2 * (y**2 + z**2), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1)
+    np.testing.assert_allclose(forward, rotations(body)[:, :, 0], atol=1e-9)
+
+
+def test_replayed_contacts_are_the_plans_and_nothing_is_made_up() -> None:
+    """Who bears is who is to stand; forces, torques and the pressure's margin are not numbers."""
+    for leg in SHORT_NAMES:
+        np.testing.assert_array_equal(column(f"{leg}_bearing"), column(f"{leg}_standing_planned"))
+        for axis in "xyz":
+            assert np.all(np.isnan(column(f"{leg}_force_{axis}")))
+        ground = column(f"{leg}_desired_z") - column(f"{leg}_position_z")
+        np.testing.assert_allclose(ground, paper_robot().foot_radius)
+    for joint in paper_robot().joint_names:
+        assert np.all(np.isnan(column(f"tau_{joint}")))
+    assert np.all(np.isnan(column("zmp_margin")))
+
+
+def test_margins_of_a_replay_are_the_plans() -> None:
+    """Measured and planned margin are the same number, the whole robot's."""
+    np.testing.assert_allclose(column("margin"), column("margin_planned"), atol=1e-12)
+    s = evaluate(paper_robot(), plans()[1], column("gait_time")[column("task") == 1])
+    np.testing.assert_allclose(column("margin")[column("task") == 1], s.margin, atol=1e-12)
+
+
+def test_papers_margins_are_the_body_centres() -> None:
+    """With massless legs both margins are those of the body's centre."""
+    _, found = logs(massless=True)
+    body = found["body_desired"][:, :2]
+    feet = found["feet_desired"].reshape(-1, 4, 3)[..., :2]
+    expected = stability_margins(body, feet, found["standing"] > 0.5)
+    np.testing.assert_allclose(found["margin"][:, 0], expected, atol=1e-12)
+    planned = planned_margin(paper_robot(), found["gait_phase"], plans(), massless_legs=True)
+    np.testing.assert_allclose(planned, expected, atol=1e-12)
+    assert np.abs(found["margin"] - logs()[1]["margin"]).max() > 0.01
+
+
+def test_rows_of_a_task_without_a_plan_are_kept_without_names() -> None:
+    """A run that ends before its next plan is there loses no sample."""
+    times, found = logs()
+    short = table_of(times, found, plans()[:1])
+    assert short.num_rows == table().num_rows
+    names = short.column("segment").to_numpy(zero_copy_only=False)
+    margin = short.column("margin_planned").to_numpy()
+    unknown = short.column("task").to_numpy() > 0
+    assert set(names[unknown]) == {""} and np.all(np.isnan(margin[unknown]))
+    assert np.all(np.isfinite(margin[~unknown]))
+
+
+def test_planned_margin_is_at_the_gait_clocks_time_and_not_the_walls() -> None:
+    """Where the clock waits, the plan's margin waits with it."""
+    phase = np.zeros((3, SIZE))
+    phase[:, GaitPhase.TASK] = 1
+    phase[:, GaitPhase.TIME] = [4.0, 4.0, 4.1]
+    found = planned_margin(paper_robot(), phase, plans())
+    expected = evaluate(paper_robot(), plans()[1], np.array([4.0, 4.0, 4.1])).margin
+    np.testing.assert_array_equal(found, expected)
+    assert found[0] == found[1] != found[2]
+
+
+def test_torque_columns_are_in_the_joints_own_names() -> None:
+    """Loggers have the plant's order of actuators; the columns name the joints."""
+    times, found = logs()
+    torque = np.tile(np.arange(12.0), (len(times), 1))
+    made = table_of(times, {**found, "torque": torque}, plans())
+    for k, joint in enumerate(paper_robot().joint_names):
+        values = made.column(f"tau_{joint}").to_numpy()
+        assert np.all(values == model_layout().actuators[k])
+
+
+def test_columns_of_names_are_drakes() -> None:
+    """`q_` and `v_` before the plant's own names."""
+    plant = model_plant()
+    names = state_names(plant.GetPositionNames(), plant.GetVelocityNames())
+    assert len(names) == 37 and len(set(names)) == 37
+    assert names[7] == f"q_{plant.GetPositionNames()[7]}" and names[19].startswith("v_")
