@@ -1,6 +1,7 @@
 """Files that are whole or not there: written beside their place, then moved into it."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from drake_quad.errors import InputError
@@ -18,7 +19,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         write(partial)
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):  # it may never have been made
+            partial.unlink()
         raise InputError(
             source="--out",
             field=path.name,

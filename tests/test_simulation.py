@@ -4,6 +4,7 @@ import itertools
 import json
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
@@ -76,3 +77,83 @@ def test_a_place_that_cannot_be_written_is_an_input_error(first: RunResult, tmp_
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="--out"):
         write_files(first, load_scenario("flat_walk"), tmp_path / "file" / "run")
+
+
+def test_log_has_a_row_each_period_and_the_clock_runs_evenly_in_it() -> None:
+    """Samples and ticks coincide: no row shows a tick twice, and none is left out."""
+    result = short(["simulation.log_period=0.01"], seconds=2.0)
+    t, gait_time = (result.table[name].to_numpy() for name in ("t", "gait_time"))
+    np.testing.assert_allclose(np.diff(t), 0.01, atol=1e-9)
+    task = result.table["task"].to_numpy()
+    np.testing.assert_allclose(np.diff(gait_time)[np.diff(task) == 0], 0.01, atol=1e-9)
+    assert t[0] < 0.03 and t[-1] == pytest.approx(2.0)
+
+
+def test_stop_leaves_what_was_logged_until_then(tmp_path: Path) -> None:
+    """Asked to stop at the first look, the run has the log of its first quarter of a second."""
+    scenario = load_scenario("flat_walk")
+    result = run(scenario, stop=lambda: True)
+    assert (result.outcome, result.reason) == ("stopped", "interrupted")
+    assert result.table.num_rows == round((0.25 - 0.015) / 0.005) + 1
+    assert result.summary["simulated_time"] == pytest.approx(0.25)
+    write_files(result, scenario, tmp_path / "run")
+    names = {path.name for path in (tmp_path / "run").iterdir()}
+    assert names == {"summary.json", "log.parquet", "scenario.yaml"}
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (KeyboardInterrupt(), "interrupted"),
+        (PlanningError("no way on"), "no way on"),
+        (RuntimeError("the solver gave up\nmore of it"), "simulation failed: the solver gave up"),
+    ],
+)
+def test_an_error_on_the_way_ends_the_run_with_its_reason_and_log(
+    error: BaseException, reason: str
+) -> None:
+    """Whatever interrupts a run, what was logged until then is there, and why it ended."""
+
+    def progress(done: float, _total: float) -> None:
+        if done >= 0.5:
+            raise error
+
+    result = run(load_scenario("flat_walk"), progress=progress)
+    assert (result.outcome, result.reason) == ("stopped", reason)
+    assert result.table["t"].to_numpy()[-1] == pytest.approx(0.5)
+
+
+def test_progress_is_told_time_and_what_it_will_come_to() -> None:
+    """Every so often, with the planned duration as the end."""
+    told: list[tuple[float, float]] = []
+    chunks = itertools.count()
+    run(
+        load_scenario("flat_walk"),
+        progress=lambda done, total: told.append((done, total)),
+        stop=lambda: next(chunks) >= 3,
+    )
+    assert [done for done, _ in told] == pytest.approx([0.25, 0.5, 0.75, 1.0])
+    duration = prepare(load_scenario("flat_walk")).plan.duration
+    assert all(total == pytest.approx(duration) for _, total in told)
+
+
+def test_kinematic_run_replays_the_plan_and_says_so() -> None:
+    """No physics: it lasts as long as the plan, measures nothing, and tells in its reason."""
+    scenario = load_scenario("flat_walk", ["simulation.mode=kinematic"])
+    result = run(scenario)
+    assert result.outcome == "goal_reached" and "no physics" in result.reason
+    assert result.summary["simulation"] == "kinematic"
+    duration = prepare(scenario).plan.duration
+    assert result.summary["simulated_time"] == pytest.approx(duration, abs=0.02)
+    assert result.summary["torque_ratio_max"] is None
+    assert result.summary["margin"] == result.summary["margin_planned"]
+
+
+def test_summary_says_what_ran() -> None:
+    """Versions, seed and pace are in it: enough to run it again and compare."""
+    summary = short([], seconds=0.5).summary
+    assert set(summary["versions"]) == {"drake_quad", "drake", "numpy", "python"}
+    assert summary["seed"] == 0 and summary["simulation"] == "physics"
+    pace = summary["simulated_time"] / summary["wall_time"]
+    assert summary["real_time_factor"] == pytest.approx(pace)
+    json.dumps(summary, allow_nan=False)
