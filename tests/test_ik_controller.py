@@ -226,6 +226,16 @@ def test_base_that_moves_is_slowed_down() -> None:
     np.testing.assert_allclose(total, expected, atol=1e-3)
 
 
+def test_base_that_turns_is_slowed_down() -> None:
+    """An angular velocity that the plan has not is braked by the damping set."""
+    plan = stand_plan()
+    state, w = state_on(plan, 0.0), np.array([0.05, -0.1, 0.2])
+    state[model_layout().v_base : model_layout().v_base + 3] = w
+    forces = forces_of(Controller(plan, state).tick().torque, state)
+    moment = np.cross(feet_of(state) - com_of(state), forces).sum(axis=0)
+    np.testing.assert_allclose(moment, -CONTROL.base_rotation_damping * w, atol=0.05)
+
+
 @pytest.mark.parametrize("in_air", [True, False])
 def test_torques_fed_forward_carry_the_robot(in_air: bool) -> None:
     """On its plan the forces on the feet hold the weight at the centre of mass, and only push."""
@@ -283,6 +293,41 @@ def test_standing_foots_target_follows_where_it_really_stands() -> None:
     q_there, _, _ = pose_robot(paper_robot(), sample.body[:1], feet[None])
     gaps = [float(np.abs(controller.tick(40).target[0] - q_there[0]).max()) for _ in range(5)]
     assert gaps[0] > gaps[2] > gaps[4] and gaps[4] < 0.05 * 0.02
+
+
+def foot_target(controller: Controller, plan: MotionPlan, t: float, row: int) -> FloatArray:
+    """Where in W the targets put a foot of a robot whose base is on its plan."""
+    body = plan.sample(t).body[0]
+    p_BF = calc_feet(paper_robot().geometry, controller.target[0])[row]
+    return np.asarray(body[:3] + rotations(body) @ p_BF)
+
+
+def test_swing_foot_lands_with_a_little_pressure() -> None:
+    """It aims below the ground as it lands, by what is set, and not at mid-swing."""
+    plan = flat_walk()
+    step = plan.contacts.steps[0]
+    for s, press in ((0.5, 0.0), (0.999, CONTROL.touchdown_press)):
+        t = step.lift_off + s * (step.touchdown - step.lift_off)
+        controller = Controller(plan, state_on(plan, t), t=t).tick()
+        below = plan.sample(t).feet[step.leg.row] - foot_target(controller, plan, t, step.leg.row)
+        np.testing.assert_allclose(below, [0.0, 0.0, press], atol=1e-4)
+
+
+def test_swing_begins_where_the_foot_really_stood_and_ends_where_it_was_planned_to() -> None:
+    """A foot 1 cm off its plan is not jerked at lift-off, and is on its plan again at the end."""
+    plan = flat_walk()
+    step = plan.contacts.steps[0]
+    row, off = step.leg.row, np.array([0.01, -0.006, 0.0])
+    t = step.lift_off - 0.5
+    sample = plan.sample(t)
+    feet = np.array(sample.feet)
+    feet[row] += off
+    controller = Controller(plan, state_of(sample.body[0], feet), t=t).tick(400)
+    for s, part in ((0.001, 1.0), (0.8, 0.0)):
+        t = step.lift_off + s * (step.touchdown - step.lift_off)
+        controller.give(plan, state_on(plan, t), phase_at(t))
+        found = foot_target(controller.tick(), plan, t, row) - plan.sample(t).feet[row]
+        np.testing.assert_allclose(found, part * off, atol=2e-4)
 
 
 def test_foot_that_finds_no_ground_is_searched_down_for_it() -> None:

@@ -1,5 +1,7 @@
 """The control loop's leg in plain floats is the array leg, number by number."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,7 +10,7 @@ from pydrake.math import RollPitchYaw
 from rig import paper_robot
 
 from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.leg_kinematics import calc_feet, calc_jacobians, solve_legs
+from drake_quad.robot.leg_kinematics import LegGeometry, calc_feet, calc_jacobians, solve_legs
 from drake_quad.robot.leg_scalar import (
     Matrix,
     Vector,
@@ -38,6 +40,11 @@ def matrix(values: FloatArray) -> Matrix:
     return a, b, c
 
 
+def legs_with_knees(signs: list[float]) -> LegGeometry:
+    """The shipped robot's legs, with knees that point as told."""
+    return replace(paper_robot().geometry, knee_sign=np.array(signs))
+
+
 @given(angles)
 def test_foot_and_jacobian_are_the_arrays(q: FloatArray) -> None:
     """At any angles all four legs agree with `calc_feet` and `calc_jacobians`."""
@@ -49,10 +56,13 @@ def test_foot_and_jacobian_are_the_arrays(q: FloatArray) -> None:
         np.testing.assert_allclose(J, jacobians[k], atol=1e-12)
 
 
-@given(arrays(np.float64, (4, 3), elements=st.floats(-2.0, 2.0)))
-def test_inverse_is_the_arrays_also_out_of_reach(p_BF: FloatArray) -> None:
-    """Anywhere in space, within reach or not, both give the same angles."""
-    legs = paper_robot().geometry
+@given(
+    arrays(np.float64, (4, 3), elements=st.floats(-2.0, 2.0)),
+    st.lists(st.sampled_from([-1.0, 1.0]), min_size=4, max_size=4),
+)
+def test_inverse_is_the_arrays_also_out_of_reach(p_BF: FloatArray, knees: list[float]) -> None:
+    """Anywhere in space, within reach or not, both give the same angles, knees either way."""
+    legs = legs_with_knees(knees)
     expected, _ = solve_legs(legs, p_BF)
     for k, constants in enumerate(leg_constants(legs)):
         q = np.array(solve_leg(constants, *p_BF[k].tolist()))

@@ -1,6 +1,7 @@
 """The log of a run: every column is documented, and says what the plan and the loggers said."""
 
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from rig import flat_walk, model_layout, model_plant, paper_robot, rotations, sp
 
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.gait.support import stability_margins
+from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.run_log import kinematic_logs, make_table, planned_margin, state_names
 from drake_quad.systems.gait_phase import SIZE, GaitPhase
@@ -19,10 +21,19 @@ DOCS = Path(__file__).resolve().parents[1] / "docs" / "log_format.md"
 PERIOD = 0.01  # [s]
 
 
+def swaying_plan() -> MotionPlan:
+    """A stand whose body moves in all that it can: x, y, z, pitch and yaw at once."""
+    stand = stand_plan(4.0, index=3)
+    control = np.array(stand.body.control)
+    sway = np.sin(np.linspace(0.0, 2 * np.pi, len(control)))[:, None]
+    control += [0.0, 0.0, 0.0, 0.0, 0.2] + sway * [0.03, 0.02, 0.02, 0.06, 0.1]
+    return replace(stand, body=BodySpline(stand.body.knot, control))
+
+
 @cache
 def plans() -> tuple[MotionPlan, ...]:
-    """A stand, a walk and a spin; they need not follow one another for a log."""
-    return stand_plan(0.5), flat_walk(), spin_plan(-np.pi / 4)
+    """A stand, a walk, a spin, a sway; they need not follow one another for a log."""
+    return stand_plan(0.5), flat_walk(), spin_plan(-np.pi / 4), swaying_plan()
 
 
 @cache
@@ -105,7 +116,7 @@ def test_gait_columns_are_the_plans() -> None:
         phase = plan.sample(t).swing_phase
         expected = 0.0 if np.isnan(phase) else phase
         assert column("swing_phase")[k] == pytest.approx(expected, abs=1e-9)
-    assert set(column("task")) == {0, 1, 2}
+    assert set(column("task")) == {0, 1, 2, 3}
 
 
 def test_state_is_the_plans_pose_and_its_velocity_is_the_derivative() -> None:
@@ -202,11 +213,18 @@ def test_planned_margin_is_at_the_gait_clocks_time_and_not_the_walls() -> None:
 def test_torque_columns_are_in_the_joints_own_names() -> None:
     """Loggers have the plant's order of actuators; the columns name the joints."""
     times, found = logs()
-    torque = np.tile(np.arange(12.0), (len(times), 1))
-    made = table_of(times, {**found, "torque": torque}, plans())
+    plant = model_plant()
+    layout = replace(model_layout(), actuators=np.roll(model_layout().actuators, 5))
+    made = make_table(
+        paper_robot(),
+        layout,
+        times=times,
+        logs={**found, "torque": np.tile(np.arange(12.0), (len(times), 1))},
+        plans=plans(),
+        state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
+    )
     for k, joint in enumerate(paper_robot().joint_names):
-        values = made.column(f"tau_{joint}").to_numpy()
-        assert np.all(values == model_layout().actuators[k])
+        assert np.all(made.column(f"tau_{joint}").to_numpy() == layout.actuators[k])
 
 
 def test_columns_of_names_are_drakes() -> None:

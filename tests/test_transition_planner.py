@@ -121,8 +121,8 @@ def test_plan_is_held_while_the_task_lasts() -> None:
 
 
 def test_next_task_is_planned_from_the_feet_as_they_then_stand() -> None:
-    """Feet are the measured ones, the body goes on from where it was told to be."""
-    planner = Planner(STAND, WALK)
+    """Feet are the measured ones, the body goes on from where it was last told to be."""
+    planner = Planner(TURN, STAND)
     first = planner.run(0.2)
     state = state_with(6)
     planner.give(1, state)
@@ -130,6 +130,7 @@ def test_next_task_is_planned_from_the_feet_as_they_then_stand() -> None:
     assert second.index == 1 and second is not first
     np.testing.assert_allclose(second.contacts.feet, feet_of(state), atol=1e-9)
     np.testing.assert_allclose(second.sample(0.0).body[0], first.end.body, atol=1e-9)
+    assert first.end.body[4] == pytest.approx(TURN.angle, abs=1e-3)
 
 
 def test_plans_so_far_are_kept_for_the_log() -> None:

@@ -38,25 +38,42 @@ def distribute(
     Returns:
         The forces on the four feet, in W [N].
     """
-    total = sum(load)
-    share = [m / total for m in load]
-    cx = sum(s * p[0] for s, p in zip(share, arms, strict=True))
-    cy = sum(s * p[1] for s, p in zip(share, arms, strict=True))
-    inertia = sum(
-        s * ((p[0] - cx) ** 2 + (p[1] - cy) ** 2) for s, p in zip(share, arms, strict=True)
+    # Written out leg by leg: generators would take longer than the arithmetic.
+    l0, l1, l2, l3 = load
+    total = l0 + l1 + l2 + l3
+    s0, s1, s2, s3 = l0 / total, l1 / total, l2 / total, l3 / total
+    (x0, y0, z0), (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = arms
+    cx = s0 * x0 + s1 * x1 + s2 * x2 + s3 * x3
+    cy = s0 * y0 + s1 * y1 + s2 * y2 + s3 * y3
+    inertia = (
+        s0 * ((x0 - cx) ** 2 + (y0 - cy) ** 2)
+        + s1 * ((x1 - cx) ** 2 + (y1 - cy) ** 2)
+        + s2 * ((x2 - cx) ** 2 + (y2 - cy) ** 2)
+        + s3 * ((x3 - cx) ** 2 + (y3 - cy) ** 2)
     )
-    twist = (moment[2] - (cx * force[1] - cy * force[0])) / inertia
-    fx = [s * (force[0] - twist * (p[1] - cy)) for s, p in zip(share, arms, strict=True)]
-    fy = [s * (force[1] + twist * (p[0] - cx)) for s, p in zip(share, arms, strict=True)]
+    px, py, pz = force
+    twist = (moment[2] - (cx * py - cy * px)) / inertia
+    fx = (
+        s0 * (px - twist * (y0 - cy)),
+        s1 * (px - twist * (y1 - cy)),
+        s2 * (px - twist * (y2 - cy)),
+        s3 * (px - twist * (y3 - cy)),
+    )
+    fy = (
+        s0 * (py + twist * (x0 - cx)),
+        s1 * (py + twist * (x1 - cx)),
+        s2 * (py + twist * (x2 - cx)),
+        s3 * (py + twist * (x3 - cx)),
+    )
     # Σ f_z, Σ y f_z and -Σ x f_z: the moments less what the horizontal forces make.
     wanted = (
-        force[2],
-        moment[0] + sum(p[2] * f for p, f in zip(arms, fy, strict=True)),
-        moment[1] - sum(p[2] * f for p, f in zip(arms, fx, strict=True)),
+        pz,
+        moment[0] + z0 * fy[0] + z1 * fy[1] + z2 * fy[2] + z3 * fy[3],
+        moment[1] - z0 * fx[0] - z1 * fx[1] - z2 * fx[2] - z3 * fx[3],
     )
     normal = _least_squares(wanted, arms, load)
     floor = [least * m for m in load]
-    if all(m > 0.0 for m in load) and any(f < b for f, b in zip(normal, floor, strict=True)):
+    if min(load) > 0.0 and any([f < b for f, b in zip(normal, floor, strict=True)]):
         normal = _along_null(normal, floor, arms)
     forces = []
     for x, y, z in zip(fx, fy, normal, strict=True):
@@ -68,12 +85,15 @@ def distribute(
 
 def _least_squares(wanted: Vector, arms: Sequence[Vector], load: Sequence[float]) -> list[float]:
     """Normal forces of least Σ f^2 / load with the wanted sum and moments."""
-    m = sum(load)
-    mx = sum(k * p[0] for k, p in zip(load, arms, strict=True))
-    my = sum(k * p[1] for k, p in zip(load, arms, strict=True))
-    mxx = sum(k * p[0] * p[0] for k, p in zip(load, arms, strict=True))
-    mxy = sum(k * p[0] * p[1] for k, p in zip(load, arms, strict=True))
-    myy = sum(k * p[1] * p[1] for k, p in zip(load, arms, strict=True))
+    m = mx = my = mxx = mxy = myy = 0.0
+    for k, (x, y, _) in zip(load, arms, strict=True):
+        kx, ky = k * x, k * y
+        m += k
+        mx += kx
+        my += ky
+        mxx += kx * x
+        mxy += kx * y
+        myy += ky * y
     gram: Matrix = ((m, my, -mx), (my, myy, -mxy), (-mx, -mxy, mxx))
     a, b, c = solve_rates(gram, wanted)
     return [k * (a + b * p[1] - c * p[0]) for k, p in zip(load, arms, strict=True)]

@@ -65,8 +65,9 @@ class ContactMonitor(LeafSystem):
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)
             pair = info.point_pair()
-            f = info.contact_force()  # on body B, in W
-            normal = abs(float(f @ pair.nhat_BA_W))
+            fx, fy, fz = info.contact_force().tolist()  # on body B, in W
+            nx, ny, nz = pair.nhat_BA_W.tolist()
+            normal = abs(fx * nx + fy * ny + fz * nz)
             row, sign = feet.get(pair.id_B), 1.0
             if row is None:
                 row, sign = feet.get(pair.id_A), -1.0
@@ -76,7 +77,6 @@ class ContactMonitor(LeafSystem):
                 nonfoot += 1
                 worst = max(worst, normal)
                 continue
-            fx, fy, fz = f.tolist()
             px, py, pz = info.contact_point().tolist()
             i = 3 * row
             force[i] += sign * fx

@@ -51,7 +51,7 @@ class GaitScheduler(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
-        phase = np.array(context.get_discrete_state(self._phase).value())
+        phase = context.get_discrete_state(self._phase).value().tolist()
         waiting = float(context.get_discrete_state(self._waiting).value()[0])
         plan: MotionPlan = self._plan_port.Eval(context)
         task = int(phase[GaitPhase.TASK])
@@ -95,7 +95,8 @@ class GaitScheduler(LeafSystem):
             )
             state.set_value(self._standing, current.standing.astype(float))
         state.set_value(self._phase, phase)
-        state.set_value(self._waiting, [0.0])
+        if waiting:
+            state.set_value(self._waiting, [0.0])
         if phase[GaitPhase.DONE]:
             return EventStatus.ReachedTermination(self, "goal_reached")
         return EventStatus.Succeeded()
