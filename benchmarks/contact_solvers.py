@@ -6,7 +6,8 @@ is another. Run it from the repository's top:
 
     python -m benchmarks.contact_solvers --workers 2 --out docs/contact_solvers.md
 
-The page is written again after every run that ends, so that an interrupt leaves what there is.
+The page is written again after every run that ends, so that an interrupt leaves what there is; what
+a person has added to it under "What it shows" stays, and may then need another look.
 """
 
 import argparse
@@ -29,6 +30,7 @@ TIME_STEPS = (0.0005, 0.001, 0.002, 0.0025)  # [s]
 PERIOD = 0.005  # [s] of the controller and of the log, unless the step does not divide it
 ACCURACIES = (1e-2, 1e-3, 1e-4)  # of CENIC's error control
 
+REMARKS = "\n## What it shows\n"
 HEADER = (
     "solver",
     "step / accuracy",
@@ -192,6 +194,13 @@ def page(cases: Sequence[Case], done: dict[Case, dict[str, Any]], *, workers: in
     )
 
 
+def rewrite(out: Path, text: str) -> None:
+    """Writes `text` to `out`, and after it what a person has added there under `REMARKS`."""
+    before = out.read_text(encoding="utf-8") if out.exists() else ""
+    _, mark, remarks = before.partition(REMARKS)
+    out.write_text(text + mark + remarks, encoding="utf-8")
+
+
 def study(
     cases: Sequence[Case], *, workers: int, out: Path | None = None
 ) -> dict[Case, dict[str, Any]]:
@@ -205,7 +214,7 @@ def study(
             done[case] = future.result()
             print(" | ".join([case.scenario, *row(case, done[case])]), file=sys.stderr, flush=True)
             if out is not None:
-                out.write_text(page(cases, done, workers=workers), encoding="utf-8")
+                rewrite(out, page(cases, done, workers=workers))
     return done
 
 

@@ -125,15 +125,18 @@ def test_real_time_reports_every_system(load: Any, capsys: pytest.CaptureFixture
 def test_contact_solver_table(
     load: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The page has a row a run, in order, and the figures are those of the runs."""
+    """The page has a row a run, in order, with the run's figures; a person's remarks stay."""
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     solvers, out = load("contact_solvers"), tmp_path / "page.md"
+    remarks = solvers.REMARKS + "\nA person's own words.\n"
+    out.write_text("| an old row |\n" + remarks)
     solvers.main(["--scenario", "flat_walk", "--cenic-scenario", "flat_walk", "--set", SHORT,
                   "--approximations", "sap", "--time-steps", "0.002", "--accuracies", "1e-3",
                   "--out", str(out), "--json"])  # fmt: skip
     runs = json.loads(capsys.readouterr().out)["runs"]
     assert [run["case"]["solver"] for run in runs] == ["sap", "lagged", "cenic", solvers.RAW]
     assert all(run["summary"]["outcome"] == "goal_reached" for run in runs)
+    assert out.read_text().endswith(remarks) and "an old row" not in out.read_text()
     rows = [line for line in out.read_text().splitlines() if "goal_reached" in line]
     for run, line in zip(runs, rows, strict=True):
         assert f"| {run['summary']['margin']['minimum']:.4f} |" in line

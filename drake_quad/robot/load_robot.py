@@ -86,9 +86,6 @@ def load_robot(url: str) -> RobotModel:
             [len(chain) for chain in chains],
             "joints in each leg; a robot with four legs of three revolute joints is needed",
         )
-    for body in (plant.get_body(b) for b in plant.GetBodyIndices(instance)):
-        if not body.default_mass() > 0.0:
-            raise refuse(f"mass of {body.name()}", body.default_mass(), "must be more than 0 kg")
     context = plant.CreateDefaultContext()
     hips = [chain[0].frame_on_parent().CalcPose(context, trunk.body_frame()) for chain in chains]
     quadrants = [(hip.translation()[0] <= 0, hip.translation()[1] <= 0) for hip in hips]
