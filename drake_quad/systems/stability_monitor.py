@@ -62,7 +62,7 @@ class StabilityMonitor(LeafSystem):
         self.DeclareStateOutputPort("zmp_margin", self._zmp)
         self.DeclareStateOutputPort("com_position", self._com)
         self._scratch = DeclareScratch(self, model)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
         x = self._state_port.Eval(context)
