@@ -4,14 +4,13 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from command import COMMAND, drake_quad, refused
 
-COMMAND = [sys.executable, "-m", "drake_quad"]
 FLOOR = "{kind: floor, length: 4.0}"
 UP = "{kind: stairs, going: up, rise: 0.13, run: 0.5, count: 6}"
 
@@ -35,21 +34,6 @@ BAD_SCENARIOS = [
     ("", "", "empty"),
     ("course: [\n", "", "line"),
 ]
-
-
-def drake_quad(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, timeout=120, check=False
-    )
-
-
-def refused(done: subprocess.CompletedProcess[str]) -> str:
-    """The one line on stderr of a command that ended with status 2, without a traceback."""
-    assert done.returncode == 2, done.stderr
-    lines = done.stderr.strip().splitlines()
-    assert len(lines) == 1, done.stderr
-    assert "Traceback" not in done.stderr
-    return lines[0]
 
 
 @pytest.mark.parametrize(("text", "field", "also"), BAD_SCENARIOS)

@@ -6,12 +6,12 @@ from importlib import resources
 from pathlib import Path
 
 import pytest
+from command import drake_quad, refused
 
 from drake_quad.errors import InputError
 from drake_quad.scenario import load_scenario
 from drake_quad.simulation import prepare, run
 from drake_quad.whole_files import write_whole
-from tests.test_cli import drake_quad, refused
 
 STAND = ["start.distance=2", "mission=[{kind: stand, duration: 2}]"]
 
