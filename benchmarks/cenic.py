@@ -9,17 +9,17 @@ whatever CENIC applied.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import PdControllerGains, RevoluteJoint, SpatialInertia
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_quad.systems.ik_controller import IkController
+from drake_quad import controller
+from drake_quad.systems.tracking_controller import TrackingController
 
 P, D = 100.0, 10.0  # gains of the joint that is tried [Nm/rad], [Nm s/rad]
 
@@ -57,13 +57,20 @@ def velocity_sign() -> float:
 
 @contextmanager
 def corrected() -> Iterator[None]:
-    """Has IkController give v_d as CENIC needs it, for the simulations that are built meanwhile."""
-    original = IkController._joint_targets
-
-    def signed(self: IkController, *arguments: Any, **named: Any) -> Any:
-        target = original(self, *arguments, **named)
-        half = len(target) // 2
-        return np.concatenate([target[:half], velocity_sign() * target[half:]])
-
-    with patch.object(IkController, "_joint_targets", signed):
+    """Has every controller give v_d as CENIC needs it, in the Diagrams that are built meanwhile."""
+    kinds = {name: _signed(kind) for name, kind in controller.KINDS.items()}
+    with patch.dict(controller.KINDS, kinds):
         yield
+
+
+def _signed(kind: type[TrackingController]) -> type[TrackingController]:
+    """The controller, its joints' desired speeds with CENIC's sign."""
+
+    class Signed(kind):  # type: ignore[valid-type,misc]
+        def _update(self, context: Context, state: DiscreteValues) -> None:
+            super()._update(context, state)
+            target = np.array(state.value(self._target))
+            target[len(target) // 2 :] *= velocity_sign()
+            state.set_value(self._target, target)
+
+    return Signed

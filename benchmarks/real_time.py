@@ -3,9 +3,11 @@
     python -m benchmarks.real_time
 
 The whole is what `drake-quad run` simulates: plant, controller, planner, monitors and logs, without
-a viewer. The bare plant is the same robot on the same course with the same joint gains, driven by
-the commands that the controller gave in a run recorded before, out of a trajectory source and a
-zero-order hold; no Python, no log. Both step to the bit the same states, which is checked.
+a viewer; `:everything` after a scenario's name adds the whole-body controller at 500 Hz and the
+sensors and filter that it estimates its state with, whatever the scenario has. The bare plant is
+the same robot on the same course with the same joint gains, driven by the commands that the
+controller gave in a run recorded before, out of a trajectory source and a zero-order hold; no
+Python, no log. Both step to the bit the same states, which is checked.
 
 The two take turns, a second of simulated time each, and what counts is the median over all turns
 of the ratio of their times: a busy machine slows both. Asked: ratio at most 2, and the whole at
@@ -29,18 +31,32 @@ from drake_quad.scenario import load_scenario
 from drake_quad.simulation import prepare
 from drake_quad.systems.contact_monitor import ContactMonitor
 from drake_quad.systems.gait_scheduler import GaitScheduler
-from drake_quad.systems.ik_controller import IkController
+from drake_quad.systems.imu import Imu
+from drake_quad.systems.joint_sensor import JointSensor
 from drake_quad.systems.stability_monitor import StabilityMonitor
+from drake_quad.systems.state_estimator import StateEstimator
+from drake_quad.systems.tracking_controller import TrackingController
 from drake_quad.systems.transition_planner import TransitionPlanner
 
 ASKED_RATIO, ASKED_FACTOR = 2.0, 3.0
 TURN = 1.0  # [s] simulated in a turn
+DEFAULTS = ["flat_walk", "case_study", "case_study:everything"]
 LABELS = {
     "wall": "wall time, median turn",
     "cpu": "processor time, median turn",
     "total": "wall time of all turns, planning included",
 }
-SYSTEMS = (ContactMonitor, GaitScheduler, IkController, StabilityMonitor, TransitionPlanner)
+EVERYTHING = ("controller.kind=whole_body", "controller.period=0.002", "estimator.kind=ekf")
+SYSTEMS = (
+    TrackingController,  # of either kind
+    GaitScheduler,
+    TransitionPlanner,
+    StateEstimator,
+    Imu,
+    JointSensor,
+    ContactMonitor,
+    StabilityMonitor,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,14 +135,17 @@ def time_ticks(scenario: str, overrides: Sequence[str], *, duration: float) -> d
         "systems": {
             name: {"ticks": len(w.seconds), "median": w.median, "total": w.total}
             for name, w in watches.items()
+            if w.seconds  # the others are not in this diagram
         },
     }
 
 
 def measure(
-    scenario: str, overrides: Sequence[str] = (), *, duration: float, repeats: int
+    name: str, overrides: Sequence[str] = (), *, duration: float, repeats: int
 ) -> dict[str, Any]:
-    """All figures of one scenario."""
+    """All figures of one scenario, which `:everything` may follow."""
+    scenario, _, more = name.partition(":")
+    overrides = (*(EVERYTHING if more else ()), *overrides)
     prepared = prepare(load_scenario(scenario, overrides))
     commands, _ = record(prepared, duration=duration)
     duration = min(duration, commands.duration)
@@ -142,7 +161,7 @@ def measure(
         turn,
     )
     return {
-        "scenario": scenario,
+        "scenario": name,
         "duration": duration,
         "repeats": repeats,
         "state_difference": together.difference,
@@ -190,14 +209,17 @@ def show(result: dict[str, Any]) -> str:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measures and prints."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--scenarios", nargs="+", default=["flat_walk", "case_study"])
-    parser.add_argument("--durations", nargs="+", type=float, default=[24.0, 60.0], help="[s]")
+    parser.add_argument("--scenarios", nargs="+", default=DEFAULTS)
+    parser.add_argument("--durations", nargs="+", type=float, default=[24.0, 60.0, 60.0])
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(arguments)
     if len(options.durations) != len(options.scenarios):
         parser.error("--durations needs one number a scenario")
+    for name in options.scenarios:
+        if name.partition(":")[2] not in ("", "everything"):
+            parser.error(f"{name}: nothing but `:everything` may follow a scenario's name")
     results = []
     for name, duration in zip(options.scenarios, options.durations, strict=True):
         results.append(measure(name, options.set, duration=duration, repeats=options.repeats))

@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
-from drake_quad.diagram import MakeStairClimb, StairClimb, Visualize
+from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot
@@ -68,18 +68,7 @@ def make_whole(
 ) -> tuple[StairClimb, Simulator]:
     """The simulation as `drake-quad run` has it."""
     scenario = p.scenario
-    climb = MakeStairClimb(
-        robot=p.robot,
-        course=p.course,
-        settings=p.settings,
-        mission=p.tasks,
-        control=control_settings(scenario),
-        stance=p.stance,
-        plant_config=scenario.simulation.plant,
-        friction=scenario.simulation.friction,
-        log_period=scenario.simulation.log_period,
-        visualize=visualize,
-    )
+    climb = stair_climb_of(p, visualize=visualize)
     simulator = Simulator(climb.diagram)
     ApplySimulatorConfig(scenario.simulation.simulator, simulator)
     return climb, simulator

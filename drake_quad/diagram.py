@@ -1,8 +1,7 @@
-"""The Diagrams: a controller that could be put on a robot, and the simulated stair climb.
+"""The simulated stair climb.
 
-`MakeController` holds the scheduler, the planner and the IK controller around a model of the robot;
-its ports are what a robot has. `MakeStairClimb` puts it beside a MultibodyPlant that holds the
-robot and the course, the monitors, and the loggers.
+`MakeStairClimb` puts the controller beside a MultibodyPlant that holds the robot and the course,
+the monitors, and the loggers.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,97 +9,29 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import SceneGraph
-from pydrake.math import RollPitchYaw
-from pydrake.multibody.plant import (
-    AddMultibodyPlant,
-    MultibodyPlant,
-    MultibodyPlantConfig,
-)
-from pydrake.multibody.tree import PdControllerGains
+from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
-from drake_quad.errors import InputError
-from drake_quad.gait.legs import FloatArray
+from drake_quad.control.settings import ControlSettings
+from drake_quad.controller import MakeController
+from drake_quad.diagram_logs import AddLoggers, PartLogger
+from drake_quad.diagram_monitors import AddMonitors, AddPushes
+from drake_quad.diagram_plant import AddSimulatedPlant, feedforward_strength
+from drake_quad.diagram_sensors import AddSensors, at_rest
+from drake_quad.diagram_wires import ConnectDrives, ConnectSenses
+from drake_quad.estimation.sensor_errors import SensorErrors
 from drake_quad.planning.mission import Task
-from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.course_geometry import AddCourse
-from drake_quad.robot.load_robot import AddRobot, MakeModelPlant
+from drake_quad.preparation import Preparation
+from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout, make_layout
-from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
-from drake_quad.systems.control_settings import ControlSettings
-from drake_quad.systems.gait_scheduler import GaitScheduler
-from drake_quad.systems.ik_controller import IkController
-from drake_quad.systems.stability_monitor import StabilityMonitor
-from drake_quad.systems.transition_planner import TransitionPlanner
+from drake_quad.robot.robot_state import StateLayout
+from drake_quad.scenario import control_settings, sensor_errors
+from drake_quad.systems.disturbances import Disturbances
 from drake_quad.terrain import Course
 
-
-def MakeController(
-    *,
-    robot: RobotModel,
-    course: Course,
-    settings: PlanSettings,
-    mission: Sequence[Task],
-    control: ControlSettings,
-    model: MultibodyPlant,
-) -> Diagram:
-    """Returns the controller as a Diagram of its own.
-
-    Input ports:
-        robot_state_estimated: [q; v] in the order of `model`.
-        contact_state_measured: (4,) 1 where a foot bears.
-        lift_off_margin: (4,) static margin without each leg [m].
-    Output ports:
-        joint_state_desired, joint_torque_feedforward: Commands, in `model`'s actuator order.
-        gait_phase, contact_state_desired, body_desired, feet_desired: For logs.
-        motion_plan: The plan of the task under way (abstract).
-    """
-    layout = make_layout(model, robot)
-    builder = DiagramBuilder()
-    scheduler = builder.AddNamedSystem(
-        "gait_scheduler",
-        GaitScheduler(
-            num_tasks=len(mission),
-            period=control.period,
-            lift_off_margin=control.lift_off_margin,
-            patience=control.patience,
-        ),
-    )
-    planner = builder.AddNamedSystem(
-        "transition_planner",
-        TransitionPlanner(
-            robot=robot, layout=layout, course=course, settings=settings, mission=mission
-        ),
-    )
-    ik = builder.AddNamedSystem(
-        "ik_controller",
-        IkController(robot=robot, layout=layout, model=model, control=control),
-    )
-    plan, phase = planner.GetOutputPort("motion_plan"), scheduler.GetOutputPort("gait_phase")
-    builder.Connect(plan, scheduler.GetInputPort("motion_plan"))
-    builder.Connect(plan, ik.GetInputPort("motion_plan"))
-    builder.Connect(phase, planner.GetInputPort("gait_phase"))
-    builder.Connect(phase, ik.GetInputPort("gait_phase"))
-    for name in ("contact_state_measured", "lift_off_margin"):
-        builder.ExportInput(scheduler.GetInputPort(name), name)
-    state = builder.ExportInput(
-        planner.GetInputPort("robot_state_estimated"), "robot_state_estimated"
-    )
-    builder.ConnectInput(state, ik.GetInputPort("robot_state_estimated"))
-    for system, names in (
-        (ik, ("joint_state_desired", "joint_torque_feedforward", "body_desired", "feet_desired")),
-        (scheduler, ("gait_phase", "contact_state_desired")),
-        (planner, ("motion_plan",)),
-    ):
-        for name in names:
-            builder.ExportOutput(system.GetOutputPort(name), name)
-    diagram = builder.Build()
-    diagram.set_name("controller")
-    return diagram
-
+SENSING_PERIOD = 0.004  # [s]
 
 # Adds viewers to a builder that holds a finalized plant and its scene graph.
 Visualize = Callable[[DiagramBuilder, MultibodyPlant, SceneGraph], None]
@@ -114,11 +45,11 @@ class StairClimb:
     plant: MultibodyPlant
     scene_graph: SceneGraph
     layout: StateLayout
-    loggers: dict[str, VectorLogSink]
+    loggers: dict[str, PartLogger]
     monitor_period: float
 
 
-# What is logged: name of the log, system, port. The loggers run at the log period.
+# What is logged: name of the log, system, port. All at the log period.
 LOGS = (
     ("state", "plant", "state"),
     ("torque", "plant", "net_actuation"),
@@ -134,6 +65,19 @@ LOGS = (
     ("margin", "stability_monitor", "stability_margin"),
     ("zmp_margin", "stability_monitor", "zmp_margin"),
     ("com", "stability_monitor", "com_position"),
+    ("push_force", "push_source", "push_force"),
+    ("catch", "controller", "catch"),
+)
+ESTIMATE_LOGS = (
+    ("state_estimated", "controller", "robot_state_estimated"),
+    ("deviation", "controller", "estimator_deviation"),
+    ("slip_estimated", "controller", "foot_slip_estimated"),
+    ("healthy", "controller", "estimator_healthy"),
+)
+WHOLE_BODY_LOGS = (
+    ("qp_state", "controller", "qp_state"),
+    ("carried", "controller", "carried_estimated"),
+    ("friction", "controller", "friction_estimated"),
 )
 
 
@@ -148,23 +92,42 @@ def MakeStairClimb(
     plant_config: MultibodyPlantConfig,
     friction: float,
     log_period: float,
+    world: Course | None = None,
+    disturbances: Disturbances | None = None,
+    sensors: SensorErrors | None = None,
     visualize: Visualize | None = None,
 ) -> StairClimb:
-    """Wires plant, controller, monitors and loggers; the robot stands in `stance` at first."""
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(plant_config, builder)
-    instance = AddRobot(plant, robot.url)
-    AddCourse(plant, course, friction=friction)
-    plant.Finalize()
-    layout = make_layout(plant, robot)
-    # After Finalize: before it a model instance has no actuator indices, and the loop sets none.
-    for index in plant.GetJointActuatorIndices(instance):
-        plant.get_joint_actuator(index).set_controller_gains(
-            PdControllerGains(p=control.kp, d=control.kd)
-        )
-    _SetDefaultStance(plant, robot, layout, stance)
+    """Wires plant, controller, monitors and loggers; the robot stands in `stance` at first.
 
-    model = MakeModelPlant(robot.url)
+    Args:
+        robot: As its controller knows it.
+        course: The map that the controller plans on.
+        settings: The planner's.
+        mission: What it does.
+        control: The controller's settings; see monitor_period.
+        stance: In which the robot stands at first.
+        plant_config: Drake's.
+        friction: Coulomb's coefficient between feet and ground.
+        log_period: Between samples of the log [s].
+        world: The course as it is; as the map has it if none is given.
+        disturbances: What the controller is not told; none if not given.
+        sensors: Those that the controller estimates its state from; none: it is told its state.
+        visualize: Adds viewers to the Diagram.
+    """
+    world = course if world is None else world
+    disturbances = disturbances or Disturbances()
+    builder = DiagramBuilder()
+    simulated = AddSimulatedPlant(
+        builder,
+        robot=robot,
+        world=world,
+        control=control,
+        stance=stance,
+        config=plant_config,
+        friction=friction,
+        disturbances=disturbances,
+    )
+    plant, scene_graph, instance, layout = simulated
     controller = builder.AddNamedSystem(
         "controller",
         MakeController(
@@ -173,100 +136,104 @@ def MakeStairClimb(
             settings=settings,
             mission=mission,
             control=control,
-            model=model,
+            model=MakeModelPlant(robot.url),
+            start=None if sensors is None else stance,
         ),
     )
-    inspector = scene_graph.model_inspector()
-    names = {g: inspector.GetName(g) for g in inspector.GetAllGeometryIds()}
-    contact_monitor = builder.AddNamedSystem(
-        "contact_monitor",
-        ContactMonitor(
-            plant=plant,
-            foot_geometries=find_feet(plant, robot, names),
-            robot=robot,
-            period=control.period,
-        ),
+    monitors = AddMonitors(
+        builder,
+        simulated,
+        robot=robot,
+        disturbances=disturbances,
+        period=monitor_period(control.period),
+        height_limit=0.5 * settings.body_height,
     )
-    stability_monitor = builder.AddNamedSystem(
-        "stability_monitor",
-        StabilityMonitor(
-            model=model,
+    push_source = AddPushes(builder, simulated, disturbances)
+
+    senses = {
+        "robot_state_estimated": plant.get_state_output_port(),
+        "contact_state_measured": monitors.contact.GetOutputPort("contact_state_measured"),
+    }
+    start = np.concatenate([plant.GetDefaultPositions(), np.zeros(plant.num_velocities())])
+    initial = {"robot_state_estimated": start}
+    if sensors is not None:
+        senses |= AddSensors(
+            builder,
+            plant.get_state_output_port(),
             layout=layout,
+            errors=sensors,
             period=control.period,
-            height_limit=0.5 * settings.body_height,
-        ),
+        )
+        initial |= at_rest(start[layout.q_joints])
+    ConnectSenses(
+        builder,
+        controller,
+        senses,
+        initial=initial,
+        delay=disturbances.sensor_delay,
+        time_step=plant.time_step(),
     )
-
-    def connect(a: object, out: str, b: object, into: str) -> None:
-        builder.Connect(a.GetOutputPort(out), b.GetInputPort(into))  # type: ignore[attr-defined]
-
-    connect(plant, "state", controller, "robot_state_estimated")
-    connect(plant, "state", stability_monitor, "robot_state")
-    connect(plant, "contact_results", contact_monitor, "contact_results")
-    for port in ("contact_state_measured", "foot_contact_position", "foot_force_measured"):
-        connect(contact_monitor, port, stability_monitor, port)
-    connect(contact_monitor, "contact_state_measured", controller, "contact_state_measured")
-    connect(stability_monitor, "lift_off_margin", controller, "lift_off_margin")
-    builder.Connect(
-        controller.GetOutputPort("joint_state_desired"),
-        plant.get_desired_state_input_port(instance),
-    )
-    builder.Connect(
-        controller.GetOutputPort("joint_torque_feedforward"),
-        plant.get_actuation_input_port(instance),
+    ConnectDrives(
+        builder,
+        controller,
+        desired=plant.get_desired_state_input_port(instance),
+        feedforward=plant.get_actuation_input_port(instance),
+        angles=start[layout.q_joints][np.argsort(layout.actuators)],
+        strength=feedforward_strength(plant, robot, layout, disturbances),
+        delay=disturbances.command_delay,
+        time_step=plant.time_step(),
     )
     systems = {
         "plant": plant,
         "controller": controller,
-        "contact_monitor": contact_monitor,
-        "stability_monitor": stability_monitor,
+        "contact_monitor": monitors.contact,
+        "stability_monitor": monitors.stability,
+        "push_source": push_source,
     }
-    loggers = {
-        name: LogVectorOutput(systems[system].GetOutputPort(port), builder, log_period)
-        for name, system, port in LOGS
-    }
-    for name, logger in loggers.items():
-        logger.set_name(f"log_{name}")
+    logs = LOGS if sensors is None else (*LOGS, *ESTIMATE_LOGS)
+    if control.kind == "whole_body":
+        logs = (*logs, *WHOLE_BODY_LOGS)
+    ports = {name: systems[system].GetOutputPort(port) for name, system, port in logs}
+    loggers = AddLoggers(builder, ports, log_period)
     if visualize is not None:
         visualize(builder, plant, scene_graph)
     diagram = builder.Build()
     diagram.set_name("stair_climb")
-    return StairClimb(diagram, plant, scene_graph, layout, loggers, control.period)
+    period = monitor_period(control.period)
+    return StairClimb(diagram, plant, scene_graph, layout, loggers, period)
 
 
-def _SetDefaultStance(
-    plant: MultibodyPlant, robot: RobotModel, layout: StateLayout, stance: Stance
-) -> None:
-    """Makes `stance` the plant's default positions.
+def monitor_period(control_period: float) -> float:
+    """Of the monitors and of the feet's contact sensors [s]: a few of the controller's ticks.
 
-    Raises:
-        InputError: If the robot cannot stand so.
+    250 Hz are enough for what they tell, and leave the loop its time.
     """
-    q, excess, _ = pose_robot(robot, stance.body[None], stance.feet[None])
-    angles = q.reshape(12)
-    outside = (angles < robot.q_lower) | (angles > robot.q_upper)
-    if excess.max() > 1e-6 or np.any(outside):
-        raise InputError(
-            source=robot.name,
-            field="gait.body_height",
-            value=float(stance.body[2]),
-            remedy=f"the legs cannot stand so: {excess.max():.3f} m out of reach",
-        )
-    positions = np.array(plant.GetDefaultPositions())
-    _, pitch, yaw = 0.0, stance.body[3], stance.body[4]
-    quaternion = RollPitchYaw(0.0, pitch, yaw).ToQuaternion()
-    positions[layout.q_base : layout.q_base + 4] = quaternion.wxyz()
-    positions[layout.q_base + 4 : layout.q_base + 7] = stance.body[:3]
-    positions[layout.q_joints] = angles
-    plant.SetDefaultPositions(positions)
+    return control_period * max(1, round(SENSING_PERIOD / control_period))
 
 
-__all__ = [
-    "LOGS",
-    "AddCourse",
-    "ControlSettings",
-    "FloatArray",
-    "MakeController",
-    "MakeStairClimb",
-    "StairClimb",
-]
+def stair_climb_of(preparation: Preparation, *, visualize: Visualize | None = None) -> StairClimb:
+    """The simulation of a prepared scenario.
+
+    Args:
+        preparation: From `preparation.prepare`.
+        visualize: Adds viewers to the Diagram.
+    """
+    scenario = preparation.scenario
+    return MakeStairClimb(
+        robot=preparation.robot,
+        course=preparation.course,
+        settings=preparation.settings,
+        mission=preparation.tasks,
+        control=control_settings(scenario),
+        stance=preparation.stance,
+        plant_config=scenario.simulation.plant,
+        friction=scenario.simulation.friction,
+        log_period=scenario.simulation.log_period,
+        world=preparation.world,
+        disturbances=preparation.disturbances,
+        sensors=sensor_errors(scenario),
+        visualize=visualize,
+    )
+
+
+__all__ = ["LOGS", "MakeController", "MakeStairClimb", "StairClimb", "stair_climb_of"]

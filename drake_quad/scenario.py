@@ -11,6 +11,12 @@ from drake_quad.errors import InputError
 from drake_quad.scenario_build import control_settings, course_of, mission_of, plan_settings
 from drake_quad.scenario_check import check_scenario
 from drake_quad.scenario_config import Scenario
+from drake_quad.scenario_disturbances import (
+    disturbances_of,
+    generator_of,
+    sensor_errors,
+    world_of,
+)
 from drake_quad.scenario_override import Override, apply_override, parse_override
 from drake_quad.scenario_schema import conform, parse_yaml
 
@@ -18,13 +24,17 @@ __all__ = [
     "Scenario",
     "control_settings",
     "course_of",
+    "disturbances_of",
+    "generator_of",
     "load_scenario",
     "mission_of",
     "parse_scenario",
     "plan_settings",
     "save_scenario",
     "scenario_text",
+    "sensor_errors",
     "shipped_scenarios",
+    "world_of",
 ]
 
 SUFFIX = ".scenario.yaml"

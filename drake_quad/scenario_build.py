@@ -3,12 +3,12 @@
 import dataclasses
 import math
 
+from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.mission import Task, derive_mission
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.scenario_config import Scenario
-from drake_quad.systems.control_settings import ControlSettings
 from drake_quad.terrain import Course, Element, build_course
 
 AT_PIVOT = 1e-6  # [m] a walk that ends this near to a lane's end ends there
@@ -42,6 +42,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
     return PlanSettings(
         duty_factor=gait.duty_factor,
         cycle_time=gait.cycle_time,
+        switch_wait=gait.switch_wait,
         stride=gait.stride,
         workspace=Workspace(
             R_x=gait.workspace_length,
@@ -52,6 +53,8 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         stance_stagger=gait.stance_stagger,
         on_centre=gait.on_centre,
         swing_clearance=gait.swing_clearance,
+        map_error_place=gait.map_error_place,
+        map_error_height=gait.map_error_height,
         body_height=gait.body_height,
         pitch_along_slope=gait.pitch == "slope",
         spin_duty_factor=spin.duty_factor,
@@ -62,6 +65,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         shift_time=transition.shift_time,
         via_centres=transition.via_centres,
         uniform_body=body.path == "uniform",
+        dynamic=body.balance == "dynamic",
         margin_desired=body.margin_desired,
         zmp_margin=body.zmp_margin,
     )

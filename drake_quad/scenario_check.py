@@ -10,6 +10,7 @@ from pydrake.systems.analysis import GetIntegrationSchemes
 
 from drake_quad.errors import InputError
 from drake_quad.scenario_build import course_of, mission_of
+from drake_quad.scenario_check_world import check_disturbances
 from drake_quad.scenario_config import MissionElement, Scenario
 
 MULTIPLE_TOLERANCE = 1e-9  # relative: 0.005 is five times 0.001 only up to rounding
@@ -18,6 +19,10 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "gait.pitch": ("level", "slope"),
     "transition.mode": ("still", "shift"),
     "body.path": ("optimised", "uniform"),
+    "body.balance": ("static", "dynamic"),
+    "controller.kind": ("ik", "whole_body"),
+    "estimator.kind": ("truth", "ekf"),
+    "sensors.noise": ("none", "realistic"),
     "simulation.mode": ("physics", "kinematic"),
     "simulation.plant.contact_model": ("point", "hydroelastic", "hydroelastic_with_fallback"),
     # not tamsi: it ignores the joints' gains without a word, and the robot collapses
@@ -36,6 +41,9 @@ _POSITIVE = (
     "spin.cycle_time",
     "transition.swing_time",
     "controller.period",
+    "controller.friction",
+    "controller.height_time",
+    "controller.push_speed",
     "simulation.friction",
     "simulation.log_period",
     "simulation.plant.penetration_allowance",
@@ -46,8 +54,11 @@ _POSITIVE = (
 
 _NOT_NEGATIVE = (
     "start.distance",
+    "gait.switch_wait",
     "gait.stance_stagger",
     "gait.swing_clearance",
+    "gait.map_error_place",
+    "gait.map_error_height",
     "transition.max_shift",
     "transition.shift_time",
     "body.margin_desired",
@@ -60,10 +71,12 @@ _NOT_NEGATIVE = (
     "controller.base_rotation_damping",
     "controller.foothold_time",
     "controller.unload_time",
+    "controller.load_time",
     "controller.least_force",
     "controller.touchdown_press",
     "controller.search_speed",
     "controller.lift_off_margin",
+    "controller.pressure_margin",
     "controller.patience",
     "simulation.plant.time_step",
     "simulation.plant.sap_near_rigid_threshold",
@@ -75,11 +88,13 @@ _NOT_NEGATIVE = (
 _WITHIN: dict[str, tuple[float, float]] = {
     "gait.cycle_time": (0.5, 120.0),
     "spin.cycle_time": (0.5, 120.0),
+    "gait.switch_wait": (0.0, 60.0),
     "gait.stride": (0.1, 5.0),
     "gait.body_height": (0.05, 5.0),
     "transition.swing_time": (0.1, 60.0),
     "transition.shift_time": (0.0, 60.0),
     "controller.period": (1e-4, 0.05),
+    "controller.stance_stiffness": (0.0, 1.0),
     "simulation.log_period": (1e-4, 1.0),
     "simulation.plant.time_step": (0.0, 0.01),
 }
@@ -138,6 +153,7 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         raise fail("simulation.simulator.target_realtime_rate", "say simulation.realtime_rate")
     for path in ("controller.period", "simulation.log_period"):
         _check_multiple(path, fail, scenario)
+    check_disturbances(scenario, source=source)
     for i, element in enumerate(scenario.mission):
         _check_mission(element, f"mission[{i}]", source)
     course = course_of(scenario, source=source)

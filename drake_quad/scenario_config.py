@@ -11,6 +11,8 @@ from pydrake.common.yaml import yaml_dump_typed
 from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 
+from drake_quad.scenario_config_world import DisturbancesConfig, WorldConfig
+
 
 @dataclass
 class RobotConfig:
@@ -89,6 +91,9 @@ class GaitConfig:
         duty_factor: β, the part of a cycle that each foot stands, in [0.75, 1). At 0.75 the
             static margin is zero at two instants of every cycle.
         cycle_time: T [s].
+        switch_wait: On four feet, the body moving, before each lift-off of the leg diagonal to
+            the one that landed last [s]: at β = 0.75 the margin there is zero without it. Twice a
+            cycle, which lasts so much longer than T.
         stride: Longest stride on level ground [m].
         stance_length: P_x, between the centres of front and rear legs' workspaces [m].
         stance_width: P_y, between those of left and right legs [m].
@@ -99,12 +104,15 @@ class GaitConfig:
         on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
             offset from them (the paper's).
         swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
+        map_error_place: By how much the map's risers may be off; swings leave so much room [m].
+        map_error_height: By how much its treads may be higher [m].
         body_height: Of the body's centre over the mean ground under the feet [m].
         pitch: `level`, or `slope` to tilt the body with the stairs.
     """
 
     duty_factor: float = 0.85
     cycle_time: float = 8.0
+    switch_wait: float = 0.0
     stride: float = 1.0
     stance_length: float = 0.75
     stance_width: float = 0.54
@@ -113,6 +121,8 @@ class GaitConfig:
     workspace_width: float = 0.5
     on_centre: bool = True
     swing_clearance: float = 0.02
+    map_error_place: float = 0.0
+    map_error_height: float = 0.0
     body_height: float = 0.85
     pitch: str = "level"
 
@@ -157,20 +167,24 @@ class BodyConfig:
 
     Attributes:
         path: `uniform`, constant speed without sway (the paper's), or `optimised` for margin.
+        balance: `static` keeps the centre of mass over the feet, and the zero-moment point;
+            `dynamic` the zero-moment point alone, with the legs' masses moving: for quick gaits.
         margin_desired: Static margin beyond which the path is not asked for more [m].
         zmp_margin: The same for the zero-moment point [m].
     """
 
     path: str = "optimised"
+    balance: str = "static"
     margin_desired: float = 0.10
     zmp_margin: float = 0.08
 
 
 @dataclass
 class ControllerConfig:
-    """The joint and base feedback, as `drake_quad.systems.control_settings.ControlSettings`.
+    """The joint and base feedback, as `drake_quad.control.settings.ControlSettings`.
 
     Attributes:
+        kind: `ik`, statics and stiff joints, or `whole_body`, inverse dynamics by a program.
         period: Of every controller and monitor [s]: a whole number of the plant's time steps.
         kp: Joint stiffness [Nm/rad]; runs inside the plant, implicitly.
         kd: Joint damping [Nm s/rad].
@@ -188,14 +202,24 @@ class ControllerConfig:
         search_speed: How fast a foot that found no ground goes on down while the clock waits for
             it [m/s].
         lift_off_margin: Static margin that the other three feet must give before a lift-off [m].
+        stance_stiffness: Share of the joints' stiffness and damping that a loaded leg keeps under
+            the whole-body controller, whose forces do the rest.
+        friction: Coefficient that the whole-body controller's forces stay within.
+        pressure_margin: Of the centre of pressure from the support's sides that it keeps [m].
+        load_time: Time over which the whole-body controller learns of an unknown load [s]; 0: it
+            does not.
+        height_time: Time over which the body follows the height of the ground as found [s].
+        catch_pushes: Whether pushes are caught by putting feet down.
+        push_speed: Error of the base's velocity below which nothing is called a push [m/s].
         patience: How long the gait clock waits at a switch before it stops the run [s].
     """
 
+    kind: str = "ik"
     period: float = 0.005
     kp: float = 2000.0
     kd: float = 80.0
     base_stiffness: float = 3000.0
-    base_damping: float = 400.0
+    base_damping: float = 900.0
     base_rotation_stiffness: float = 1000.0
     base_rotation_damping: float = 100.0
     foothold_time: float = 0.3
@@ -204,7 +228,36 @@ class ControllerConfig:
     touchdown_press: float = 0.003
     search_speed: float = 0.05
     lift_off_margin: float = 0.02
+    stance_stiffness: float = 0.3
+    friction: float = 0.5
+    pressure_margin: float = 0.01
+    load_time: float = 0.5
+    height_time: float = 0.5
+    catch_pushes: bool = True
+    push_speed: float = 0.12
     patience: float = 2.0
+
+
+@dataclass
+class EstimatorConfig:
+    """Where the controller has the robot's state from.
+
+    Attributes:
+        kind: `truth`, the simulated state itself, or `ekf`, estimated from the sensors.
+    """
+
+    kind: str = "truth"
+
+
+@dataclass
+class SensorsConfig:
+    """The sensors that an estimator reads.
+
+    Attributes:
+        noise: `none`, or `realistic`: that of real units, drawn by the seed.
+    """
+
+    noise: str = "realistic"
 
 
 def _plant() -> MultibodyPlantConfig:
@@ -216,7 +269,7 @@ def _plant() -> MultibodyPlantConfig:
 
 @dataclass
 class SimulationConfig:
-    """The simulated world.
+    """The physics, and what is logged of it.
 
     Attributes:
         mode: `physics`, or `kinematic` to move the robot along its plan without forces.
@@ -259,7 +312,11 @@ class Scenario:
         transition: Between the two.
         body: The body's path.
         controller: Feedback.
-        simulation: The world.
+        estimator: Where the controller has the robot's state from.
+        sensors: What an estimator reads.
+        disturbances: What the controller is not told.
+        world: How the real course differs from `course`.
+        simulation: The physics.
     """
 
     description: str = ""
@@ -272,4 +329,8 @@ class Scenario:
     transition: TransitionConfig = field(default_factory=TransitionConfig)
     body: BodyConfig = field(default_factory=BodyConfig)
     controller: ControllerConfig = field(default_factory=ControllerConfig)
+    estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
+    sensors: SensorsConfig = field(default_factory=SensorsConfig)
+    disturbances: DisturbancesConfig = field(default_factory=DisturbancesConfig)
+    world: WorldConfig = field(default_factory=WorldConfig)
     simulation: SimulationConfig = field(default_factory=SimulationConfig)

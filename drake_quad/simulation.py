@@ -1,8 +1,8 @@
 """Runs a scenario: plan, simulate, measure, and leave a run's files behind."""
 
-import copy
 import gc
 import json
+import logging
 import platform
 import re
 import time
@@ -18,52 +18,33 @@ import pyarrow.parquet as pq
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
 from drake_quad import __version__
-from drake_quad.diagram import MakeStairClimb, StairClimb, Visualize
-from drake_quad.errors import DrakeQuadError, InputError, PlanningError
-from drake_quad.planning.mission import Task
-from drake_quad.planning.motion_plan import MotionPlan, Stance
-from drake_quad.planning.plan_mission import (
-    MissionPlan,
-    check_mission,
-    initial_stance,
-    plan_mission,
-)
-from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.load_robot import MakeModelPlant, load_robot
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
+from drake_quad.errors import DrakeQuadError
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.preparation import Preparation, prepare
+from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_state import make_layout
 from drake_quad.run_log import kinematic_logs, make_table, state_names
-from drake_quad.scenario import (
-    Scenario,
-    control_settings,
-    course_of,
-    mission_of,
-    plan_settings,
-    save_scenario,
-)
-from drake_quad.summary import base_error, summarize
-from drake_quad.terrain import Course
+from drake_quad.scenario import Scenario, save_scenario
+from drake_quad.summary import base_error, push_figures, summarize
 from drake_quad.whole_files import write_whole
 
-LOW_RISE = 0.005  # [m]
+__all__ = [
+    "Preparation",
+    "Progress",
+    "RunResult",
+    "prepare",
+    "run",
+    "write_files",
+    "write_log",
+]
+
 AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
+INTERRUPTED = "interrupted"  # the reason of a run that a person ended
 CHUNK = 0.25  # [s] simulated between looks at the clock and at Ctrl-C
 
 # Told how far a run is: simulated time and what it is likely to come to [s].
 Progress = Callable[[float, float], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Preparation:
-    """A scenario made into the values that planning and simulation take."""
-
-    scenario: Scenario
-    robot: RobotModel
-    course: Course
-    settings: PlanSettings
-    tasks: tuple[Task, ...]
-    stance: Stance
-    plan: MissionPlan
 
 
 @dataclass(eq=False)
@@ -81,37 +62,6 @@ class RunResult:
     reason: str
     summary: dict[str, Any]
     table: pa.Table = field(repr=False)
-
-
-def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
-    """Reads the robot, lays the course and plans the whole mission on paper.
-
-    Args:
-        scenario: Loaded and checked.
-        source: What to name as the file in errors.
-
-    Raises:
-        InputError: If something in the scenario cannot be, or is out of the robot's reach.
-        PlanningError: If there is no plan for another reason.
-    """
-    robot, course, settings, tasks, stance = _values(scenario, source=source)
-    try:
-        plan = plan_mission(robot, course, settings, tasks, stance)
-        check_mission(robot, plan, uniform_body=settings.uniform_body)
-    except PlanningError as error:
-        raise _blame(scenario, error, source=source) from None
-    return Preparation(scenario, robot, course, settings, tasks, stance, plan)
-
-
-def _values(
-    scenario: Scenario, *, source: str
-) -> tuple[RobotModel, Course, PlanSettings, tuple[Task, ...], Stance]:
-    robot = load_robot(scenario.robot.model)
-    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
-    settings = plan_settings(scenario)
-    tasks = mission_of(scenario, course, source=source)
-    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
-    return robot, course, settings, tasks, stance
 
 
 def run(
@@ -171,18 +121,7 @@ def _simulate(
     visualize: Visualize | None,
 ) -> RunResult:
     scenario = p.scenario
-    climb = MakeStairClimb(
-        robot=p.robot,
-        course=p.course,
-        settings=p.settings,
-        mission=p.tasks,
-        control=control_settings(scenario),
-        stance=p.stance,
-        plant_config=scenario.simulation.plant,
-        friction=scenario.simulation.friction,
-        log_period=scenario.simulation.log_period,
-        visualize=visualize,
-    )
+    climb = stair_climb_of(p, visualize=visualize)
     simulator = Simulator(climb.diagram)
     ApplySimulatorConfig(scenario.simulation.simulator, simulator)
     simulator.set_target_realtime_rate(scenario.simulation.realtime_rate)
@@ -203,14 +142,17 @@ def _simulate(
                 outcome, reason = _outcome(status.FormatMessage())
                 break
             if stop():
-                outcome, reason = "stopped", "interrupted"
+                outcome, reason = "stopped", INTERRUPTED
                 break
     except KeyboardInterrupt:
-        outcome, reason = "stopped", "interrupted"
+        outcome, reason = "stopped", INTERRUPTED
     except DrakeQuadError as error:
         outcome, reason = "stopped", str(error)
     except RuntimeError as error:  # Drake's own: a solver that gave up, a state that is not finite
         outcome, reason = "stopped", f"simulation failed: {str(error).splitlines()[0]}"
+    except Exception as error:  # a fault of this program: what was logged is not lost to it
+        outcome, reason = "stopped", f"simulation failed: {type(error).__name__}: {error}"
+        logging.getLogger(__name__).exception("simulation failed")
     finally:
         gc.unfreeze()
     wall = time.perf_counter() - begun
@@ -293,6 +235,9 @@ def _replay_plan(p: Preparation) -> RunResult:
 def _summary(
     p: Preparation, outcome: str, reason: str, table: pa.Table, figures: dict[str, float]
 ) -> dict[str, Any]:
+    # A replay of the plan is not pushed, whatever the scenario says.
+    pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
+    failed = outcome != "goal_reached" and reason != INTERRUPTED
     return {
         "description": p.scenario.description,
         "outcome": outcome,
@@ -301,6 +246,7 @@ def _summary(
         **figures,
         "planning_time": p.plan.planning_time,
         **summarize(table, p.robot),
+        "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,
         "versions": {
             "drake_quad": __version__,
@@ -319,47 +265,3 @@ def _outcome(message: str) -> tuple[str, str]:
         return text, "the mission was carried out"
     outcome, _, reason = text.partition(": ")
     return (outcome, reason) if outcome in ("fell", "stopped") else ("stopped", text)
-
-
-def _blame(scenario: Scenario, error: PlanningError, *, source: str) -> DrakeQuadError:
-    """The scenario's field behind a plan that the legs cannot follow, if there is one."""
-    if "excess" not in error.data:
-        return error
-    flights = [
-        (max(e.rises or [e.rise or 0.0]), k)
-        for k, e in enumerate(scenario.course)
-        if e.kind == "stairs"
-    ]
-    if flights and _works_on_low_steps(scenario):
-        rise, k = max(flights)
-        name = "rises" if scenario.course[k].rises else "rise"
-        return InputError(
-            source=source,
-            field=f"course[{k}].{name}",
-            value=rise,
-            remedy=f"out of the robot's reach: {error.reason}; take a lower rise",
-        )
-    return InputError(
-        source=source,
-        field="gait.body_height",
-        value=scenario.gait.body_height,
-        remedy=f"out of the robot's reach: {error.reason}; take another body height or a "
-        "shorter stride",
-    )
-
-
-def _works_on_low_steps(scenario: Scenario) -> bool:
-    """Whether the same mission can be carried out if every rise is next to nothing."""
-    low = copy.deepcopy(scenario)
-    for element in low.course:
-        if element.kind == "stairs":
-            if element.rises:
-                element.rises = [LOW_RISE] * len(element.rises)
-            else:
-                element.rise = LOW_RISE
-    try:
-        robot, course, settings, tasks, stance = _values(low, source="scenario")
-        check_mission(robot, plan_mission(robot, course, settings, tasks, stance))
-    except DrakeQuadError as error:
-        return not (isinstance(error, PlanningError) and "excess" in error.data)
-    return True

@@ -8,6 +8,12 @@ import pyarrow as pa
 
 from drake_quad.gait.legs import SHORT_NAMES, BoolArray, FloatArray
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.summary_clock import recovery_figures, wait_figures
+from drake_quad.summary_estimate import carried_figures, estimate_figures, least_friction
+from drake_quad.summary_pose import Columns, base_error
+from drake_quad.summary_push import push_figures
+
+__all__ = ["base_error", "push_figures", "segment_figures", "stances", "summarize"]
 
 GRAVITY = 9.81
 WITHIN = 0.02  # [m] by which the measured margin may differ from the planned one
@@ -35,9 +41,8 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "margin_minimum_at": float(t[lowest]),
         "margin_planned": _spread(c["margin_planned"]),
         "zmp_margin": _spread(c["zmp_margin"]),
-        "margin_within_20mm": float(np.mean(difference[np.isfinite(difference)] <= WITHIN))
-        if np.any(np.isfinite(difference))
-        else None,
+        "zmp_inside": _share(c["zmp_margin"], 0.0),
+        "margin_within_20mm": _share(-difference, -WITHIN),
         "samples": len(t),
         "samples_under_three_feet": int(few.sum()),
         "time_under_three_feet": float(few.sum() * period),
@@ -52,33 +57,20 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "position_ratio_max": _largest(np.abs(q - middle) / half),
         "cost_of_transport": _cost_of_transport(c, tau, qd, robot.mass, period),
         "clock_waited": float(c["gait_waited"][-1]),
+        "clock_waited_for": wait_figures(c),
+        "recoveries": recovery_figures(c),
+        "qp_unsolved": int(c["qp_unsolved"][-1]) if "qp_unsolved" in c else None,
+        "estimate": _plain(estimate_figures(c) or {}) or None,
+        "friction_estimated_min": least_friction(c),
+        "carried": _plain(carried_figures(c) or {}) or None,
     }
     return {**_plain(figures), "segments": segment_figures(c)}
 
 
-def base_error(c: dict[str, np.ndarray]) -> tuple[FloatArray, FloatArray]:
-    """Distance [m] and angle [rad] between the base and its plan, (N,) each."""
-    name = next(k for k in c if k.startswith("q_") and k.endswith("_qw"))[:-2]
-    quaternion = np.stack([c[name + k] for k in ("qw", "qx", "qy", "qz")], axis=-1)
-    position = np.stack([c[name + k] for k in "xyz"], axis=-1)
-    desired = np.stack([c[f"base_desired_{k}"] for k in "xyz"], axis=-1)
-    hp, hy = 0.5 * c["base_desired_pitch"], 0.5 * c["base_desired_yaw"]
-    wanted = np.stack(
-        [
-            np.cos(hy) * np.cos(hp),
-            -np.sin(hy) * np.sin(hp),
-            np.cos(hy) * np.sin(hp),
-            np.sin(hy) * np.cos(hp),
-        ],
-        axis=-1,
-    )
-    dot = np.abs(np.einsum("ij,ij->i", quaternion, wanted)) / np.linalg.norm(quaternion, axis=1)
-    return np.linalg.norm(position - desired, axis=1), 2.0 * np.arccos(np.clip(dot, 0.0, 1.0))
-
-
-def segment_figures(c: dict[str, np.ndarray]) -> list[dict[str, Any]]:
+def segment_figures(c: Columns) -> list[dict[str, Any]]:
     """Name, kind, start, end and smallest margins of every segment as it was run."""
-    key = np.array([f"{a}/{b}" for a, b in zip(c["task"], c["segment"], strict=True)])
+    parts = zip(c["task"], c["plan_revision"], c["segment"], strict=True)
+    key = np.array(["/".join(map(str, part)) for part in parts])
     cuts = np.concatenate([[0], np.flatnonzero(key[1:] != key[:-1]) + 1, [len(key)]])
     return [
         _plain(
@@ -102,7 +94,7 @@ def stances(bearing: BoolArray, standing: BoolArray) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _slip(c: dict[str, np.ndarray], period: float) -> tuple[list[float], list[float]]:
+def _slip(c: Columns, period: float) -> tuple[list[float], list[float]]:
     """Per stance the distance slid [m], and how far the contact wandered in all [m].
 
     A ball foot rolls as its shank turns, which moves the contact without slip: the two differ.
@@ -116,14 +108,14 @@ def _slip(c: dict[str, np.ndarray], period: float) -> tuple[list[float], list[fl
     return slid, wandered
 
 
-def _joints(c: dict[str, np.ndarray], before: str, after: str, robot: RobotModel) -> FloatArray:
+def _joints(c: Columns, before: str, after: str, robot: RobotModel) -> FloatArray:
     """The joints' columns (N, 12), by Drake's names `<before><model>_<joint><after>`."""
     names = [f"{before}{robot.name}_{joint}{after}" for joint in robot.joint_names]
     return np.stack([c[name] for name in names], axis=-1)
 
 
 def _cost_of_transport(
-    c: dict[str, np.ndarray], tau: FloatArray, qd: FloatArray, mass: float, period: float
+    c: Columns, tau: FloatArray, qd: FloatArray, mass: float, period: float
 ) -> float | None:
     """Mechanical work of the joints over weight times way walked."""
     way = float(np.sum(np.hypot(np.diff(c["base_desired_x"]), np.diff(c["base_desired_y"]))))
@@ -151,6 +143,12 @@ def _smallest(values: FloatArray) -> float:
 def _largest(values: FloatArray) -> float:
     finite = values[np.isfinite(values)]
     return float(finite.max()) if len(finite) else float("nan")
+
+
+def _share(values: FloatArray, least: float) -> float | None:
+    """The part of the known values that are at least so much."""
+    finite = values[np.isfinite(values)]
+    return float(np.mean(finite >= least)) if len(finite) else None
 
 
 def _plain(figures: dict[str, Any]) -> dict[str, Any]:

@@ -5,8 +5,8 @@ python scripts/wire_your_own.py
 
 from pydrake.systems.analysis import Simulator
 
-from drake_quad.diagram import MakeStairClimb
-from drake_quad.scenario import control_settings, load_scenario
+from drake_quad.diagram import stair_climb_of
+from drake_quad.scenario import load_scenario
 from drake_quad.simulation import prepare
 
 
@@ -14,17 +14,7 @@ def main() -> None:
     """Walks on level ground for five seconds and prints the margin twice a second."""
     scenario = load_scenario("flat_walk")
     prepared = prepare(scenario)  # reads the robot, lays the course, plans on paper
-    climb = MakeStairClimb(
-        robot=prepared.robot,
-        course=prepared.course,
-        settings=prepared.settings,
-        mission=prepared.tasks,
-        control=control_settings(scenario),
-        stance=prepared.stance,
-        plant_config=scenario.simulation.plant,
-        friction=scenario.simulation.friction,
-        log_period=scenario.simulation.log_period,
-    )
+    climb = stair_climb_of(prepared)
     simulator = Simulator(climb.diagram)
     monitor = climb.diagram.GetSubsystemByName("stability_monitor")
     for k in range(1, 11):

@@ -1,5 +1,6 @@
 """Opens a page in headless Chromium, asks it a question, and takes its picture, for the tests."""
 
+import gc
 import json
 import os
 import shutil
@@ -110,9 +111,15 @@ def _serve(page: bytes) -> Iterator[tuple[str, threading.Event, list[Any]]]:
             pass
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server.daemon_threads = False  # closing waits for them
+    # A Meshcat must not be destroyed by another thread than made it, and collecting garbage may
+    # happen in any: it aborts the process.
+    gc.disable()
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         yield f"http://127.0.0.1:{server.server_address[1]}/", answered, answer
     finally:
+        answered.set()
         server.shutdown()
         server.server_close()
+        gc.enable()

@@ -82,6 +82,9 @@ def make_log(
         gait_time = np.arange(0.0, plan.duration, PERIOD)
         part = _columns(robot, plan, gait_time, begin, kinematic=kinematic)
         part["task"] = np.full(len(gait_time), index)
+        part["plan_revision"] = np.zeros(len(gait_time), dtype=int)
+        part["gait_mode"] = ["run"] * len(gait_time)
+        part["catch_leg"] = np.zeros(len(gait_time), dtype=int)
         part["segment"] = [plan.segments[plan.segment_index(t)].name for t in gait_time]
         part["segment_kind"] = [plan.segments[plan.segment_index(t)].kind for t in gait_time]
         parts.append(part)
@@ -145,7 +148,46 @@ def _columns(
     columns["zmp_margin"] = columns["margin"] - (np.nan if kinematic else 0.01)
     columns["nonfoot_contacts"] = np.zeros(n, dtype=int)
     columns["nonfoot_force"] = np.zeros(n)
+    columns |= {f"push_force_{axis}": np.zeros(n) for axis in "xyz"}
     return columns
+
+
+def add_recovery(log: dict[str, Any], start: float) -> dict[str, Any]:
+    """The log with the clock still from `start` [s] on: 0.2 s of waiting for a foot, then a catch.
+
+    With FR for 0.3 s, calm after 0.5 s, planned within 0.05 s; then it runs.
+    """
+    t, mode, leg = log["t"], np.array(log["gait_mode"], dtype=object), np.array(log["catch_leg"])
+    waits = (t >= start - 1e-9) & (t < start + 1.05 - 1e-9)
+    for begin, end, word in ((0.2, 0.5, "catch"), (0.5, 1.0, "settle"), (1.0, 1.05, "replan")):
+        mode[(t >= start + begin - 1e-9) & (t < start + end - 1e-9)] = word
+    leg[mode == "catch"] = 2
+    waited = PERIOD * np.cumsum(waits)
+    changes = {"gait_waited": waited, "gait_rate": 1.0 - waits, "gait_mode": mode}
+    revision = (t >= start + 1.05 - 1e-9).astype(int)
+    return log | changes | {"catch_leg": leg, "plan_revision": revision}
+
+
+def add_estimate(log: dict[str, Any], *, ahead: float, yaw: float) -> dict[str, Any]:
+    """The log with an estimate off by `ahead` along x [m] and by `yaw` [rad] at its end.
+
+    Both grow from nothing, and the filter believes in half of them.
+    """
+    n = len(log["t"])
+    grown = np.linspace(0.0, 1.0, n)
+    name = next(k for k in log if k.startswith("q_") and k.endswith("_qw"))[:-2]
+    w, x, y, z = (log[name + k] for k in ("qw", "qx", "qy", "qz"))
+    columns: dict[str, Any] = {f"base_estimated_{k}": log[name + k] for k in "xyz"}
+    columns["base_estimated_x"] = log[name + "x"] + ahead * grown
+    columns["base_estimated_roll"] = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    columns["base_estimated_pitch"] = np.arcsin(2 * (w * y - x * z))
+    turn = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    columns["base_estimated_yaw"] = turn + yaw * grown
+    columns |= {f"deviation_{k}_{axis}": np.zeros(n) for k in ("turn", "base") for axis in "xyz"}
+    columns["deviation_base_x"] = 0.5 * abs(ahead) * grown
+    columns["deviation_turn_z"] = 0.5 * abs(yaw) * grown
+    columns |= {f"{leg}_slip_estimated": np.zeros(n, dtype=bool) for leg in SHORT_NAMES}
+    return log | columns
 
 
 def _base(body: np.ndarray) -> np.ndarray:

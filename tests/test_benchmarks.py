@@ -112,14 +112,37 @@ def test_the_bare_plant_follows_to_the_bit(load: Any) -> None:
 def test_real_time_reports_every_system(load: Any, capsys: pytest.CaptureFixture[str]) -> None:
     """As JSON: both factors, their ratio, and as many ticks of each system as its rate asks for."""
     load("real_time").main(
-        ["--scenarios", "flat_walk", "--durations", "0.5", "--repeats", "1", "--json"]
-    )
-    (result,) = json.loads(capsys.readouterr().out)["scenarios"]
-    for key in ("wall", "cpu", "total"):
-        assert set(result[key]) == {"whole", "bare", "ratio"}
-    ticks = {name: w["ticks"] for name, w in result["ticks"]["systems"].items()}
-    assert ticks.pop("TransitionPlanner") in (10, 11)
-    assert len(ticks) == 4 and all(99 <= n <= 102 for n in ticks.values())
+        ["--scenarios", "flat_walk", "flat_walk:everything", "--durations", "0.5", "0.5",
+         "--repeats", "1", "--set", "controller.period=0.002", "--json"]
+    )  # fmt: skip
+    plain, everything = json.loads(capsys.readouterr().out)["scenarios"]
+    for result, systems in ((plain, 5), (everything, 8)):
+        for key in ("wall", "cpu", "total"):
+            assert set(result[key]) == {"whole", "bare", "ratio"}
+        assert result["state_difference"] == 0.0
+        ticks = {name: w["ticks"] for name, w in result["ticks"]["systems"].items()}
+        assert len(ticks) == systems
+        assert ticks.pop("TransitionPlanner") in (10, 11)
+        for monitor in ("ContactMonitor", "StabilityMonitor"):
+            assert 124 <= ticks.pop(monitor) <= 127
+        assert all(249 <= n <= 252 for n in ticks.values())
+
+
+def test_solvers_agree_on_the_programs_of_a_walk(
+    load: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every tick's program is kept, and others find DAQP's forces to within their tolerance."""
+    qp = load("whole_body_qp")
+    qp.main(["--scenario", "flat_walk", "--begin", "2.4", "--end", "2.8", "--json"])
+    result = json.loads(capsys.readouterr().out)
+    assert 199 <= result["ticks"] <= 201
+    assert sum(result["feet"].values()) == result["ticks"]
+    assert result["feet"]["3"] > 50  # a foot is in the air
+    assert result["left_out"] < 0.1 * result["ticks"]
+    for solver in result["solvers"].values():
+        assert solver["solved"] == solver["programs"] == result["ticks"] - result["left_out"]
+        assert solver["difference"] < 5.0 and 0.0 < solver["median"] <= solver["p99"]
+    assert result["solvers"]["daqp"]["difference"] == 0.0
 
 
 def test_contact_solver_table(

@@ -1,5 +1,6 @@
 """The body's path over a contact plan: its margin, ends, height, reach and speed."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,6 +18,7 @@ from drake_quad.planning.body_path import (
     sample_times,
 )
 from drake_quad.planning.body_spline import BodySpline
+from drake_quad.planning.body_zmp import sample_zmp
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import pose_robot
@@ -26,6 +28,16 @@ from drake_quad.planning.settings import PlanSettings
 SETTINGS = PlanSettings()
 UNIFORM = PlanSettings(uniform_body=True)
 SLOPED = PlanSettings(pitch_along_slope=True)
+# 1 m in 2 s: too quick for the centre of mass to be over three feet at every switch.
+QUICK = PlanSettings(
+    dynamic=True, duty_factor=0.76, cycle_time=1.88, switch_wait=0.06, body_height=0.88
+)
+PAPERS_GAIT = PlanSettings(
+    duty_factor=0.75,
+    workspace=Workspace(R_x=0.76, R_y=0.5, P_x=0.8, P_y=0.54),
+    stance_stagger=0.0,
+    on_centre=False,
+)
 
 
 @cache
@@ -164,3 +176,52 @@ def test_level_pose_is_upright_at_the_bodys_height() -> None:
     """x, y, z, pitch, yaw of a body at rest."""
     pose = level_pose(np.array([1.0, -2.0]), 0.3, 0.78, SETTINGS)
     np.testing.assert_allclose(pose, [1.0, -2.0, 0.78 + SETTINGS.body_height, 0.0, 0.3])
+
+
+def test_dynamic_path_keeps_the_zero_moment_point_inside_at_any_instant() -> None:
+    """Sampled five times as densely as it was planned, within 5 mm of the margin returned."""
+    contacts, _ = laid(QUICK)
+    path, margin = planned(QUICK)
+    assert margin > 0.05
+    zmp = sample_zmp(paper_robot(), contacts, path, 0.002)
+    assert zmp.margin.min() > margin - 5e-3
+
+
+def test_dynamic_path_lets_the_centre_of_mass_leave_the_feet() -> None:
+    """That is what it gives up for the speed, and a static one of the same gait does not."""
+    static = replace(QUICK, dynamic=False)
+    assert margins(QUICK, dense(QUICK)).min() < 0.0
+    contacts, _ = laid(static)
+    path, _ = planned(static)
+    assert margins(static, dense(static)).min() > margins(QUICK, dense(QUICK)).min()
+    quick = sample_zmp(paper_robot(), laid(QUICK)[0], planned(QUICK)[0], 0.005).margin.min()
+    assert sample_zmp(paper_robot(), contacts, path, 0.005).margin.min() < quick
+
+
+def wave_margins(settings: PlanSettings) -> tuple[FloatArray, FloatArray]:
+    """Static margins in the wave, and the time from the nearest diagonal switch [s]."""
+    contacts, _ = laid(settings)
+    times = dense(settings)
+    steps = contacts.steps[4:]  # after the transition
+    switches = np.array([s.lift_off - 0.5 * settings.switch_wait for s in steps[1::2]])
+    apart = np.abs(times[:, None] - switches).min(axis=1)
+    within = (times > steps[0].lift_off) & (times < steps[-1].touchdown)
+    return margins(settings, times)[within], apart[within]
+
+
+def test_without_a_wait_the_papers_gait_has_no_margin_at_the_diagonal_switches() -> None:
+    """The path exists, its margin is zero there, and positive a moment before and after."""
+    margin, apart = wave_margins(PAPERS_GAIT)
+    assert margin[apart < 0.01].max() < 5e-3
+    assert margin.min() > -1e-3
+    assert margin[apart > 0.3].min() > 0.02
+
+
+def test_margin_of_the_papers_gait_grows_with_its_waits() -> None:
+    """None to 8 cm in a second on four feet at the two switches of a cycle."""
+    least = [
+        wave_margins(replace(PAPERS_GAIT, switch_wait=wait))[0].min()
+        for wait in (0.0, 0.3, 0.6, 1.0)
+    ]
+    assert np.all(np.diff(least) > 5e-3)
+    assert least[2] > 0.06

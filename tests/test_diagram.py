@@ -11,17 +11,24 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, System
 from rig import feet_of
 
-from drake_quad.diagram import LOGS, MakeController, MakeStairClimb, StairClimb
+from drake_quad.diagram import (
+    ESTIMATE_LOGS,
+    LOGS,
+    MakeController,
+    MakeStairClimb,
+    StairClimb,
+    stair_climb_of,
+)
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot, MakeModelPlant
 from drake_quad.robot.robot_state import make_layout
-from drake_quad.scenario import control_settings, load_scenario
+from drake_quad.scenario import control_settings, load_scenario, sensor_errors
 from drake_quad.simulation import Preparation, prepare
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
-from drake_quad.systems.stability_monitor import StabilityMonitor
+from drake_quad.systems.disturbances import Disturbances
 
 TICK = 0.005  # [s]
 
@@ -74,7 +81,9 @@ def test_every_system_has_a_name_of_its_own() -> None:
     assert not [n for n in names if "@" in n or "/" in n or not n]
     top = {s.get_name() for s in climb().diagram.GetSystems()}
     assert {"plant", "scene_graph", "controller", "contact_monitor", "stability_monitor"} <= top
-    assert {f"log_{name}" for name, _, _ in LOGS} <= top
+    assert "push_source" in top and not {"sensor_delay", "command_delay", "motor_strength"} & top
+    assert {"logged", "log"} <= top
+    assert list(climb().loggers) == [name for name, _, _ in LOGS]
 
 
 def test_controller_has_a_robots_ports() -> None:
@@ -82,16 +91,40 @@ def test_controller_has_a_robots_ports() -> None:
     controller = controller_of(climb().diagram)
     ins = {controller.get_input_port(k).get_name() for k in range(controller.num_input_ports())}
     outs = {controller.get_output_port(k).get_name() for k in range(controller.num_output_ports())}
-    assert ins == {"robot_state_estimated", "contact_state_measured", "lift_off_margin"}
+    assert ins == {"robot_state_estimated", "contact_state_measured"}
     assert {"joint_state_desired", "joint_torque_feedforward", "gait_phase"} <= outs
     assert "motion_plan" in outs
     inner = {s.get_name() for s in controller.GetSystems()}
-    assert inner == {"gait_scheduler", "transition_planner", "ik_controller"}
+    assert inner == {"gait_scheduler", "transition_planner", "tracking_controller"}
 
 
-def test_nothing_passes_through_the_controller_but_by_a_tick() -> None:
+def test_a_controller_that_estimates_its_state_is_not_told_it() -> None:
+    """In go a robot's sensors alone; what sees the truth stands outside of the controller."""
+    made = make_climb(sensors=sensor_errors(load_scenario("flat_walk", ["estimator.kind=ekf"])))
+    controller = controller_of(made.diagram)
+    ins = {controller.get_input_port(k).get_name() for k in range(controller.num_input_ports())}
+    assert ins == {"contact_state_measured", "imu_measured", "joint_state_measured"}
+    assert "state_estimator" in {s.get_name() for s in controller.GetSystems()}
+    assert {"imu", "joint_sensor"} <= {s.get_name() for s in made.diagram.GetSystems()}
+    assert {name for name, _, _ in ESTIMATE_LOGS} <= set(made.loggers)
+
+
+@pytest.mark.parametrize("kind", ["ik", "whole_body"])
+def test_nothing_passes_through_the_controller_but_by_a_tick(kind: str) -> None:
     """No output depends directly on any input: it can be wired in a loop with any plant."""
-    assert not controller_of(climb().diagram).HasAnyDirectFeedthrough()
+    control = control_settings(load_scenario("flat_walk", [f"controller.kind={kind}"]))
+    assert not controller_of(make_climb(control=control).diagram).HasAnyDirectFeedthrough()
+
+
+def test_what_disturbs_the_robot_is_in_the_diagram_only_if_asked_for() -> None:
+    """Delays and weak drives are systems of their own, by these names."""
+    made = make_climb(
+        disturbances=Disturbances(
+            sensor_delay=0.002, command_delay=0.003, motor_strength={"FL_knee": 0.6}
+        )
+    )
+    top = {s.get_name() for s in made.diagram.GetSystems()}
+    assert {"sensor_delay", "command_delay", "motor_strength"} <= top
 
 
 def test_controller_never_sees_the_simulated_plant() -> None:
@@ -162,6 +195,16 @@ def test_two_runs_of_one_diagram_do_not_touch() -> None:
     np.testing.assert_array_equal(state_of_plant(made, b.get_context()), expected)
 
 
+def test_a_prepared_scenario_is_wired_as_by_hand() -> None:
+    """`stair_climb_of` makes what MakeStairClimb makes of its values: the same, to the bit."""
+    states = []
+    for made in (climb(), stair_climb_of(prepared())):
+        simulator = Simulator(made.diagram)
+        simulator.AdvanceTo(1.3)
+        states.append(state_of_plant(made, simulator.get_context()))
+    np.testing.assert_array_equal(*states)
+
+
 def test_logs_have_one_sample_each_log_period() -> None:
     """All loggers sample together, from time 0 on."""
     made = make_climb(log_period=0.02)
@@ -170,7 +213,11 @@ def test_logs_have_one_sample_each_log_period() -> None:
     for name, sink in made.loggers.items():
         log = sink.FindLog(simulator.get_context())
         np.testing.assert_allclose(log.sample_times(), 0.02 * np.arange(26), atol=1e-12)
-        assert sink.get_name() == f"log_{name}"
+        assert log.num_samples() == log.data().shape[1] == 26
+        system, port = next(ports for other, *ports in LOGS if other == name)
+        source = made.diagram.GetSubsystemByName(system).GetOutputPort(port)
+        context = source.get_system().GetMyContextFromRoot(simulator.get_context())
+        assert len(log.data()) == source.size() == len(source.Eval(context))
 
 
 class Elsewhere:
@@ -206,24 +253,19 @@ class Elsewhere:
         contact = builder.AddSystem(
             ContactMonitor(plant=plant, foot_geometries=feet, robot=p.robot, period=TICK)
         )
-        layout = make_layout(plant, p.robot)
-        margin = builder.AddSystem(StabilityMonitor(model=model, layout=layout, period=TICK))
-        builder.Connect(plant.get_state_output_port(), margin.GetInputPort("robot_state"))
         builder.Connect(plant.get_contact_results_output_port(), contact.get_input_port())
-        for port in ("contact_state_measured", "foot_contact_position", "foot_force_measured"):
-            builder.Connect(contact.GetOutputPort(port), margin.GetInputPort(port))
         builder.ExportInput(plant.get_desired_state_input_port(instance), "joint_state_desired")
         builder.ExportInput(plant.get_actuation_input_port(instance), "joint_torque_feedforward")
         builder.ExportOutput(plant.get_state_output_port(), "robot_state_estimated")
-        for system, port in ((contact, "contact_state_measured"), (margin, "lift_off_margin")):
-            builder.ExportOutput(system.GetOutputPort(port), port)
+        bearing = contact.GetOutputPort("contact_state_measured")
+        builder.ExportOutput(bearing, "contact_state_measured")
         self.robot = builder.Build()
         self.body = Simulator(self.robot)
         start = state_of_plant(climb(), climb().diagram.CreateDefaultContext())
         plant.SetPositionsAndVelocities(
             plant.GetMyMutableContextFromRoot(self.body.get_mutable_context()), start
         )
-        self.layout = layout
+        self.layout = make_layout(plant, p.robot)
 
     def pass_on(self, giver: Simulator, taker: Simulator, *names: str) -> None:
         """Copies output ports of one to the input ports of the other, by name."""
@@ -236,8 +278,7 @@ class Elsewhere:
         """Sense, think, act, tick by tick."""
         done = round(self.body.get_context().get_time() / TICK)
         for k in range(done + 1, round(t / TICK) + 1):
-            self.pass_on(self.body, self.brain, "robot_state_estimated", "contact_state_measured",
-                         "lift_off_margin")  # fmt: skip
+            self.pass_on(self.body, self.brain, "robot_state_estimated", "contact_state_measured")
             self.brain.AdvanceTo(k * TICK)
             self.pass_on(self.brain, self.body, "joint_state_desired", "joint_torque_feedforward")
             self.body.AdvanceTo(k * TICK)

@@ -1,4 +1,7 @@
-"""The gait clock alone: it runs, waits for contact and margin, gives up in the end, and is done."""
+"""The gait clock alone: it runs, waits for contact and margin, gives up in the end, and is done.
+
+How it catches pushes is not tested here: no reflex is given, and nothing is disturbed.
+"""
 
 import numpy as np
 import pytest
@@ -6,15 +9,39 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
 from rig import fix_inputs, flat_walk, read, stand_plan
 
+from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance, GaitPhase, Mode
+from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.support import stability_margin
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.systems.gait_phase import SIZE, GaitPhase
 from drake_quad.systems.gait_scheduler import GaitScheduler
 
 PERIOD = 0.005
-PLENTY = np.full(4, 0.2)  # [m] of margin without each leg
+LEAST = 0.02  # [m] of margin at a lift-off
+FEET = slice(Balance.FEET, Balance.FEET + 12)
+PLENTY = 0.06  # [m]
 ALL = np.ones(4)
+
+
+def balance_with(margin: float, without: int) -> FloatArray:
+    """A `balance_estimated` whose static margin on the feet but one is `margin` [m].
+
+    Args:
+        margin: Of the centre of mass from the side that the lifted foot leaves open [m].
+        without: Row of the foot that is lifted.
+    """
+    feet = flat_walk().contacts.feet
+    opposite = feet[3 - without, :2]
+    a, b = (feet[row, :2] for row in range(4) if row not in (without, 3 - without))
+    normal = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm(b - a)
+    middle = 0.5 * (a + b)
+    com = middle + margin * normal * np.sign(normal @ (opposite - middle))
+    assert stability_margin(com, [a, b, opposite]) == pytest.approx(margin)
+    balance = np.zeros(BALANCE_SIZE)
+    balance[Balance.COM : Balance.ACCELERATION] = [*com, 0.8]
+    balance[FEET] = feet.ravel()
+    return balance
 
 
 class Clock:
@@ -24,12 +51,18 @@ class Clock:
         self, plan: MotionPlan | None = None, *, num_tasks: int = 1, patience: float = 2.0
     ) -> None:
         self.plan = plan or flat_walk()
-        self.system = GaitScheduler(
-            num_tasks=num_tasks, period=PERIOD, lift_off_margin=0.02, patience=patience
-        )
+        control = ControlSettings(period=PERIOD, lift_off_margin=LEAST, patience=patience)
+        self.system = GaitScheduler(num_tasks=num_tasks, control=control)
         self.simulator = Simulator(self.system)
         self.context: Context = self.simulator.get_mutable_context()
-        self.give(motion_plan=self.plan, contact_state_measured=ALL, lift_off_margin=PLENTY)
+        self.give(motion_plan=self.plan, contact_state_measured=ALL)
+        self.balance(PLENTY)
+
+    def balance(self, margin: float) -> None:
+        """Gives the centre of mass this margin [m] without the foot that lifts off next."""
+        t = self.phase[GaitPhase.TIME]
+        later = [step for step in self.plan.contacts.steps if step.lift_off > t - 1e-9]
+        self.give(balance_estimated=balance_with(margin, later[0].leg.row if later else 0))
 
     def give(self, **inputs: object) -> None:
         """Sets inputs from now on."""
@@ -73,6 +106,7 @@ def test_phase_says_what_the_plan_says() -> None:
     clock = Clock()
     seen = set()
     while clock.context.get_time() < 20.0:
+        clock.balance(PLENTY)
         clock.run(0.37)
         phase, t = clock.phase, float(clock.phase[GaitPhase.TIME])
         sample = clock.plan.sample(t)
@@ -110,9 +144,7 @@ def test_clock_waits_at_a_lift_off_that_is_not_safe(what: str) -> None:
     clock, step = Clock(), first_step()
     row = step.leg.row
     if what == "margin":
-        little = PLENTY.copy()
-        little[row] = 0.019
-        clock.give(lift_off_margin=little)
+        clock.balance(LEAST - 0.001)
     else:
         others = ALL.copy()
         others[(row + 1) % 4] = 0.0
@@ -120,7 +152,8 @@ def test_clock_waits_at_a_lift_off_that_is_not_safe(what: str) -> None:
     clock.run(step.lift_off + 0.5)
     assert step.lift_off - PERIOD - 1e-6 <= clock.phase[GaitPhase.TIME] < step.lift_off
     assert clock.phase[GaitPhase.SWING_LEG] == 0 and clock.phase[GaitPhase.RATE] == 0.0
-    clock.give(lift_off_margin=PLENTY, contact_state_measured=ALL)
+    clock.balance(PLENTY)
+    clock.give(contact_state_measured=ALL)
     clock.run(0.1)
     assert clock.phase[GaitPhase.SWING_LEG] == step.leg
 
@@ -129,11 +162,56 @@ def test_margins_of_other_legs_and_the_lifted_foots_contact_do_not_matter() -> N
     """Only the leg that lifts off needs a margin, and that foot need not bear any more."""
     clock, step = Clock(), first_step()
     row = step.leg.row
-    margins, contact = np.full(4, -1.0), ALL.copy()
-    margins[row], contact[row] = 0.021, 0.0
-    clock.give(lift_off_margin=margins, contact_state_measured=contact)
+    balance, contact = balance_with(LEAST + 0.001, row), ALL.copy()
+    contact[row] = 0.0
+    feet = balance[FEET].reshape(4, 3)[:, :2]
+    assert stability_margin(balance[:2], np.delete(feet, 3 - row, axis=0)) < 0.0
+    clock.give(balance_estimated=balance, contact_state_measured=contact)
     clock.run(step.lift_off + 0.1)
     assert clock.phase[GaitPhase.SWING_LEG] == step.leg
+
+
+@pytest.mark.parametrize("margin", [LEAST + 1e-4, LEAST - 1e-4])
+def test_margin_at_which_a_foot_is_lifted_is_the_one_set(margin: float) -> None:
+    """A tenth of a millimetre more lets it go, as much less does not, and is said why."""
+    clock, step = Clock(patience=0.3), first_step()
+    clock.balance(margin)
+    status = clock.run(step.lift_off + 0.6)
+    if margin > LEAST:
+        assert status.succeeded() and clock.phase[GaitPhase.SWING_LEG] == step.leg
+    else:
+        assert f"without leg {step.leg.short} the margin is" in status.FormatMessage()
+
+
+def test_margin_is_that_of_the_feet_as_they_stand() -> None:
+    """Feet that stand 10 cm off their plan take the margin that was there on paper."""
+    clock, step = Clock(patience=0.3), first_step()
+    balance = balance_with(PLENTY, step.leg.row)
+    feet = balance[FEET].reshape(4, 3).copy()
+    for row in {0, 1, 2, 3} - {step.leg.row, 3 - step.leg.row}:
+        feet[row, :2] += 0.1 * np.sign(balance[:2] - feet[step.leg.row, :2])
+    others = np.delete(feet, step.leg.row, axis=0)[:, :2]
+    assert stability_margin(balance[:2], others) < LEAST
+    balance[FEET] = feet.ravel()
+    clock.give(balance_estimated=balance)
+    clock.run(step.lift_off + 0.1)
+    assert clock.phase[GaitPhase.SWING_LEG] == 0 and clock.phase[GaitPhase.RATE] == 0.0
+
+
+def test_undisturbed_it_only_runs() -> None:
+    """Without a reflex the mode is RUN all the time, no foot is to catch, nothing is planned anew.
+
+    Not even with the base thrown about: `catch_pushes: false` is what it says.
+    """
+    clock, step = Clock(), first_step()
+    balance = balance_with(PLENTY, step.leg.row)
+    clock.run(step.lift_off + 0.1)
+    balance[Balance.VELOCITY_ERROR : Balance.FEET] = [1.5, -1.0]
+    clock.give(balance_estimated=balance)
+    clock.run(0.4)
+    assert clock.phase[GaitPhase.MODE] == Mode.RUN and clock.phase[GaitPhase.REVISION] == 0.0
+    assert clock.phase[GaitPhase.SWING_LEG] == step.leg
+    np.testing.assert_array_equal(read(clock.system, clock.context, "catch"), np.zeros(CATCH_SIZE))
 
 
 def test_clock_gives_up_after_its_patience_and_says_why() -> None:
@@ -151,9 +229,9 @@ def test_clock_gives_up_after_its_patience_and_says_why() -> None:
 def test_patience_is_with_each_switch_anew() -> None:
     """Two waits that are each short enough do not add up to an end."""
     clock, step = Clock(patience=0.3), first_step()
-    clock.give(lift_off_margin=np.zeros(4))
+    clock.balance(0.0)
     clock.run(step.lift_off + 0.25)
-    clock.give(lift_off_margin=PLENTY)
+    clock.balance(PLENTY)
     clock.run_to(step.lift_off + 0.1)
     clock.give(contact_state_measured=np.zeros(4))
     status = clock.run(step.touchdown - step.lift_off + 0.1)
@@ -189,7 +267,8 @@ def test_two_contexts_of_one_clock_are_two_clocks() -> None:
     a, b = Simulator(system), Simulator(system)
     for simulator in (a, b):
         fix_inputs(system, simulator.get_mutable_context(), motion_plan=flat_walk(),
-                   contact_state_measured=ALL, lift_off_margin=PLENTY)  # fmt: skip
+                   contact_state_measured=ALL,
+                   balance_estimated=balance_with(PLENTY, first_step().leg.row))  # fmt: skip
     a.AdvanceTo(1.0)
     assert read(system, b.get_context(), "gait_phase")[GaitPhase.TIME] == 0.0
     b.AdvanceTo(0.25)

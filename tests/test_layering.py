@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -15,12 +16,18 @@ FLOORS = {
     "errors": -1,
     "whole": -1,  # whole_files.py
     "version": -1,  # drake_quad/__init__.py
+    "compiled": -1,
     "gait": 0,
     "terrain": 0,
+    "world": 0,
     "robot": 1,
     "planning": 1,
+    "estimation": 1,
+    "control": 1,
     "systems": 2,
+    "controller": 3,
     "scenario": 3,
+    "preparation": 3,
     "diagram": 3,
     "viewers": 3,
     "run": 4,
@@ -33,9 +40,17 @@ FLOORS = {
 }
 
 # Beyond the floors: who may import whom on one floor, and who may not although it is below.
+# No two rooms of a floor may import each other, not even by way of others (a test says so).
 NEIGHBOURS = {
     ("planning", "robot"),
+    ("control", "planning"),
+    ("control", "robot"),
     ("terrain", "gait"),
+    ("world", "gait"),
+    ("world", "terrain"),
+    ("preparation", "scenario"),
+    ("diagram", "controller"),
+    ("diagram", "preparation"),
     ("diagram", "scenario"),
     ("viewers", "diagram"),
     ("simulation", "run"),
@@ -44,9 +59,17 @@ NEIGHBOURS = {
     ("main", "cli"),
     ("whole", "errors"),
 }
-FORBIDDEN = {("report", "systems")}
+FORBIDDEN = {
+    ("report", "systems"),
+    ("report", "control"),
+    # The controller goes on a robot: it knows no scenario and no simulated world.
+    *((room, "world") for room in ("robot", "planning", "control", "estimation")),
+    # Floor 0 runs where numpy alone is.
+    *((room, "compiled") for room in ("gait", "terrain", "world")),
+}
 
 FLOOR_ZERO_LIBRARIES = {"numpy", "drake_quad"}
+MORE_LIBRARIES = {"compiled": {"numba"}}
 
 
 def room_of(parts: tuple[str, ...]) -> str:
@@ -84,7 +107,8 @@ def complaints(source: str, parts: tuple[str, ...], *, is_package: bool = False)
     for name in sorted(imports_of(source, parts, is_package=is_package)):
         library, *inner = name.split(".")
         if library != "drake_quad":
-            standard = library in sys.stdlib_module_names or library in FLOOR_ZERO_LIBRARIES
+            allowed = FLOOR_ZERO_LIBRARIES | MORE_LIBRARIES.get(room, set())
+            standard = library in sys.stdlib_module_names or library in allowed
             if FLOORS[room] <= 0 and not standard:
                 wrong.append(f"{'.'.join(parts)} imports {name}: floor 0 is numpy only")
             if name == "pydrake.all":
@@ -133,6 +157,21 @@ def test_a_file_imports_only_from_floors_below(path: Path, parts: tuple[str, ...
         (("report", "x"), "from drake_quad.simulation import run"),
         (("simulation",), "from pydrake.all import Simulator"),
         (("attic",), "import math"),
+        (("compiled",), "from drake_quad.gait.legs import Leg"),
+        (("compiled",), "import scipy"),
+        (("gait", "swing"), "from drake_quad.compiled import compiled"),
+        (("gait", "swing"), "import numba"),
+        (("planning", "x"), "from drake_quad.control.settings import ControlSettings"),
+        (("planning", "x"), "from drake_quad.world import World"),
+        (("control", "x"), "from drake_quad.estimation.filter import step"),
+        (("control", "x"), "from drake_quad.systems.scratch import EvalScratch"),
+        (("estimation", "x"), "from drake_quad.planning.settings import PlanSettings"),
+        (("estimation", "x"), "from drake_quad.control.settings import ControlSettings"),
+        (("world_turn",), "from drake_quad.scenario_config import Scenario"),
+        (("systems", "x"), "from drake_quad.controller import MakeController"),
+        (("controller",), "from drake_quad.scenario import load_scenario"),
+        (("controller",), "from drake_quad.diagram import MakeDiagram"),
+        (("scenario_build",), "from drake_quad.preparation import prepare"),
     ],
 )
 def test_an_import_upward_is_caught(parts: tuple[str, ...], source: str) -> None:
@@ -149,6 +188,11 @@ def test_an_import_upward_is_caught(parts: tuple[str, ...], source: str) -> None
         (("planning", "x"), "from drake_quad.robot.robot_model import RobotModel"),
         (("scenario_build",), "from drake_quad.planning.settings import PlanSettings"),
         (("cli",), "from drake_quad import __version__, simulation"),
+        (("compiled",), "import numba\nfrom typing import cast"),
+        (("control", "x"), "from drake_quad.planning.motion_plan import PlanSample"),
+        (("control", "x"), "from drake_quad.compiled import compiled"),
+        (("systems", "x"), "from drake_quad.control.tracking import place_feet"),
+        (("diagram_wires",), "from drake_quad.controller import MakeController"),
     ],
 )
 def test_an_import_downward_is_let_pass(parts: tuple[str, ...], source: str) -> None:
@@ -156,12 +200,35 @@ def test_an_import_downward_is_let_pass(parts: tuple[str, ...], source: str) -> 
     assert complaints(source, parts) == []
 
 
+def test_neighbours_of_one_floor_go_one_way_only() -> None:
+    """The tables allow no circle: who may import a neighbour is nowhere to be found from there."""
+    TopologicalSorter(
+        {room: {other for one, other in NEIGHBOURS if one == room} for room in FLOORS}
+    ).prepare()
+    assert all(FLOORS[one] == FLOORS[other] for one, other in NEIGHBOURS)
+
+
+def test_tables_hold_nothing_that_nobody_needs() -> None:
+    """Each room of the tables is there, and each neighbour is imported: they say what is."""
+    rooms = {room_of(parts) for _, parts in modules()}
+    assert set(FLOORS) == rooms
+    imported = {
+        (room_of(parts), room_of(tuple(name.split(".")[1:])))
+        for path, parts in modules()
+        for name in imports_of(
+            path.read_text(encoding="utf-8"), parts, is_package=path.name == "__init__.py"
+        )
+        if name.startswith("drake_quad.")
+    }
+    assert imported >= NEIGHBOURS
+
+
 def test_floor_zero_imports_without_pydrake() -> None:
     """In an interpreter where nothing but numpy can be imported, all of floor 0 can."""
     names = [
         ".".join(("drake_quad", *parts))
         for _, parts in modules()
-        if FLOORS.get(room_of(parts), 9) <= 0
+        if FLOORS.get(room_of(parts), 9) <= 0 and room_of(parts) not in MORE_LIBRARIES
     ]
     assert "drake_quad.gait.legs" in names and "drake_quad.terrain" in names
     script = f"""
@@ -169,7 +236,8 @@ import importlib, sys
 sys.path.insert(0, {str(PACKAGE.parent)!r})
 class Blocker:
     def find_spec(self, name, path=None, target=None):
-        if name.split(".")[0] in ("pydrake", "scipy", "yaml", "matplotlib", "piqp"):
+        blocked = ("pydrake", "scipy", "yaml", "matplotlib", "piqp", "daqp", "numba")
+        if name.split(".")[0] in blocked:
             raise ImportError(name + " is blocked")
 sys.meta_path.insert(0, Blocker())
 for name in {names!r}:

@@ -167,6 +167,26 @@ def test_a_plan_without_margin_is_refused_unless_it_is_the_papers() -> None:
     check_mission(paper_robot(), mission, uniform_body=True)
 
 
+QUICK = replace(DEFAULT, dynamic=True, duty_factor=0.77, cycle_time=1.88, switch_wait=0.06)
+
+
+def test_dynamic_mission_is_checked_for_its_zero_moment_point() -> None:
+    """A negative static margin passes; a zero-moment point outside of the feet does not."""
+    robot, mission = paper_robot(), climb(0.13, QUICK)
+    samples = check_mission(robot, mission)
+    assert min(s.margin.min() for s in samples) < 0.0
+    with pytest.raises(PlanningError, match="static margin"):
+        check_mission(robot, replace(mission, dynamic=False))
+    late = []  # the body a third of a second behind its feet
+    for plan in mission.plans:
+        control = np.array(plan.body.control)
+        control[4:] = control[:-4]
+        late.append(replace(plan, body=replace(plan.body, control=control)))
+    with pytest.raises(PlanningError, match="zero-moment point") as caught:
+        check_mission(robot, replace(mission, plans=tuple(late)))
+    assert caught.value.data["margin"] <= 0.0
+
+
 def test_planning_is_quick_and_says_how_long_it_took() -> None:
     """A whole mission is planned in a second even on a busy machine."""
     _, mission = mission_on(90.0)

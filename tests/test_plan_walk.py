@@ -1,5 +1,6 @@
 """What a walk is: the wave's order and rhythm, footprints whole on treads, legs that clear them."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -235,3 +236,40 @@ def test_planning_twice_gives_the_same_plan_to_the_bit() -> None:
     a, b = (walk_plan(stairs_course("up"), goal=6.25) for _ in range(2))
     np.testing.assert_array_equal(places(a), places(b))
     np.testing.assert_array_equal(a.body.control, b.body.control)
+
+
+@pytest.mark.parametrize("wait", [0.3, 0.6])
+def test_waits_are_put_before_the_leg_diagonal_to_the_one_that_landed(wait: float) -> None:
+    """On four feet before legs 4 and 3 alone, every cycle; swings and their order stay."""
+    gait = PlanSettings(duty_factor=0.75, switch_wait=wait)
+    plan = walk_plan(stairs_course(), goal=6.25, settings=gait)
+    without = walk_plan(stairs_course(), goal=6.25, settings=replace(gait, switch_wait=0.0))
+    steps = wave_steps(plan)
+    assert [s.leg for s in steps] == list(WAVE_ORDER) * (len(steps) // 4)
+    for before, after in pairwise(steps):
+        diagonal = after.leg.short in {"FL": "RR", "FR": "RL"}.get(before.leg.short, "")
+        waited = wait if diagonal else 0.0
+        assert after.lift_off - before.touchdown == pytest.approx(waited, abs=1e-9)
+    for one, other in zip(steps, wave_steps(without), strict=True):
+        np.testing.assert_allclose(one.swing.p_end, other.swing.p_end, atol=1e-9)
+        assert one.swing.duration == other.swing.duration
+    wave = next(s for s in plan.segments if s.kind == "wave")
+    assert wave.details["cycle_lasts"] == pytest.approx(gait.cycle_time + 2 * wait)
+    assert plan.duration - without.duration == pytest.approx(2 * wait * wave.details["cycles"])
+
+
+def test_dynamic_walk_says_the_margin_of_its_zero_moment_point_in_every_segment() -> None:
+    """Also with the plan's own margin as the least of them."""
+    gait = PlanSettings(dynamic=True, duty_factor=0.76, cycle_time=1.88, switch_wait=0.06)
+    plan = walk_plan(flat_course(), goal=3.25, settings=gait)
+    found = [s.details["zmp_margin_min"] for s in plan.segments]
+    assert min(found) == pytest.approx(plan.margin, abs=5e-3)
+    assert min(found) > 0.05
+
+
+@pytest.mark.parametrize("off", [-1e-5, 1e-5])
+def test_a_start_off_by_the_programs_tolerance_makes_no_walk_longer(off: float) -> None:
+    """Ten microns before or behind: as many cycles, to the same goal."""
+    exact, other = (walk_plan(flat_course(), goal=3.25, start=1.25 + d) for d in (0.0, off))
+    assert len(exact.contacts.steps) == len(other.contacts.steps)
+    np.testing.assert_allclose(exact.end.body, other.end.body, atol=1e-3)

@@ -8,14 +8,19 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pytest
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RollPitchYaw
 from rig import flat_walk, model_layout, model_plant, paper_robot, rotations, spin_plan, stand_plan
 
+from drake_quad.control.ports import CATCH_SIZE, SIZE, Catch, GaitPhase, Mode
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.run_log import kinematic_logs, make_table, planned_margin, state_names
-from drake_quad.systems.gait_phase import SIZE, GaitPhase
+from drake_quad.run_log_estimate import roll_pitch_yaw
+from drake_quad.scenario import load_scenario
+from drake_quad.simulation import run
 
 DOCS = Path(__file__).resolve().parents[1] / "docs" / "log_format.md"
 PERIOD = 0.01  # [s]
@@ -86,13 +91,59 @@ def documented() -> list[re.Pattern[str]]:
     return found
 
 
+@cache
+def full_table() -> pa.Table:
+    """The same with all that some controllers log beside it, a number of its own in each place."""
+    times, found = logs()
+    n = len(times)
+    more = {"state_estimated": model_layout().size, "deviation": 9, "slip_estimated": 4,
+            "healthy": 1, "qp_state": 2, "carried": 3, "friction": 4}  # fmt: skip
+    counted = {k: np.arange(n * size, dtype=float).reshape(n, size) for k, size in more.items()}
+    return table_of(times, {**found, **counted}, plans())
+
+
 def test_every_column_is_documented_and_every_documented_column_is_there() -> None:
     """docs/log_format.md and the log agree, name by name."""
-    patterns, names = documented(), table().column_names
+    patterns, names = documented(), full_table().column_names
     assert len(patterns) > 20
     assert [n for n in names if not any(p.match(n) for p in patterns)] == []
     assert [p.pattern for p in patterns if not any(p.match(n) for n in names)] == []
     assert len(set(names)) == len(names)
+
+
+def test_what_is_not_estimated_or_learned_has_no_columns() -> None:
+    """A controller that is told its state, and has no program, logs none of either."""
+    missing = set(full_table().column_names) - set(table().column_names)
+    assert {"base_estimated_yaw", "FL_slip_estimated", "qp_unsolved", "carried_force"} <= missing
+    assert set(table().column_names) < set(full_table().column_names)
+
+
+def test_estimates_are_taken_from_their_own_places() -> None:
+    """Place and velocity are those of the estimated state; deviations are in the filter's order."""
+    made, layout = full_table(), model_layout()
+    k = 11
+
+    def numbers(name: str) -> list[float]:
+        return [made.column(f"{name}_{axis}")[k].as_py() for axis in "xyz"]
+
+    first = k * layout.size
+    assert numbers("base_estimated") == [first + layout.q_base + i for i in (4, 5, 6)]
+    assert numbers("v_estimated") == [first + layout.v_base + i for i in (3, 4, 5)]
+    for part, name in enumerate(("turn", "v", "base")):
+        assert numbers(f"deviation_{name}") == [9 * k + 3 * part + i for i in range(3)]
+    assert made.column("qp_unsolved")[k].as_py() == 2 * k
+    assert made.column("carried_moment_y")[k].as_py() == 3 * k + 2
+    assert made.column("RL_friction_estimated")[k].as_py() == 4 * k + 2
+
+
+@pytest.mark.parametrize("scale", [1.0, -1.0, 0.5])
+def test_roll_pitch_and_yaw_are_drakes(scale: float) -> None:
+    """Of any quaternion, of either sign and of any length, as Drake has them."""
+    rng = np.random.default_rng(1)
+    quaternions = rng.normal(size=(50, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    expected = [RollPitchYaw(Quaternion(q)).vector() for q in quaternions]
+    np.testing.assert_allclose(roll_pitch_yaw(scale * quaternions), expected, atol=1e-9)
 
 
 def test_times_are_evenly_spaced_over_all_tasks() -> None:
@@ -208,6 +259,86 @@ def test_planned_margin_is_at_the_gait_clocks_time_and_not_the_walls() -> None:
     expected = evaluate(paper_robot(), plans()[1], np.array([4.0, 4.0, 4.1])).margin
     np.testing.assert_array_equal(found, expected)
     assert found[0] == found[1] != found[2]
+
+
+REVISED = (stand_plan(0.5), flat_walk(), replace(spin_plan(-np.pi / 4), revision=1),
+           replace(swaying_plan(), revision=2), flat_walk())  # fmt: skip
+
+
+def revised_rows() -> FloatArray:
+    """A clock that is in each plan of REVISED, and is between them."""
+    rows = [  # task, revision, time, mode, the plan that it follows
+        (0, 0, 0.2, Mode.RUN, 0), (1, 0, 5.0, Mode.RUN, 1), (1, 0, 5.0, Mode.CATCH, 1),
+        (1, 0, 5.0, Mode.SETTLE, 1), (1, 1, 5.0, Mode.REPLAN, 1), (1, 1, 0.0, Mode.RUN, 2),
+        (1, 1, 6.0, Mode.SETTLE, 2), (1, 2, 6.0, Mode.REPLAN, 2), (1, 2, 1.0, Mode.RUN, 3),
+        (2, 0, 0.0, Mode.RUN, 4), (2, 0, 9.0, Mode.RUN, 4),
+    ]  # fmt: skip
+    return np.array(rows, dtype=float)
+
+
+def revised_phase() -> FloatArray:
+    rows = revised_rows()
+    phase = np.zeros((len(rows), SIZE))
+    phase[:, [GaitPhase.TASK, GaitPhase.REVISION, GaitPhase.TIME, GaitPhase.MODE]] = rows[:, :4]
+    phase[:, GaitPhase.SEGMENT] = 99  # whatever the clock takes it to be
+    return phase
+
+
+def test_planned_margin_is_of_the_plan_that_was_followed_then() -> None:
+    """Of several plans of a task each counts in its own time; while one is made, the one before."""
+    found = planned_margin(paper_robot(), revised_phase(), REVISED)
+    for margin, (*_, time, _, plan) in zip(found, revised_rows().tolist(), strict=True):
+        own = evaluate(paper_robot(), REVISED[int(plan)], np.array([time])).margin[0]
+        assert margin == own
+    for k, wrong in ((4, 2), (7, 3)):  # the plan that is being made has another there
+        time = revised_rows()[[k], 2]
+        assert found[k] != evaluate(paper_robot(), REVISED[wrong], time).margin[0]
+
+
+def test_segments_of_a_plan_made_anew_are_its_own() -> None:
+    """By its own time, with names of the plan that was followed then, and the clock's mode."""
+    rows, phase = revised_rows(), revised_phase()
+    n = len(rows)
+    times, found = logs()
+    short = {**{name: values[:n] for name, values in found.items()}, "gait_phase": phase}
+    short["catch"] = np.zeros((n, CATCH_SIZE))
+    short["catch"][2, Catch.LEG] = 3
+    made = table_of(times[:n], short, REVISED).to_pydict()
+    for k, (task, _, time, mode, index) in enumerate(rows.tolist()):
+        plan = REVISED[int(index)]
+        assert made["segment"][k] == plan.segments[plan.segment_index(time)].name
+        assert (made["task"][k], made["plan_revision"][k]) == (int(task), plan.revision)
+        assert made["gait_mode"][k] == Mode(int(mode)).name.lower()
+    assert made["catch_leg"] == [0, 0, 3, *([0] * (n - 3))]
+
+
+@cache
+def pushed() -> pa.Table:
+    """A kick that has to be caught, as the transition begins, and 1.5 s of the way back."""
+    scenario = load_scenario("flat_walk", [
+        "controller.kind=whole_body", "controller.period=0.002",
+        "mission=[{kind: walk, distance: 2.0}]",
+        "disturbances.pushes=[{time: 2.5, speed: 0.6, direction_deg: 90.0}]",
+    ])  # fmt: skip
+    now = [0.0]
+    return run(
+        scenario, progress=lambda t, _: now.__setitem__(0, t), stop=lambda: now[0] > 6.4
+    ).table
+
+
+def test_log_of_a_pushed_run_follows_the_plan_made_anew() -> None:
+    """After the recovery the measured margin is that of the new plan, within 20 mm."""
+    made = pushed().to_pydict()
+    mode, revision = np.array(made["gait_mode"]), np.array(made["plan_revision"])
+    order = [word for k, word in enumerate(mode) if k == 0 or mode[k - 1] != word]
+    assert order[0] == "run" and order[-3:] == ["settle", "replan", "run"] and "catch" in order
+    assert np.all(np.array(made["catch_leg"])[mode == "catch"] > 0) and revision[-1] == 1
+    back = (revision == 1) & (np.array(made["gait_time"]) > 0.2)
+    assert set(np.array(made["segment"], dtype=object)[back]) == {"recovery"}
+    assert np.all(np.diff(np.array(made["gait_time"])[revision == 1]) >= 0.0)
+    off = np.array(made["margin"]) - np.array(made["margin_planned"])
+    assert np.mean(np.abs(off[back]) < 0.02) > 0.95
+    assert np.all(np.array(made["catch_leg"])[mode != "catch"] == 0)
 
 
 def test_torque_columns_are_in_the_joints_own_names() -> None:

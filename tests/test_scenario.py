@@ -13,9 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.common.yaml import yaml_dump_typed
 
+from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.scenario import (
+    control_settings,
     course_of,
     load_scenario,
     mission_of,
@@ -26,6 +28,7 @@ from drake_quad.scenario import (
     shipped_scenarios,
 )
 from drake_quad.scenario_config import Scenario
+from drake_quad.scenario_config_world import DisturbancesConfig
 from drake_quad.scenario_schema import field_types
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -124,6 +127,11 @@ def test_paper_is_table_one_on_the_same_course() -> None:
 def test_defaults_are_the_planners() -> None:
     """A scenario that says nothing of the gait plans with the planner's own defaults."""
     assert plan_settings(Scenario()) == PlanSettings()
+
+
+def test_defaults_of_the_controller_are_its_own() -> None:
+    """A scenario that says nothing of the controller has the controller's own defaults."""
+    assert control_settings(Scenario()) == ControlSettings()
 
 
 CHANGED: dict[str, dict[str, Any]] = {
@@ -254,6 +262,7 @@ def test_broken_yaml_is_shown_by_line_and_column() -> None:
     assert refused("gait:\n  stride: 1\n  pitch: [\n").value == "line 4, column 1"
 
 
+PUSHES, MOTORS = "disturbances: {pushes:", "disturbances: {motor_strength:"
 MISFITS = [
     ("gait: {dutyfactor: 0.8}", "gait.dutyfactor", "did you mean duty_factor?"),
     ("gate: {duty_factor: 0.8}", "gate", "did you mean gait?"),
@@ -330,6 +339,64 @@ MISFITS = [
         "mission[2].distance",
         "does not head along",
     ),
+    ("controller: {kind: ikk}", "controller.kind", "ik or whole_body; did you mean ik?"),
+    ("estimator: {kind: kalman}", "estimator.kind", "truth or ekf"),
+    ("sensors: {noise: some}", "sensors.noise", "none or realistic"),
+    (f"{PUSHES} [{{speed: 1}}]}}", "disturbances.pushes[0].time", "must say its time"),
+    (f"{PUSHES} [{{time: -1, speed: 1}}]}}", "disturbances.pushes[0].time", "not be negative"),
+    (f"{PUSHES} [{{time: 1}}]}}", "disturbances.pushes[0].speed", "speed or its force"),
+    (f"{PUSHES} [{{time: 1, sped: 1}}]}}", "disturbances.pushes[0].sped", "did you mean speed?"),
+    (f"{PUSHES} [{{time: 1, speed: 0}}]}}", "disturbances.pushes[0].speed", "more than 0 m/s"),
+    (
+        f"{PUSHES} [{{time: 1, speed: 1, force: [1, 0, 0]}}]}}",
+        "disturbances.pushes[0].speed",
+        "not both",
+    ),
+    (
+        f"{PUSHES} [{{time: 1, direction_deg: 9, force: [1, 0, 0]}}]}}",
+        "disturbances.pushes[0].direction_deg",
+        "not both",
+    ),
+    (f"{PUSHES} [{{time: 1, force: [1, 0]}}]}}", "disturbances.pushes[0].force", "three numbers"),
+    (f"{PUSHES} [{{time: 1, force: [0, 0, 0]}}]}}", "disturbances.pushes[0].force", "not be zero"),
+    (
+        f"{PUSHES} [{{time: 1, force: [1, .nan, 0]}}]}}",
+        "disturbances.pushes[0].force[1]",
+        "finite",
+    ),
+    (
+        f"{PUSHES} [{{time: 1, speed: 1, point: [1]}}]}}",
+        "disturbances.pushes[0].point",
+        "three numbers",
+    ),
+    (
+        f"{PUSHES} [{{time: 1, speed: 1, duration: 0}}]}}",
+        "disturbances.pushes[0].duration",
+        "more than 0 s",
+    ),
+    ("disturbances: {payload: {mass: -1}}", "disturbances.payload.mass", "from 0 to"),
+    ("disturbances: {payload: {z: 9}}", "disturbances.payload.z", "from -2 to 2"),
+    ("disturbances: {com_offset: {x: 9}}", "disturbances.com_offset.x", "from -2 to 2"),
+    (f"{MOTORS} [{{factor: 0.5}}]}}", "disturbances.motor_strength[0].joint", "which joint"),
+    (f"{MOTORS} [{{joint: a}}]}}", "disturbances.motor_strength[0].factor", "its factor"),
+    (f"{MOTORS} [{{joint: a, factor: 2}}]}}", "disturbances.motor_strength[0].factor", "0 to 1"),
+    (
+        f"{MOTORS} [{{joint: a, factor: 1}}, {{joint: a, factor: 0}}]}}",
+        "disturbances.motor_strength[1].joint",
+        "given twice",
+    ),
+    ("disturbances: {sensor_delay: 0.0015}", "disturbances.sensor_delay", "whole multiple"),
+    ("disturbances: {command_delay: 0.0001}", "disturbances.command_delay", "whole multiple"),
+    ("disturbances: {command_delay: -0.001}", "disturbances.command_delay", "from 0 to 1"),
+    (
+        "disturbances: {sensor_delay: 0.004}\nsimulation: {plant: {time_step: 0.0}}",
+        "disturbances.sensor_delay",
+        "needs a plant in steps",
+    ),
+    ("world: {rise_error: 1}", "world.rise_error", "from -0.1 to 0.1"),
+    ("world: {tread_error: -0.01}", "world.tread_error", "from 0 to 0.1"),
+    ("world: {yaw_error_deg: 40}", "world.yaw_error_deg", "from -20 to 20"),
+    ("world: {random: 1}", "world.random", "true or false"),
     ("robot: {model: nowhere.urdf}", "robot.model", "no such file"),
     (
         "robot: {model: 'package://drake_quad_models/paper_quadrupd.urdf'}",
@@ -396,7 +463,7 @@ def test_a_continuous_plant_has_no_step_to_be_a_multiple_of() -> None:
     ("name", "remedy"),
     [
         ("case_stdy", "did you mean case_study?"),
-        ("nothing_like_it", "shipped are case_study"),
+        ("nothing_like_it", "shipped are blind_errors, case_study"),
         ("dir/flat_walk.yaml", "no such file"),
         ("\0", "cannot be read"),
         ("x" * 5000, "cannot be read"),
@@ -471,6 +538,8 @@ def test_the_documentation_has_every_field_and_its_default() -> None:
             value = value[name]
         shown = rows[path].strip().strip("`")
         assert yaml.safe_load(shown) == value or (value == "" and shown == "(none)")
-    for schema in (Scenario.__annotations__["course"], Scenario.__annotations__["mission"]):
+    lists = [Scenario.__annotations__[name] for name in ("course", "mission")]
+    lists += [DisturbancesConfig.__annotations__[name] for name in ("pushes", "motor_strength")]
+    for schema in lists:
         for name in field_types(schema.__args__[0]) or {}:
-            assert name in rows
+            assert f"| `{name}` |" in text

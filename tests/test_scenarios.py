@@ -1,7 +1,7 @@
 """Every shipped scenario runs; the case study runs in full and keeps what is asked of it.
 
 The case study is one test, not one a claim: it takes a minute or more, and pytest's workers would
-each run it again.
+each run it again. The others in full are slow: `pytest -m slow tests/test_scenarios.py`.
 """
 
 import itertools
@@ -19,9 +19,10 @@ from drake_quad.simulation import RunResult, run
 from drake_quad.terrain import Course
 
 Comparison = Callable[[Any, Any], bool]
+Bounds = tuple[tuple[str, Comparison, object], ...]
 
 # The bounds that a run of the case study is asked to keep, by the summary's keys.
-BOUNDS: tuple[tuple[str, Comparison, object], ...] = (
+BOUNDS: Bounds = (
     ("outcome", operator.eq, "goal_reached"),
     ("margin.minimum", operator.ge, 0.06),
     ("margin_within_20mm", operator.ge, 0.95),
@@ -36,6 +37,34 @@ BOUNDS: tuple[tuple[str, Comparison, object], ...] = (
     ("position_ratio_max", operator.le, 1.0),
 )
 
+# Those of the other long runs, each beside its scenario's name. Three feet bear throughout where
+# the gait is static, nobody pushes, and the map is right.
+LIMITS: Bounds = (
+    ("outcome", operator.eq, "goal_reached"),
+    ("nonfoot_contact_samples", operator.eq, 0),
+    ("torque_ratio_max", operator.le, 1.0),
+    ("speed_ratio_max", operator.le, 1.0),
+    ("position_ratio_max", operator.le, 1.0),
+)
+LONG: dict[str, Bounds] = {
+    "paper_physics": (
+        *LIMITS,
+        ("margin.minimum", operator.ge, 0.06),
+        ("samples_under_three_feet", operator.eq, 0),
+        ("base_error_max", operator.le, 0.03),
+        ("slip_max", operator.le, 0.01),
+    ),
+    "fast": (*LIMITS, ("zmp_inside", operator.ge, 0.995)),
+    "estimated_state": (
+        *LIMITS,
+        ("margin.minimum", operator.ge, 0.04),
+        ("samples_under_three_feet", operator.eq, 0),
+        ("estimate.drift_ratio", operator.le, 0.01),
+        ("estimate.samples_unhealthy", operator.eq, 0),
+    ),
+    "blind_errors": LIMITS,
+}
+
 
 def figure(result: RunResult, key: str) -> object:
     """A value of the summary by its dotted key."""
@@ -44,6 +73,15 @@ def figure(result: RunResult, key: str) -> object:
         assert isinstance(value, dict)
         value = value[part]
     return value
+
+
+def broken(result: RunResult, bounds: Bounds) -> list[str]:
+    """Which of the bounds the run does not keep, in words."""
+    return [
+        f"{key} = {figure(result, key)}, asked {kept.__name__} {bound}"
+        for key, kept, bound in bounds
+        if not kept(figure(result, key), bound)
+    ]
 
 
 @pytest.mark.parametrize("name", [name for name, _ in shipped_scenarios()])
@@ -65,15 +103,35 @@ def test_the_case_study_in_full_keeps_all_that_is_asked_of_it() -> None:
     """Walk, climb six stairs, turn, descend six stairs, walk on: within every bound."""
     scenario = load_scenario("case_study")
     result = run(scenario)
-    broken = [
-        f"{key} = {figure(result, key)}, asked {kept.__name__} {bound}"
-        for key, kept, bound in BOUNDS
-        if not kept(figure(result, key), bound)
-    ]
-    assert not broken, result.reason
+    assert not broken(result, BOUNDS), result.reason
     check_way(result.table, rise=6 * 0.13)
     check_contacts_are_sensed(result.table)
     check_footprints(result.table, course_of(scenario))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LONG)
+def test_a_long_scenario_in_full_keeps_its_bounds(name: str) -> None:
+    """To the goal, within what is asked of it."""
+    result = run(load_scenario(name))
+    assert not broken(result, LONG[name]), result.reason
+
+
+@pytest.mark.slow
+def test_the_pushed_run_recovers_from_every_push_and_reaches_the_goal() -> None:
+    """Of 0.3 and of 0.6 m/s: walking, climbing, spinning on the landing, and descending."""
+    result = run(load_scenario("pushed"))
+    pushes = result.summary["pushes"]
+    assert result.outcome == "goal_reached", result.reason
+    assert [push["recovered"] for push in pushes] == [True] * 8
+    assert [push["speed"] for push in pushes] == [0.3, 0.6] * 4
+    t, task, z = (result.table[name].to_numpy() for name in ("t", "task", "base_desired_z"))
+    at = np.searchsorted(t, [push["time"] for push in pushes])
+    height = (z[at] - z[0]) / (6 * 0.13)
+    assert task[at].tolist() == [1, 1, 1, 1, 2, 2, 3, 3]
+    assert set(result.table["segment_kind"].take(at[4:6]).to_pylist()) == {"spin"}
+    assert np.all(np.abs(height[:2]) < 0.01) and np.all(np.abs(height[4:6] - 1.0) < 0.01)
+    assert np.all((height[[2, 3, 6, 7]] > 0.02) & (height[[2, 3, 6, 7]] < 0.98))
 
 
 def check_way(table: pa.Table, *, rise: float) -> None:

@@ -107,6 +107,7 @@ def test_stop_leaves_what_was_logged_until_then(tmp_path: Path) -> None:
         (KeyboardInterrupt(), "interrupted"),
         (PlanningError("no way on"), "no way on"),
         (RuntimeError("the solver gave up\nmore of it"), "simulation failed: the solver gave up"),
+        (ZeroDivisionError("a fault"), "simulation failed: ZeroDivisionError: a fault"),
     ],
 )
 def test_an_error_on_the_way_ends_the_run_with_its_reason_and_log(

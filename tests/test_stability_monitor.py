@@ -87,19 +87,6 @@ def test_margins_are_those_of_the_support_polygon(seed: int) -> None:
         assert monitor.read("zmp_margin") == NO_SUPPORT
 
 
-@settings(max_examples=40)
-@given(st.integers(0, 2**32 - 1))
-def test_lift_off_margins_are_the_margins_without_each_leg(seed: int) -> None:
-    """For every leg: the margin over the feet that would still bear without it."""
-    monitor = random_monitor(seed)
-    monitor.run()
-    com = com_of(monitor.state)
-    for row, found in enumerate(monitor.read("lift_off_margin")):
-        others = (monitor.bearing > 0.5) & (np.arange(4) != row)
-        expected = stability_margin(com[:2], monitor.feet[others, :2])
-        assert found == pytest.approx(expected if np.isfinite(expected) else NO_SUPPORT, abs=1e-12)
-
-
 def test_pressure_under_a_robot_at_rest_is_under_its_centre_of_mass() -> None:
     """With forces that balance, both margins are the same."""
     monitor = Monitor()

@@ -14,12 +14,12 @@ from rig import (
     state_of,
 )
 
+from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.settings import PlanSettings
-from drake_quad.systems.gait_phase import SIZE, GaitPhase
 from drake_quad.systems.transition_planner import TransitionPlanner
 
 SETTINGS = PlanSettings()
@@ -131,6 +131,30 @@ def test_next_task_is_planned_from_the_feet_as_they_then_stand() -> None:
     np.testing.assert_allclose(second.contacts.feet, feet_of(state), atol=1e-9)
     np.testing.assert_allclose(second.sample(0.0).body[0], first.end.body, atol=1e-9)
     assert first.end.body[4] == pytest.approx(TURN.angle, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", [8, 9])
+def test_revision_asked_for_is_planned_from_the_feet_as_they_stand(seed: int) -> None:
+    """The rest of the same task, once; feet as measured, body from where it was told to be."""
+    planner = Planner(WALK)
+    first = planner.run(0.2)
+    t = 0.5 * (first.contacts.steps[1].touchdown + first.contacts.steps[2].lift_off)
+    rng = np.random.default_rng(seed)
+    sample = first.sample(t)
+    feet = np.array(sample.feet)
+    feet[:, :2] += rng.uniform(-0.02, 0.02, (4, 2))
+    state, phase = state_of(sample.body[0], feet), phase_of(0)
+    phase[GaitPhase.TIME], phase[GaitPhase.REVISION] = t, 1.0
+    fix_inputs(planner.system, planner.context, gait_phase=phase, robot_state_estimated=state)
+    second = planner.run(0.1)
+    assert second is not first and (second.index, second.revision) == (0, 1)
+    np.testing.assert_allclose(second.contacts.feet, feet_of(state), atol=1e-9)
+    np.testing.assert_allclose(second.sample(0.0).body[0], sample.body[0], atol=1e-9)
+    assert second.end.body[0] == pytest.approx(WALK.goal, abs=2e-3)
+    phase[GaitPhase.TIME] = 0.0
+    fix_inputs(planner.system, planner.context, gait_phase=phase)
+    assert planner.run(0.5) is second
+    assert planner.system.plans(planner.context) == (first, second)
 
 
 def test_plans_so_far_are_kept_for_the_log() -> None:

@@ -6,8 +6,8 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import Simulator
 
-from drake_quad.diagram import MakeStairClimb
-from drake_quad.scenario import control_settings, load_scenario
+from drake_quad.diagram import stair_climb_of
+from drake_quad.scenario import load_scenario
 from drake_quad.simulation import prepare
 from drake_quad.viewers import MakeMeldisViewer, MakeMeshcatViewer, Together
 
@@ -19,18 +19,8 @@ def meshcat() -> Meshcat:
 
 def test_both_viewers_see_the_robot_on_its_course(meshcat: Meshcat) -> None:
     """With both viewers the simulation runs, and Meshcat holds the robot and the floor."""
-    scenario = load_scenario("flat_walk")
-    p = prepare(scenario)
-    climb = MakeStairClimb(
-        robot=p.robot,
-        course=p.course,
-        settings=p.settings,
-        mission=p.tasks,
-        control=control_settings(scenario),
-        stance=p.stance,
-        plant_config=scenario.simulation.plant,
-        friction=scenario.simulation.friction,
-        log_period=scenario.simulation.log_period,
+    climb = stair_climb_of(
+        prepare(load_scenario("flat_walk")),
         visualize=Together(MakeMeshcatViewer(meshcat), MakeMeldisViewer("memq://")),
     )
     gc.collect()  # a bus that nobody owned would be gone now

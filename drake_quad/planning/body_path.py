@@ -8,15 +8,25 @@ import numpy as np
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.body_qp import BodyProblem, solve_body
+from drake_quad.planning.body_share import com_gain, com_share, zmp_share
 from drake_quad.planning.body_spline import BodySpline, greville
+from drake_quad.planning.body_zmp import sample_zmp, shift_response
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
 
+# Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
+CALMEST_SWING = 1.2  # [s]
+LEAST_TEMPO = 0.2  # one very short swing is not to make a long plan's program large
 KNOT = 0.2  # [s]
-UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
 SAMPLE_PERIOD = 0.1  # [s] of the program's constraints
+ZMP_PERIOD = 0.05  # [s] of the differences that accelerations are taken from
+UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
+GUARD = 0.15  # [s] for which three feet have to do already on either side of a swing
+DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
+DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
+DYNAMIC_PASSES = 3
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 
 
@@ -55,14 +65,18 @@ def plan_body(
 ) -> tuple[BodySpline, float]:
     """Plans the body so that the whole robot's centre of mass keeps the margin.
 
+    Or, if the settings are `dynamic`, its zero-moment point alone.
+
     Returns:
-        The path, and the smallest static margin over the sampled times [m].
+        The path, and the smallest static margin over the sampled times [m]; if the settings are
+        `dynamic`, the smallest margin of the zero-moment point.
 
     Raises:
         PlanningError: If there is no such path.
     """
-    knot = UNIFORM_KNOT if settings.uniform_body else KNOT
-    times = sample_times(contacts)
+    tempo = _tempo(contacts) * (DYNAMIC_TEMPO if settings.dynamic else 1.0)
+    knot = UNIFORM_KNOT if settings.uniform_body else KNOT * tempo
+    times = sample_times(contacts, SAMPLE_PERIOD * tempo)
     knots = greville(contacts.duration, knot)
     nominal, yaw = route.at(times)
     nominal_knots, yaw_knots = route.at(knots)
@@ -75,9 +89,14 @@ def plan_body(
     # Wide enough for staggered feet and for the spin's, which are not staggered.
     reach = 0.5 * np.array([box.R_x, box.R_y + settings.stance_stagger])
     spline = BodySpline(knot, _control(nominal_knots, yaw_knots, route, settings))
-    gain = _com_gain(robot, spline, contacts)
-    for _ in range(PASSES):
-        offset, acceleration, height = _com_offset(robot, contacts, spline, times, gain)
+    response = shift_response(robot, spline.sample(0.0)[0], contacts.feet)
+    gain = response[0] if settings.dynamic else com_gain(robot, spline, contacts)
+    for _ in range(DYNAMIC_PASSES if settings.dynamic else PASSES):
+        if settings.dynamic:
+            zmp = sample_zmp(robot, contacts, spline, ZMP_PERIOD * tempo)
+            share = zmp_share(zmp, times, response)
+        else:
+            share = com_share(robot, contacts, spline, times, gain)
         solution = solve_body(
             BodyProblem(
                 contacts=contacts,
@@ -85,18 +104,23 @@ def plan_body(
                 nominal=nominal,
                 heading=heading,
                 com_gain=gain,
-                com_offset=offset,
-                com_offset_acceleration=acceleration,
-                com_height=height,
+                com_offset=share.offset,
+                com_offset_acceleration=share.acceleration,
+                com_height=share.height,
                 reach_centres=box.centres,
                 reach=reach,
                 max_shift=settings.max_shift,
                 margin_desired=settings.margin_desired,
                 zmp_margin_desired=settings.zmp_margin,
+                static=not settings.dynamic,
+                guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
                 knot=knot,
             )
         )
         spline = BodySpline(knot, _control(solution.control, yaw_knots, route, settings))
+    if settings.dynamic:
+        zmp = sample_zmp(robot, contacts, spline, ZMP_PERIOD * tempo)
+        return spline, float(zmp.margin.min())
     return spline, _margin(robot, contacts, spline, times)
 
 
@@ -124,36 +148,10 @@ def _control(xy: FloatArray, yaw: FloatArray, route: Route, settings: PlanSettin
     return control
 
 
-def _com_offset(
-    robot: RobotModel,
-    contacts: ContactPlan,
-    spline: BodySpline,
-    times: FloatArray,
-    gain: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The centre of mass less gain times body: place and acceleration (N, 2), height (N,)."""
-    even = np.linspace(0.0, contacts.duration, max(int(contacts.duration / 0.05), 8) + 1)
-    body = spline.samples(even)[:, 0]
-    feet, standing = contacts.feet_at(even)
-    _, _, com = pose_robot(robot, body, feet)
-    offset = com[:, :2] - gain * body[:, :2]
-    step = even[1] - even[0]
-    acceleration = np.gradient(np.gradient(offset, step, axis=0), step, axis=0)
-    ground = np.sum(feet[..., 2] * standing, axis=1) / standing.sum(axis=1)
-    height = com[:, 2] - ground
-    columns = np.column_stack([offset, acceleration, height])
-    found = np.stack([np.interp(times, even, c) for c in columns.T], axis=-1)
-    return found[:, :2], found[:, 2:4], found[:, 4]
-
-
-def _com_gain(robot: RobotModel, spline: BodySpline, contacts: ContactPlan) -> FloatArray:
-    """How much of a shift of the body in x and y the centre of mass makes, feet standing, (2,)."""
-    shift = 0.05
-    body = np.tile(spline.sample(0.0)[0], (3, 1))
-    body[1, 0] += shift
-    body[2, 1] += shift
-    _, _, com = pose_robot(robot, body, np.tile(contacts.feet, (3, 1, 1)))
-    return np.array([com[1, 0] - com[0, 0], com[2, 1] - com[0, 1]]) / shift
+def _tempo(contacts: ContactPlan) -> float:
+    """How much finer than for the calmest swings the path has to be, at most 1."""
+    swings = [step.swing.duration for step in contacts.steps]
+    return max(LEAST_TEMPO, min(1.0, min(swings, default=CALMEST_SWING) / CALMEST_SWING))
 
 
 def _margin(

@@ -7,9 +7,10 @@ through p) of the support polygon,
     n · (c(t) - p) >= m              c: the whole robot's centre of mass
     n · (c(t) - h/g c̈(t) - p) >= m_z
 
-with m <= the margin desired. The cost is the acceleration, a little of the distance from the
-nominal path, and -m. The legs' own part of the centre of mass comes in as a given offset from the
-body and is corrected by whoever calls this again with the path found (`body_path.py`).
+with m <= the margin desired; `body_sides.py` says which sides, and where m is eased. The cost is
+the acceleration, a little of the distance from the nominal path, and -m. The legs' own part of the
+centre of mass comes in as a given offset from the body and is corrected by whoever calls this again
+with the path found (`body_path.py`).
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from scipy import sparse
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
-from drake_quad.gait.support import support_polygon
+from drake_quad.planning.body_sides import make_sides
 from drake_quad.planning.body_spline import knot_count, weights
 from drake_quad.planning.contact_plan import ContactPlan
 
@@ -48,6 +49,7 @@ class BodyProblem:
             along it where the nominal place stands still [m].
         margin_desired: No more static margin than this is asked for [m].
         zmp_margin_desired: The same for the zero-moment point [m].
+        static: Whether the static margin is asked for at all.
         guard: For how long before lift-off and after touchdown three feet have to do already [s].
         knot: Knot spacing [s].
     """
@@ -65,6 +67,7 @@ class BodyProblem:
     max_shift: float
     margin_desired: float
     zmp_margin_desired: float
+    static: bool = True
     guard: float = 0.15
     knot: float = 0.2
 
@@ -87,7 +90,7 @@ def solve_body(problem: BodyProblem) -> BodySolution:
     p = problem
     count = knot_count(p.contacts.duration, p.knot)
     index, basis = _basis_at(p.times, p.knot, count)
-    sides = _sides(p)
+    sides = make_sides(p.contacts, p.times, p.guard)
     zmp = p.com_height / GRAVITY
 
     # Static margin and ZMP rows: unknowns are [x (n), y (n), m, m_z, excess of reach].
@@ -97,11 +100,13 @@ def solve_body(problem: BodyProblem) -> BodySolution:
     given = np.einsum("ij,ij->i", n, p.com_offset[k])
     given_dynamic = given - zmp[k] * np.einsum("ij,ij->i", n, p.com_offset_acceleration[k])
     total = 2 * count + 3
-    rows = [
-        _rows(static, n * p.com_gain, index[k], count, total, extra=(2 * count, -1.0)),
-        _rows(dynamic, n * p.com_gain, index[k], count, total, extra=(2 * count + 1, -1.0)),
-    ]
-    lower = [offset - given, offset - given_dynamic]
+    m_z = (2 * count + 1, -sides.weight)
+    rows = [_rows(dynamic, n * p.com_gain, index[k], count, total, extra=m_z)]
+    lower = [offset - given_dynamic]
+    if p.static:
+        margin = (2 * count, -sides.weight)
+        rows.insert(0, _rows(static, n * p.com_gain, index[k], count, total, extra=margin))
+        lower.insert(0, offset - given)
 
     reach_rows, reach_lower = _reach(p, basis, index, count, total)
     shift_rows, shift_lower = _shifts(p, basis, index, count, total)
@@ -139,38 +144,8 @@ def solve_body(problem: BodyProblem) -> BodySolution:
         raise PlanningError(f"the body path's program was not solved: {status}", status=str(status))
     x = np.array(solver.result.x)
     control = np.stack([x[:count], x[count : 2 * count]], axis=-1)
-    return BodySolution(control, float(x[2 * count]), float(x[2 * count + 1]))
-
-
-@dataclass(frozen=True)
-class _Sides:
-    sample: FloatArray
-    normal: FloatArray
-    offset: FloatArray
-
-
-def _sides(p: BodyProblem) -> _Sides:
-    """Every side of every support polygon, at every sample where it has to hold the robot."""
-    samples, normals, offsets = [], [], []
-    for phase in p.contacts.phases:
-        hull = support_polygon(phase.feet[phase.standing, :2])
-        if len(hull) < 3:
-            raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
-        edge = np.roll(hull, -1, axis=0) - hull
-        normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1)
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        guard = 0.0 if phase.step is None else p.guard
-        mine = np.flatnonzero(
-            (p.times >= phase.start - guard - 1e-9) & (p.times <= phase.end + guard + 1e-9)
-        )
-        samples.append(np.repeat(mine, len(hull)))
-        normals.append(np.tile(normal, (len(mine), 1)))
-        offsets.append(np.tile(np.einsum("ij,ij->i", normal, hull), len(mine)))
-    return _Sides(
-        np.concatenate(samples),
-        np.concatenate(normals),
-        np.concatenate(offsets),
-    )
+    least = float(sides.weight.min())
+    return BodySolution(control, least * float(x[2 * count]), least * float(x[2 * count + 1]))
 
 
 def _reach(
@@ -230,7 +205,7 @@ def _rows(
     count: int,
     total: int,
     *,
-    extra: tuple[int, float],
+    extra: tuple[int, float | FloatArray],
 ) -> sparse.csr_matrix:
     """Rows n · (x, y)(t) + extra: the same basis for x and y, weighed by the normal."""
     size = len(index)

@@ -9,6 +9,7 @@ from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.plan_table import phase_table, sample_body, sample_feet
 from drake_quad.robot.leg_kinematics import solve_legs
 from drake_quad.robot.robot_model import RobotModel, calc_com
 
@@ -55,6 +56,7 @@ class PlanSample:
         body: (3, 5) value, velocity and acceleration of x, y, z, pitch, yaw.
         feet: (4, 3) foot sphere centres.
         feet_velocity: (4, 3).
+        feet_acceleration: (4, 3).
         standing: (4,) who is to stand.
         swing_phase: Phase of the swing in [0, 1], nan if nobody swings.
         phase_index: Index of the contact phase.
@@ -63,6 +65,7 @@ class PlanSample:
     body: FloatArray
     feet: FloatArray
     feet_velocity: FloatArray
+    feet_acceleration: FloatArray
     standing: BoolArray
     swing_phase: float
     phase_index: int
@@ -79,6 +82,8 @@ class MotionPlan:
         segments: What it is made of, in time order.
         margin: Smallest static margin that the body's program found [m] (sampled; `evaluate`
             gives it at any time).
+        revision: How often the task was planned anew while it was under way.
+        phases: The contacts as a table, see `phase_table`.
     """
 
     index: int
@@ -86,6 +91,11 @@ class MotionPlan:
     body: BodySpline
     segments: tuple[Segment, ...]
     margin: float
+    revision: int = 0
+    phases: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "phases", phase_table(self.contacts))
 
     def __deepcopy__(self, memo: object) -> "MotionPlan":
         """A plan never changes, so that Drake may copy a Context without copying the plan."""
@@ -99,7 +109,8 @@ class MotionPlan:
     @property
     def end(self) -> Stance:
         """The stance that it ends in."""
-        return Stance(self.body.sample(self.duration)[0], self.contacts.final_feet)
+        body = sample_body(self.body.control, self.body.knot, self.duration)[0]
+        return Stance(body, self.contacts.final_feet)
 
     def segment_index(self, t: float) -> int:
         """Index of the segment at time `t` [s]."""
@@ -110,16 +121,10 @@ class MotionPlan:
 
     def sample(self, t: float) -> PlanSample:
         """What is desired at gait time `t` [s] since the task began."""
+        body = sample_body(self.body.control, self.body.knot, t)
+        feet, velocity, acceleration, standing, s = sample_feet(self.phases, t)
         index = self.contacts.phase_index(t)
-        phase = self.contacts.phases[index]
-        body, velocity, s = self.body.sample(t), np.zeros((4, 3)), float("nan")
-        feet = phase.feet
-        if phase.step is not None:
-            row = phase.step.leg.row
-            feet = feet.copy()
-            feet[row], velocity[row], _ = phase.step.swing.sample(t - phase.start)
-            s = (t - phase.start) / (phase.end - phase.start)
-        return PlanSample(body, feet, velocity, phase.standing, s, index)
+        return PlanSample(body, feet, velocity, acceleration, standing, s, index)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import LEGS
 from drake_quad.planning.body_path import level_pose, robot_stance
+from drake_quad.planning.body_zmp import sample_zmp
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
 from drake_quad.planning.plan_task import plan_task
@@ -17,6 +18,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course
 
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
+DYNAMIC_CHECK_PERIOD = 0.01  # [s] the same where swings are quick
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +29,13 @@ class MissionPlan:
         plans: One a task.
         starts: When each begins, if the clock never waits [s].
         planning_time: What it took to plan them [s]; nan if that is not known.
+        dynamic: Whether they keep the zero-moment point over the feet, not the centre of mass.
     """
 
     plans: tuple[MotionPlan, ...]
     starts: tuple[float, ...]
     planning_time: float
+    dynamic: bool = False
 
     @property
     def duration(self) -> float:
@@ -74,13 +78,16 @@ def plan_mission(
         starts.append(at)
         at += plan.duration
         stance = plan.end
-    return MissionPlan(tuple(plans), tuple(starts), time.perf_counter() - begun)
+    taken = time.perf_counter() - begun
+    return MissionPlan(tuple(plans), tuple(starts), taken, dynamic=settings.dynamic)
 
 
 def check_mission(
     robot: RobotModel, mission: MissionPlan, *, uniform_body: bool = False
 ) -> list[PlanSamples]:
     """Checks that the robot can follow the plans: reach, joint limits and speeds, and margin.
+
+    The margin is the static one, or if the mission is `dynamic` the zero-moment point's.
 
     Args:
         robot: The robot.
@@ -96,11 +103,14 @@ def check_mission(
     """
     samples = []
     for plan in mission.plans:
-        count = int(np.ceil(plan.duration / CHECK_PERIOD)) + 1
+        period = DYNAMIC_CHECK_PERIOD if mission.dynamic else CHECK_PERIOD
+        count = int(np.ceil(plan.duration / period)) + 1
         s = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
         _check_reach(robot, plan, s)
         _check_joints(robot, plan, s)
-        if not uniform_body:
+        if mission.dynamic:
+            _check_zmp(robot, plan)
+        elif not uniform_body:
             _check_margin(plan, s)
         samples.append(s)
     return samples
@@ -126,9 +136,22 @@ def _check_margin(plan: MotionPlan, s: PlanSamples) -> None:
     if s.margin[k] <= 0.0:
         name = plan.segments[plan.segment_index(float(s.times[k]))].name
         raise PlanningError(
-            f"the static margin would be {s.margin[k]:.3f} m in '{name}'; a larger duty factor or "
-            "transition.shift_time, or longer level ground, may help",
+            f"the static margin would be {s.margin[k]:.3f} m in '{name}'; a larger duty factor, "
+            "gait.switch_wait or transition.shift_time, or longer level ground, may help",
             margin=float(s.margin[k]),
+        )
+
+
+def _check_zmp(robot: RobotModel, plan: MotionPlan) -> None:
+    """The zero-moment point stays inside the support polygons: else the robot would tip."""
+    zmp = sample_zmp(robot, plan.contacts, plan.body, DYNAMIC_CHECK_PERIOD)
+    k = int(np.argmin(zmp.margin))
+    if zmp.margin[k] <= 0.0:
+        name = plan.segments[plan.segment_index(float(zmp.times[k]))].name
+        raise PlanningError(
+            f"the zero-moment point would be {-zmp.margin[k]:.3f} m outside of the feet at "
+            f"{zmp.times[k]:.2f} s of '{name}'; a longer cycle or gait.switch_wait may help",
+            margin=float(zmp.margin[k]),
         )
 
 

@@ -22,7 +22,12 @@ def lay_spin(
     """Returns the steps, the body's nominal route and the segments of a spin."""
     lane = course.lanes[task.lane]
     builder = StepBuilder(
-        lane, stance.feet, foot_radius=robot.foot_radius, clearance=settings.swing_clearance
+        lane,
+        stance.feet,
+        foot_radius=robot.foot_radius,
+        clearance=settings.swing_clearance,
+        map_error_place=settings.map_error_place,
+        map_error_height=settings.map_error_height,
     )
     pivot, yaw = np.array(stance.body[:2]), float(stance.body[4])
     sense = 1 if task.angle > 0 else -1

@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_spline import BodySpline, knot_count
+from drake_quad.planning.body_zmp import ZmpSamples, sample_zmp
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
@@ -16,6 +17,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course
 
 KNOT = 0.2  # [s]
+ZMP_PERIOD = 0.01  # [s]
 MARGIN_ENOUGH = 0.05  # [m] below which another way is tried
 
 
@@ -68,4 +70,16 @@ def _plan_gait(
     lay = lay_walk if task.kind == "walk" else lay_spin
     contacts, route, segments = lay(robot, course, settings, task, stance)
     body, margin = plan_body(robot, contacts, route, settings)
+    if settings.dynamic:
+        segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_PERIOD))
     return MotionPlan(index, contacts, body, segments, margin)
+
+
+def _with_zmp(segments: tuple[Segment, ...], zmp: ZmpSamples) -> tuple[Segment, ...]:
+    """The segments, each with the smallest margin of its zero-moment point [m] in its details."""
+    found = []
+    for segment in segments:
+        mine = (zmp.times >= segment.start - 1e-9) & (zmp.times <= segment.end + 1e-9)
+        margin = float(zmp.margin[mine].min()) if np.any(mine) else None
+        found.append(replace(segment, details={**segment.details, "zmp_margin_min": margin}))
+    return tuple(found)

@@ -18,6 +18,9 @@ from drake_quad.terrain import Course, Lane
 
 # As a cycle begins, in places of the lattice from the body's: each leg then steps two places on.
 FIRST_PLACE = {Leg(1): 0, Leg(4): -1, Leg(2): 1, Leg(3): 0}
+# A walk begins where the body's program ended the task before, to its tolerance: without some slack
+# ten microns make a walk of whole strides a cycle longer.
+STRIDE_SLACK = 1e-4
 EDGE_CLEARANCE = 0.01  # [m] between the foot's sphere and a nosing or riser
 
 
@@ -31,9 +34,15 @@ def lay_walk(
     """
     lane = course.lanes[task.lane]
     start = float(lane.coordinates(stance.body[:2])[0])
-    lattice = make_lattice(lane, start=start, goal=task.goal, spacing=0.5 * settings.stride)
+    spacing = 0.5 * settings.stride * (1.0 + STRIDE_SLACK)
+    lattice = make_lattice(lane, start=start, goal=task.goal, spacing=spacing)
     builder = StepBuilder(
-        lane, stance.feet, foot_radius=robot.foot_radius, clearance=settings.swing_clearance
+        lane,
+        stance.feet,
+        foot_radius=robot.foot_radius,
+        clearance=settings.swing_clearance,
+        map_error_place=settings.map_error_place,
+        map_error_height=settings.map_error_height,
     )
     segments = []
 
@@ -54,12 +63,15 @@ def lay_walk(
     builder.wait(settings.shift_time)
     begin = builder.time
     table = wave_table(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
+    half_cycle = 0.5 * table.cycle_time + settings.switch_wait
     for cycle in range(lattice.cycles):
-        for leg, lift_off, _ in table.swing_intervals():
+        for beat, (leg, lift_off, _) in enumerate(table.swing_intervals()):
             to = place(leg, FIRST_PLACE[leg] + 2 * cycle + 2)
-            at = begin + cycle * table.cycle_time + lift_off
+            # The second and the fourth leg are those diagonal to the leg that has just landed.
+            waited = (2 * cycle + (beat + 1) // 2) * settings.switch_wait
+            at = begin + cycle * table.cycle_time + lift_off + waited
             builder.step(leg, to, table.swing_time, lift_off=at)
-    builder.time = begin + lattice.cycles * table.cycle_time
+    builder.time = begin + lattice.cycles * 2.0 * half_cycle
     stride = float(np.max(lattice.s[2:] - lattice.s[:-2]))
     segments.append(
         Segment(
@@ -73,6 +85,7 @@ def lay_walk(
                 "cycles": lattice.cycles,
                 "stride": stride,
                 "stroke": stride * settings.duty_factor,
+                **_waits(settings),
             },
         )
     )
@@ -80,7 +93,7 @@ def lay_walk(
     segments.append(Segment("settle", "stand", segments[-1].end, builder.time))  # type: ignore[union-attr]
 
     beats = np.arange(2 * lattice.cycles + 1)
-    times = np.concatenate([[0.0], begin + 0.5 * table.cycle_time * beats, [builder.time]])
+    times = np.concatenate([[0.0], begin + half_cycle * beats, [builder.time]])
     s = lattice.s[lattice.behind + np.concatenate([[0], beats, [2 * lattice.cycles]])]
     xy = lane.point(s)
     xy[0] = stance.body[:2]
@@ -95,6 +108,14 @@ def lay_walk(
     yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
     route = Route(times, xy, yaw, ground)
     return builder.finish(), route, tuple(s for s in segments if s is not None)
+
+
+def _waits(settings: PlanSettings) -> dict[str, float]:
+    """What a report is to say of the waits at switches, if there are any [s]."""
+    if settings.switch_wait == 0.0:
+        return {}
+    lasts = settings.cycle_time + 2.0 * settings.switch_wait
+    return {"switch_wait": settings.switch_wait, "cycle_lasts": lasts}
 
 
 def foothold(

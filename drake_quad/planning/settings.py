@@ -12,6 +12,8 @@ class PlanSettings:
     Attributes:
         duty_factor: β of the wave gait, in [3/4, 1).
         cycle_time: T of the wave gait [s].
+        switch_wait: On four feet, the body moving, before each lift-off of the leg diagonal to
+            the one that landed last [s]; twice a cycle, which lasts so much longer than T.
         stride: The longest stride on level ground [m]; on stairs it is two treads.
         workspace: The legs' boxes: R_x, R_y, P_x, P_y of Table I [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]. The wave puts a rear foot down
@@ -19,6 +21,8 @@ class PlanSettings:
         on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
             offset from them (the paper's ±0.025 m).
         swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
+        map_error_place: By how much the map's risers may be off; swings leave so much room [m].
+        map_error_height: By how much its treads may be higher [m].
         body_height: Of B above the mean ground under the feet [m].
         pitch_along_slope: Whether the body tilts with the stairs, or stays level.
         spin_duty_factor: β of the spinning gait.
@@ -30,12 +34,15 @@ class PlanSettings:
         shift_time: On four feet before each step of a transition [s].
         via_centres: Whether transitions between gaits pass through the workspaces' centres.
         uniform_body: The paper's body path (constant speed, no sway), or one optimised for margin.
+        dynamic: Whether the zero-moment point alone is kept over the feet, with the legs' masses
+            moving; else the centre of mass too.
         margin_desired: Static margin beyond which the body path is not asked for more [m].
         zmp_margin: The same for the zero-moment point [m].
     """
 
     duty_factor: float = 0.85
     cycle_time: float = 8.0
+    switch_wait: float = 0.0
     stride: float = 1.0
     workspace: Workspace = field(
         default_factory=lambda: Workspace(R_x=0.80, R_y=0.5, P_x=0.75, P_y=0.54)
@@ -43,6 +50,8 @@ class PlanSettings:
     stance_stagger: float = 0.12
     on_centre: bool = True
     swing_clearance: float = 0.02
+    map_error_place: float = 0.0
+    map_error_height: float = 0.0
     body_height: float = 0.85
     pitch_along_slope: bool = False
     spin_duty_factor: float = 0.85
@@ -53,5 +62,6 @@ class PlanSettings:
     shift_time: float = 1.3
     via_centres: bool = False
     uniform_body: bool = False
+    dynamic: bool = False
     margin_desired: float = 0.10
     zmp_margin: float = 0.08

@@ -4,8 +4,9 @@ import numpy as np
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray, Leg
-from drake_quad.gait.swing import plan_swing
+from drake_quad.gait.swing import Swing, plan_swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.swing_room import inflate_profile
 from drake_quad.terrain import Lane
 
 STILL = 1e-3  # [m]: a step shorter than this is not taken
@@ -19,10 +20,19 @@ class StepBuilder:
         feet: Foot sphere centres at first, (4, 3) [m] in W.
         foot_radius: [m].
         clearance: Δh beyond the foot's radius [m].
+        map_error_place: By how much risers may be off, see `swing_room` [m].
+        map_error_height: By how much treads may be higher [m].
     """
 
     def __init__(
-        self, lane: Lane, feet: FloatArray, *, foot_radius: float, clearance: float
+        self,
+        lane: Lane,
+        feet: FloatArray,
+        *,
+        foot_radius: float,
+        clearance: float,
+        map_error_place: float = 0.0,
+        map_error_height: float = 0.0,
     ) -> None:
         self.lane = lane
         self.start = np.array(feet)
@@ -31,6 +41,7 @@ class StepBuilder:
         self.steps: list[Step] = []
         self._radius = foot_radius
         self._clearance = clearance
+        self._place_error, self._height_error = map_error_place, map_error_height
 
     def wait(self, duration: float) -> None:
         """Stands on four feet for `duration` [s]."""
@@ -60,16 +71,31 @@ class StepBuilder:
         """Swings `leg` to the place `to` (2,) in W, from time `lift_off` [s] on."""
         p_from = self.feet[leg.row]
         p_to = np.array([to[0], to[1], self.ground(to)])
-        length = float(np.hypot(*(p_to - p_from)[:2]))
-        if length < STILL:
+        if float(np.hypot(*(p_to - p_from)[:2])) < STILL:
             return
+        swing = self.swing(p_from, to, duration)
+        self.steps.append(Step(leg, lift_off, lift_off + duration, swing))
+        self.feet[leg.row] = p_to
+        self.time = lift_off + duration
+
+    def swing(self, p_from: FloatArray, to: FloatArray, duration: float) -> Swing:
+        """The swing from `p_from` (3,) to the place `to` (2,) in W, which is not taken yet.
+
+        Raises:
+            PlanningError: If there is no ground at `to`, or no arc clears what is on the way.
+        """
+        p_to = np.array([to[0], to[1], self.ground(to)])
+        length = float(np.hypot(*(p_to - p_from)[:2]))
         s, _ = self.lane.coordinates(np.stack([p_from[:2], p_to[:2]]))
         d, z = self.lane.profile(float(s[0]), float(s[1]))
+        # A foot that slipped off the lane's end stands on something that the map does not have.
+        z = np.where(np.isnan(z), p_from[2] - self._radius, z)
+        d, z = inflate_profile(d, z, place=self._place_error, height=self._height_error)
         if d[-1] > 1e-9:
             d = d * (length / d[-1])  # the swing may go sideways as well
         else:
             d, z = np.array([0.0, length]), np.array([z[0], z[0]])
-        swing = plan_swing(
+        return plan_swing(
             p_from,
             p_to,
             duration=duration,
@@ -77,9 +103,6 @@ class StepBuilder:
             clearance=self._radius + self._clearance,
             foot_radius=self._radius,
         )
-        self.steps.append(Step(leg, lift_off, lift_off + duration, swing))
-        self.feet[leg.row] = p_to
-        self.time = lift_off + duration
 
     def finish(self) -> ContactPlan:
         """The steps as a ContactPlan that ends now."""

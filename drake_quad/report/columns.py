@@ -57,8 +57,8 @@ class RunLog:
         """Columns of numbers side by side, (N, len(names))."""
         return np.stack([self.number(name) for name in names], axis=-1)
 
-    def vector(self, name: str, parts: str = "xyz") -> FloatArray:
-        """`name_x`, `name_y`, `name_z` side by side, (N, 3)."""
+    def vector(self, name: str, parts: Sequence[str] = "xyz") -> FloatArray:
+        """`name_x`, `name_y`, `name_z` side by side, (N, 3), or other parts than these."""
         return self.numbers([f"{name}_{part}" for part in parts])
 
     def feet(self, name: str) -> FloatArray:
@@ -79,11 +79,12 @@ class RunLog:
         if not len(self):
             return []
         names, kinds, t = self.text("segment"), self.text("segment_kind"), self.t
-        tasks = self.number("task")
+        # A plan made anew has a recovery of its own, though that of the plan before is as named.
+        turns = self.numbers(["task", "plan_revision"])
         starts = [
             k
             for k in range(len(self))
-            if k == 0 or names[k] != names[k - 1] or tasks[k] > tasks[k - 1]
+            if k == 0 or names[k] != names[k - 1] or np.any(turns[k] > turns[k - 1])
         ]
         ends = [*starts[1:], len(self) - 1]
         return [

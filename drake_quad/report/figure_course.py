@@ -18,6 +18,7 @@ from drake_quad.report.style import (
     INK,
     LEG_COLOURS,
     LEG_NAMES,
+    LESS_COLOUR,
     MUTED,
     PAPER,
     WIDTH,
@@ -37,7 +38,9 @@ def draw_footprints(run: Run) -> Figure:
     height = float(np.clip(WIDTH * size[1] / size[0] + 0.9, 2.6, TALLEST))
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axis = figure.subplots()
-    _draw_ground(axis, run.course)
+    _draw_ground(axis, run.world)
+    if run.world is not run.course:
+        _draw_map(axis, run.course)
     base, com = base_motion(run).p_WB, run.log.vector("com")
     _draw_path(axis, base, color=MUTED, lw=1.0, ls=(0, (4, 2)), label="body")
     _draw_path(axis, com, color=COM_COLOUR, lw=1.4, label="centre of mass")
@@ -55,7 +58,7 @@ def draw_footprints(run: Run) -> Figure:
     axis.set_xlabel("x in W [m]")
     axis.set_ylabel("y in W [m]")
     if axis.get_legend_handles_labels()[0]:
-        figure.legend(loc="outside upper center", ncols=7)
+        figure.legend(loc="outside upper center", ncols=8)
     return figure
 
 
@@ -63,13 +66,15 @@ def draw_side(run: Run) -> Figure:
     """The course from the side, its lanes one after another, with feet and centre of mass."""
     figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     axis = figure.subplots()
-    for lane, start in zip(run.course.lanes, lane_starts(run.course), strict=True):
+    for lane, start in zip(run.world.lanes, lane_starts(run.world), strict=True):
         d, z = lane.profile(0.0, lane.length)
         axis.fill_between(start + d, z, z.min() - 0.12, color=GRID, lw=0)
         axis.plot(start + d, z, color=INK, lw=1.0)
         if start > 0.0:
             axis.axvline(start, color=MUTED, lw=0.8, ls=(0, (2, 2)))
             axis.annotate("turn", (start, 1.0), xycoords=("data", "axes fraction"), ha="center")
+    if run.world is not run.course:
+        _draw_map_profile(axis, run.course)
     view = unroll(run)
     for row, colour in enumerate(LEG_COLOURS):
         label = f"foot {LEG_NAMES[row]}"
@@ -79,13 +84,13 @@ def draw_side(run: Run) -> Figure:
     axis.set_xlabel("along the course [m]")
     axis.set_ylabel("z in W [m]")
     if axis.get_legend_handles_labels()[0]:
-        figure.legend(loc="outside upper center", ncols=5)
+        figure.legend(loc="outside upper center", ncols=6)
     return figure
 
 
 def _walked(run: Run) -> tuple[FloatArray, FloatArray]:
     """The corners (2,), (2,) of the part of the course to show [m]: where the robot has been."""
-    low, high = run.course.bounds()[:, :2] + np.array([[-BEYOND], [BEYOND]])
+    low, high = run.world.bounds()[:, :2] + np.array([[-BEYOND], [BEYOND]])
     places = base_motion(run).p_WB[:, :2]
     places = places[np.isfinite(places).all(axis=1)]
     if len(places):
@@ -105,6 +110,23 @@ def _draw_ground(axis: Axes, course: Course) -> None:
         axis.add_patch(Polygon(box.corners(), facecolor="none", edgecolor=GRID, lw=0.8, zorder=0.6))
     for ends in course.nosings():
         axis.plot(ends[:, 0], ends[:, 1], color=MUTED, lw=1.4, zorder=0.7)
+
+
+def _draw_map(axis: Axes, course: Course) -> None:
+    """The nosings where the map has them."""
+    label = "nosings as mapped"
+    for ends in course.nosings():
+        axis.plot(ends[:, 0], ends[:, 1], color=LESS_COLOUR, lw=0.8, zorder=0.8, label=label)
+        label = ""
+
+
+def _draw_map_profile(axis: Axes, course: Course) -> None:
+    """The ground as the map has it, a line from the side."""
+    label = "ground as mapped"
+    for lane, start in zip(course.lanes, lane_starts(course), strict=True):
+        d, z = lane.profile(0.0, lane.length)
+        axis.plot(start + d, z, color=LESS_COLOUR, lw=0.8, label=label)
+        label = ""
 
 
 def _draw_path(axis: Axes, p_W: np.ndarray, **style: object) -> None:

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_quad.gait.legs import BoolArray, FloatArray
-from drake_quad.report.axes import draw_bands, label_time
+from drake_quad.report.axes import label_time
+from drake_quad.report.background import draw_background
 from drake_quad.report.columns import RunLog, runs_of
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import LEG_COLOURS, LEG_NAMES, MUTED, WIDTH
@@ -24,8 +25,8 @@ def draw_gait(run: Run) -> Figure:
     whole, zoom = figure.subplots(2, 1)
     for axis in (whole, zoom):
         _draw_bars(axis, log, frames=axis is zoom)
-    draw_bands([whole], log.bands(), label=whole)
-    draw_bands([zoom], log.bands())
+    draw_background([whole], run, label=whole)
+    draw_background([zoom], run)
     start, end = find_cycle(log)
     if end > start:
         zoom.set_xlim(start, end)

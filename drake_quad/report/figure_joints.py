@@ -5,7 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_quad.gait.legs import FloatArray
-from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes
+from drake_quad.report.axes import draw_line, label_time, make_axes
+from drake_quad.report.background import draw_background
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import BAD, LEG_COLOURS, LEG_NAMES, MUTED, THREE_COLOURS
 
@@ -48,7 +49,7 @@ def draw_forces(run: Run) -> Figure:
         # A touchdown's spike of one sample would flatten all that matters.
         top = 1.3 * float(np.quantile(known, 0.999))
         axes[0, 0].set_ylim(-0.02 * top, max(top, 0.5 * weight))
-    draw_bands(list(axes.ravel()), run.log.bands())
+    draw_background(list(axes.ravel()), run)
     for axis in axes[:, 0]:
         axis.set_ylabel("vertical force [N]")
     label_time(axes[-1])
@@ -68,7 +69,7 @@ def _draw_ratios(run: Run, ratios: FloatArray, label: str) -> Figure:
         for limit in (-1.0, 1.0):
             axis.axhline(limit, color=BAD, lw=1.0, ls=(0, (5, 2)))
         axis.set_title(_greatest(run, ratios[:, row], f"leg {LEG_NAMES[row]}"))
-    draw_bands(list(axes.ravel()), run.log.bands())
+    draw_background(list(axes.ravel()), run)
     _mark_greatest(run, ratios, list(axes.ravel()))
     for axis in axes[:, 0]:
         axis.set_ylabel(label)

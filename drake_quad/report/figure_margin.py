@@ -3,11 +3,12 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes, mark_point, signed
+from drake_quad.report.axes import draw_line, label_time, make_axes, mark_point, signed
+from drake_quad.report.background import draw_background
 from drake_quad.report.columns import runs_of
 from drake_quad.report.motion import NO_SUPPORT, has_massless_legs, margins
 from drake_quad.report.run_files import Run
-from drake_quad.report.style import BAD, INK, LESS_COLOUR, MUTED
+from drake_quad.report.style import BAD, INK, LESS_COLOUR, MUTED, PAPER
 
 LOWEST = -0.15  # [m] what lies deeper is cut off: the figure is of margins, not of falls
 
@@ -22,7 +23,7 @@ def draw_margin(run: Run) -> Figure:
     figure, grid = make_axes(1, height=3.6)
     axis = grid[0, 0]
     measured, planned, zmp = (margins(run, n) for n in ("margin", "margin_planned", "zmp_margin"))
-    draw_bands([axis], log.bands(), label=axis)
+    draw_background([axis], run, label=axis)
     draw_line(axis, log.t, zmp, color=LESS_COLOUR, lw=0.7, alpha=0.8, label="zero-moment point")
     names = ("static, planned", "static, measured")
     if run.kinematic:
@@ -40,7 +41,9 @@ def draw_margin(run: Run) -> Figure:
         low, high = max(float(known.min()), LOWEST), float(np.quantile(known, 0.999))
         pad = 0.08 * max(high - low, 0.02)
         axis.set_ylim(min(low - pad, -pad), high + 2.5 * pad)
-        axis.legend(loc="upper left", ncols=3)
+        # Below the strip of the clock's waiting, and readable over the lines of pushes.
+        clear = {"frameon": True, "facecolor": PAPER, "edgecolor": "none", "framealpha": 0.8}
+        axis.legend(loc="upper left", bbox_to_anchor=(0.0, 0.97), ncols=3, **clear)
     if np.any(np.isfinite(measured)):
         k = int(np.nanargmin(measured))
         colour = BAD if measured[k] < 0.0 else INK

@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_quad.gait.legs import Leg
-from drake_quad.report.axes import draw_bands, draw_line, label_time, make_axes
+from drake_quad.report.axes import draw_line, label_time, make_axes
+from drake_quad.report.background import draw_background
 from drake_quad.report.motion import base_motion, calc_foot_centres
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import INK, LEG_COLOURS, LEG_NAMES, MUTED, THREE_COLOURS
@@ -32,7 +33,7 @@ def draw_trajectories(run: Run) -> Figure:
             draw_line(axis, log.t, measured[:, k], color=colour, lw=1.4, label=word)
             style = {"color": MUTED, "lw": 0.9, "ls": (0, (4, 2)), "label": "planned"}
             draw_line(axis, log.t, planned[:, k], **style)
-        draw_bands(list(column), log.bands())
+        draw_background(list(column), run)
     for axis, name in zip(axes[:, 0], "xyz", strict=True):
         axis.set_ylabel(f"{name} [m]")
     handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -59,7 +60,7 @@ def draw_base_error(run: Run) -> Figure:
         if axis.lines:
             axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         axis.axhline(0.0, color=MUTED, lw=0.7)
-    draw_bands(list(axes[:, 0]), log.bands(), label=axes[0, 0])
+    draw_background(list(axes[:, 0]), run, label=axes[0, 0])
     axes[0, 0].set_ylabel("place [mm]")
     axes[1, 0].set_ylabel("attitude [deg]")
     label_time(axes[-1])

@@ -11,7 +11,7 @@ from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.report.drape import LIFT, drape
 from drake_quad.report.motion import touchdowns
 from drake_quad.report.run_files import Run
-from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, WARN
+from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
 
 OVERLAY = "/replay"
 NEWTONS_PER_METRE = 600.0  # of a force arrow
@@ -41,12 +41,13 @@ class Overlay:
         log = run.log
         self._force, self._place = log.feet("force"), log.feet("position")
         self._com = log.vector("com")
-        self._ground = run.course.height(self._com[:, 0], self._com[:, 1])
+        self._ground = run.world.height(self._com[:, 0], self._com[:, 1])
         self._support = self._lay_support(samples)
         self._shown = ""  # path of the support polygon that is visible
         self._add_arrows()
         self._add_plumb_line()
         self._add_prints()
+        self._add_map()
 
     def show(self, sample: int, *, time: float) -> None:
         """Moves everything to a sample of the log; `time` [s] is where a recording keeps it."""
@@ -79,7 +80,7 @@ class Overlay:
             state = (*bearing[k].tolist(), colour)
             if state != last:
                 last = state
-                vertices, triangles = drape(self._run.course, self._place[k, bearing[k], :2])
+                vertices, triangles = drape(self._run.world, self._place[k, bearing[k], :2])
                 path = f"{OVERLAY}/support/{k}" if len(triangles) else ""
                 if path:
                     self._meshcat.SetTriangleMesh(
@@ -144,6 +145,21 @@ class Overlay:
             colour = _rgba(LEG_COLOURS[step.row], 0.8)
             self._meshcat.SetObject(path, Cylinder(0.025, 0.002), colour)
             self._meshcat.SetTransform(path, RigidTransform(np.add(step.p_WF, [0.0, 0.0, 0.001])))
+
+    def _add_map(self) -> None:
+        """Thin lines where the map has the nosings, if it has them elsewhere."""
+        if self._run.world is not self._run.course:
+            ends = np.array(self._run.course.nosings())
+            # Over the ground as it is, where that is higher: inside it they would not be seen.
+            along = ends.mean(axis=1, keepdims=True) + np.multiply.outer(
+                [-0.5, -0.25, 0.0, 0.25, 0.5], ends[:, 1] - ends[:, 0]
+            ).swapaxes(0, 1)
+            ground = self._run.world.height(along[..., 0], along[..., 1])
+            ends[..., 2] = np.fmax(ends[..., 2], np.fmax.reduce(ground, axis=1)[:, None]) + LIFT
+            right, left = np.swapaxes(ends, 0, 1)
+            self._meshcat.SetLineSegments(
+                f"{OVERLAY}/map", right.T, left.T, line_width=2.0, rgba=_rgba(LESS_COLOUR)
+            )
 
 
 def _rgba(colour: str, opacity: float = 1.0) -> Rgba:

@@ -49,7 +49,7 @@ def AddReplay(
     run = run if isinstance(run, Run) else read_run(run)
     meshcat.Delete(PREFIX)
     meshcat.Delete(OVERLAY)
-    set_stage(meshcat, run.course)
+    set_stage(meshcat, run.world)
     samples = recorded_samples(run, fps)
     parameters = MeshcatVisualizerParams(
         role=Role.kIllustration, prefix=PREFIX, publish_period=1.0 / fps

@@ -15,7 +15,7 @@ from drake_quad.report.columns import RunLog
 from drake_quad.robot.load_robot import MakeModelPlant, load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout, make_layout
-from drake_quad.scenario import Scenario, course_of, load_scenario
+from drake_quad.scenario import Scenario, course_of, load_scenario, world_of
 from drake_quad.terrain import Course
 
 SUMMARY, LOG, SCENARIO = "summary.json", "log.parquet", "scenario.yaml"
@@ -31,7 +31,9 @@ class Run:
         log: The samples, maybe none.
         scenario: In full.
         robot: The scenario's robot.
-        course: The scenario's course.
+        course: The scenario's course, as the map has it.
+        world: What the robot walked on: the map itself where it has no errors, and in a kinematic
+            replay.
         layout: Where what is in `positions` and `velocities`.
         positions: (N, nq) the robot's positions, in Drake's order.
         velocities: (N, nv) its velocities, in Drake's order.
@@ -44,6 +46,7 @@ class Run:
     scenario: Scenario
     robot: RobotModel
     course: Course
+    world: Course
     layout: StateLayout
     positions: FloatArray
     velocities: FloatArray
@@ -57,8 +60,7 @@ class Run:
     @property
     def kinematic(self) -> bool:
         """Whether the robot was moved along its plan, without forces."""
-        mode = self.summary.get("simulation", self.scenario.simulation.mode)
-        return str(mode) == "kinematic"
+        return _is_kinematic(self.summary, self.scenario)
 
 
 def read_run(directory: str | Path) -> Run:
@@ -83,6 +85,9 @@ def read_run(directory: str | Path) -> Run:
     log = _read_log(directory / LOG, notices)
     scenario = load_scenario(directory / SCENARIO)
     robot = load_robot(scenario.robot.model)
+    source = str(directory / SCENARIO)
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    kinematic = _is_kinematic(summary, scenario)
     plant = MakeModelPlant(robot.url)
     positions = [f"q_{name}" for name in plant.GetPositionNames()]
     velocities = [f"v_{name}" for name in plant.GetVelocityNames()]
@@ -95,12 +100,18 @@ def read_run(directory: str | Path) -> Run:
         log=log,
         scenario=scenario,
         robot=robot,
-        course=course_of(scenario, source=str(directory / SCENARIO), foot_radius=robot.foot_radius),
+        course=course,
+        world=course if kinematic else world_of(scenario, course, source=source),
         layout=make_layout(plant, robot),
         positions=read_only(log.numbers(positions)),
         velocities=read_only(log.numbers(velocities)),
         notices=tuple(notices),
     )
+
+
+def _is_kinematic(summary: Mapping[str, Any], scenario: Scenario) -> bool:
+    """Whether a run was a replay of its plan; the scenario decides where no summary says so."""
+    return str(summary.get("simulation", scenario.simulation.mode)) == "kinematic"
 
 
 def _read_summary(path: Path, notices: list[str]) -> dict[str, Any]:

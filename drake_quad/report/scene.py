@@ -60,7 +60,7 @@ def MakeReplayScene(run: Run, add_viewer: AddViewer) -> ReplayScene:
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     robot = AddRobot(plant, run.robot.url)
-    AddCourse(plant, run.course, friction=1.0)
+    AddCourse(plant, run.world, friction=1.0)
     com = plant.AddRigidBody("com", plant.AddModelInstance("centre_of_mass"))
     colour = np.array([*to_rgb(COM_COLOUR), 1.0])
     plant.RegisterVisualGeometry(com, RigidTransform(), Sphere(COM_RADIUS), "com", colour)

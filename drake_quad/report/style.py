@@ -22,6 +22,9 @@ KIND_COLOURS = {
     "spin": "#C98A00",
 }
 OTHER_KIND = "#8A8F94"
+# What the gait clock does while it stands still.
+MODE_COLOURS = {"wait": "#5B6770", "catch": "#D55E00", "settle": "#E3B505", "replan": "#7A4FBF"}
+PUSH_COLOUR = "#C2185B"
 BAND_OPACITY = 0.13
 
 INK, MUTED, GRID, PAPER = "#010203", "#040506", "#070809", "#0A0B0C"

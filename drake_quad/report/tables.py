@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from drake_quad.report.axes import signed
+from drake_quad.report.bounds import entries_of, look_up
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import kind_colour
-from drake_quad.report.verdict import look_up
 
 # By the last part of a summary's key, or by how it ends.
 UNITS = {
@@ -18,6 +18,17 @@ UNITS = {
     "time_under_three_feet": "s",
     "margin_minimum_at": "s",
     "clock_waited": "s",
+    "touchdown": "s",
+    "lift_off": "s",
+    "recovery": "s",
+    "drift": "m",
+    "way": "m",
+    "position_error_max": "m",
+    "mass": "kg",
+    "ahead": "m",
+    "left": "m",
+    "moment_x": "Nm",
+    "moment_y": "Nm",
     "minimum": "m",
     "percentile_1": "m",
     "median": "m",
@@ -27,7 +38,7 @@ UNITS = {
     "nonfoot_force_max": "N",
 }
 ENDINGS = {"_deg": "deg", "_ratio_max": "of the limit", "_time": "s", "_samples": "samples"}
-APART = ("segments", "versions")  # what has a table of its own
+APART = ("segments", "versions", "pushes", "recoveries")  # what has a table of its own
 
 
 @dataclass(frozen=True)
@@ -46,10 +57,7 @@ class SegmentRow:
 
 def segment_rows(run: Run) -> list[SegmentRow]:
     """The summary's segments; those of the log where it has none."""
-    listed = run.summary.get("segments")
-    if not isinstance(listed, list):
-        listed = []
-    entries = [entry for entry in listed if isinstance(entry, Mapping)]
+    entries = entries_of(run.summary, "segments")
     rows = []
     for entry in entries or [vars(band) for band in run.log.bands()]:
         margin = look_up(entry, "margin_min")
@@ -60,8 +68,8 @@ def segment_rows(run: Run) -> list[SegmentRow]:
                 colour=kind_colour(str(entry.get("kind", ""))),
                 start=look_up(entry, "start"),
                 end=look_up(entry, "end"),
-                margin=_metres(margin),
-                margin_planned=_metres(look_up(entry, "margin_planned_min")),
+                margin=metres(margin),
+                margin_planned=metres(look_up(entry, "margin_planned_min")),
                 negative=margin < 0.0,
             )
         )
@@ -101,5 +109,6 @@ def format_value(value: Any) -> str:
     return str(value)
 
 
-def _metres(value: float) -> str:
+def metres(value: float) -> str:
+    """A length with its unit; a dash where it is not known."""
     return signed(f"{value:.3f} m") if math.isfinite(value) else "–"

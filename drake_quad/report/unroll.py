@@ -39,14 +39,14 @@ def unroll(run: Run) -> SideView:
     cost = np.stack(
         [
             distance_to(lane, base.p_WB) + HEADING_WEIGHT * np.abs(_turn(base.rpy[:, 2], lane.yaw))
-            for lane in run.course.lanes
+            for lane in run.world.lanes
         ]
     )
     known = np.isfinite(cost).all(axis=0)
     lane_of = np.where(known, np.argmin(np.where(known, cost, 0.0), axis=0), -1)
     com_out = np.full((len(com), 2), np.nan)
     feet_out = np.full((len(com), 4, 2), np.nan)
-    for k, (lane, start) in enumerate(zip(run.course.lanes, lane_starts(run.course), strict=True)):
+    for k, (lane, start) in enumerate(zip(run.world.lanes, lane_starts(run.world), strict=True)):
         mine = lane_of == k
         s, _ = lane.coordinates(com[mine])
         com_out[mine] = np.column_stack([start + s, com[mine, 2]])

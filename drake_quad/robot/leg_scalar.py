@@ -7,6 +7,7 @@ hundreds of times a second. The array versions define the leg; a test holds the 
 from math import acos, atan2, cos, pi, sin, sqrt
 from typing import NamedTuple
 
+from drake_quad.compiled import compiled
 from drake_quad.robot.leg_kinematics import LegGeometry
 
 Vector = tuple[float, float, float]
@@ -40,6 +41,7 @@ def leg_constants(geometry: LegGeometry) -> tuple[LegConstants, ...]:
     )
 
 
+@compiled
 def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tuple[Vector, Matrix]:
     """The foot's centre in B [m] and its Jacobian [m/rad] at three joint angles [rad]."""
     sa, ca = sin(a), cos(a)
@@ -58,6 +60,7 @@ def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tup
     )
 
 
+@compiled
 def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
     """Joint angles [rad] that put the foot's centre at (x, y, z) in B [m], or as near as can be."""
     x, y, z = x - c.x, y - c.y, z - c.z
@@ -72,6 +75,7 @@ def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
     return a, atan2(-x, -down) - atan2(l2 * sin(knee), l1 + l2 * cos(knee)), knee
 
 
+@compiled
 def solve_rates(J: Matrix, v: Vector) -> Vector:
     """Joint speeds that move the foot at `v`, by Cramer's rule; zero for a singular leg."""
     (a, b, c), (d, e, f), (g, h, i) = J
@@ -87,6 +91,7 @@ def solve_rates(J: Matrix, v: Vector) -> Vector:
     )
 
 
+@compiled
 def rotate(R: Matrix, v: Vector) -> Vector:
     """R v."""
     x, y, z = v
@@ -97,6 +102,7 @@ def rotate(R: Matrix, v: Vector) -> Vector:
     )
 
 
+@compiled
 def rotate_back(R: Matrix, v: Vector) -> Vector:
     """R transposed, times v."""
     x, y, z = v
@@ -107,12 +113,14 @@ def rotate_back(R: Matrix, v: Vector) -> Vector:
     )
 
 
+@compiled
 def yaw_pitch_rotation(pitch: float, yaw: float) -> Matrix:
     """R_WB of a body turned about z by `yaw`, then about its y by `pitch` [rad]."""
     cp, sp, cy, sy = cos(pitch), sin(pitch), cos(yaw), sin(yaw)
     return ((cy * cp, -sy, cy * sp), (sy * cp, cy, sy * sp), (-sp, 0.0, cp))
 
 
+@compiled
 def quaternion_rotation(w: float, x: float, y: float, z: float) -> Matrix:
     """R_WB of a quaternion of any length."""
     n = 2.0 / (w * w + x * x + y * y + z * z)

@@ -2,13 +2,16 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
 from drake_quad.gait.legs import SHORT_NAMES
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.systems.state_output import DeclareStateOutput
 
 
 class ContactMonitor(LeafSystem):
@@ -43,60 +46,36 @@ class ContactMonitor(LeafSystem):
         self._input = self.DeclareAbstractInputPort(
             "contact_results", AbstractValue.Make(ContactResults())
         )
-        self._bearing = self.DeclareDiscreteState(4)
-        self._force = self.DeclareDiscreteState(12)
-        self._position = self.DeclareDiscreteState(12)
-        self._slip = self.DeclareDiscreteState(4)
-        self._nonfoot = self.DeclareDiscreteState(2)
-        self.DeclareStateOutputPort("contact_state_measured", self._bearing)
-        self.DeclareStateOutputPort("foot_force_measured", self._force)
-        self.DeclareStateOutputPort("foot_contact_position", self._position)
-        self.DeclareStateOutputPort("foot_slip_speed", self._slip)
-        self.DeclareStateOutputPort("nonfoot_contact", self._nonfoot)
+        # In the order that the kernel takes them.
+        self._outputs = [
+            DeclareStateOutput(self, "contact_state_measured", 4),
+            DeclareStateOutput(self, "foot_force_measured", 12),
+            DeclareStateOutput(self, "foot_contact_position", 12),
+            DeclareStateOutput(self, "foot_slip_speed", 4),
+            DeclareStateOutput(self, "nonfoot_contact", 2),
+        ]
         self.DeclareInitializationDiscreteUpdateEvent(self._update)
         # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         results: ContactResults = self._input.Eval(context)
-        feet = self._feet
-        force, moment, weight, slip = [0.0] * 12, [0.0] * 12, [0.0] * 4, [0.0] * 4
-        nonfoot, worst = 0, 0.0
+        feet, sums = self._feet, np.zeros(SUMS)
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)
             pair = info.point_pair()
-            fx, fy, fz = info.contact_force().tolist()  # on body B, in W
-            nx, ny, nz = pair.nhat_BA_W.tolist()
-            normal = abs(fx * nx + fy * ny + fz * nz)
-            row, sign = feet.get(pair.id_B), 1.0
-            if row is None:
-                row, sign = feet.get(pair.id_A), -1.0
-            elif pair.id_A in feet:
-                row = None  # two feet touching each other bear nothing
-            if row is None:
-                nonfoot += 1
-                worst = max(worst, normal)
-                continue
-            px, py, pz = info.contact_point().tolist()
-            i = 3 * row
-            force[i] += sign * fx
-            force[i + 1] += sign * fy
-            force[i + 2] += sign * fz
-            moment[i] += normal * px
-            moment[i + 1] += normal * py
-            moment[i + 2] += normal * pz
-            weight[row] += normal
-            slip[row] = max(slip[row], info.slip_speed())
-        position = context.get_discrete_state(self._position).value().tolist()
-        for row in range(4):
-            if weight[row] > 1e-9:
-                i = 3 * row
-                position[i : i + 3] = [m / weight[row] for m in moment[i : i + 3]]
-        state.set_value(self._bearing, [float(w > self._threshold) for w in weight])
-        state.set_value(self._force, force)
-        state.set_value(self._position, position)
-        state.set_value(self._slip, slip)
-        state.set_value(self._nonfoot, [nonfoot, worst])
+            a, b = feet.get(pair.id_A, NO_FOOT), feet.get(pair.id_B, NO_FOOT)
+            row, sign = (b, 1.0) if a == NO_FOOT else (a, -1.0)  # the force is that on B
+            if a != NO_FOOT and b != NO_FOOT:
+                row = NO_FOOT  # two feet touching each other bear nothing
+            add_contact(
+                sums, row, sign, info.contact_force(), pair.nhat_BA_W, info.contact_point(),
+                info.slip_speed(),
+            )  # fmt: skip
+        # In place: the positions begin as a copy of the Context's.
+        conclude(
+            sums, self._threshold, *[state.get_mutable_value(index) for index in self._outputs]
+        )
 
 
 def find_feet(

@@ -1,25 +1,41 @@
-"""A model plant's scratch Context, held in a cache entry of the system that uses it.
+"""What a system scribbles on, held in a cache entry of its Context.
 
 State in a system's Context, never on `self`: two simulations of one Diagram must not share it.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import CacheEntry, Context, LeafSystem, ValueProducer
 
 
-def DeclareScratch(system: LeafSystem, model: MultibodyPlant) -> CacheEntry:
-    """Declares the cache entry; read it with EvalScratch."""
+def DeclareScratch(
+    system: LeafSystem, model: MultibodyPlant, more: Callable[[], Any] | None = None
+) -> CacheEntry:
+    """Declares the cache entry; read it with EvalScratch.
+
+    Args:
+        system: That uses it.
+        model: The model plant, of which a Context is part of it.
+        more: Makes what else is part of it.
+    """
+
+    def allocate() -> AbstractValue:
+        context = model.CreateDefaultContext()
+        return AbstractValue.Make(context if more is None else (context, more()))
+
     return system.DeclareCacheEntry(
         description="scratch context of the model plant",
-        value_producer=ValueProducer(
-            allocate=lambda: AbstractValue.Make(model.CreateDefaultContext()),
-            calc=ValueProducer.NoopCalc,
-        ),
+        value_producer=ValueProducer(allocate=allocate, calc=ValueProducer.NoopCalc),
         prerequisites_of_calc={system.nothing_ticket()},
     )
 
 
-def EvalScratch(entry: CacheEntry, context: Context) -> Context:
-    """Returns the model plant's Context that belongs to `context`; its contents are anyone's."""
+def EvalScratch(entry: CacheEntry, context: Context) -> Any:
+    """Returns the model plant's Context that belongs to `context`; its contents are anyone's.
+
+    With `more` the two of them.
+    """
     return entry.EvalAbstract(context).get_value()

@@ -6,14 +6,17 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
+from drake_quad.control.ports import SIZE, GaitPhase
+from drake_quad.errors import PlanningError
+from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.resume_task import resume_task
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.leg_kinematics import calc_feet
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.gait_phase import SIZE, GaitPhase
 from drake_quad.terrain import Course
 
 
@@ -21,7 +24,9 @@ class TransitionPlanner(LeafSystem):
     """Holds the motion plan of the task under way.
 
     On entering a task: from where the feet stand as measured, the fewest stable steps to the
-    gait's desired configuration, then the gait's footholds and the body's path.
+    gait's desired configuration, then the gait's footholds and the body's path. When the clock
+    asks for a revision, after a push: the same from the feet as they stand, for the rest of the
+    task.
 
     Input ports:
         gait_phase: See GaitPhase.
@@ -67,25 +72,53 @@ class TransitionPlanner(LeafSystem):
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        task = int(self._phase_port.Eval(context)[GaitPhase.TASK])
+        phase = self._phase_port.Eval(context)
+        task, revision = int(phase[GaitPhase.TASK]), int(phase[GaitPhase.REVISION])
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
-        if plan.index == task:
-            return EventStatus.DidNothing()
         # The body goes on from where it was told to be, so that its desired pose never jumps.
-        self._set_plan(context, state, task, plan.end.body)
+        if plan.index != task:
+            self._set_plan(context, state, task, plan.end.body)
+        elif plan.revision != revision:
+            resumed = self._resume(plan, float(phase[GaitPhase.TIME]), self._feet(context))
+            self._keep(context, state, resumed)
+        else:
+            return EventStatus.DidNothing()
         return EventStatus.Succeeded()
 
     def _set_plan(self, context: Context, state: State, task: int, body: np.ndarray) -> None:
-        measured = self._layout.read(self._state_port.Eval(context))
-        feet = measured.p_WB + calc_feet(self._robot.geometry, measured.q) @ measured.R_WB.T
         plan = plan_task(
             self._robot,
             self._course,
             self._settings,
             self._mission[task],
-            Stance(body, feet),
+            Stance(body, self._feet(context)),
             index=task,
         )
+        self._keep(context, state, plan)
+
+    def _resume(self, plan: MotionPlan, t: float, feet: FloatArray) -> MotionPlan:
+        """The rest of `plan` from gait time `t` on, from the feet (4, 3) as they stand."""
+        told = plan.sample(t).body[0]
+        amidst = np.array([*feet[:, :2].mean(axis=0), *told[2:]])
+        first: PlanningError | None = None
+        # Where the body is told to be may be no place to set out from with the feet elsewhere.
+        for body in (told, amidst):
+            try:
+                stance = Stance(body, feet)
+                return resume_task(self._robot, self._course, self._settings, plan, t, stance)
+            except PlanningError as problem:
+                first = first or problem
+        assert first is not None
+        raise first
+
+    def _feet(self, context: Context) -> FloatArray:
+        """Where the feet stand as estimated, (4, 3) in W [m]."""
+        measured = self._layout.read(self._state_port.Eval(context))
+        feet = measured.p_WB + calc_feet(self._robot.geometry, measured.q) @ measured.R_WB.T
+        return np.asarray(feet)
+
+    def _keep(self, context: Context, state: State, plan: MotionPlan) -> None:
+        """Makes `plan` the one that is followed, and history."""
         state.get_mutable_abstract_state(int(self._plan)).set_value(plan)
         done: tuple[MotionPlan, ...] = context.get_abstract_state(int(self._history)).get_value()
         state.get_mutable_abstract_state(int(self._history)).set_value((*done, plan))

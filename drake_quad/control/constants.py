@@ -1,0 +1,120 @@
+"""What a controller knows from the beginning, as a record that the tick's kernels take whole."""
+
+from typing import Any
+
+import numpy as np
+
+from drake_quad.control.base_task import BaseGains
+from drake_quad.control.carried import Learning
+from drake_quad.control.feet import leg_array
+from drake_quad.control.force_qp import Weights
+from drake_quad.control.measured import places_of
+from drake_quad.control.records import Records, record_type
+from drake_quad.control.settings import ControlSettings
+from drake_quad.control.tracking import Pace, Softness
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_state import StateLayout
+
+GRAVITY = 9.81
+# Of a large error only so much is asked for at once: more than the feet can give makes the program
+# trade the robot's uprightness for it.
+MOST_SHIFT = 0.04  # [m]
+MOST_TURN = 0.03  # [rad]
+MOST_ACCELERATION = 3.0  # [m/s^2], horizontal
+MOST_AWAY = 0.05  # [rad] of a loaded leg's joints from their targets
+MOST_FASTER = 0.5  # [rad/s]
+
+
+def _numbers(kind: Any) -> np.dtype[np.void]:
+    return record_type(dict.fromkeys(kind._fields, ()))
+
+
+# Of the robot: its legs (see `leg_array`), the feet's radius [m], the joints' limits, leg by leg.
+# Where what is in a state, see `places_of`; the joints' places in the velocities; and in which
+# order the actuators have the joints. The settings, see there.
+CONSTANTS = np.dtype(
+    [
+        ("legs", np.float64, (4, 7)),
+        ("radius", np.float64),
+        ("places", np.int64, (26,)),
+        ("velocities", np.int64, (12,)),
+        ("order", np.int64, (12,)),
+        ("q_lower", np.float64, (12,)),
+        ("q_upper", np.float64, (12,)),
+        ("effort", np.float64, (12,)),
+        ("speed", np.float64, (12,)),
+        ("unload_time", np.float64),
+        ("load_time", np.float64),
+        ("friction", np.float64),
+        ("pace", _numbers(Pace)),
+        ("weights", _numbers(Weights)),
+        ("gains", _numbers(BaseGains)),
+        ("softness", _numbers(Softness)),
+        ("learning", _numbers(Learning)),
+    ],
+    align=True,
+)
+
+
+def make_constants(
+    robot: RobotModel,
+    layout: StateLayout,
+    control: ControlSettings,
+    *,
+    stiffness: float,
+    inertia: float,
+) -> Records:
+    """The record, of type CONSTANTS.
+
+    Args:
+        robot: The robot.
+        layout: Of its state.
+        control: Of the controller.
+        stiffness: Share of the joints' that a loaded leg keeps.
+        inertia: The robot's moment of inertia [kg m^2].
+    """
+    constants = np.zeros(1, dtype=CONSTANTS)
+    c = constants[0]
+    c["legs"], c["radius"] = leg_array(robot.geometry), robot.foot_radius
+    c["places"] = places_of(layout)
+    c["velocities"] = layout.v_joints - layout.num_positions
+    c["order"] = np.argsort(layout.actuators)
+    c["q_lower"], c["q_upper"] = robot.q_lower, robot.q_upper
+    c["effort"], c["speed"] = robot.effort, robot.speed
+    c["unload_time"], c["load_time"] = control.unload_time, control.load_time
+    c["friction"] = control.friction
+    c["pace"] = Pace(
+        control.period,
+        control.foothold_time,
+        control.touchdown_press,
+        control.search_speed,
+        control.height_time,
+    )
+    weight = robot.mass * GRAVITY
+    c["weights"] = Weights(
+        angular=30.0,
+        linear=1.0,
+        force=1e-6,
+        least_force=control.least_force,
+        greatest_force=1.5 * weight,
+        pressure_margin=control.pressure_margin,
+    )
+    c["gains"] = BaseGains(
+        control.base_stiffness / robot.mass,
+        control.base_damping / robot.mass,
+        control.base_rotation_stiffness / inertia,
+        control.base_rotation_damping / inertia,
+        MOST_SHIFT,
+        MOST_TURN,
+        MOST_ACCELERATION,
+    )
+    c["softness"] = Softness(stiffness, MOST_AWAY, MOST_FASTER)
+    learn_time = max(control.load_time, control.period)
+    c["learning"] = Learning(
+        control.base_stiffness / learn_time,
+        control.base_rotation_stiffness / learn_time,
+        weight,
+        control.period,
+    )
+    constants.setflags(write=False)
+    return constants

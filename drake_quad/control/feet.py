@@ -1,0 +1,121 @@
+"""What the four feet do, by the joints and the base as they are: places, velocities, Jacobians."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_quad.compiled import compiled
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_kinematics import LegGeometry
+from drake_quad.robot.leg_scalar import LegConstants, foot_and_jacobian
+
+IntArray = NDArray[np.integer[Any]]
+
+STEP = 1e-5  # [s] of the central difference that gives the Jacobian's rate
+
+
+class Feet(NamedTuple):
+    """The feet at one instant, all in W.
+
+    Attributes:
+        place: Foot sphere centres (4, 3) [m].
+        velocity: Theirs (4, 3) [m/s].
+        drift: Their acceleration while base and joints have none (4, 3) [m/s^2].
+        jacobian: Of the centres by each leg's joints (4, 3, 3) [m/rad].
+        contact_jacobian: Of the material points under the centres, where ground pushes.
+    """
+
+    place: FloatArray
+    velocity: FloatArray
+    drift: FloatArray
+    jacobian: FloatArray
+    contact_jacobian: FloatArray
+
+
+def leg_array(geometry: LegGeometry) -> FloatArray:
+    """The legs' lengths as (4, 7) rows in the order of LegConstants."""
+    return np.column_stack(
+        [geometry.p_BH, geometry.offset, geometry.thigh, geometry.shank, geometry.knee_sign]
+    ).astype(float)
+
+
+@compiled
+def leg_row(legs: FloatArray, k: int) -> LegConstants:
+    """Row `k` of `leg_array`."""
+    return LegConstants(
+        legs[k, 0], legs[k, 1], legs[k, 2], legs[k, 3], legs[k, 4], legs[k, 5], legs[k, 6]
+    )
+
+
+@compiled
+def measure_feet(
+    legs: FloatArray,
+    radius: float,
+    p: FloatArray,
+    R: FloatArray,
+    w: FloatArray,
+    v: FloatArray,
+    q: FloatArray,
+    qd: FloatArray,
+) -> Feet:
+    """The feet of a state.
+
+    Args:
+        legs: See `leg_array`.
+        radius: Of the foot spheres [m].
+        p: p_WB (3,) [m].
+        R: R_WB (3, 3).
+        w: w_WB (3,) in W [rad/s].
+        v: v_WB (3,) in W [m/s].
+        q: Joint angles (12,), leg by leg [rad].
+        qd: Joint speeds (12,) [rad/s].
+    """
+    place, velocity, drift = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
+    jacobian, contact = np.empty((4, 3, 3)), np.empty((4, 3, 3))
+    for k in range(4):
+        leg = leg_row(legs, k)
+        a, b, c = q[3 * k], q[3 * k + 1], q[3 * k + 2]
+        da, db, dc = qd[3 * k], qd[3 * k + 1], qd[3 * k + 2]
+        f, J = foot_and_jacobian(leg, a, b, c)
+        _, J0 = foot_and_jacobian(leg, a - STEP * da, b - STEP * db, c - STEP * dc)
+        _, J1 = foot_and_jacobian(leg, a + STEP * da, b + STEP * db, c + STEP * dc)
+        rate = (da, db, dc)
+        for i in range(3):
+            arm = 0.0
+            for j in range(3):
+                arm += R[i, j] * f[j]
+                jacobian[k, i, j] = R[i, 0] * J[0][j] + R[i, 1] * J[1][j] + R[i, 2] * J[2][j]
+            place[k, i] = arm
+        for i in range(3):
+            relative, bend = 0.0, 0.0
+            for j in range(3):
+                relative += jacobian[k, i, j] * rate[j]
+                for m in range(3):
+                    bend += R[i, m] * (J1[m][j] - J0[m][j]) / (2.0 * STEP) * rate[j]
+            velocity[k, i] = relative
+            drift[k, i] = bend
+        r0, r1, r2 = place[k, 0], place[k, 1], place[k, 2]
+        u0, u1, u2 = velocity[k, 0], velocity[k, 1], velocity[k, 2]
+        s0, s1, s2 = w[1] * r2 - w[2] * r1, w[2] * r0 - w[0] * r2, w[0] * r1 - w[1] * r0
+        t0, t1, t2 = s0 + 2.0 * u0, s1 + 2.0 * u1, s2 + 2.0 * u2
+        drift[k, 0] += w[1] * t2 - w[2] * t1
+        drift[k, 1] += w[2] * t0 - w[0] * t2
+        drift[k, 2] += w[0] * t1 - w[1] * t0
+        velocity[k, 0] = v[0] + s0 + u0
+        velocity[k, 1] = v[1] + s1 + u1
+        velocity[k, 2] = v[2] + s2 + u2
+        for i in range(3):
+            place[k, i] += p[i]
+        # The joints' axes: x of B, then y of B turned about it by the abduction, twice. The point
+        # of the sphere that touches moves by axis x (-radius z) more than the centre.
+        ca, sa = np.cos(a), np.sin(a)
+        for j in range(3):
+            if j == 0:
+                x, y = R[0, 0], R[1, 0]
+            else:
+                x, y = R[0, 1] * ca + R[0, 2] * sa, R[1, 1] * ca + R[1, 2] * sa
+            contact[k, 0, j] = jacobian[k, 0, j] - radius * y
+            contact[k, 1, j] = jacobian[k, 1, j] + radius * x
+            contact[k, 2, j] = jacobian[k, 2, j]
+    return Feet(place, velocity, drift, jacobian, contact)

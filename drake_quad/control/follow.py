@@ -1,0 +1,210 @@
+"""A tick's two ends: from plan and state to what base and feet are to do, and to the commands."""
+
+from math import atan2
+
+import numpy as np
+
+from drake_quad.compiled import compiled
+from drake_quad.control.base_task import base_target, foot_load
+from drake_quad.control.measured import measure_into
+from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
+from drake_quad.control.records import Records
+from drake_quad.control.tracking import (
+    BODY_RATE,
+    HEIGHT,
+    LANDED,
+    LANDED_LOAD,
+    LEAD,
+    LOST_LOAD,
+    joint_targets,
+    place_feet,
+    soften,
+)
+from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.planning.plan_table import sample_body, sample_feet
+
+# Numba has these as plain numbers.
+TASK, TIME, RATE, MODE, REVISION = (
+    int(p)
+    for p in (
+        GaitPhase.TASK,
+        GaitPhase.TIME,
+        GaitPhase.RATE,
+        GaitPhase.MODE,
+        GaitPhase.REVISION,
+    )
+)
+LEG, RUN, REPLAN = int(Catch.LEG), int(Mode.RUN), int(Mode.REPLAN)
+RATE_SLEW = 4.0  # [1/s] of the body's rate
+CATCH_UP = 2.0  # [1/s] of what it is ahead of the clock
+COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY = (int(b) for b in Balance)
+
+
+@compiled
+def follow(
+    control_points: FloatArray,
+    knot: float,
+    phases: FloatArray,
+    duration: float,
+    task: int,
+    revision: int,
+    phase: FloatArray,
+    catch: FloatArray,
+    bearing: FloatArray,
+    estimated: FloatArray,
+    constants: Records,
+    memory: FloatArray,
+    last: FloatArray,
+    work: Records,
+) -> None:
+    """What base and feet are to do now.
+
+    Args:
+        control_points: Of the plan's body (n, 5), and
+        knot: their spacing [s].
+        phases: Of the plan, see `phase_table`.
+        duration: Of the plan [s].
+        task: That the plan is for.
+        revision: Of the plan.
+        phase: See GaitPhase. A clock that is at another task has the plan at its end; one that
+            waits for a plan made anew has that at its beginning.
+        catch: See Catch.
+        bearing: 1 where a foot is sensed to bear (4,).
+        estimated: [q; v].
+        constants: See CONSTANTS.
+        memory: See MEMORY_SIZE; goes on a tick.
+        last: See `measure_into`; goes on a tick.
+        work: See WORK; its measured, its target, place and velocity are the result.
+    """
+    c, found = constants[0], work[0]
+    measure_into(found.measured, estimated, last, c.places, c.legs, c.radius)
+    t = phase[TIME] if int(phase[TASK]) == task else duration
+    rate, running = phase[RATE], int(phase[MODE]) == RUN
+    if int(phase[MODE]) == REPLAN and int(phase[REVISION]) == revision:
+        t = 0.0
+    feet, velocity, acceleration, standing, swing_phase = sample_feet(phases, t)
+    if not running:
+        for k in range(4):
+            standing[k] = k + 1 != int(catch[LEG])
+    place, velocity, acceleration, new = place_feet(
+        feet, velocity, acceleration, standing, swing_phase, rate, found.measured.feet.place,
+        bearing, catch, not running, memory, c.pace,
+    )  # fmt: skip
+    memory[:] = new
+    if running:
+        load = foot_load(phases, t, c.unload_time)
+        _correct_load(load, standing, bearing, new[LANDED] > 0.5)
+    else:
+        load = _caught_load(standing, bearing)
+    body_rate = _body_rate(memory, t, rate, c.pace.period)
+    target = base_target(
+        sample_body(control_points, knot, t + memory[LEAD]),
+        body_rate,
+        new[HEIGHT],
+        acceleration,
+        load,
+    )
+    into = found.target
+    into.body[:], into.R[:, :], into.v[:], into.w[:] = target.body, target.R, target.v, target.w
+    into.acceleration[:], into.load[:] = target.acceleration, load
+    into.feet_acceleration[:, :] = acceleration
+    found.place[:, :], found.velocity[:, :] = place, velocity
+
+
+@compiled
+def _body_rate(memory: FloatArray, t: float, rate: float, period: float) -> float:
+    """How fast the body follows its path: as the gait clock runs, without its jumps.
+
+    A clock that stops at once would stop the body at once: the pressure under the feet jumps, and
+    a light foot leaves the ground. The body runs on a little, and lets the clock catch up later;
+    the plan's margins hold for that long on either side of a switch (`plan_body`'s guard).
+    """
+    if t <= 1.5 * period:  # plans begin at rest
+        memory[LEAD], memory[BODY_RATE] = 0.0, rate
+    if np.isnan(memory[BODY_RATE]):  # the first tick
+        memory[BODY_RATE] = rate
+    wanted = rate - CATCH_UP * memory[LEAD]
+    most = RATE_SLEW * period
+    memory[BODY_RATE] += min(max(wanted - memory[BODY_RATE], -most), most)
+    memory[LEAD] += (memory[BODY_RATE] - rate) * period
+    return memory[BODY_RATE]
+
+
+@compiled
+def _correct_load(load: FloatArray, standing: BoolArray, bearing: FloatArray, landed: bool) -> None:
+    """Changes the plan's loads (4,) for a swing foot that has landed, and for lost ground."""
+    held = 0
+    for k in range(4):
+        if landed and not standing[k]:
+            load[k] = LANDED_LOAD
+        if load[k] > 0.0 and not (standing[k] and bearing[k] < 0.5):
+            held += 1
+    if held > 1:
+        for k in range(4):
+            if standing[k] and bearing[k] < 0.5:
+                load[k] = min(load[k], LOST_LOAD)
+
+
+@compiled
+def _caught_load(standing: BoolArray, bearing: FloatArray) -> FloatArray:
+    """Loads (4,) while a push is caught: of the feet that are to stand, those that bear."""
+    load, bears = np.zeros(4), False
+    for k in range(4):
+        if standing[k] and bearing[k] > 0.5:
+            load[k], bears = 1.0, True
+    if not bears:
+        # Thrown off the ground there is nothing to share: be ready on all that are to stand.
+        for k in range(4):
+            load[k] = 1.0 if standing[k] else 0.0
+    return load
+
+
+@compiled
+def command(
+    torque: FloatArray,
+    com: FloatArray,
+    constants: Records,
+    work: Records,
+    joints: FloatArray,
+    torques: FloatArray,
+    body: FloatArray,
+    feet: FloatArray,
+    balance: FloatArray,
+) -> None:
+    """The commands to the drives, within their limits, and what the gait clock needs to know.
+
+    Args:
+        torque: To feed forward (12,), leg by leg [Nm].
+        com: The model's centre of mass in W (3,) [m].
+        constants: See CONSTANTS.
+        work: See WORK.
+        joints: Result: angles [rad], then speeds [rad/s] (24,), in the actuators' order.
+        torques: Result (12,) in the actuators' order [Nm].
+        body: Result: x, y, z, pitch, yaw desired (5,).
+        feet: Result: their centres desired in W (12,) [m].
+        balance: Result: see Balance.
+    """
+    c, found = constants[0], work[0]
+    m, t = found.measured, found.target
+    q, qd = joint_targets(
+        c.legs, found.place, found.velocity, t.load, m.p, m.R, t.body[:3], t.R, t.v, t.w
+    )
+    if c.softness.share < 1.0:
+        q, qd = soften(q, qd, m.q, m.qd, t.load, c.softness)
+    for i in range(12):
+        j = c.order[i]
+        joints[i] = min(max(q[j], c.q_lower[j]), c.q_upper[j])
+        joints[12 + i] = min(max(qd[j], -c.speed[j]), c.speed[j])
+        torques[i] = min(max(torque[j], -c.effort[j]), c.effort[j])
+    body[:] = t.body
+    for k in range(4):
+        for i in range(3):
+            feet[3 * k + i] = found.place[k, i]
+            balance[FEET + 3 * k + i] = m.feet.place[k, i]
+    for i in range(3):
+        balance[COM + i], balance[BODY + i] = com[i], m.p[i]
+    for i in range(2):
+        balance[COM + i] += found.com_shift[i]
+        balance[ACCELERATION + i] = t.acceleration[3 + i]
+        balance[VELOCITY_ERROR + i] = m.v[i] - t.v[i]
+    balance[BODY + 3] = atan2(m.R[1, 0], m.R[0, 0])

@@ -1,0 +1,166 @@
+"""The floating base's dynamics, with everything but the feet's forces eliminated.
+
+Every joint belongs to a leg whose foot is told how to accelerate, so the joints' accelerations
+follow from the base's, and the base's from the forces on the feet:
+
+    M_b a_b + h_b = G f,    qdd = B a_b + d,    tau = T f + t.
+
+What is left to choose are the forces f, in a small program (`force_qp.py`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_quad.compiled import compiled
+from drake_quad.control.feet import Feet, IntArray
+from drake_quad.gait.legs import FloatArray
+
+SINGULAR = 1e-5  # [m^3] determinant of a leg's Jacobian below which it counts as just that
+
+
+class Dynamics(NamedTuple):
+    """Linear maps of the forces f (12,) on the four feet, in W [N].
+
+    Attributes:
+        base: (6, 12) of the base's acceleration: angular, then linear, in W.
+        base_offset: (6,): a_b = base f + base_offset.
+        joint: (12, 12) of the joints' accelerations [rad/s^2].
+        joint_offset: (12,).
+        torque: (12, 12) of the joints' torques [Nm].
+        torque_offset: (12,).
+    """
+
+    base: FloatArray
+    base_offset: FloatArray
+    joint: FloatArray
+    joint_offset: FloatArray
+    torque: FloatArray
+    torque_offset: FloatArray
+
+
+@compiled
+def _inverse(J: FloatArray) -> FloatArray:
+    """Of a leg's Jacobian (3, 3), by its adjugate: large but finite where the leg is straight."""
+    adjugate = np.empty((3, 3))
+    for i in range(3):
+        a, b = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            c, d = (j + 1) % 3, (j + 2) % 3
+            adjugate[j, i] = J[a, c] * J[b, d] - J[a, d] * J[b, c]
+    det = J[0, 0] * adjugate[0, 0] + J[0, 1] * adjugate[1, 0] + J[0, 2] * adjugate[2, 0]
+    if abs(det) < SINGULAR:
+        det = SINGULAR if det >= 0.0 else -SINGULAR
+    return adjugate / det
+
+
+@compiled
+def reduce_dynamics(
+    M: FloatArray,
+    h: FloatArray,
+    joints: IntArray,
+    feet: Feet,
+    acceleration: FloatArray,
+    p: FloatArray,
+    radius: float,
+) -> Dynamics:
+    """Eliminates the accelerations.
+
+    Args:
+        M: Mass matrix (18, 18), the base's angular and linear velocity first.
+        h: Coriolis and gravity terms (18,): M a + h = generalised forces.
+        joints: Places of the legs' joints in the velocities (12,).
+        feet: From `measure_feet`.
+        acceleration: What the feet's centres are to have, in W (4, 3) [m/s^2].
+        p: p_WB (3,) [m].
+        radius: Of the foot spheres [m].
+
+    Returns:
+        The maps. Those of a straight leg are finite, but not exact; from numbers that are none
+        come maps that are none.
+    """
+    # Loops all along: a call of a library for matrices this small takes longer than its work.
+    # Rows of three are a leg's, which no other leg's joints touch.
+    B, d = np.zeros((12, 6)), np.zeros(12)
+    M_b, right = np.empty((6, 6)), np.zeros((6, 13))
+    for i in range(6):
+        right[i, 12] = -h[i]
+        for j in range(6):
+            M_b[i, j] = M[i, j]
+    for k in range(4):
+        inverse = _inverse(feet.jacobian[k])
+        x, y, z = feet.place[k, 0] - p[0], feet.place[k, 1] - p[1], feet.place[k, 2] - p[2]
+        for i in range(3):
+            row = 3 * k + i
+            a, b, c = inverse[i, 0], inverse[i, 1], inverse[i, 2]
+            # a_F = vdot + wdot x r + drift + J qdd
+            B[row, 0], B[row, 1], B[row, 2] = z * b - y * c, x * c - z * a, y * a - x * b
+            B[row, 3], B[row, 4], B[row, 5] = -a, -b, -c
+            for j in range(3):
+                d[row] += inverse[i, j] * (acceleration[k, j] - feet.drift[k, j])
+            for j in range(6):
+                m = M[j, joints[row]]
+                right[j, 12] -= m * d[row]
+                for n in range(6):
+                    M_b[j, n] += m * B[row, n]
+        z -= radius  # where the ground pushes
+        right[0, 3 * k + 1], right[0, 3 * k + 2] = -z, y
+        right[1, 3 * k], right[1, 3 * k + 2] = z, -x
+        right[2, 3 * k], right[2, 3 * k + 1] = -y, x
+        for i in range(3):
+            right[3 + i, 3 * k + i] = 1.0
+    _solve_in_place(M_b, right)
+
+    # The offsets are the last column.
+    joint, torque = np.zeros((12, 13)), np.zeros((12, 13))
+    for row in range(12):
+        for j in range(6):
+            m, b = M[joints[row], j], B[row, j]
+            for n in range(13):
+                joint[row, n] += b * right[j, n]
+                torque[row, n] += m * right[j, n]
+        joint[row, 12] += d[row]
+        torque[row, 12] += h[joints[row]]
+    for k in range(4):
+        for i in range(3):
+            row = 3 * k + i
+            for j in range(3):
+                m = M[joints[row], joints[3 * k + j]]
+                for n in range(13):
+                    torque[row, n] += m * joint[3 * k + j, n]
+                torque[row, 3 * k + j] -= feet.contact_jacobian[k, j, i]
+    return Dynamics(
+        right[:, :12].copy(), right[:, 12].copy(), joint[:, :12].copy(), joint[:, 12].copy(),
+        torque[:, :12].copy(), torque[:, 12].copy(),
+    )  # fmt: skip
+
+
+@compiled
+def _solve_in_place(A: FloatArray, right: FloatArray) -> None:
+    """Solves A x = right, (n, n) and (n, m), by Gauss' elimination; both are used up.
+
+    Of a singular matrix come numbers that are none.
+    """
+    n, m = right.shape
+    for i in range(n):
+        best = i
+        for k in range(i + 1, n):
+            if abs(A[k, i]) > abs(A[best, i]):
+                best = k
+        if best != i:
+            for j in range(n):
+                A[i, j], A[best, j] = A[best, j], A[i, j]
+            for j in range(m):
+                right[i, j], right[best, j] = right[best, j], right[i, j]
+        for k in range(i + 1, n):
+            factor = A[k, i] / A[i, i]
+            for j in range(i + 1, n):
+                A[k, j] -= factor * A[i, j]
+            for j in range(m):
+                right[k, j] -= factor * right[i, j]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            for j in range(m):
+                right[i, j] -= A[i, k] * right[k, j]
+        for j in range(m):
+            right[i, j] /= A[i, i]

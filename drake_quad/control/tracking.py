@@ -1,0 +1,244 @@
+"""Where the feet are to be now, and the joint angles and speeds that put them there."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_quad.compiled import compiled
+from drake_quad.control.base_task import smooth_step
+from drake_quad.control.feet import leg_row
+from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.robot.leg_scalar import foot_and_jacobian, solve_leg, solve_rates
+
+# Places in a controller's memory: each foot's hold in W (12) [m]; the foot less its planned place
+# when it lifted off (12) [m]; how deep a foot has searched below the plan for ground [m]; whether
+# the swing foot found ground before its time; the standing feet's mean height over the plan's [m];
+# where a catching foot set out from (3) [m]; how fast the body follows its path, and how far it is
+# ahead of the gait clock there [s].
+HOLD, LIFTED, DEPTH, LANDED, HEIGHT, CAUGHT = 0, 12, 24, 25, 26, 27
+BODY_RATE, LEAD = 30, 31
+MEMORY_SIZE = 32
+URGENT_SEARCH = 0.3  # [m/s] downwards, of a foot that lost the ground in a push
+DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where it is
+TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for the ground
+LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
+LANDED_LOAD = 0.2  # how much of a full load a foot carries that landed before its time
+
+
+class Pace(NamedTuple):
+    """Times and speeds of `place_feet`; see ControlSettings.
+
+    Attributes:
+        period: Of the controller [s].
+        foothold_time: [s].
+        touchdown_press: [m].
+        search_speed: [m/s].
+        height_time: Over which the body follows the height of the ground as found [s].
+    """
+
+    period: float
+    foothold_time: float
+    touchdown_press: float
+    search_speed: float
+    height_time: float
+
+
+@compiled
+def place_feet(
+    planned: FloatArray,
+    planned_velocity: FloatArray,
+    planned_acceleration: FloatArray,
+    standing: BoolArray,
+    swing_phase: float,
+    rate: float,
+    feet: FloatArray,
+    bearing: FloatArray,
+    catch: FloatArray,
+    urgent: bool,
+    memory: FloatArray,
+    pace: Pace,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Where the feet are to be.
+
+    A standing foot is held where it really stands. A swing starts where the foot really stood and
+    ends where it was planned to, or where it meets ground before; where there is no ground it
+    searches downwards while the clock waits. A catching foot goes where the catch says.
+
+    Args:
+        planned: The plan's feet in W (4, 3) [m].
+        planned_velocity: By gait time (4, 3).
+        planned_acceleration: By gait time (4, 3).
+        standing: Who is to stand (4,).
+        swing_phase: s in [0, 1] of the swing, nan if nobody swings.
+        rate: How fast the gait clock runs.
+        feet: The feet in W as estimated (4, 3) [m].
+        bearing: 1 where a foot is sensed to bear (4,).
+        catch: Leg (1 to 4, 0 for none), place (3) [m], duration, elapsed time [s], lift [m].
+        urgent: Whether a push is being caught: then lost ground is searched for in haste.
+        memory: See MEMORY_SIZE; not changed.
+        pace: Times and speeds.
+
+    Returns:
+        Places, velocities and accelerations of the feet in W (4, 3), and the new memory.
+    """
+    new = memory.copy()
+    place, velocity, acceleration = np.zeros((4, 3)), np.zeros((4, 3)), np.zeros((4, 3))
+    follow = min(pace.period / max(pace.foothold_time, pace.period), 1.0)
+    new[DEPTH] = 0.0
+    caught = int(catch[0]) - 1
+    error, count, swinging = 0.0, 0, False
+    for k in range(4):
+        hold = new[HOLD + 3 * k : HOLD + 3 * k + 3]
+        lifted = new[LIFTED + 3 * k : LIFTED + 3 * k + 3]
+        if k == caught:
+            swinging = True
+            if catch[5] <= pace.period:
+                new[CAUGHT : CAUGHT + 3] = feet[k]
+            s = min(catch[5] / catch[4], 1.0)
+            along = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+            speed = 30.0 * (s * (1.0 - s)) ** 2 / catch[4]
+            for i in range(3):
+                way = catch[1 + i] - new[CAUGHT + i]
+                place[k, i] = new[CAUGHT + i] + along * way
+                velocity[k, i] = speed * way
+            place[k, 2] += catch[6] * 16.0 * (s * (1.0 - s)) ** 2
+            velocity[k, 2] += catch[6] * 32.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / catch[4]
+            late = max(catch[5] - catch[4], 0.0)
+            place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0)
+            place[k, 2] -= 4.0 * pace.search_speed * late
+            hold[:] = feet[k]
+            lifted[:] = 0.0
+            continue
+        if not standing[k] and not urgent and not np.isnan(swing_phase):
+            swinging = True
+            s = swing_phase
+            if s < 0.5:
+                new[LANDED] = 0.0
+            if new[LANDED] == 0.0 and s > 0.5 and bearing[k] > 0.5:
+                new[LANDED] = 1.0
+                hold[:] = feet[k]
+                hold[2] -= pace.touchdown_press
+            if new[LANDED] == 0.0:
+                if rate == 0.0 and s > TOUCHDOWN:
+                    new[DEPTH] = memory[DEPTH] + pace.search_speed * pace.period
+                rest = 1.0 - smooth_step(1.5 * s)
+                for i in range(3):
+                    place[k, i] = planned[k, i] + rest * lifted[i]
+                    velocity[k, i] = rate * planned_velocity[k, i]
+                    acceleration[k, i] = rate * rate * planned_acceleration[k, i]
+                # It ends on ground that is as much higher than the map's as where the others stand.
+                place[k, 2] += (1.0 - rest) * new[HEIGHT]
+                place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0) + new[DEPTH]
+                hold[:] = place[k]
+                continue
+            # Found before its time: it presses there, and goes on down if the ground gives way.
+            if bearing[k] < 0.5:
+                hold[2] -= pace.search_speed * pace.period
+            for i in range(3):
+                lifted[i] = hold[i] - planned[k, i]
+                place[k, i] = hold[i]
+            continue
+        if bearing[k] > 0.5:
+            for i in range(3):
+                hold[i] += follow * (feet[k, i] - hold[i])
+            error += hold[2] - planned[k, 2]
+            count += 1
+        elif feet[k, 2] - hold[2] < DEEPEST:  # where it stood there is no ground: down after it
+            hold[2] -= (URGENT_SEARCH if urgent else pace.search_speed) * pace.period
+        for i in range(3):
+            lifted[i] = hold[i] - planned[k, i]
+            place[k, i] = hold[i]
+    if not swinging:
+        new[LANDED] = 0.0
+    if count > 0:
+        blend = min(pace.period / max(pace.height_time, pace.period), 1.0)
+        new[HEIGHT] += blend * (error / count - new[HEIGHT])
+    return place, velocity, acceleration, new
+
+
+@compiled
+def joint_targets(
+    legs: FloatArray,
+    places: FloatArray,
+    velocities: FloatArray,
+    load: FloatArray,
+    p: FloatArray,
+    R: FloatArray,
+    p_desired: FloatArray,
+    R_desired: FloatArray,
+    v_desired: FloatArray,
+    w_desired: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Joint angles (12,) [rad] and speeds (12,) [rad/s] that put the feet where they belong.
+
+    A foot under load is placed in the body as desired, one without in the body as measured;
+    between the two the target moves with the load, so that a foot about to lift off lets go.
+    """
+    q, qd = np.empty(12), np.empty(12)
+    for k in range(4):
+        leg = leg_row(legs, k)
+        d, m = places[k] - p_desired, places[k] - p
+        b0, b1, b2 = 0.0, 0.0, 0.0
+        share = load[k]
+        for i in range(3):
+            wanted0, measured0 = R_desired[i, 0] * d[i], R[i, 0] * m[i]
+            wanted1, measured1 = R_desired[i, 1] * d[i], R[i, 1] * m[i]
+            wanted2, measured2 = R_desired[i, 2] * d[i], R[i, 2] * m[i]
+            b0 += measured0 + share * (wanted0 - measured0)
+            b1 += measured1 + share * (wanted1 - measured1)
+            b2 += measured2 + share * (wanted2 - measured2)
+        angles = solve_leg(leg, b0, b1, b2)
+        u0 = velocities[k, 0] - v_desired[0] - (w_desired[1] * d[2] - w_desired[2] * d[1])
+        u1 = velocities[k, 1] - v_desired[1] - (w_desired[2] * d[0] - w_desired[0] * d[2])
+        u2 = velocities[k, 2] - v_desired[2] - (w_desired[0] * d[1] - w_desired[1] * d[0])
+        _, J = foot_and_jacobian(leg, angles[0], angles[1], angles[2])
+        rates = solve_rates(
+            J,
+            (
+                R_desired[0, 0] * u0 + R_desired[1, 0] * u1 + R_desired[2, 0] * u2,
+                R_desired[0, 1] * u0 + R_desired[1, 1] * u1 + R_desired[2, 1] * u2,
+                R_desired[0, 2] * u0 + R_desired[1, 2] * u1 + R_desired[2, 2] * u2,
+            ),
+        )
+        for i in range(3):
+            q[3 * k + i] = angles[i]
+            qd[3 * k + i] = rates[i]
+    return q, qd
+
+
+class Softness(NamedTuple):
+    """How much of the joints' stiffness a loaded leg keeps, and how far it may pull.
+
+    Attributes:
+        share: Of the stiffness and damping.
+        most_away: Of a loaded leg's joints from their targets [rad].
+        most_faster: The same of their speeds [rad/s].
+    """
+
+    share: float
+    most_away: float
+    most_faster: float
+
+
+@compiled
+def soften(
+    q: FloatArray,
+    qd: FloatArray,
+    q_measured: FloatArray,
+    qd_measured: FloatArray,
+    load: FloatArray,
+    softness: Softness,
+) -> tuple[FloatArray, FloatArray]:
+    """Joint targets (12,), (12,) nearer to the joints as they are, the more load a foot carries.
+
+    What is left of the stiffness may not override the program's forces when errors are large.
+    """
+    new_q, new_qd = np.empty(12), np.empty(12)
+    for j in range(12):
+        m = load[j // 3]
+        share = 1.0 - (1.0 - softness.share) * m
+        free = 1e3 * (1.0 - m)
+        away, faster = softness.most_away + free, softness.most_faster + free
+        new_q[j] = q_measured[j] + share * min(max(q[j] - q_measured[j], -away), away)
+        new_qd[j] = qd_measured[j] + share * min(max(qd[j] - qd_measured[j], -faster), faster)
+    return new_q, new_qd

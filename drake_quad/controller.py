@@ -1,0 +1,170 @@
+"""The controller: a Diagram of its own that could be put on a robot.
+
+Its ports are what a robot has; it holds a model of the robot and never sees the simulated plant.
+"""
+
+from collections.abc import Sequence
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+
+from drake_quad.control.push_reflex import Reflex
+from drake_quad.control.settings import ControlSettings
+from drake_quad.estimation.settings import EstimatorSettings
+from drake_quad.planning.catch_place import CatchGround
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_state import StateLayout, make_layout
+from drake_quad.systems.gait_scheduler import GaitScheduler
+from drake_quad.systems.ik_controller import IkController
+from drake_quad.systems.state_estimator import StateEstimator
+from drake_quad.systems.tracking_controller import TrackingController
+from drake_quad.systems.transition_planner import TransitionPlanner
+from drake_quad.systems.whole_body_controller import WholeBodyController
+from drake_quad.terrain import Course
+
+LEVEL_START = 0.002  # [m]: courses begin with a level floor or landing
+ESTIMATES = (
+    "robot_state_estimated",
+    "estimator_deviation",
+    "foot_slip_estimated",
+    "estimator_healthy",
+)
+KINDS: dict[str, type[TrackingController]] = {"ik": IkController, "whole_body": WholeBodyController}
+
+
+def MakeController(
+    *,
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    mission: Sequence[Task],
+    control: ControlSettings,
+    model: MultibodyPlant,
+    start: Stance | None = None,
+) -> Diagram:
+    """Returns the controller as a Diagram of its own.
+
+    Args:
+        robot: The robot.
+        course: The map that it plans on.
+        settings: Of the plans.
+        mission: What to do.
+        control: Of the controllers.
+        model: The robot without ground.
+        start: Where the robot is put: then the controller estimates its state from there on,
+            from its sensors. None: it is told its state.
+
+    Input ports:
+        contact_state_measured: (4,) 1 where a foot bears.
+        imu_measured: (6,) of the Imu, if there is a `start`.
+        joint_state_measured: (24,) of the JointSensor, if there is a `start`.
+        robot_state_estimated: [q; v] in the order of `model`, if there is no `start`.
+    Output ports:
+        joint_state_desired, joint_torque_feedforward: Commands, in `model`'s actuator order.
+        gait_phase, contact_state_desired, catch, body_desired, feet_desired: For logs.
+        motion_plan: The plan of the task under way (abstract).
+        robot_state_estimated, estimator_deviation, foot_slip_estimated, estimator_healthy: Of the
+            StateEstimator, if there is a `start`.
+        qp_state, carried_estimated, friction_estimated: Of the WholeBodyController, if it is that.
+    """
+    layout = make_layout(model, robot)
+    builder = DiagramBuilder()
+    ground = CatchGround(course, robot.foot_radius)
+    reflex = Reflex(robot=robot, ground=ground, push_speed=control.push_speed)
+    scheduler = builder.AddNamedSystem(
+        "gait_scheduler",
+        GaitScheduler(
+            num_tasks=len(mission),
+            control=control,
+            reflex=reflex if control.catch_pushes else None,
+            may_pause=control.catch_pushes and not settings.dynamic,
+        ),
+    )
+    planner = builder.AddNamedSystem(
+        "transition_planner",
+        TransitionPlanner(
+            robot=robot, layout=layout, course=course, settings=settings, mission=mission
+        ),
+    )
+    tracking = builder.AddNamedSystem(
+        "tracking_controller",
+        KINDS[control.kind](robot=robot, layout=layout, model=model, control=control),
+    )
+    _Wire(builder, scheduler, planner, tracking)
+    contact_users = [scheduler, tracking]
+    if start is None:
+        _ExportInput(builder, "robot_state_estimated", (planner, tracking))
+    else:
+        estimator = builder.AddNamedSystem(
+            "state_estimator", _MakeEstimator(robot, layout, start, control)
+        )
+        for system in (planner, tracking):
+            builder.Connect(
+                estimator.GetOutputPort("robot_state_estimated"),
+                system.GetInputPort("robot_state_estimated"),
+            )
+        contact_users.append(estimator)
+        for name in ("imu_measured", "joint_state_measured"):
+            _ExportInput(builder, name, (estimator,))
+        for name in ESTIMATES:
+            builder.ExportOutput(estimator.GetOutputPort(name), name)
+    _ExportInput(builder, "contact_state_measured", contact_users)
+    for system, names in (
+        (
+            tracking,
+            ("joint_state_desired", "joint_torque_feedforward", "body_desired", "feet_desired"),
+        ),
+        (scheduler, ("gait_phase", "contact_state_desired", "catch")),
+        (planner, ("motion_plan",)),
+    ):
+        for name in names:
+            builder.ExportOutput(system.GetOutputPort(name), name)
+    if control.kind == "whole_body":
+        for name in ("qp_state", "carried_estimated", "friction_estimated"):
+            builder.ExportOutput(tracking.GetOutputPort(name), name)
+    diagram = builder.Build()
+    diagram.set_name("controller")
+    return diagram
+
+
+def _Wire(
+    builder: DiagramBuilder,
+    scheduler: GaitScheduler,
+    planner: TransitionPlanner,
+    tracking: TrackingController,
+) -> None:
+    """Connects the three with each other, and their other inputs with the controller's."""
+    for name, source, sinks in (
+        ("motion_plan", planner, (scheduler, tracking)),
+        ("gait_phase", scheduler, (planner, tracking)),
+        ("catch", scheduler, (tracking,)),
+        ("balance_estimated", tracking, (scheduler,)),
+    ):
+        for sink in sinks:
+            builder.Connect(source.GetOutputPort(name), sink.GetInputPort(name))
+
+
+def _ExportInput(builder: DiagramBuilder, name: str, systems: Sequence[LeafSystem]) -> None:
+    """One input of the diagram for the inputs of that name of several systems."""
+    index = builder.ExportInput(systems[0].GetInputPort(name), name)
+    for system in systems[1:]:
+        builder.ConnectInput(index, system.GetInputPort(name))
+
+
+def _MakeEstimator(
+    robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings
+) -> StateEstimator:
+    q, _, _ = pose_robot(robot, start.body[None], start.feet[None])
+    return StateEstimator(
+        robot=robot,
+        layout=layout,
+        p_WB=start.body[:3],
+        yaw=float(start.body[4]),
+        pitch=float(start.body[3]),
+        q=q.reshape(12),
+        settings=EstimatorSettings(level_start=LEVEL_START),
+        period=control.period,
+    )

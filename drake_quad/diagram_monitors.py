@@ -1,0 +1,88 @@
+"""The monitors beside the simulated plant: they measure the truth, and nobody is told by them."""
+
+from typing import NamedTuple
+
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_quad.diagram_plant import MakeTrueModel, SimulatedPlant
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
+from drake_quad.systems.disturbances import Disturbances
+from drake_quad.systems.push_source import PushSource
+from drake_quad.systems.stability_monitor import StabilityMonitor
+
+
+class Monitors(NamedTuple):
+    """What AddMonitors added."""
+
+    contact: ContactMonitor
+    stability: StabilityMonitor
+
+
+def AddMonitors(
+    builder: DiagramBuilder,
+    simulated: SimulatedPlant,
+    *,
+    robot: RobotModel,
+    disturbances: Disturbances,
+    period: float,
+    height_limit: float,
+) -> Monitors:
+    """Adds them, connected with the plant.
+
+    Args:
+        builder: That holds the plant.
+        simulated: The plant.
+        robot: As its controller knows it.
+        disturbances: What makes it another robot than that.
+        period: Between measurements [s].
+        height_limit: Of the trunk over its feet [m], below which the robot fell.
+    """
+    plant = simulated.plant
+    inspector = simulated.scene_graph.model_inspector()
+    names = {g: inspector.GetName(g) for g in inspector.GetAllGeometryIds()}
+    contact = builder.AddNamedSystem(
+        "contact_monitor",
+        ContactMonitor(
+            plant=plant,
+            foot_geometries=find_feet(plant, robot, names),
+            robot=robot,
+            period=period,
+        ),
+    )
+    stability = builder.AddNamedSystem(
+        "stability_monitor",
+        StabilityMonitor(
+            model=MakeTrueModel(robot, disturbances),
+            layout=simulated.layout,
+            period=period,
+            height_limit=height_limit,
+        ),
+    )
+    builder.Connect(plant.get_contact_results_output_port(), contact.get_input_port())
+    builder.Connect(plant.get_state_output_port(), stability.GetInputPort("robot_state"))
+    for port in ("contact_state_measured", "foot_contact_position", "foot_force_measured"):
+        builder.Connect(contact.GetOutputPort(port), stability.GetInputPort(port))
+    return Monitors(contact, stability)
+
+
+def AddPushes(
+    builder: DiagramBuilder, simulated: SimulatedPlant, disturbances: Disturbances
+) -> PushSource:
+    """Adds the source of the pushes, connected with the plant."""
+    plant, pushes = simulated.plant, disturbances.pushes
+    source: PushSource = builder.AddNamedSystem(
+        "push_source",
+        PushSource(
+            pushes=pushes,
+            bodies=[plant.GetBodyByName(push.body, simulated.instance).index() for push in pushes],
+            layout=simulated.layout,
+            time_step=plant.time_step(),
+        ),
+    )
+    builder.Connect(plant.get_state_output_port(), source.GetInputPort("robot_state"))
+    builder.Connect(
+        source.GetOutputPort("applied_spatial_force"),
+        plant.get_applied_spatial_force_input_port(),
+    )
+    return source

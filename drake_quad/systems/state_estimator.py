@@ -1,0 +1,99 @@
+"""StateEstimator: the robot's state from its own sensors alone."""
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_quad.estimation.memory import initial_memory
+from drake_quad.estimation.outputs import write_deviation, write_state
+from drake_quad.estimation.settings import DEFAULT_SETTINGS, EstimatorSettings, settings_array
+from drake_quad.estimation.tick import run_filter
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_state import StateLayout
+from drake_quad.systems.state_output import DeclareStateOutput
+
+
+class StateEstimator(LeafSystem):
+    """A contact-aided invariant extended Kalman filter; see docs/estimation.md.
+
+    Place and heading are as good as the start is known: nothing the robot feels shows them.
+
+    Input ports:
+        imu_measured: (6,) rate [rad/s] and specific force [m/s^2] in B.
+        joint_state_measured: (24,) joint angles [rad], then speeds [rad/s], leg by leg.
+        contact_state_measured: (4,) 1 where a foot bears.
+    Output ports:
+        robot_state_estimated: [q; v] in the layout's order; joints as measured.
+        estimator_deviation: (9,) standard deviations of orientation [rad], velocity [m/s] and
+            position [m], along W's axes.
+        imu_bias_estimated: (6,) of the rate [rad/s] and of the specific force [m/s^2], in B.
+        foot_slip_estimated: (4,) 1 where a bearing foot slipped and has not been firm since.
+        estimator_healthy: (1,) 1 while every sensor's reading was sound at the last tick and the
+            velocity is known; else the estimate holds, or rests on what sensors are left.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        layout: StateLayout,
+        p_WB: FloatArray,
+        yaw: float,
+        pitch: float = 0.0,
+        q: FloatArray | None = None,
+        settings: EstimatorSettings = DEFAULT_SETTINGS,
+        period: float = 0.002,
+    ) -> None:
+        """Puts the robot at its known start.
+
+        Args:
+            robot: The robot.
+            layout: Of the estimated state.
+            p_WB: Where the base is put, (3,) [m].
+            yaw: Which way it looks [rad].
+            pitch: How it leans forward until the first specific force says better [rad].
+            q: (12,) joint angles that the state has until the first reading [rad]; zero if None.
+            settings: What the filter assumes.
+            period: Of the filter, and of the IMU [s].
+        """
+        super().__init__()
+        self.set_name("state_estimator")
+        g = robot.geometry
+        self._layout, self._period = layout, period
+        self._places = np.concatenate([layout.q_joints, layout.v_joints])
+        self._legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank])
+        self._radius = robot.foot_radius
+        self._settings = settings_array(settings)
+        angles = np.zeros(12) if q is None else np.asarray(q, dtype=np.float64).reshape(12)
+        memory = initial_memory(settings, np.asarray(p_WB, dtype=np.float64), yaw, pitch, angles)
+        deviation = np.zeros(9)
+        write_deviation(memory, deviation)
+        ports = [
+            self.DeclareVectorInputPort("imu_measured", 6),
+            self.DeclareVectorInputPort("joint_state_measured", 24),
+            self.DeclareVectorInputPort("contact_state_measured", 4),
+        ]
+        self._imu_port, self._joint_port, self._contact_port = ports
+        self._memory = int(self.DeclareDiscreteState(memory))
+        first = np.zeros(layout.size)
+        joints = np.concatenate([angles, np.zeros(12)])
+        write_state(memory, joints, self._places, layout.q_base, layout.v_base, first)
+        # In the order that the kernel takes them.
+        self._outputs = [
+            DeclareStateOutput(self, "robot_state_estimated", first),
+            DeclareStateOutput(self, "estimator_deviation", deviation),
+            DeclareStateOutput(self, "imu_bias_estimated", 6),
+            DeclareStateOutput(self, "foot_slip_estimated", 4),
+            DeclareStateOutput(self, "estimator_healthy", 1),
+        ]
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        # The kernel works in place: `state` begins as a copy of the Context's values.
+        value, layout = state.get_mutable_value, self._layout
+        run_filter(
+            value(self._memory), self._imu_port.Eval(context), self._joint_port.Eval(context),
+            self._contact_port.Eval(context), self._legs, self._radius, self._period,
+            self._settings, self._places, layout.q_base, layout.v_base,
+            *[value(index) for index in self._outputs],
+        )  # fmt: skip

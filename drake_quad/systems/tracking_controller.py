@@ -1,0 +1,164 @@
+"""TrackingController: what the controllers share, from the plan to the joints' targets."""
+
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_quad.control.constants import make_constants
+from drake_quad.control.feet import leg_array
+from drake_quad.control.follow import MODE, RUN, command, follow
+from drake_quad.control.measured import measure
+from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
+from drake_quad.control.records import WORK, Records, new_record
+from drake_quad.control.settings import ControlSettings
+from drake_quad.control.tracking import BODY_RATE, HOLD, MEMORY_SIZE
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_state import StateLayout
+from drake_quad.systems.scratch import DeclareScratch, EvalScratch
+from drake_quad.systems.state_output import DeclareStateOutput
+
+
+class Tick(NamedTuple):
+    """What a tick has found when the torques are asked for.
+
+    Attributes:
+        scratch: Context of the model plant, which holds the measured state.
+        running: Whether the clock follows the plan.
+        work: See WORK.
+    """
+
+    scratch: Context
+    running: bool
+    work: Records
+
+
+class Effort(NamedTuple):
+    """What a subclass has to say.
+
+    Attributes:
+        torque: The joint torques to feed forward, leg by leg (12,) [Nm].
+        com: The model's centre of mass in W (3,) [m].
+    """
+
+    torque: FloatArray
+    com: FloatArray
+
+
+class TrackingController(LeafSystem):
+    """The plan's body and feet to joint targets; a subclass says which torques are fed forward.
+
+    The base is fed back: feet under load are placed, in the *desired* body, where they stand as
+    measured, so that the joints' stiffness pulls the body to its plan. Swing feet are placed in
+    the body as measured, so that they land where they should in the world.
+
+    Input ports:
+        motion_plan: MotionPlan of the task under way (abstract).
+        gait_phase: See GaitPhase.
+        catch: See Catch.
+        robot_state_estimated: [q; v] of the robot.
+        contact_state_measured: (4,) 1 where a foot bears.
+    Output ports:
+        joint_state_desired: (24,) joint angles, then speeds, in the plant's actuator order.
+        joint_torque_feedforward: (12,) in the plant's actuator order [Nm].
+        body_desired: (5,) x, y, z, pitch, yaw that the plan has now.
+        feet_desired: (12,) foot centres that the plan has now, in W [m].
+        balance_estimated: See Balance.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        layout: StateLayout,
+        model: MultibodyPlant,
+        control: ControlSettings,
+        stiffness: float = 1.0,
+    ) -> None:
+        """Declares ports and state.
+
+        Args:
+            robot: The robot.
+            layout: Of its state.
+            model: The robot without ground.
+            control: Of all the controllers.
+            stiffness: Share of the joints' stiffness that a loaded leg keeps.
+        """
+        super().__init__()
+        self._robot, self._layout, self._model, self._control = robot, layout, model, control
+        self._constants = make_constants(
+            robot, layout, control, stiffness=stiffness, inertia=_rotational_inertia(model, layout)
+        )
+        self._velocities = layout.v_joints - layout.num_positions
+        self._plan_port = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
+        self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
+        self._catch_port = self.DeclareVectorInputPort("catch", CATCH_SIZE)
+        self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
+        self._contact_port = self.DeclareVectorInputPort("contact_state_measured", 4)
+        self._target = DeclareStateOutput(self, "joint_state_desired", 24)
+        self._torque = DeclareStateOutput(self, "joint_torque_feedforward", 12)
+        self._body = DeclareStateOutput(self, "body_desired", 5)
+        self._feet = DeclareStateOutput(self, "feet_desired", 12)
+        self._balance = DeclareStateOutput(self, "balance_estimated", BALANCE_SIZE)
+        # Not for others: footholds, and the last state that was known.
+        self._memory = int(self.DeclareDiscreteState(MEMORY_SIZE))
+        default = model.GetPositionsAndVelocities(model.CreateDefaultContext())
+        self._last = int(self.DeclareDiscreteState(default))
+        self._scratch = DeclareScratch(self, model, lambda: new_record(WORK))
+        self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
+        self.DeclarePeriodicDiscreteUpdateEvent(control.period, 0.0, self._update)
+
+    def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
+        """The joint torques to feed forward; a subclass has them.
+
+        It may change the target in `tick.work`.
+        """
+        raise NotImplementedError
+
+    def _initialize(self, context: Context, state: DiscreteValues) -> None:
+        last = context.get_discrete_state(self._last).value()
+        estimated, robot = self._state_port.Eval(context), self._robot
+        legs = leg_array(robot.geometry)
+        measured = measure(self._layout, legs, robot.foot_radius, estimated, last)
+        feet, order = measured.feet.place.ravel(), np.argsort(self._layout.actuators)
+        memory, balance = np.zeros(MEMORY_SIZE), np.zeros(BALANCE_SIZE)
+        memory[HOLD : HOLD + 12] = feet
+        memory[BODY_RATE] = np.nan
+        balance[:3] = balance[Balance.BODY : Balance.BODY + 3] = measured.p
+        balance[Balance.FEET : Balance.BODY] = feet
+        state.set_value(self._memory, memory)
+        state.set_value(self._last, measured.state)
+        state.set_value(self._target, np.concatenate([measured.q[order], np.zeros(12)]))
+        state.set_value(self._balance, balance)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        plan: MotionPlan = self._plan_port.Eval(context)
+        phase = self._phase_port.Eval(context)
+        scratch, work = EvalScratch(self._scratch, context)
+        constants, model, body = self._constants, self._model, plan.body
+        # `state` begins as a copy of the Context's values: the kernels go on from it in place.
+        value = state.get_mutable_value
+        last = value(self._last)
+        follow(
+            body.control, body.knot, plan.phases, plan.duration, plan.index, plan.revision, phase,
+            self._catch_port.Eval(context), self._contact_port.Eval(context),
+            self._state_port.Eval(context), constants, value(self._memory), last, work,
+        )  # fmt: skip
+        model.SetPositionsAndVelocities(scratch, last)
+        tick = Tick(scratch, bool(phase[MODE] == RUN), work)
+        torque, com = self._calc_torque(context, state, tick)
+        command(
+            torque, com, constants, work, value(self._target),
+            value(self._torque), value(self._body), value(self._feet), value(self._balance),
+        )  # fmt: skip
+
+
+def _rotational_inertia(model: MultibodyPlant, layout: StateLayout) -> float:
+    """About B, the robot as the file has it: the mean of its three moments [kg m^2]."""
+    M = model.CalcMassMatrix(model.CreateDefaultContext())
+    i = layout.v_base - layout.num_positions
+    return float(np.mean(np.diag(M)[i : i + 3]))
