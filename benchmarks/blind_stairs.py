@@ -92,7 +92,7 @@ def _errors(scenario: Scenario) -> str:
         ("all rises", sign, 1e3 * world.rise_error, " mm"),
         ("all runs", sign, 1e3 * world.run_error, " mm"),
         ("the place of each flight", sign, 1e3 * world.position_error, " mm"),
-        ("the direction from the first flight on", sign, world.yaw_error_deg, "°"),
+        ("the direction of each flight about its middle", sign, world.yaw_error_deg, "°"),
         ("the height of each tread besides", "up to ±", 1e3 * world.tread_error, " mm"),
     )
     told = [f"{what} by {how}{value:g}{unit}" for what, how, value, unit in parts if value]

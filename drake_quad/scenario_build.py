@@ -7,6 +7,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.mission import Task, derive_mission
+from drake_quad.planning.pattern import Pattern
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.scenario_config import Scenario
 from drake_quad.terrain import Course, Element, build_course
@@ -44,6 +45,8 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         cycle_time=gait.cycle_time,
         switch_wait=gait.switch_wait,
         stride=gait.stride,
+        pattern=Pattern(treads=gait.treads, lag=gait.lag),
+        body_ahead=gait.body_ahead,
         workspace=Workspace(
             R_x=gait.workspace_length,
             R_y=gait.workspace_width,
@@ -56,7 +59,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         map_error_place=gait.map_error_place,
         map_error_height=gait.map_error_height,
         body_height=gait.body_height,
-        pitch_along_slope=gait.pitch == "slope",
+        pitch_along_slope=gait.pitch_share if gait.pitch == "slope" else 0.0,
         spin_duty_factor=spin.duty_factor,
         spin_cycle_time=spin.cycle_time,
         body_still=transition.mode == "still",

@@ -95,6 +95,10 @@ class GaitConfig:
             the one that landed last [s]: at β = 0.75 the margin there is zero without it. Twice a
             cycle, which lasts so much longer than T.
         stride: Longest stride on level ground [m].
+        treads: How many treads a cycle takes: 1, 2 or 3.
+        lag: How many treads the right rear foot stands behind the left front one as a cycle
+            begins: the longer the robot against the treads, the more.
+        body_ahead: How far the body goes ahead of the places it has on the treads [treads].
         stance_length: P_x, between the centres of front and rear legs' workspaces [m].
         stance_width: P_y, between those of left and right legs [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]: keeps the feet of a side apart
@@ -108,12 +112,16 @@ class GaitConfig:
         map_error_height: By how much its treads may be higher [m].
         body_height: Of the body's centre over the mean ground under the feet [m].
         pitch: `level`, or `slope` to tilt the body with the stairs.
+        pitch_share: With `slope`: how much of the stairs' slope, 0 to 1.
     """
 
     duty_factor: float = 0.85
     cycle_time: float = 8.0
     switch_wait: float = 0.0
     stride: float = 1.0
+    treads: int = 2
+    lag: int = 1
+    body_ahead: float = 0.0
     stance_length: float = 0.75
     stance_width: float = 0.54
     stance_stagger: float = 0.12
@@ -125,6 +133,7 @@ class GaitConfig:
     map_error_height: float = 0.0
     body_height: float = 0.85
     pitch: str = "level"
+    pitch_share: float = 1.0
 
 
 @dataclass

@@ -103,11 +103,10 @@ class WorldConfig:
         rise_error: Added to every rise [m].
         run_error: Added to every run [m], the flight's middle staying where it is.
         position_error: By which each flight is farther along its lane [m].
-        yaw_error_deg: By which all from the first flight on is turned about the middle of its
-            first nosing [deg], left positive.
+        yaw_error_deg: By which each flight is turned about its own middle [deg], left positive.
         tread_error: Each tread is higher or lower by up to this [m], by the seed.
         random: Whether the first four are drawn by the seed, evenly between minus and plus the
-            value, instead of taken as they are.
+            value, instead of taken as they are: rise and run once, place and yaw for each flight.
     """
 
     rise_error: float = 0.0

@@ -7,6 +7,7 @@ and what the plant collides with cannot differ.
 W is the world frame: the course begins at its origin and heads along +x, z up.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -34,8 +35,8 @@ class Course:
     Attributes:
         lanes: The straight stretches, in walking order.
         turns: The turn at the end of each lane but the last [rad], left positive.
-        boxes: The solids. Boxes of different elements never overlap; only on a landing with an
-            oblique turn do boxes of one element overlap, their tops level.
+        boxes: The solids. On the map, boxes of different elements never overlap; only on a
+            landing with an oblique turn do boxes of one element overlap, their tops level.
     """
 
     lanes: tuple[Lane, ...]
@@ -66,9 +67,10 @@ class Course:
         """The nosings (m, 2, 3) in W [m]: of each its right and its left end."""
         ends = []
         for lane in self.lanes:
-            for s, z in lane.nosings():
+            for (s, z), yaw in zip(lane.nosings(), lane.nosing_yaws(), strict=True):
                 half = float(lane.half_widths[lane.interval(s)])
-                p_W = lane.point([s, s], [-half, half])
+                aside = half * math.tan(yaw)
+                p_W = lane.point([s + aside, s - aside], [-half, half])
                 ends.append(np.column_stack([p_W, [z, z]]))
         return np.array(ends, dtype=np.float64).reshape(-1, 2, 3)
 

@@ -19,6 +19,7 @@ class Flight(NamedTuple):
     first: int
     last: int
     going: str  # `up` or `down`
+    yaw: float = 0.0  # [rad] of its nosings against the lane's: 0 but in the course as it really is
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,13 @@ class Lane:
         change = np.flatnonzero(np.diff(self.heights))
         upper = np.maximum(self.heights[change], self.heights[change + 1])
         return np.stack([self.breaks[change + 1], upper], axis=-1)
+
+    def nosing_yaws(self) -> FloatArray:
+        """By how much each nosing, as of `nosings`, is turned against the lane (m,) [rad]."""
+        yaws = np.zeros(len(self.breaks))
+        for flight in self.flights:
+            yaws[flight.first : flight.last + 1] = flight.yaw
+        return np.asarray(yaws[np.flatnonzero(np.diff(self.heights)) + 1])
 
     def treads(self, flight: Flight) -> FloatArray:
         """The treads of a flight as (n, 3) rows (s at start, s at end, z) [m]."""

@@ -12,9 +12,18 @@ ALIGNED = 1e-9
 
 
 def move_face(boxes: list[Box], element: int, way: FloatArray, by: float) -> None:
-    """Moves the face of the element that looks `way` (2,) by `by` [m]."""
+    """Moves the face of the element that looks `way` (2,) by `by` [m].
+
+    The square of a landing with an oblique turn touches that face with a corner: it must not
+    stick out where the face goes back.
+    """
     k = face(boxes, element, way)
     boxes[k] = grown(boxes[k], way, by)
+    square = next(i for i, box in enumerate(boxes) if box.element == element)
+    if by < 0.0 and square != k:
+        sides = np.concatenate([boxes[square].axes, -boxes[square].axes])
+        side = sides[int(np.argmax(sides @ way))]
+        boxes[square] = grown(boxes[square], side, by / float(side @ way))
 
 
 def face(boxes: list[Box], element: int, way: FloatArray) -> int:
@@ -39,12 +48,15 @@ def grown(box: Box, way: FloatArray, by: float) -> Box:
     return placed(box, box.centre[:2] + 0.5 * by * way, (float(size[0]), float(size[1])))
 
 
-def placed(box: Box, centre: FloatArray, size: tuple[float, float]) -> Box:
-    """The box with another footprint."""
+def placed(
+    box: Box, centre: FloatArray, size: tuple[float, float], *, yaw: float | None = None
+) -> Box:
+    """The box with another footprint, and another yaw [rad] if given."""
     return replace(
         box,
         centre=read_only(np.array([*centre, box.centre[2]])),
         size=read_only(np.array([*size, box.size[2]])),
+        yaw=box.yaw if yaw is None else yaw,
     )
 
 

@@ -1,104 +1,105 @@
-"""Turning a course from its first flight on, and room for a robot that does not turn with it."""
+"""The boxes of the course as it really is: flights moved and turned, the level ground meeting them.
 
-from dataclasses import dataclass, replace
+A turned flight is as if cut from endless stairs: its treads stand turned, and each lies on the
+lane's middle line and is made wider, so that the flight's sides stay where the map has them.
+"""
+
+import math
 
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray, read_only
-from drake_quad.terrain import Box, Course, Lane
-from drake_quad.terrain_box import rotation
-from drake_quad.world_boxes import extent, face, grown, move_face, world_error
-
-LEVEL_MIN = 0.3  # [m] of level ground that must be left between flights
+from drake_quad.terrain import Box, Course
+from drake_quad.world_boxes import face, move_face, placed, standing
+from drake_quad.world_profile import Group, aside
 
 
-@dataclass(eq=False)
-class Group:
-    """Flights of one lane with no level ground between: intervals `first` to `last`."""
-
-    lane: int
-    first: int
-    last: int
-    elements: list[int]
-    shifts: FloatArray  # of each riser and of the last tread's end, along the lane [m]
-
-
-def turned(
-    lanes: list[Lane], boxes: list[Box], first: Group, yaw: float, source: str
-) -> tuple[list[Lane], list[Box], float]:
-    """Everything from the first flight on, turned; and how far from the pivot it reaches [m].
-
-    The floor before the flight ends earlier, so that none of it lies past the turned nosing; an
-    apron, level with it and turned with the flight, joins the two.
-    """
-    lane = lanes[first.lane]
-    pivot, R = lane.point(lane.breaks[first.first]), rotation(yaw)
-    element = first.elements[0]
-    k = face(boxes, element - 1, lane.heading)
-    width = extent(boxes[k], np.array([-lane.heading[1], lane.heading[0]]))
-    cut = 0.5 * width * abs(float(np.tan(yaw)))
-    left = extent(boxes[k], lane.heading) - cut
-    if left < LEVEL_MIN:
-        remedy = f"leaves {left:.2f} m of level ground before the first flight"
-        raise world_error(source, "yaw_error_deg", float(np.degrees(yaw)), remedy)
-    far = max(float(np.max(np.linalg.norm(b.corners() - pivot, axis=1))) for b in boxes)
-    new = [
-        box
-        if box.element < element
-        else replace(
-            box,
-            centre=read_only(np.array([*(pivot + R @ (box.centre[:2] - pivot)), box.centre[2]])),
-            yaw=box.yaw + yaw,
-        )
-        for box in boxes
-    ]
-    move_face(new, element - 1, lane.heading, -cut)
-    # In the turned frame the cut floor's far corner is this far behind the nosing.
-    length = cut * float(np.cos(yaw)) + 0.5 * width * abs(float(np.sin(yaw)))
-    old = boxes[k]
-    apron = Box(
-        name=f"{old.name}_apron",
-        centre=read_only(np.array([*(pivot - 0.5 * length * (R @ lane.heading)), old.centre[2]])),
-        size=read_only(np.array([length, width, old.size[2]])),
-        yaw=lane.yaw + yaw,
-        element=element - 1,
-    )
-    new.insert(k + 1, apron)
-    moved = [
-        lane
-        if i < first.lane
-        else replace(lane, p_WL=read_only(pivot + R @ (lane.p_WL - pivot)), yaw=lane.yaw + yaw)
-        for i, lane in enumerate(lanes)
-    ]
-    return moved, new, far
-
-
-def with_room(
-    course: Course, lanes: list[Lane], boxes: list[Box], first: Group, by: float
+def laid_boxes(
+    course: Course, groups: list[Group], breaks: list[FloatArray], offsets: dict[str, float]
 ) -> list[Box]:
-    """The boxes, those of the end and of landings to turn on made larger where nothing is."""
-    boxes = list(boxes)
-    turn_elements = sorted(
-        {
-            box.element
-            for box in boxes
-            for lane in lanes[:-1]
-            if "_tread_" not in box.name
-            and np.allclose(box.centre[:2], lane.point(lane.length), atol=1e-6)
-        }
+    """The boxes of the map, moved; each with its bottom at 0.
+
+    Args:
+        course: The map.
+        groups: Its flights, with their errors.
+        breaks: Of each lane, where its risers really cross the middle line [m].
+        offsets: By how much each box's top is higher [m], by its name.
+    """
+    boxes = [standing(box, box.top + offsets[box.name], 0.0) for box in course.boxes]
+    for group in groups:
+        _lay_treads(boxes, course, group, breaks[group.lane])
+        _join_before(boxes, course, group, breaks[group.lane])
+        _join_after(boxes, course, group, breaks[group.lane])
+    return sorted(boxes, key=lambda box: box.element)
+
+
+def _lay_treads(boxes: list[Box], course: Course, group: Group, breaks: FloatArray) -> None:
+    """Puts the treads where the breaks have them, turned, all of the lane's strip covered."""
+    lane = course.lanes[group.lane]
+    own = [k for k, box in enumerate(boxes) if box.element in group.elements]
+    for i, k in enumerate(own, start=group.first):
+        run = float(breaks[i + 1] - breaks[i]) * math.cos(group.yaw)
+        width = _width(float(boxes[k].size[1]), run, group.yaw)
+        middle = lane.point(0.5 * (breaks[i] + breaks[i + 1]))
+        boxes[k] = placed(boxes[k], middle, (run, width), yaw=lane.yaw + group.yaw)
+
+
+def _join_before(boxes: list[Box], course: Course, group: Group, breaks: FloatArray) -> None:
+    """Makes the ground before the flight meet its first nosing.
+
+    Below a first riser it reaches under the tread. Above one its own edge is the nosing: it ends
+    earlier, straight, and an apron that is turned with the flight goes on to the nosing.
+    """
+    lane, k = course.lanes[group.lane], group.first - 1
+    by = float(breaks[group.first] - lane.breaks[group.first])
+    reach = aside(lane, k, group.yaw)
+    rising = bool(lane.heights[group.first] > lane.heights[k])
+    element = group.elements[0] - 1
+    move_face(boxes, element, lane.heading, by + reach if rising else by - reach)
+    if group.yaw != 0.0 and not rising:
+        edge = float(breaks[group.first])
+        boxes.append(_apron(boxes, course, group, element, edge, sign=-1.0))
+
+
+def _join_after(boxes: list[Box], course: Course, group: Group, breaks: FloatArray) -> None:
+    """Makes the ground after the flight meet its last tread: level with it, by an apron too."""
+    lane, k = course.lanes[group.lane], group.last + 1
+    by = float(breaks[k] - lane.breaks[k])
+    element = group.elements[-1] + 1
+    move_face(boxes, element, -lane.heading, -by - aside(lane, k, group.yaw))
+    if group.yaw != 0.0:
+        boxes.append(_apron(boxes, course, group, element, float(breaks[k]), sign=1.0))
+
+
+def _apron(
+    boxes: list[Box], course: Course, group: Group, element: int, edge: float, *, sign: float
+) -> Box:
+    """A level box, turned with the flight, from its end to where the ground is whole again.
+
+    Args:
+        boxes: Those of the course, the ground already cut back.
+        course: The map.
+        group: The flight.
+        element: Index of the level element beside it.
+        edge: Where the flight's end crosses the middle line [m].
+        sign: -1 before the flight, 1 after it.
+    """
+    lane = course.lanes[group.lane]
+    ground = boxes[face(boxes, element, -sign * lane.heading)]
+    k = group.first - 1 if sign < 0.0 else group.last + 1
+    half = float(lane.half_widths[k])
+    # From the cut's far corner to the flight's end, square to that.
+    length = 2.0 * half * abs(math.sin(group.yaw))
+    middle = lane.point(edge + sign * 0.5 * length / math.cos(group.yaw))
+    return Box(
+        name=f"{ground.name}_apron_{'before' if sign < 0.0 else 'after'}",
+        centre=read_only(np.array([*middle, ground.centre[2]])),
+        size=read_only(np.array([length, _width(2.0 * half, length, group.yaw), ground.size[2]])),
+        yaw=lane.yaw + group.yaw,
+        element=element,
     )
-    for index, element in enumerate(turn_elements):
-        if element < first.elements[0]:
-            continue
-        back, on = -lanes[index].heading, lanes[index + 1].heading
-        k = next(i for i, box in enumerate(boxes) if box.element == element)
-        for way in (*boxes[k].axes, *-boxes[k].axes):
-            if way @ back < 0.5 and way @ on < 0.5:
-                boxes[k] = grown(boxes[k], way, by)
-    last = boxes[-1].element
-    if last not in turn_elements and last > first.elements[0]:
-        ahead = lanes[-1].heading
-        left = np.array([-ahead[1], ahead[0]])
-        for way in (ahead, left, -left):
-            boxes[-1] = grown(boxes[-1], way, by)
-    return boxes
+
+
+def _width(width: float, length: float, yaw: float) -> float:
+    """How wide a turned box, `length` deep, must be to cover a strip of `width` [m]."""
+    return width / math.cos(yaw) + length * abs(math.tan(yaw))

@@ -27,7 +27,7 @@ from drake_quad.planning.settings import PlanSettings
 
 SETTINGS = PlanSettings()
 UNIFORM = PlanSettings(uniform_body=True)
-SLOPED = PlanSettings(pitch_along_slope=True)
+SLOPED = PlanSettings(pitch_along_slope=0.7)
 # 1 m in 2 s: too quick for the centre of mass to be over three feet at every switch.
 QUICK = PlanSettings(
     dynamic=True, duty_factor=0.76, cycle_time=1.88, switch_wait=0.06, body_height=0.88
@@ -100,7 +100,7 @@ def test_body_is_at_its_height_over_the_ground_it_is_over(settings: PlanSettings
     height, slope = route.ground(body[:, :2])
     # The spline rounds the corners that the ground's line has over every nosing.
     np.testing.assert_allclose(body[:, 2], height + settings.body_height, atol=0.01)
-    expected = -np.arctan(slope) if settings.pitch_along_slope else np.zeros(len(body))
+    expected = -settings.pitch_along_slope * np.arctan(slope)
     np.testing.assert_allclose(body[:, 3], expected, atol=0.03)
     if settings.pitch_along_slope:
         assert body[:, 3].min() < -0.15  # nose up while it climbs

@@ -31,11 +31,11 @@ WEIGHTS = Weights(
     angular=1.0,
     linear=1.0,
     force=1e-6,
-    least_force=20.0,
     greatest_force=1.5 * WEIGHT,
     pressure_margin=0.01,
 )
 FRICTION = 0.5
+LEAST = 20.0  # [N]
 MU = np.full(4, FRICTION)
 RHO = 1e-6  # DAQP's price of soft constraints
 
@@ -107,7 +107,18 @@ def case_of(seed: int, *, effort: float = 1.0, calm: bool = False, urge: float =
     lower = 800.0 * (robot.q_lower - measured.q - 0.05 * measured.qd)
     upper = 800.0 * (robot.q_upper - measured.q - 0.05 * measured.qd)
     limit = effort * robot.effort
-    arguments = (dynamics, wanted, load, measured.feet.place, limit, lower, upper, MU, WEIGHTS)
+    arguments = (
+        dynamics,
+        wanted,
+        load,
+        measured.feet.place,
+        limit,
+        lower,
+        upper,
+        MU,
+        LEAST,
+        WEIGHTS,
+    )
     program = make_program(*arguments)
     return Case(program, dynamics, load, measured.feet.place, wanted, limit)
 
@@ -173,7 +184,7 @@ def test_forces_stay_within_friction_and_only_push(effort: float) -> None:
         case = case_of(seed, effort=effort)
         f = case.forces
         assert np.all(np.hypot(f[:, 0], f[:, 1]) <= FRICTION * f[:, 2] + 1e-3)
-        assert np.all(f[:, 2] >= WEIGHTS.least_force * case.load - 1e-3)
+        assert np.all(f[:, 2] >= LEAST * case.load - 1e-3)
         assert np.all(f[:, 2] <= WEIGHTS.greatest_force * case.load + 1e-3)
         np.testing.assert_array_equal(f[case.load == 0.0], 0.0)
 
@@ -224,7 +235,16 @@ def test_foot_that_may_carry_less_carries_less(seed: int, row: int) -> None:
         load = np.ones(4)
         load[row] = share + 1e-6
         program = make_program(
-            case.dynamics, case.wanted, load, case.places, case.effort, -bounds, bounds, MU, WEIGHTS
+            case.dynamics,
+            case.wanted,
+            load,
+            case.places,
+            case.effort,
+            -bounds,
+            bounds,
+            MU,
+            LEAST,
+            WEIGHTS,
         )
         x = solve(program)
         assert x is not None
@@ -239,7 +259,16 @@ def test_limits_that_are_none_are_no_obstacle() -> None:
     found = []
     for limit in (np.full(12, np.inf), np.full(12, 1e6)):
         program = make_program(
-            case.dynamics, case.wanted, case.load, case.places, limit, -limit, limit, MU, WEIGHTS
+            case.dynamics,
+            case.wanted,
+            case.load,
+            case.places,
+            limit,
+            -limit,
+            limit,
+            MU,
+            LEAST,
+            WEIGHTS,
         )
         x = solve(program)
         assert x is not None
@@ -275,7 +304,16 @@ def test_soft_rows_give_way_when_there_is_no_other_way(seed: int) -> None:
     lower = rng.uniform(100.0, 1000.0, 12) * rng.choice([-1.0, 1.0], 12)
     upper = lower + rng.uniform(0.0, 1000.0, 12)
     program = make_program(
-        case.dynamics, case.wanted, case.load, case.places, case.effort, lower, upper, MU, WEIGHTS
+        case.dynamics,
+        case.wanted,
+        case.load,
+        case.places,
+        case.effort,
+        lower,
+        upper,
+        MU,
+        LEAST,
+        WEIGHTS,
     )
     x = solve(program)
     assert x is not None

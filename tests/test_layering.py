@@ -25,6 +25,7 @@ FLOORS = {
     "estimation": 1,
     "control": 1,
     "systems": 2,
+    "design": 2,
     "controller": 3,
     "scenario": 3,
     "preparation": 3,

@@ -136,7 +136,7 @@ def test_defaults_of_the_controller_are_its_own() -> None:
 
 CHANGED: dict[str, dict[str, Any]] = {
     "gait.duty_factor=0.9": {"duty_factor": 0.9},
-    "gait.pitch=slope": {"pitch_along_slope": True},
+    "gait.pitch=slope": {"pitch_along_slope": 1.0},
     "gait.on_centre=false": {"on_centre": False},
     "spin.duty_factor=0.8": {"spin_duty_factor": 0.8},
     "spin.cycle_time=9": {"spin_cycle_time": 9.0},

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from shapely.geometry import Point, Polygon
 
 from drake_quad.errors import InputError
-from drake_quad.terrain import Course, Element, Lane, build_course
+from drake_quad.terrain import Course, Element, Flight, Lane, build_course
 
 CASE_STUDY = (
     Element("floor", length=4.0),
@@ -328,7 +328,7 @@ def test_six_stairs_are_six_risers() -> None:
     up, down = course.lanes
     assert list(course.turns) == pytest.approx([math.pi / 2])
     assert up.kinds == ("floor", *["tread"] * 6, "landing")
-    assert up.flights == ((1, 6, "up"),) and down.flights == ((1, 6, "down"),)
+    assert up.flights == (Flight(1, 6, "up"),) and down.flights == (Flight(1, 6, "down"),)
     assert up.heights[6] == up.heights[7] == pytest.approx(0.78)
     assert up.length == pytest.approx(4.0 + 3.0 + 1.5) and up.run_out == 1.5
     assert down.heights[-1] == pytest.approx(0.0, abs=1e-12)

@@ -360,6 +360,36 @@ def test_loaded_legs_are_soft_and_legs_in_the_air_stiff() -> None:
     assert np.abs(stiff[standing]).max() > 1e-3
 
 
+@pytest.mark.parametrize("mode", [Mode.RUN, Mode.CATCH, Mode.SETTLE])
+def test_foot_that_lost_the_ground_in_a_push_is_soft(mode: Mode) -> None:
+    """Off its place it is drawn there by a share of the stiffness: it is not to thrust off."""
+    plan, row = stand_plan(9.0), 1
+    feet = plan.sample(0.0).feet.copy()
+    feet[row, 2] += 0.02
+    state = state_of(plan.sample(0.0).body[0], feet)
+    measured = model_layout().read(state).q
+    contact = (np.arange(4) != row).astype(float)
+    pulls = []
+    for share in (CONTROL.stance_stiffness, 1.0):
+        control = replace(CONTROL, stance_stiffness=share)
+        controller = controller_of(plan, state_on(plan, 0.0), control=control).tick()
+        controller.give(plan, state, phase_at(0.0, rate=0.0, mode=mode))
+        controller.also(contact_state_measured=contact)
+        pulls.append((controller.tick().target[0] - measured)[row])
+    assert np.abs(pulls[1]).max() > 5e-3
+    assert np.abs(pulls[0]).max() < 1.2 * CONTROL.stance_stiffness * np.abs(pulls[1]).max()
+
+
+def test_light_feet_are_let_go_of_in_a_push() -> None:
+    """Calm, every foot is pressed down with `least_force`; pushed aside, the light ones are not."""
+    plan = stand_plan(9.0)
+    calm, pushed = state_on(plan, 0.0), state_on(plan, 0.0)
+    pushed[model_layout().v_base + 4] += 0.4
+    forces = [ground_forces(controller_of(plan, s).tick().torque, s) for s in (calm, pushed)]
+    assert np.all(forces[0][:, 2] > CONTROL.least_force - 1e-3)
+    assert 0.0 < forces[1][:, 2].min() < CONTROL.least_force - 1.0
+
+
 @settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_commands_stay_within_the_robots_limits(seed: int) -> None:

@@ -87,33 +87,95 @@ def test_runs_are_off_about_the_flights_middle() -> None:
     )
 
 
-@pytest.mark.parametrize("yaw", [0.05, -0.05])
-@pytest.mark.parametrize("going", ["up", "down"])
-def test_all_from_the_first_flight_on_is_turned(yaw: float, going: str) -> None:
-    """Each tread is where a turn about the first nosing's middle puts it, by the same angle."""
-    course, world = straight(going=going), real(straight(going=going), yaw=yaw)
-    pivot = np.array([3.0, 0.0])
-    c, s = np.cos(yaw), np.sin(yaw)
-    expected = pivot + (treads(course)[:, :2] - pivot) @ np.array([[c, s], [-s, c]])
-    np.testing.assert_allclose(treads(world)[:, :2], expected, atol=1e-12)
-    assert all(box.yaw == yaw for box in world.boxes if box.element > 0)
-    nosing = world.nosings()[0]
-    np.testing.assert_allclose(nosing[:, :2].mean(axis=0), pivot, atol=1e-12)
-    across = nosing[1, :2] - nosing[0, :2]
-    assert np.arctan2(-across[0], across[1]) == pytest.approx(yaw)
+def strip(course: Course, n: int = 150, m: int = 41) -> FloatArray:
+    """Places (n * m, 2) in W all over the strip along the lanes, as wide as the flights."""
+    places = []
+    for lane in course.lanes:
+        s = np.linspace(0.0, lane.length, n)[:, None]
+        places.append(lane.point(s, lane.half_width * np.linspace(-1.0, 1.0, m)).reshape(-1, 2))
+    return np.concatenate(places)
 
 
+def turned_stairs(places: FloatArray, yaw: float, *, going: str, rise: float) -> FloatArray:
+    """The height of `straight` at places (n, 2) if its flights were turned: by geometry alone.
+
+    Each flight as if endless to both sides, steps along a direction turned about its middle.
+    """
+    along = np.array([np.cos(yaw), np.sin(yaw)])
+    z = np.zeros(len(places))
+    for middle, sign in ((4.0, 1.0), (8.0, -1.0)):
+        s = (places - [middle, 0.0]) @ along + 1.0
+        z += (sign if going == "up" else -sign) * rise * np.clip(np.floor(s / 0.5) + 1.0, 0.0, 4.0)
+    return z
+
+
+@pytest.mark.parametrize("yaw", [0.05, -0.05, 0.2])
 @pytest.mark.parametrize("going", ["up", "down"])
-@pytest.mark.parametrize("yaw", [0.05, -0.05])
-def test_ground_at_a_turned_nosing_is_on_the_right_side_of_it(going: str, yaw: float) -> None:
-    """Just before the nosing is floor, just past it the first tread, along its whole width."""
-    world = real(straight(going=going), yaw=yaw)
-    first = 0.13 if going == "up" else -0.13
-    along, across = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
-    for lateral in np.linspace(-0.95, 0.95, 9):
-        for d, z in ((-0.2, 0.0), (-0.01, 0.0), (0.01, first), (0.2, first)):
-            x, y = np.array([3.0, 0.0]) + d * along + lateral * across
-            assert world.height(x, y) == pytest.approx(z)
+def test_each_flight_is_turned_about_its_own_middle(yaw: float, going: str) -> None:
+    """All over the strip the ground is that of turned stairs: no gap, nothing that sticks out."""
+    course = straight(going=going)
+    world = real(course, yaw=yaw, rise=0.01)
+    places = strip(course)
+    near = np.min(
+        [np.abs((places - [m, 0.0]) @ [np.cos(yaw), np.sin(yaw)] - r)
+         for m in (4.0, 8.0) for r in np.linspace(-1.0, 1.0, 5)], axis=0)  # fmt: skip
+    expected = turned_stairs(places, yaw, going=going, rise=0.14)
+    clear = near > 1e-6
+    found = world.height(*places.T)
+    np.testing.assert_allclose(found[clear], expected[clear], atol=1e-12)
+    assert np.all(np.isfinite(found))
+
+
+def test_floors_and_landings_stay_where_the_map_has_them() -> None:
+    """Turned flights turn nothing that follows: the lanes' middle lines and ends are the map's."""
+    course = turning()
+    world = real(course, yaw=0.05)
+    for lane, old in zip(world.lanes, course.lanes, strict=True):
+        np.testing.assert_array_equal(lane.p_WL, old.p_WL)
+        assert lane.yaw == old.yaw and lane.length == old.length
+    kept = {box.name: box.yaw for box in world.boxes if "tread" not in box.name}
+    assert kept["landing_2"] == 0.0 and kept["floor_0"] == 0.0 and kept["floor_4"] == np.pi / 2
+    np.testing.assert_allclose(treads(world)[:, 1][:4], 0.0, atol=1e-12)  # on the middle line
+
+
+@pytest.mark.parametrize("turn", [90.0, -90.0, 45.0])
+def test_nosings_are_drawn_where_the_ground_steps(turn: float) -> None:
+    """On either side of a nosing, all along it, are the two heights of its riser."""
+    world = real(turning(turn), yaw=-0.05, position=0.03, rise=0.01)
+    assert len(world.nosings()) == 8
+    for k, (right, left) in enumerate(world.nosings()):
+        across = (left - right)[:2]
+        ahead = np.array([across[1], -across[0]]) / np.hypot(*across)
+        at = right[:2] + np.linspace(0.02, 0.98, 21)[:, None] * across
+        at = at[np.abs(world.lanes[k // 4].coordinates(at)[1]) < 0.99]  # the flight is 2 m wide
+        before, after = (world.height(*(at + d * ahead).T) for d in (-1e-4, 1e-4))
+        assert len(at) > 5
+        np.testing.assert_allclose(after - before, 0.14 if k < 4 else -0.14, atol=1e-12)
+        np.testing.assert_allclose(np.maximum(before, after), right[2], atol=1e-12)
+
+
+def test_left_and_right_are_alike() -> None:
+    """A course that turns the other way, errors turned the other way: the mirror image."""
+    course, mirrored = turning(60.0), turning(-60.0)
+    one = real(course, 3, yaw=0.04, position=0.05, rise=0.01, tread=0.01)
+    other = real(mirrored, 3, yaw=-0.04, position=0.05, rise=0.01, tread=0.01)
+    for a, b in zip(one.boxes, other.boxes, strict=True):
+        assert a.name == b.name and a.yaw == pytest.approx(-b.yaw)
+        np.testing.assert_allclose(a.centre, b.centre * [1.0, -1.0, 1.0], atol=1e-12)
+        np.testing.assert_allclose(a.size, b.size, atol=1e-12)
+
+
+def test_each_flight_has_its_own_yaw() -> None:
+    """Drawn within minus and plus the value, for one flight not as for the next, both signs."""
+    yaws = np.array(
+        [
+            [lane.flights[0].yaw for lane in real(turning(), seed, yaw=0.05, random=True).lanes]
+            for seed in range(60)
+        ]
+    )
+    assert np.abs(yaws).max() <= 0.05
+    assert np.all(yaws.min(axis=0) < -0.035) and np.all(yaws.max(axis=0) > 0.035)
+    assert abs(np.corrcoef(yaws.T)[0, 1]) < 0.5
 
 
 def test_treads_are_off_by_the_seed_within_what_was_said() -> None:
@@ -166,11 +228,12 @@ def test_whether_random_or_not_the_treads_are_the_same() -> None:
 def test_there_is_ground_wherever_the_map_has_some(
     seed: int, rise: float, run: float, position: float, yaw: float, tread: float, turn: float
 ) -> None:
-    """Along the map's lanes no hole opens, steps stay steps, and the start stays as it is."""
+    """All over the map's lanes no hole opens, steps stay steps, and the start stays as it is."""
     course = straight() if turn is None else turning(turn)
     world = real(
         course, seed, rise=rise, run=run, position=position, yaw=yaw, tread=tread, random=True
     )
+    assert np.all(np.isfinite(world.height(*strip(course, 70, 9).T)))
     for heights, expected in zip(
         heights_along(world, course), heights_along(course, course), strict=True
     ):
@@ -183,16 +246,6 @@ def test_there_is_ground_wherever_the_map_has_some(
     assert len({box.name for box in world.boxes}) == len(world.boxes)
 
 
-def test_a_robot_that_keeps_to_the_map_ends_on_ground() -> None:
-    """Past the end, and beside it, there is ground as far as the errors move the course."""
-    course = turning()
-    world = real(course, yaw=-0.05, position=-0.1)
-    lane = course.lanes[-1]
-    for lateral in (-0.9, 0.0, 0.9):
-        x, y = lane.point(lane.length - 0.01, lateral)
-        assert np.isfinite(world.height(x, y))
-
-
 def test_flights_that_meet_move_together() -> None:
     """With no level ground between, the top stays joined."""
     course = build_course([FLOOR, UP, DOWN, END])
@@ -202,10 +255,14 @@ def test_flights_that_meet_move_together() -> None:
 
 
 def test_an_oblique_turn_is_no_obstacle() -> None:
-    """Also where the landing is not made of right angles the lanes have ground."""
+    """Where the landing is not made of right angles, it has ground, and no corner over a tread."""
     course = turning(45.0)
     world = real(course, position=-0.05, yaw=0.03, rise=0.005)
-    assert all(np.all(np.isfinite(h)) for h in heights_along(world, course))
+    assert np.all(np.isfinite(world.height(*strip(course).T)))
+    lane = world.lanes[1]
+    past = lane.breaks[lane.flights[0].first] + 1.0 * np.tan(0.03) + 1e-4
+    x, y = lane.point(past, np.linspace(-0.99, 0.99, 99)).T
+    np.testing.assert_allclose(world.height(x, y), lane.height(past), atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -217,6 +274,7 @@ def test_an_oblique_turn_is_no_obstacle() -> None:
         ({"position": 2.3}, "world.position_error"),
         ({"position": -2.8}, "world.position_error"),
         ({"yaw": 1.3}, "world.yaw_error_deg"),
+        ({"yaw": -0.7}, "world.yaw_error_deg"),
     ],
 )
 def test_a_world_that_cannot_be_is_refused(errors: dict[str, float], field: str) -> None:

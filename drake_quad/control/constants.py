@@ -46,6 +46,7 @@ CONSTANTS = np.dtype(
         ("unload_time", np.float64),
         ("load_time", np.float64),
         ("friction", np.float64),
+        ("least_force", np.float64),
         ("pace", _numbers(Pace)),
         ("weights", _numbers(Weights)),
         ("gains", _numbers(BaseGains)),
@@ -82,7 +83,7 @@ def make_constants(
     c["q_lower"], c["q_upper"] = robot.q_lower, robot.q_upper
     c["effort"], c["speed"] = robot.effort, robot.speed
     c["unload_time"], c["load_time"] = control.unload_time, control.load_time
-    c["friction"] = control.friction
+    c["friction"], c["least_force"] = control.friction, control.least_force
     c["pace"] = Pace(
         control.period,
         control.foothold_time,
@@ -95,7 +96,6 @@ def make_constants(
         angular=30.0,
         linear=1.0,
         force=1e-6,
-        least_force=control.least_force,
         greatest_force=1.5 * weight,
         pressure_margin=control.pressure_margin,
     )

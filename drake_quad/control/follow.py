@@ -109,6 +109,11 @@ def follow(
     into.acceleration[:], into.load[:] = target.acceleration, load
     into.feet_acceleration[:, :] = acceleration
     found.place[:, :], found.velocity[:, :] = place, velocity
+    found.soft[:] = load
+    # A foot that lost the ground in a push is to touch it again, not to thrust itself off.
+    for k in range(4):
+        if standing[k] and (not running or (rate == 0.0 and bearing[k] < 0.5)):
+            found.soft[k] = 1.0
 
 
 @compiled
@@ -190,7 +195,7 @@ def command(
         c.legs, found.place, found.velocity, t.load, m.p, m.R, t.body[:3], t.R, t.v, t.w
     )
     if c.softness.share < 1.0:
-        q, qd = soften(q, qd, m.q, m.qd, t.load, c.softness)
+        q, qd = soften(q, qd, m.q, m.qd, found.soft, c.softness)
     for i in range(12):
         j = c.order[i]
         joints[i] = min(max(q[j], c.q_lower[j]), c.q_upper[j])

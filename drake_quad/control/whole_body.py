@@ -14,6 +14,9 @@ from drake_quad.control.slip import answer_slip
 from drake_quad.gait.legs import FloatArray
 
 COM_PER_SHIFT = 0.8  # how much of a shift of the body the centre of mass makes, feet standing
+# Of the least force, while a push is met: light feet would keep the centre of pressure from going
+# as far aside as the feet under load allow.
+LEAST_SHARE = 0.1
 LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
 
 
@@ -62,10 +65,11 @@ def plan_forces(
         h[i] = bias[i] + gravity * M[i, 5]  # weight is what an acceleration upwards would take
     h[:6] += wrench_of(carried, heading)
     turn, speed, spin = rotation_error(t.R, m.R), t.v - m.v, t.w - m.w
-    learns = running and m.known > 0.5 and c.load_time > 0.0
-    if learns and at_rest(speed, turn, spin):  # a push is no load
+    calm = running and at_rest(speed, turn, spin)
+    if calm and m.known > 0.5 and c.load_time > 0.0:  # a push is no load
         carried[:] = learn(carried, t.body[2] - m.p[2], turn, heading, c.learning)
-    answer_slip(friction, m.feet.velocity, t.load, c.friction, c.pace.period)
+    if calm:
+        answer_slip(friction, m.feet.velocity, t.load, c.friction, c.pace.period)
     dynamics = reduce_dynamics(M, h, c.velocities, m.feet, t.feet_acceleration, m.p, c.radius)
     found.torque[:, :], found.torque_offset[:] = dynamics.torque, dynamics.torque_offset
     wanted = wanted_acceleration(t.acceleration, t.body[:3] - m.p, speed, turn, spin, c.gains)
@@ -74,8 +78,9 @@ def plan_forces(
         stop = m.q[j] + m.qd[j] * LOOK_AHEAD
         lower[j] = 2.0 * (c.q_lower[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD)
         upper[j] = max(2.0 * (c.q_upper[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD), lower[j])
+    least = c.least_force * (1.0 if calm else LEAST_SHARE)
     program = make_program(
-        dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, c.weights
+        dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights
     )
     return program, m.known > 0.5 and has_numbers(program)
 

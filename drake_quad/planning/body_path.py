@@ -142,7 +142,7 @@ def sample_times(contacts: ContactPlan, period: float = SAMPLE_PERIOD) -> FloatA
 def _control(xy: FloatArray, yaw: FloatArray, route: Route, settings: PlanSettings) -> FloatArray:
     """All five splines' control points (n, 5); z and pitch follow the ground under the path."""
     height, slope = route.ground(xy)
-    pitch = -np.arctan(slope) if settings.pitch_along_slope else np.zeros_like(slope)
+    pitch = -settings.pitch_along_slope * np.arctan(slope)
     control = np.column_stack([xy, height + settings.body_height, pitch, yaw])
     control[:3], control[-3:] = control[0], control[-1]  # at rest at both ends
     return control

@@ -1,7 +1,7 @@
 """Where along a lane the feet may step: one place a tread, evenly spaced places between.
 
-In the two-tread wave gait every foot steps from one place of this lattice to the next but one, so
-the level walk is in phase with the flight when the first foot reaches it, whatever the distance.
+In the wave gait of n treads a cycle every foot steps n places on, so the level walk is in phase
+with the flight when the first foot reaches it, whatever the distance.
 """
 
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ class Lattice:
     """Places along a lane.
 
     Attributes:
-        s: (2N + 3 + behind,) places along the lane [m]; the body starts over `s[behind]` and ends
-            over `s[behind + 2N]`, and one more lies ahead.
+        s: (nN + 1 + behind + ahead,) places along the lane [m]; the body starts over `s[behind]`
+            and ends over `s[behind + nN]`.
         z: Heights of the ground there [m].
         behind: How many places lie behind the start (the gait's rear feet begin there).
-        cycles: N: cycles of the wave gait from start to end.
+        cycles: N: cycles of the wave gait from start to end, n places each.
         on_tread: Which places are on a tread of a flight.
     """
 
@@ -40,7 +40,14 @@ class Lattice:
 
 
 def make_lattice(
-    lane: Lane, *, start: float, goal: float, spacing: float, behind: int = 1
+    lane: Lane,
+    *,
+    start: float,
+    goal: float,
+    spacing: float,
+    behind: int = 1,
+    ahead: int = 1,
+    per_cycle: int = 2,
 ) -> Lattice:
     """Lays the lattice for a walk of the body from `start` to `goal` along `lane`.
 
@@ -50,6 +57,8 @@ def make_lattice(
         goal: Where it is to end [m]; both are to be on level ground.
         spacing: The longest distance between neighbours on level ground [m].
         behind: How many places to lay behind the start.
+        ahead: How many to lay beyond the goal.
+        per_cycle: n: how many places a cycle advances.
 
     Raises:
         PlanningError: If there is no room to step between start, flights and goal.
@@ -95,7 +104,7 @@ def make_lattice(
     gaps = np.diff(pins)
     counts = np.array([max(int(np.ceil(g / spacing - 1e-6)), 0) if lv else 1
                        for g, lv in zip(gaps, level, strict=True)])  # fmt: skip
-    if counts.sum() % 2:  # each cycle advances two places: let the widest level span have one more
+    while counts.sum() % per_cycle:  # whole cycles: let the widest level span have one more
         widths = [g / c if lv and c else 0.0 for g, c, lv in zip(gaps, counts, level, strict=True)]
         if max(widths) <= 0.0:
             raise PlanningError("no level ground on which to adapt the stride", goal=goal)
@@ -110,7 +119,7 @@ def make_lattice(
     places = np.array(
         [s_all[0] - first_gap * (behind - k) for k in range(behind)]
         + s_all
-        + [s_all[-1] + last_gap]
+        + [s_all[-1] + last_gap * (k + 1) for k in range(ahead)]
     )
     z = lane.height(places)
     if np.any(np.isnan(z)):
@@ -124,6 +133,6 @@ def make_lattice(
         s=read_only(places),
         z=read_only(z),
         behind=behind,
-        cycles=(len(s) - 1) // 2,
+        cycles=(len(s) - 1) // per_cycle,
         on_tread=tuple(kinds),
     )

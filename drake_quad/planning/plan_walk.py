@@ -16,8 +16,6 @@ from drake_quad.planning.step_builder import StepBuilder
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course, Lane
 
-# As a cycle begins, in places of the lattice from the body's: each leg then steps two places on.
-FIRST_PLACE = {Leg(1): 0, Leg(4): -1, Leg(2): 1, Leg(3): 0}
 # A walk begins where the body's program ended the task before, to its tolerance: without some slack
 # ten microns make a walk of whole strides a cycle longer.
 STRIDE_SLACK = 1e-4
@@ -34,8 +32,17 @@ def lay_walk(
     """
     lane = course.lanes[task.lane]
     start = float(lane.coordinates(stance.body[:2])[0])
-    spacing = 0.5 * settings.stride * (1.0 + STRIDE_SLACK)
-    lattice = make_lattice(lane, start=start, goal=task.goal, spacing=spacing)
+    pattern = settings.pattern
+    n = pattern.treads
+    lattice = make_lattice(
+        lane,
+        start=start,
+        goal=task.goal,
+        spacing=settings.stride / n * (1.0 + STRIDE_SLACK),
+        behind=pattern.behind,
+        ahead=pattern.beyond,
+        per_cycle=n,
+    )
     builder = StepBuilder(
         lane,
         stance.feet,
@@ -56,7 +63,7 @@ def lay_walk(
         centres = lane.point(start + robot_stance(settings)[:, 0], robot_stance(settings)[:, 1])
         segments.append(lay_transition(builder, centres, settings, body=stance.body,
                                        name="transition to the centres"))  # fmt: skip
-    desired = np.stack([place(leg, FIRST_PLACE[leg]) for leg in LEGS])
+    desired = np.stack([place(leg, pattern.first(leg)) for leg in LEGS])
     segments.append(lay_transition(builder, desired, settings, body=stance.body,
                                    name="transition to the wave gait"))  # fmt: skip
     moved = builder.time
@@ -66,13 +73,13 @@ def lay_walk(
     half_cycle = 0.5 * table.cycle_time + settings.switch_wait
     for cycle in range(lattice.cycles):
         for beat, (leg, lift_off, _) in enumerate(table.swing_intervals()):
-            to = place(leg, FIRST_PLACE[leg] + 2 * cycle + 2)
+            to = place(leg, pattern.first(leg) + n * (cycle + 1))
             # The second and the fourth leg are those diagonal to the leg that has just landed.
             waited = (2 * cycle + (beat + 1) // 2) * settings.switch_wait
             at = begin + cycle * table.cycle_time + lift_off + waited
             builder.step(leg, to, table.swing_time, lift_off=at)
     builder.time = begin + lattice.cycles * 2.0 * half_cycle
-    stride = float(np.max(lattice.s[2:] - lattice.s[:-2]))
+    stride = float(np.max(lattice.s[n:] - lattice.s[:-n]))
     segments.append(
         Segment(
             task.name,
@@ -83,6 +90,7 @@ def lay_walk(
                 "duty_factor": settings.duty_factor,
                 "cycle_time": settings.cycle_time,
                 "cycles": lattice.cycles,
+                "treads": n,
                 "stride": stride,
                 "stroke": stride * settings.duty_factor,
                 **_waits(settings),
@@ -92,9 +100,7 @@ def lay_walk(
     builder.wait(settings.shift_time)
     segments.append(Segment("settle", "stand", segments[-1].end, builder.time))  # type: ignore[union-attr]
 
-    beats = np.arange(2 * lattice.cycles + 1)
-    times = np.concatenate([[0.0], begin + half_cycle * beats, [builder.time]])
-    s = lattice.s[lattice.behind + np.concatenate([[0], beats, [2 * lattice.cycles]])]
+    times, s = _nominal(lattice, settings, begin, half_cycle, builder.time)
     xy = lane.point(s)
     xy[0] = stance.body[:2]
     half = 0.5 * settings.workspace.P_x
@@ -108,6 +114,22 @@ def lay_walk(
     yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
     route = Route(times, xy, yaw, ground)
     return builder.finish(), route, tuple(s for s in segments if s is not None)
+
+
+def _nominal(
+    lattice: Lattice, settings: PlanSettings, begin: float, half_cycle: float, end: float
+) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and the body's places along the lane [m] if margins did not matter.
+
+    Over the lattice's places at an even pace, `body_ahead` places ahead of them but for the ends.
+    """
+    beats = np.arange(2 * lattice.cycles + 1)
+    times = np.concatenate([[0.0], begin + half_cycle * beats, [end]])
+    at = 0.5 * settings.pattern.treads * beats
+    ahead = np.full(len(beats), settings.body_ahead)
+    ahead[[0, -1]] = 0.0
+    places = lattice.behind + np.concatenate([[0.0], at + ahead, [at[-1]]])
+    return times, np.interp(places, np.arange(len(lattice.s)), lattice.s)
 
 
 def _waits(settings: PlanSettings) -> dict[str, float]:
@@ -124,12 +146,13 @@ def foothold(
     """Where along the lane `leg` stands for place `k` of the lattice (0: under the body's start).
 
     The place itself on stairs; elsewhere the feet keep the gait's stance length P_x by an offset
-    of ±(P_x - 3/2 spacing)/2. No footprint is nearer to a nosing or riser than the foot is wide.
+    of ±(P_x - stance)/2, the stance of the pattern being 3/2 spacings in the two-tread gait. No
+    footprint is nearer to a nosing or riser than the foot is wide.
     """
     i = int(np.clip(k + lattice.behind, 0, len(lattice.s) - 1))
     below, above = max(i - 1, 0), min(i + 1, len(lattice.s) - 1)
     spacing = (lattice.s[above] - lattice.s[below]) / (above - below)
-    offset = 0.5 * (settings.workspace.P_x - 1.5 * spacing) * SIGNS[leg.row, 0]
+    offset = 0.5 * (settings.workspace.P_x - settings.pattern.stance * spacing) * SIGNS[leg.row, 0]
     if settings.on_centre and lattice.on_tread[i]:
         offset = 0.0
     low, high = _level_stretch(lane, float(lattice.s[i]))

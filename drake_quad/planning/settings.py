@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from drake_quad.gait.workspace import Workspace
+from drake_quad.planning.pattern import Pattern
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,7 +15,9 @@ class PlanSettings:
         cycle_time: T of the wave gait [s].
         switch_wait: On four feet, the body moving, before each lift-off of the leg diagonal to
             the one that landed last [s]; twice a cycle, which lasts so much longer than T.
-        stride: The longest stride on level ground [m]; on stairs it is two treads.
+        stride: The longest stride on level ground [m]; on stairs it is the pattern's treads.
+        pattern: How many treads a cycle takes, and how many lie between front and rear feet.
+        body_ahead: How far the body goes ahead of its places on the lattice [places].
         workspace: The legs' boxes: R_x, R_y, P_x, P_y of Table I [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]. The wave puts a rear foot down
             beside the front foot of its side; the stagger keeps the two apart.
@@ -24,7 +27,7 @@ class PlanSettings:
         map_error_place: By how much the map's risers may be off; swings leave so much room [m].
         map_error_height: By how much its treads may be higher [m].
         body_height: Of B above the mean ground under the feet [m].
-        pitch_along_slope: Whether the body tilts with the stairs, or stays level.
+        pitch_along_slope: How much of the stairs' slope the body tilts with: 0 level, 1 all of it.
         spin_duty_factor: β of the spinning gait.
         spin_cycle_time: T of the spinning gait [s].
         body_still: Transitions with the body still (the paper's), or shifting before each lift.
@@ -44,6 +47,8 @@ class PlanSettings:
     cycle_time: float = 8.0
     switch_wait: float = 0.0
     stride: float = 1.0
+    pattern: Pattern = field(default_factory=Pattern)
+    body_ahead: float = 0.0
     workspace: Workspace = field(
         default_factory=lambda: Workspace(R_x=0.80, R_y=0.5, P_x=0.75, P_y=0.54)
     )
@@ -53,7 +58,7 @@ class PlanSettings:
     map_error_place: float = 0.0
     map_error_height: float = 0.0
     body_height: float = 0.85
-    pitch_along_slope: bool = False
+    pitch_along_slope: float = 0.0
     spin_duty_factor: float = 0.85
     spin_cycle_time: float = 8.0
     body_still: bool = False

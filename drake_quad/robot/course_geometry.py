@@ -1,10 +1,11 @@
 """The course as geometry of a plant: what the feet touch, and how it looks."""
 
+import math
+
 from pydrake.geometry import Box as BoxShape
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
-from drake_quad.gait.legs import FloatArray
 from drake_quad.terrain import Course
 
 Colour = tuple[float, float, float, float]  # red, green, blue, opacity in [0, 1]
@@ -33,13 +34,14 @@ def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None
         shape = BoxShape(*box.size)
         plant.RegisterCollisionGeometry(world, X_WBox, shape, box.name, material)
         plant.RegisterVisualGeometry(world, X_WBox, shape, box.name, list(_colour_of(box.name)))
-    for k, (lane_yaw, ends) in enumerate(_nosings(course)):
-        length = float(((ends[1] - ends[0]) ** 2).sum() ** 0.5)
+    for k, ends in enumerate(course.nosings()):
+        across = ends[1] - ends[0]
+        length, yaw = math.hypot(*across), math.atan2(-across[0], across[1])
         # Its top and its face stand 1 mm proud: flush, they would flicker with the tread's.
         centre = 0.5 * (ends[0] + ends[1]) - [0.0, 0.0, 0.5 * NOSING_SIZE - 0.001]
         plant.RegisterVisualGeometry(
             world,
-            RigidTransform(RollPitchYaw(0.0, 0.0, lane_yaw), centre),
+            RigidTransform(RollPitchYaw(0.0, 0.0, yaw), centre),
             BoxShape(NOSING_SIZE, length, NOSING_SIZE),
             f"nosing_{k}",
             list(NOSING),
@@ -50,9 +52,3 @@ def _colour_of(name: str) -> Colour:
     """The colour of a box by its name, as `terrain` gives it."""
     kind, _, number = name.rpartition("_tread_")
     return TREADS[int(number) % 2] if kind else LEVEL
-
-
-def _nosings(course: Course) -> list[tuple[float, FloatArray]]:
-    """Of each nosing, its lane's heading [rad] and its ends (2, 3) in W [m]."""
-    yaws = [lane.yaw for lane in course.lanes for _ in lane.nosings()]
-    return list(zip(yaws, course.nosings(), strict=True))

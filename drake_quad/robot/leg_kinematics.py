@@ -46,6 +46,15 @@ def calc_feet(geometry: LegGeometry, q: FloatArray) -> FloatArray:
     return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
 
 
+def calc_knees(geometry: LegGeometry, q: FloatArray) -> FloatArray:
+    """Returns the knees p_BK, (..., 4, 3) [m], for joint angles `q` (..., 4, 3)."""
+    a, hip = q[..., 0], q[..., 1]
+    x, z = -geometry.thigh * np.sin(hip), -geometry.thigh * np.cos(hip)
+    y = geometry.offset
+    ca, sa = np.cos(a), np.sin(a)
+    return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
+
+
 def solve_legs(geometry: LegGeometry, p_BF: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Inverse kinematics of all four legs, on the knee's own branch.
 

@@ -1,0 +1,142 @@
+"""The lanes of the course as it really is: where the flights' risers are, and how high the ground.
+
+All along the lanes' middle lines: what turns and widens is the boxes' (`world_turn`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.terrain import Course, Lane
+from drake_quad.world_boxes import world_error
+
+RISE_MIN = 0.002  # [m] what is less is no riser
+RUN_MIN = 0.10  # [m]
+LEVEL_MIN = 0.3  # [m] of level ground that must be left between flights
+
+
+@dataclass(eq=False)
+class Group:
+    """Flights of one lane with no level ground between: intervals `first` to `last`.
+
+    Attributes:
+        lane: Index of the lane.
+        first: Its first interval on the lane.
+        last: Its last.
+        flights: Indices of its flights on the lane.
+        elements: Indices of their elements of the course.
+        position: By how much it is farther along the lane [m].
+        yaw: By how much it is turned about its middle [rad], left positive.
+    """
+
+    lane: int
+    first: int
+    last: int
+    flights: list[int]
+    elements: list[int]
+    position: float = 0.0
+    yaw: float = 0.0
+
+
+def find_groups(course: Course) -> list[Group]:
+    """The flights in walking order, those that meet put together."""
+    elements = list(dict.fromkeys(box.element for box in course.boxes if "_tread_" in box.name))
+    groups: list[Group] = []
+    for index, lane in enumerate(course.lanes):
+        for k, flight in enumerate(lane.flights):
+            element = elements.pop(0)
+            before = groups[-1] if groups else None
+            if before and (before.lane, before.last + 1) == (index, flight.first):
+                before.last = flight.last
+                before.flights.append(k)
+                before.elements.append(element)
+            else:
+                groups.append(Group(index, flight.first, flight.last, [k], [element]))
+    return groups
+
+
+def aside(lane: Lane, interval: int, yaw: float) -> float:
+    """How far a line turned by `yaw` is ahead where it crosses the interval's side [m]."""
+    return float(lane.half_widths[interval]) * abs(float(np.tan(yaw)))
+
+
+def moved_breaks(
+    lane: Lane, index: int, groups: list[Group], run: float, source: str
+) -> FloatArray:
+    """The breaks of lane `index` with its risers where they cross the middle line [m].
+
+    Raises:
+        InputError: A tread too short, or too little level ground beside a flight.
+    """
+    breaks, straight = np.array(lane.breaks), np.array(lane.breaks)
+    own = [group for group in groups if group.lane == index]
+    for group in own:
+        part = slice(group.first, group.last + 2)
+        old = lane.breaks[part]
+        middle = 0.5 * (old[0] + old[-1])
+        n = group.last + 1 - group.first
+        new = old - middle + run * (np.arange(n + 1) - 0.5 * n)
+        if np.min(np.diff(new)) < RUN_MIN:
+            remedy = f"leaves a tread less than {RUN_MIN} m deep"
+            raise world_error(source, "run_error", float(np.min(np.diff(new))), remedy)
+        straight[part] = middle + group.position + new
+        breaks[part] = middle + group.position + new / np.cos(group.yaw)
+    for group in own:
+        for k in (group.first - 1, group.last + 1):
+            turned = [aside(lane, k, g.yaw) for g in own if k in (g.first - 1, g.last + 1)]
+            least = min(LEVEL_MIN, float(lane.breaks[k + 1] - lane.breaks[k]))
+            _check_left("position_error", straight[k + 1] - straight[k], least, source)
+            left = breaks[k + 1] - breaks[k] - sum(turned)
+            _check_left("yaw_error_deg", left, max(least, 2.0 * max(turned)), source)
+    return breaks
+
+
+def _check_left(field: str, left: float, least: float, source: str) -> None:
+    """Raises if less level ground is left straight than the least, on which aprons lie."""
+    if left < least:
+        remedy = f"leaves {max(left, 0.0):.2f} m of level ground beside a flight"
+        raise world_error(source, field, left, f"{remedy}: at least {least:.2f} m")
+
+
+def moved_heights(
+    course: Course, rise: float, tread: float, generator: np.random.Generator, source: str
+) -> tuple[list[FloatArray], dict[str, float]]:
+    """The lanes' heights, and by how much each box's top is higher, by its name [m].
+
+    Raises:
+        InputError: A step without rise.
+    """
+    offset = 0.0
+    heights: list[FloatArray] = []
+    offsets: dict[str, float] = {}
+    names = [box.name for box in course.boxes if "_tread_" in box.name]
+    element_of = {box.name: box.element for box in course.boxes}
+    after: dict[int, float] = {}
+    for lane in course.lanes:
+        new = np.array(lane.heights)
+        done = 0
+        for flight in lane.flights:
+            new[done : flight.first] += offset
+            sign = 1.0 if flight.going == "up" else -1.0
+            n = flight.last + 1 - flight.first
+            own = offset + sign * rise * np.arange(1, n + 1)
+            own += tread * generator.uniform(-1.0, 1.0, size=n)
+            new[flight.first : flight.last + 1] += own
+            least = float(np.min(sign * np.diff(new[flight.first - 1 : flight.last + 1])))
+            if least < RISE_MIN:
+                field = "rise_error" if tread == 0.0 else "tread_error"
+                raise world_error(
+                    source, field, least, f"leaves a step with a rise of {least:.3f} m"
+                )
+            of_flight, names = names[:n], names[n:]
+            offsets |= dict(zip(of_flight, own.tolist(), strict=True))
+            offset, done = float(own[-1]), flight.last + 1
+            after[element_of[of_flight[-1]]] = offset
+        new[done:] += offset
+        heights.append(new)
+    for box in course.boxes:
+        if box.name not in offsets:
+            before = [element for element in after if element < box.element]
+            offsets[box.name] = after[max(before)] if before else 0.0
+    return heights, offsets
