@@ -5,6 +5,7 @@ not, 2 the input cannot be used.
 """
 
 import json
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -83,7 +84,7 @@ def run(
         if as_json:
             print(json.dumps({"outcome": "infeasible", "reason": error.reason}))
         raise
-    write_files(result, loaded, directory)
+    write_files(result, result.scenario, directory)
     if report:
         _make_report(directory)
     if as_json:
@@ -159,6 +160,121 @@ def replay(
     play(directory, viewer=viewer, speed=speed, loop=loop)
     if as_json:
         print(json.dumps({"replayed": str(directory)}))
+
+
+@app.command()
+def inspect(
+    robot: Annotated[
+        str, typer.Argument(help="A URDF, SDF, MJCF or .robot.yaml, or a robot's name.")
+    ],
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw it into this file (.svg, .png or .pdf).")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Tell what is read from a robot's file, and what is repaired or assumed."""
+    from drake_quad.inspect_picture import check_picture, save_picture
+    from drake_quad.inspect_report import describe_robot, print_robot
+    from drake_quad.robot.load_robot import load_robot
+
+    check_picture(picture)
+    model = load_robot(robot)
+    told = describe_robot(model, source=robot)
+    if picture is not None:
+        save_picture(model, picture)
+        told["picture"] = str(picture)
+    if as_json:
+        print(json.dumps(told))
+    else:
+        print_robot(told, Console())
+
+
+@app.command()
+def check(
+    robot: Annotated[
+        str, typer.Argument(help="A URDF, SDF, MJCF or .robot.yaml, or a robot's name.")
+    ],
+    rise: Annotated[
+        float | None, typer.Option(help="Of the steps [m].", show_default="0.178")
+    ] = None,
+    run: Annotated[
+        float | None, typer.Option(help="Of the treads [m].", show_default="0.28")
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option(help="Steps of the flight.", show_default="10")
+    ] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="The course of this scenario instead of a flight.")
+    ] = None,
+    save: Annotated[
+        Path | None, typer.Option(help="Write the designed scenario into this file.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw the climb into this file (.svg, .png or .pdf).")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Can this robot climb these stairs? Designs a gait, and plans it up and down in full."""
+    from drake_quad.check_command import Asked, run_check
+
+    asked = Asked(robot, rise=rise, run=run, count=count, scenario=scenario)
+    with _err.status("designing a gait") as status:
+        told = run_check(asked, save=save, picture=picture, note=status.update)
+    if as_json:
+        print(json.dumps(told))
+    else:
+        from drake_quad.check_report import print_check
+
+        print_check(told, Console())
+    raise typer.Exit(0 if told["feasible"] else 1)
+
+
+@app.command()
+def chart(
+    robot: Annotated[
+        str, typer.Argument(help="A URDF, SDF, MJCF or .robot.yaml, or a robot's name.")
+    ],
+    rise_from: Annotated[float, typer.Option(help="Lowest rise [m].")] = 0.05,
+    rise_to: Annotated[float, typer.Option(help="Highest rise [m].")] = 0.25,
+    rise_step: Annotated[float, typer.Option(help="Between rises [m].")] = 0.025,
+    run_from: Annotated[float, typer.Option(help="Shallowest tread [m].")] = 0.25,
+    run_to: Annotated[float, typer.Option(help="Deepest tread [m].")] = 0.60,
+    run_step: Annotated[float, typer.Option(help="Between treads [m].")] = 0.05,
+    count: Annotated[int, typer.Option(help="Steps of each flight.")] = 4,
+    out: Annotated[
+        Path | None, typer.Option(help="Directory for the files; charts/<robot> unless told.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; as many as there are cores unless told.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Chart which stairs this robot climbs: margins over rise and run, and what limits the rest.
+
+    Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
+    """
+    from drake_quad.chart_picture import save_chart
+    from drake_quad.chart_stairs import Span, chart_stairs, print_chart, write_chart
+
+    directory = out if out is not None else Path("charts") / _stem(robot)
+    _claim(directory)
+    with _interruptible() as interrupted, _cells_progress() as progress:
+        told = chart_stairs(
+            robot,
+            Span(rise_from, rise_to, rise_step),
+            Span(run_from, run_to, run_step),
+            count=count,
+            workers=workers if workers is not None else os.cpu_count() or 1,
+            progress=progress,
+            stop=interrupted,
+        )
+    write_chart(told, directory)
+    save_chart(told, directory)
+    if as_json:
+        print(json.dumps({**told, "directory": str(directory)}))
+    else:
+        print_chart(told, directory, Console())
+    raise typer.Exit(0 if told["complete"] else 1)
 
 
 @app.command()
@@ -306,6 +422,26 @@ def _progress(label: str) -> Iterator[Callable[[float, float], None]]:
             elapsed = bar.tasks[0].elapsed or 1e-9
             pace = f"{done / elapsed:.1f} × real time"
             bar.update(task, completed=done, total=max(total, done), pace=pace, visible=True)
+
+        yield show
+
+
+@contextmanager
+def _cells_progress() -> Iterator[Callable[[int, int], None]]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
+        TextColumn("{task.fields[pace]}"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    with Progress(*columns, console=_err, transient=True, speed_estimate_period=600.0) as bar:
+        task = bar.add_task("planning stairs", total=None, pace="", visible=False)
+
+        def show(done: int, total: int) -> None:
+            elapsed = bar.tasks[0].elapsed or 1e-9
+            pace = f"{60.0 * done / elapsed:.1f} a minute"
+            bar.update(task, completed=done, total=total, pace=pace, visible=True)
 
         yield show
 

@@ -3,6 +3,7 @@
 import copy
 from dataclasses import dataclass
 
+from drake_quad.designer import design_scenario
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import Stance
@@ -34,7 +35,7 @@ class Preparation:
     """A scenario made into the values that planning and simulation take.
 
     Attributes:
-        scenario: As it was given.
+        scenario: As it was given, its gait designed if it asked for that.
         robot: As its controller knows it.
         course: The map that is planned on.
         settings: The planner's.
@@ -67,6 +68,8 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
         InputError: If something in the scenario cannot be, or is out of the robot's reach.
         PlanningError: If there is no plan for another reason.
     """
+    if scenario.design == "auto":
+        scenario = design_scenario(scenario, source=source).scenario
     robot, course, settings, tasks, stance = _values(scenario, source=source)
     world = world_of(scenario, course, source=source)
     disturbances = disturbances_of(scenario, robot, source=source)

@@ -8,6 +8,7 @@ from pathlib import Path
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
 from drake_quad.errors import InputError
+from drake_quad.robot.importing.catalogue import is_name
 from drake_quad.scenario_build import control_settings, course_of, mission_of, plan_settings
 from drake_quad.scenario_check import check_scenario
 from drake_quad.scenario_config import Scenario
@@ -38,6 +39,8 @@ __all__ = [
 ]
 
 SUFFIX = ".scenario.yaml"
+# Sections that a design fills in: a file with one of them has its own gait.
+DESIGNED = {"gait", "spin", "transition", "body", "controller"}
 MODELS = "package://drake_quad_models/"
 
 
@@ -80,6 +83,8 @@ def parse_scenario(
     parsed = [parse_override(override) for override in overrides]
     for override in parsed:
         apply_override(data, override)
+    if "robot" in data and "design" not in data and not DESIGNED & data.keys():
+        data["design"] = "auto"
     own_model = any(override.covers("robot.model") for override in parsed)
     try:
         plain = conform(data, Scenario, path="", source=source)
@@ -136,9 +141,9 @@ def _unreadable(name: str, problem: Exception) -> InputError:
 def _located(model: str, *, base: Path, source: str) -> str:
     """The robot's file as a shipped URL or an absolute path, if it is there.
 
-    Other packages' URLs are left to Drake's parser, which knows their places.
+    Other packages' URLs, and robots' names, are left to the robot's loader.
     """
-    if "://" in model and not model.startswith(MODELS):
+    if is_name(model) or ("://" in model and not model.startswith(MODELS)):
         return model
     shipped = model.startswith(MODELS)
     path = _models() / model.removeprefix(MODELS) if shipped else base / Path(model).expanduser()

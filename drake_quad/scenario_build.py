@@ -47,6 +47,11 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         stride=gait.stride,
         pattern=Pattern(treads=gait.treads, lag=gait.lag),
         body_ahead=gait.body_ahead,
+        tread_phase_up=gait.tread_phase_up,
+        tread_phase_down=gait.tread_phase_down,
+        body_shift_up=gait.body_shift_up,
+        body_shift_down=gait.body_shift_down,
+        max_ahead=gait.max_ahead,
         workspace=Workspace(
             R_x=gait.workspace_length,
             R_y=gait.workspace_width,
@@ -60,6 +65,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         map_error_height=gait.map_error_height,
         body_height=gait.body_height,
         pitch_along_slope=gait.pitch_share if gait.pitch == "slope" else 0.0,
+        spin_workspace=_spin_workspace(scenario),
         spin_duty_factor=spin.duty_factor,
         spin_cycle_time=spin.cycle_time,
         body_still=transition.mode == "still",
@@ -71,6 +77,19 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         dynamic=body.balance == "dynamic",
         margin_desired=body.margin_desired,
         zmp_margin=body.zmp_margin,
+    )
+
+
+def _spin_workspace(scenario: Scenario) -> Workspace | None:
+    """The spinning gait's own boxes, if it has any."""
+    gait, spin = scenario.gait, scenario.spin
+    if not (spin.workspace_length or spin.workspace_width):
+        return None
+    return Workspace(
+        R_x=spin.workspace_length or gait.workspace_length,
+        R_y=spin.workspace_width or gait.workspace_width,
+        P_x=gait.stance_length,
+        P_y=gait.stance_width,
     )
 
 

@@ -31,16 +31,20 @@ class CourseElement:
     """One stretch of the course; see `drake_quad.terrain_elements.Element`.
 
     Attributes:
-        kind: `floor`, `stairs` or `landing`.
-        length: Of a floor or a landing, along the heading [m].
-        width: Across the heading [m]; 2 m unless told, a landing to turn on as wide as long.
+        kind: `floor`, `stairs`, `landing`, `block`, `curb` or `slope`.
+        length: Of a floor, a landing, a block or a slope, along the heading, from above [m].
+        width: Across the heading [m]; 2 m unless told, a landing to turn on as wide as it can be.
         turn_deg: Of a landing: the turn on it [deg], left positive.
-        going: Of stairs: `up` or `down`.
+        going: Of stairs, a curb or a slope: `up` or `down`.
         rise: Of stairs: height of every step [m].
         run: Of stairs: depth of every tread [m].
         count: Of stairs: number of steps, which is the number of risers.
         rises: Of irregular stairs, instead of `rise`: the height of each step [m].
         runs: Of irregular stairs, instead of `run`: the depth of each tread [m].
+        overhang: Of stairs: by how much each tread reaches beyond the riser under it [m].
+        open: Of stairs: whether the risers are open, nothing between the treads.
+        thickness: Of the treads of stairs with an overhang or open risers [m]; 0.04 unless told.
+        height: Of a block, a curb or a slope [m].
     """
 
     kind: str = ""
@@ -53,6 +57,10 @@ class CourseElement:
     count: int | None = None
     rises: list[float] | None = None
     runs: list[float] | None = None
+    overhang: float | None = None
+    open: bool | None = None
+    thickness: float | None = None
+    height: float | None = None
 
 
 @dataclass
@@ -99,6 +107,11 @@ class GaitConfig:
         lag: How many treads the right rear foot stands behind the left front one as a cycle
             begins: the longer the robot against the treads, the more.
         body_ahead: How far the body goes ahead of the places it has on the treads [treads].
+        tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
+        tread_phase_down: The same going down.
+        body_shift_up: How far ahead of those places the body goes besides, going up [m].
+        body_shift_down: The same going down.
+        max_ahead: How far the body may go ahead of or behind its nominal place as it walks [m].
         stance_length: P_x, between the centres of front and rear legs' workspaces [m].
         stance_width: P_y, between those of left and right legs [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]: keeps the feet of a side apart
@@ -122,6 +135,11 @@ class GaitConfig:
     treads: int = 2
     lag: int = 1
     body_ahead: float = 0.0
+    tread_phase_up: float = 0.0
+    tread_phase_down: float = 0.0
+    body_shift_up: float = 0.0
+    body_shift_down: float = 0.0
+    max_ahead: float = 10.0
     stance_length: float = 0.75
     stance_width: float = 0.54
     stance_stagger: float = 0.12
@@ -143,10 +161,14 @@ class SpinConfig:
     Attributes:
         duty_factor: β, in [0.75, 1).
         cycle_time: T [s].
+        workspace_length: R_x of each leg's workspace as it spins [m]; 0: the wave gait's.
+        workspace_width: R_y of the same [m]; 0: the wave gait's.
     """
 
     duty_factor: float = 0.85
     cycle_time: float = 8.0
+    workspace_length: float = 0.0
+    workspace_width: float = 0.0
 
 
 @dataclass
@@ -312,6 +334,8 @@ class Scenario:
     Attributes:
         description: What it shows, in a line.
         robot: Which robot.
+        design: `auto` to design gait, body and feedback for robot and course, or `given`. Of a file
+            that names a robot and says nothing of the gait it is `auto`.
         course: What it walks on, in walking order.
         mission: What it does, in order; empty follows the course: along each lane, and at the
             end of each the turn there.
@@ -330,6 +354,7 @@ class Scenario:
 
     description: str = ""
     robot: RobotConfig = field(default_factory=RobotConfig)
+    design: str = "given"
     course: list[CourseElement] = field(default_factory=list)
     mission: list[MissionElement] = field(default_factory=list)
     start: StartConfig = field(default_factory=StartConfig)

@@ -56,12 +56,14 @@ class RunResult:
         reason: What ended it, in a sentence.
         summary: What summary.json holds.
         table: What log.parquet holds.
+        scenario: As it was run, in full.
     """
 
     outcome: str
     reason: str
     summary: dict[str, Any]
     table: pa.Table = field(repr=False)
+    scenario: Scenario = field(repr=False)
 
 
 def run(
@@ -164,7 +166,9 @@ def _simulate(
         "wall_time": wall,
         "real_time_factor": float(context.get_time()) / wall,
     }
-    return RunResult(outcome, reason, _summary(p, outcome, reason, table, figures), table)
+    return RunResult(
+        outcome, reason, _summary(p, outcome, reason, table, figures), table, p.scenario
+    )
 
 
 def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
@@ -227,9 +231,8 @@ def _replay_plan(p: Preparation) -> RunResult:
         "real_time_factor": float(times[-1]) / wall,
     }
     reason = "kinematic replay of the plan: no physics, nothing measured"
-    return RunResult(
-        "goal_reached", reason, _summary(p, "goal_reached", reason, table, figures), table
-    )
+    summary = _summary(p, "goal_reached", reason, table, figures)
+    return RunResult("goal_reached", reason, summary, table, p.scenario)
 
 
 def _summary(

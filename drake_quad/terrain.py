@@ -1,4 +1,4 @@
-"""The course: floor, stairs, landings and turns, all from one list of elements.
+"""The course: floor, stairs, landings, turns and the like, all from one list of elements.
 
 From that list come the collision boxes, the height of the ground anywhere, the nosings, and the
 lanes (straight stretches between turns) on which gaits are planned: so what the planner believes
@@ -17,10 +17,12 @@ from numpy.typing import ArrayLike
 
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray, read_only
-from drake_quad.terrain_box import Box, first_overlap
+from drake_quad.terrain_box import Box, first_overlap, make_box
 from drake_quad.terrain_check import check_elements
 from drake_quad.terrain_elements import Element
-from drake_quad.terrain_lane import EDGE, Flight, Lane
+from drake_quad.terrain_faces import move_face
+from drake_quad.terrain_flight import Flight
+from drake_quad.terrain_lane import EDGE, Lane
 from drake_quad.terrain_layout import Layout
 
 __all__ = ["Box", "Course", "Element", "Flight", "Lane", "build_course"]
@@ -36,7 +38,8 @@ class Course:
         lanes: The straight stretches, in walking order.
         turns: The turn at the end of each lane but the last [rad], left positive.
         boxes: The solids. On the map, boxes of different elements never overlap; only on a
-            landing with an oblique turn do boxes of one element overlap, their tops level.
+            landing with an oblique turn do boxes of one element overlap, their tops level, and on
+            stairs with an overhang or open risers, one over the other.
     """
 
     lanes: tuple[Lane, ...]
@@ -44,23 +47,24 @@ class Course:
     boxes: tuple[Box, ...]
 
     @cached_property
-    def _footprints(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Of all boxes: axes (n, 2, 2) in rows, centres (n, 2), half sizes (n, 2), tops (n,)."""
+    def _tops(self) -> tuple[FloatArray, ...]:
+        """Of all boxes' tops: axes (n, 2, 2) in rows, middles, half sizes, heights, gradients."""
         return (
             read_only(np.array([box.axes for box in self.boxes])),
-            read_only(np.array([box.centre[:2] for box in self.boxes])),
-            read_only(np.array([0.5 * box.size[:2] for box in self.boxes])),
+            read_only(np.array([box.middle for box in self.boxes])),
+            read_only(np.array([0.5 * box.extent for box in self.boxes])),
             read_only(np.array([box.top for box in self.boxes])),
+            read_only(np.array([box.gradient for box in self.boxes])),
         )
 
     def height(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Height of the ground in W [m] at `x`, `y` [m] (broadcast); nan off the course."""
-        axes, centres, halves, tops = self._footprints
+        axes, centres, halves, tops, gradients = self._tops
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         p_W = np.stack(np.broadcast_arrays(x, y), axis=-1)
         p_box = np.einsum("nij,...nj->...ni", axes, p_W[..., None, :] - centres)
         inside = np.all(np.abs(p_box) <= halves + EDGE, axis=-1)
-        z = np.where(inside, tops, -np.inf).max(axis=-1)
+        z = np.where(inside, tops + gradients * p_box[..., 0], -np.inf).max(axis=-1)
         return np.where(np.isfinite(z), z, np.nan)
 
     def nosings(self) -> FloatArray:
@@ -78,8 +82,15 @@ class Course:
         """The corners (2, 3) of the course's bounding box in W [m], lowest and highest."""
         xy = np.concatenate([box.corners() for box in self.boxes])
         bottom = min(float(box.centre[2] - 0.5 * box.size[2]) for box in self.boxes)
-        top = max(box.top for box in self.boxes)
+        top = max(box.top + 0.5 * abs(box.gradient) * box.extent[0] for box in self.boxes)
         return np.array([[*xy.min(axis=0), bottom], [*xy.max(axis=0), top]])
+
+
+def foundation(lanes: Sequence[Lane]) -> float:
+    """How deep the solids of a course go: below its lowest ground [m]."""
+    falls = [np.minimum(lane.gradients, 0.0) * np.diff(lane.breaks) for lane in lanes]
+    lowest = [np.min(lane.heights + fall) for lane, fall in zip(lanes, falls, strict=True)]
+    return float(min(lowest)) - FOUNDATION
 
 
 def build_course(
@@ -110,17 +121,9 @@ def build_course(
     for index, element in enumerate(elements):
         layout.add(index, element)
     layout.finish()
-    bottom = min(slab.top for slab in layout.slabs) - FOUNDATION
-    boxes = tuple(
-        Box(
-            name=slab.name,
-            centre=read_only(np.array([*slab.centre, 0.5 * (slab.top + bottom)])),
-            size=read_only(np.array([*slab.size, slab.top - bottom])),
-            yaw=slab.yaw,
-            element=slab.element,
-        )
-        for slab in layout.slabs
-    )
+    bottom = foundation(layout.lanes)
+    boxes = [make_box(slab, bottom) for slab in layout.slabs]
+    _undercut(boxes, elements, layout.lanes)
     clash = first_overlap(boxes)
     if clash is not None:
         old, new = clash
@@ -131,4 +134,14 @@ def build_course(
             remedy=f"runs into course[{old.element}]: make it narrower, turn the other way, or "
             "make the landing between longer",
         )
-    return Course(lanes=tuple(layout.lanes), turns=tuple(layout.turns), boxes=boxes)
+    return Course(lanes=tuple(layout.lanes), turns=tuple(layout.turns), boxes=tuple(boxes))
+
+
+def _undercut(boxes: list[Box], elements: Sequence[Element], lanes: Sequence[Lane]) -> None:
+    """Moves the ground back from under the first noses of stairs that go down from it."""
+    owners = [k for k, element in enumerate(elements) if element.kind == "stairs"]
+    for lane in lanes:
+        for flight in lane.flights:
+            before = owners.pop(0) - 1
+            if flight.undercut:
+                move_face(boxes, before, lane.heading, -flight.undercut)

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.gait.legs import BoolArray, FloatArray, read_only
 
 OVERLAP = 1e-6  # [m] boxes that share less than this merely touch
 
@@ -15,7 +16,7 @@ _CORNERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 
 @dataclass(frozen=True)
 class Box:
-    """A solid box of the course, its top level.
+    """A solid box of the course, its top level but for that of a slope.
 
     Attributes:
         name: For example `stairs_1_tread_3`: kind and index of the element, then the tread.
@@ -23,6 +24,8 @@ class Box:
         size: (3,) along its own x, y, z [m].
         yaw: Of its x axis about W's z [rad].
         element: Index of the element of the course that it belongs to.
+        pitch: By which it is turned about its own y axis, before the yaw [rad]: negative where
+            the ground rises along its x axis.
     """
 
     name: str
@@ -30,20 +33,71 @@ class Box:
     size: FloatArray
     yaw: float
     element: int
+    pitch: float = 0.0
 
     @property
     def top(self) -> float:
-        """Height of its top in W [m]."""
-        return float(self.centre[2] + 0.5 * self.size[2])
+        """Height of its top's middle in W [m]."""
+        return float(self.centre[2] + 0.5 * self.size[2] * math.cos(self.pitch))
+
+    @property
+    def gradient(self) -> float:
+        """By how much its top rises along its x axis [m/m]."""
+        return -math.tan(self.pitch)
 
     @property
     def axes(self) -> FloatArray:
-        """Its horizontal unit axes (2, 2) in W, in rows."""
+        """Its horizontal unit axes (2, 2) in W, in rows; seen from above where it is tilted."""
         return rotation(self.yaw).T
 
+    @property
+    def middle(self) -> FloatArray:
+        """(2,) the middle of its top in W, from above [m]."""
+        lean = 0.5 * self.size[2] * math.sin(self.pitch)
+        return np.asarray(self.centre[:2] + lean * self.axes[0])
+
+    @property
+    def extent(self) -> FloatArray:
+        """(2,) the size of its top from above, along its axes [m]."""
+        return np.asarray(self.size[:2] * [math.cos(self.pitch), 1.0])
+
     def corners(self) -> FloatArray:
-        """The footprint's corners (4, 2) in W [m], counter-clockwise."""
-        return np.asarray(self.centre[:2] + (0.5 * self.size[:2] * _CORNERS) @ self.axes)
+        """The corners of its top from above (4, 2) in W [m], counter-clockwise."""
+        return np.asarray(self.middle + (0.5 * self.extent * _CORNERS) @ self.axes)
+
+
+class Slab(NamedTuple):
+    """The top of a box: all of it but how deep it goes, unless it says that too."""
+
+    name: str
+    centre: FloatArray  # (2,) in W [m]
+    size: tuple[float, float]  # [m]
+    yaw: float  # [rad]
+    top: float  # of its middle [m]
+    element: int
+    thickness: float | None = None  # [m]; None: down to the foundation
+    gradient: float = 0.0  # along its own x axis [m/m]
+
+
+def make_box(slab: Slab, bottom: float) -> Box:
+    """The solid under a slab, down to `bottom` [m] if it doesn't say how thick it is.
+
+    Under a slope's highest end it reaches the bottom; so under its lowest it reaches deeper.
+    """
+    pitch = -math.atan(slab.gradient)
+    down = math.cos(pitch)
+    highest = slab.top + 0.5 * abs(slab.gradient) * slab.size[0]
+    depth = (highest - bottom) * down if slab.thickness is None else slab.thickness
+    ahead = rotation(slab.yaw)[:, 0]
+    middle = slab.centre - 0.5 * depth * math.sin(pitch) * ahead
+    return Box(
+        name=slab.name,
+        centre=read_only(np.array([*middle, slab.top - 0.5 * depth * down])),
+        size=read_only(np.array([slab.size[0] / down, slab.size[1], depth])),
+        yaw=slab.yaw,
+        element=slab.element,
+        pitch=pitch if slab.gradient else 0.0,
+    )
 
 
 def rotation(yaw: float) -> FloatArray:

@@ -2,41 +2,34 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.terrain_box import rotation
+from drake_quad.terrain_flight import Flight
 
 EDGE = 1e-9  # [m] a point this near to an edge counts as on it
-
-
-class Flight(NamedTuple):
-    """The steps of one flight: intervals `first` to `last` (inclusive) of its lane."""
-
-    first: int
-    last: int
-    going: str  # `up` or `down`
-    yaw: float = 0.0  # [rad] of its nosings against the lane's: 0 but in the course as it really is
 
 
 @dataclass(frozen=True)
 class Lane:
     """A straight stretch of the course, with its own frame L: s along it, lateral to the left.
 
-    Interval i of the profile is [breaks[i], breaks[i + 1]] at height heights[i]. The lane proper
-    is s in [0, length]; where it meets a turn, the landing goes on past its end (`run_out`) or
-    lies behind its origin (`run_in`), level, so that feet find ground there.
+    Interval i of the profile is [breaks[i], breaks[i + 1]]; it begins at height heights[i] and
+    rises by gradients[i], which is 0 but on a slope. The lane proper is s in [0, length]; where it
+    meets a turn, the landing goes on past its end (`run_out`) or lies behind its origin
+    (`run_in`), level, so that feet find ground there.
 
     Attributes:
         p_WL: (2,) the origin of the lane in W [m].
         yaw: Its heading about W's z [rad].
         breaks: (n + 1,) ends of the intervals along s [m], increasing from 0.
-        heights: (n,) height of each interval in W [m].
+        heights: (n,) height of each interval in W, where it begins [m].
+        gradients: (n,) rise of each interval along s [m/m].
         half_widths: (n,) half the width of each interval [m].
-        kinds: What each interval is: `floor`, `tread` or `landing`.
+        kinds: What each interval is: `floor`, `landing`, `tread`, `block` or `slope`.
         flights: The flights of stairs on it, in walking order.
         run_in: Level ground behind the origin [m].
         run_out: Level ground past the end [m].
@@ -46,6 +39,7 @@ class Lane:
     yaw: float
     breaks: FloatArray
     heights: FloatArray
+    gradients: FloatArray
     half_widths: FloatArray
     kinds: tuple[str, ...]
     flights: tuple[Flight, ...] = ()
@@ -85,13 +79,22 @@ class Lane:
         last = len(self.heights) - 1
         behind = np.clip(np.searchsorted(self.breaks, s - EDGE, side="right") - 1, 0, last)
         ahead = np.clip(np.searchsorted(self.breaks, s + EDGE, side="right") - 1, 0, last)
-        return np.where(self.heights[ahead] >= self.heights[behind], ahead, behind)
+        return np.where(self._height_in(ahead, s) >= self._height_in(behind, s), ahead, behind)
+
+    def _height_in(self, interval: np.ndarray, s: FloatArray) -> FloatArray:
+        """Height in W at `s` of the ground that an interval has, extended beyond its ends [m]."""
+        rise = self.gradients[interval] * (s - self.breaks[interval])
+        return np.asarray(self.heights[interval] + rise)
+
+    def gradient(self, s: ArrayLike) -> FloatArray:
+        """Rise of the ground along s at `s` [m/m], in its shape."""
+        return np.asarray(self.gradients[self.interval(s)])
 
     def height(self, s: ArrayLike) -> FloatArray:
         """Height of the ground in W at `s` [m], in its shape; nan where there is none."""
         s = np.asarray(s, dtype=float)
         inside = (s >= -self.run_in - EDGE) & (s <= self.length + self.run_out + EDGE)
-        return np.where(inside, self.heights[self.interval(s)], np.nan)
+        return np.where(inside, self._height_in(self.interval(s), s), np.nan)
 
     def profile(self, s0: float, s1: float) -> tuple[FloatArray, FloatArray]:
         """The ground from `s0` to `s1` as a polyline, walked in either direction.
@@ -104,25 +107,39 @@ class Lane:
         points: list[tuple[float, float]] = [(lo, float(self.height(lo)))]
         starts = np.concatenate([[-np.inf], self.breaks[1:-1]])
         ends = np.concatenate([self.breaks[1:-1], [np.inf]])
-        for a, b, z in zip(starts, ends, self.heights, strict=True):
+        for k, (a, b) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
             if a < hi and b > lo:
-                points += [(max(lo, float(a)), float(z)), (min(hi, float(b)), float(z))]
+                both = np.array([max(lo, a), min(hi, b)])
+                z = self._height_in(np.array([k, k]), both)
+                points += zip(both.tolist(), z.tolist(), strict=True)
         points.append((hi, float(self.height(hi))))
         s, z_at = np.array(_corners(points)).T
         return (s - lo, z_at) if s1 >= s0 else ((hi - s)[::-1], z_at[::-1])
 
     def nosings(self) -> FloatArray:
         """The nosings as (m, 2) rows (s, z) [m] in walking order: the upper edge of each riser."""
-        change = np.flatnonzero(np.diff(self.heights))
-        upper = np.maximum(self.heights[change], self.heights[change + 1])
-        return np.stack([self.breaks[change + 1], upper], axis=-1)
+        at, lower, upper = self._risers()
+        return np.stack([self.breaks[at], np.maximum(lower, upper)], axis=-1)
+
+    def single_risers(self) -> FloatArray:
+        """Where the risers are that belong to no flight, those of blocks and curbs (m,) [m]."""
+        at = self._risers()[0]
+        own = [(at >= f.first) & (at <= f.last) for f in self.flights]
+        return np.asarray(self.breaks[at[~np.any(own, axis=0)] if own else at])
 
     def nosing_yaws(self) -> FloatArray:
         """By how much each nosing, as of `nosings`, is turned against the lane (m,) [rad]."""
         yaws = np.zeros(len(self.breaks))
         for flight in self.flights:
             yaws[flight.first : flight.last + 1] = flight.yaw
-        return np.asarray(yaws[np.flatnonzero(np.diff(self.heights)) + 1])
+        return np.asarray(yaws[self._risers()[0]])
+
+    def _risers(self) -> tuple[np.ndarray, FloatArray, FloatArray]:
+        """Indices (m,) of the breaks that are risers, and heights before and after each [m]."""
+        before = self._height_in(np.arange(len(self.heights)), self.breaks[1:])[:-1]
+        after = self.heights[1:]
+        at = np.flatnonzero(np.abs(after - before) > EDGE)
+        return at + 1, before[at], after[at]
 
     def treads(self, flight: Flight) -> FloatArray:
         """The treads of a flight as (n, 3) rows (s at start, s at end, z) [m]."""
@@ -131,11 +148,16 @@ class Lane:
 
 
 def _corners(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The polyline without the points inside a level stretch."""
+    """The polyline without the points inside a straight stretch."""
     kept: list[tuple[float, float]] = []
     for point in points:
-        if len(kept) > 1 and kept[-2][1] == kept[-1][1] == point[1]:
+        if len(kept) > 1 and _turn(kept[-2], kept[-1], point) == 0.0:
             kept[-1] = point
         else:
             kept.append(point)
     return kept
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    """Twice the area of a triangle: 0 where the points are in a line, or two of them equal."""
+    return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])

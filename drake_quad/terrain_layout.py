@@ -1,25 +1,14 @@
 """Laying a course out: where each element goes, as intervals of a lane and as slabs of ground."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray, read_only
-from drake_quad.terrain_box import rotation
+from drake_quad.terrain_box import Slab, rotation
 from drake_quad.terrain_elements import DEFAULT_WIDTH, Element
-from drake_quad.terrain_lane import EDGE, Flight, Lane
-
-
-class Slab(NamedTuple):
-    """The top of a box: all of it but how deep it goes."""
-
-    name: str
-    centre: FloatArray  # (2,) in W [m]
-    size: tuple[float, float]  # [m]
-    yaw: float
-    top: float  # [m]
-    element: int
+from drake_quad.terrain_flight import Flight, flight_parts
+from drake_quad.terrain_lane import EDGE, Lane
 
 
 class Layout:
@@ -38,10 +27,10 @@ class Layout:
             self._add_turn(index, element)
         elif element.kind == "stairs":
             self._add_flight(index, element)
+        elif element.kind == "curb":
+            self.z += element.climb
         else:
-            size = (element.length or 0.0, element.width or DEFAULT_WIDTH)
-            middle = self._stretch(*size, element.kind)
-            self._slab(index, element.kind, self._place(middle), size)
+            self._add_stretch(index, element)
 
     def finish(self) -> None:
         """Ends the last lane where the course ends."""
@@ -50,17 +39,19 @@ class Layout:
     def _begin_lane(self, *, origin: FloatArray, yaw: float, run_in: float) -> None:
         self._origin, self._yaw, self._run_in = origin, yaw, run_in
         self._breaks = [0.0]
-        self._intervals: list[tuple[float, float, str]] = []  # height, half width, kind
+        # height, gradient, half width, kind
+        self._intervals: list[tuple[float, float, float, str]] = []
         self._flights: list[Flight] = []
 
     def _end_lane(self, *, run_out: float) -> None:
-        heights, half_widths, kinds = zip(*self._intervals, strict=True)
+        heights, gradients, half_widths, kinds = zip(*self._intervals, strict=True)
         self.lanes.append(
             Lane(
                 p_WL=read_only(self._origin),
                 yaw=self._yaw,
                 breaks=read_only(np.array(self._breaks)),
                 heights=read_only(np.array(heights)),
+                gradients=read_only(np.array(gradients)),
                 half_widths=read_only(np.array(half_widths)),
                 kinds=tuple(kinds),
                 flights=tuple(self._flights),
@@ -73,38 +64,62 @@ class Layout:
         """The point (2,) in W at `s` along the lane being laid."""
         return np.asarray(self._origin + s * rotation(self._yaw)[:, 0])
 
-    def _stretch(self, length: float, width: float, kind: str) -> float:
-        """Lengthens the lane by an interval at the present height; returns its middle's s."""
+    def _stretch(self, length: float, width: float, kind: str, gradient: float = 0.0) -> float:
+        """Lengthens the lane by an interval from the present height on; returns its middle's s."""
         start = self._breaks[-1]
         self._breaks.append(start + length)
-        self._intervals.append((self.z, 0.5 * width, kind))
+        self._intervals.append((self.z, gradient, 0.5 * width, kind))
         return start + 0.5 * length
 
     def _slab(
         self,
-        index: int,
-        name: str,
+        label: str,
         centre: FloatArray,
         size: tuple[float, float],
+        index: int,
         *,
         yaw: float | None = None,
+        gradient: float = 0.0,
     ) -> None:
-        """Notes a slab at the present height, named after its kind, element and place in it."""
-        kind, _, part = name.partition("_")
-        label = f"{kind}_{index}_{part}".rstrip("_")
-        self.slabs.append(
-            Slab(label, centre, size, self._yaw if yaw is None else yaw, self.z, index)
-        )
+        """Notes a slab that begins at the present height."""
+        top = self.z + 0.5 * gradient * size[0]
+        yaw = self._yaw if yaw is None else yaw
+        self.slabs.append(Slab(label, centre, size, yaw, top, index, gradient=gradient))
+
+    def _add_stretch(self, index: int, element: Element) -> None:
+        """A floor, a landing, a block or a slope, straight on."""
+        kind, length, width = element.kind, element.length or 0.0, element.width or DEFAULT_WIDTH
+        gradient = element.climb / length if kind == "slope" else 0.0
+        below = self.z
+        self.z += element.climb if kind == "block" else 0.0
+        middle = self._stretch(length, width, kind, gradient)
+        self._slab(f"{kind}_{index}", self._place(middle), (length, width), index,
+                   gradient=gradient)  # fmt: skip
+        self.z = below + (element.climb if kind == "slope" else 0.0)
 
     def _add_flight(self, index: int, element: Element) -> None:
         """A riser, then its tread, for each step."""
         width, first = element.width or DEFAULT_WIDTH, len(self._intervals)
         start = self.z
-        for k, (height, run) in enumerate(element.profile, start=1):
+        for height, run in element.profile:
             self.z = start + height
-            middle = self._stretch(run, width, "tread")
-            self._slab(index, f"stairs_tread_{k}", self._place(middle), (run, width))
-        self._flights.append(Flight(first, len(self._intervals) - 1, str(element.going)))
+            self._stretch(run, width, "tread")
+        last = len(self._intervals) - 1
+        flight = Flight(first, last, str(element.going), 0.0, *element.style)
+        self._flights.append(flight)
+        heights = [start, *(z for z, *_ in self._intervals[first:])]
+        for part in flight_parts(flight, np.array(self._breaks[first:]), np.array(heights)):
+            self.slabs.append(
+                Slab(
+                    f"stairs_{index}_{part.name}",
+                    self._place(0.5 * (part.start + part.end)),
+                    (part.end - part.start, width),
+                    self._yaw,
+                    part.top,
+                    index,
+                    part.thickness,
+                )
+            )
 
     def _add_turn(self, index: int, element: Element) -> None:
         """A landing to turn on: the largest square about the pivot that crosses neither edge.
@@ -113,18 +128,18 @@ class Layout:
         by a right angle the square is the whole landing; for an oblique one it lies turned
         half-way, smaller, and a stretch along either lane joins it to the neighbours.
         """
-        length = element.length or 0.0
-        width = element.width or length
+        length, width = element.length or 0.0, element.turning_width
         oblique = math.remainder(element.turn, 0.5 * math.pi)
         tilt = 0.5 * oblique
         side = length / (math.cos(tilt) + math.sin(abs(tilt)))
         self._stretch(0.5 * length, width, "landing")
         pivot, yaw_out = self._place(self._breaks[-1]), self._yaw + element.turn
-        self._slab(index, "landing", pivot, (side, side), yaw=self._yaw + tilt)
+        name = f"landing_{index}"
+        self._slab(name, pivot, (side, side), index, yaw=self._yaw + tilt)
         if abs(oblique) > EDGE:
             for way, yaw, sign in (("in", self._yaw, -1.0), ("out", yaw_out, 1.0)):
                 centre = pivot + sign * 0.25 * length * rotation(yaw)[:, 0]
-                self._slab(index, f"landing_{way}", centre, (0.5 * length, width), yaw=yaw)
+                self._slab(f"{name}_{way}", centre, (0.5 * length, width), index, yaw=yaw)
         self._end_lane(run_out=0.5 * side)
         self.turns.append(element.turn)
         self._begin_lane(origin=pivot, yaw=yaw_out, run_in=0.5 * side)

@@ -11,10 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_quad.gait.legs import read_only
-from drake_quad.terrain import FOUNDATION, Course
-from drake_quad.world_boxes import standing
-from drake_quad.world_profile import Group, find_groups, moved_breaks, moved_heights
-from drake_quad.world_turn import laid_boxes
+from drake_quad.terrain import Course, foundation
+from drake_quad.world_boxes import laid_boxes
+from drake_quad.world_profile import (
+    Group,
+    find_groups,
+    moved_breaks,
+    moved_heights,
+    refuse_slopes,
+)
 
 YAW_MIN = 1e-6  # [rad] what is less is no turn: no slivers of ground a micron long
 
@@ -66,15 +71,16 @@ def build_world(
         source: What an error names as the holder of the fields, the file.
 
     Raises:
-        InputError: A step without rise, a tread too short for a foot, or no level ground left.
+        InputError: A step without rise, a tread too short for a foot, no level ground left, or a
+            slope right beside stairs.
     """
     groups = find_groups(course)
     if errors == replace(WorldErrors(), random=errors.random) or not groups:
         return course
+    refuse_slopes(course, groups, source)
     rise, run = _draw(groups, errors, generator)
     breaks = [moved_breaks(lane, i, groups, run, source) for i, lane in enumerate(course.lanes)]
-    heights, offsets = moved_heights(course, rise, errors.tread, generator, source)
-    boxes = laid_boxes(course, groups, breaks, offsets)
+    heights, offsets = moved_heights(course, groups, rise, errors.tread, generator, source)
     yaws = {(group.lane, k): group.yaw for group in groups for k in group.flights}
     lanes = tuple(
         replace(
@@ -85,12 +91,8 @@ def build_world(
         )
         for i, (lane, b, h) in enumerate(zip(course.lanes, breaks, heights, strict=True))
     )
-    bottom = min(box.top for box in boxes) - FOUNDATION
-    return Course(
-        lanes=lanes,
-        turns=course.turns,
-        boxes=tuple(standing(box, box.top, bottom) for box in boxes),
-    )
+    boxes = laid_boxes(course, lanes, groups, offsets, foundation(lanes))
+    return Course(lanes=lanes, turns=course.turns, boxes=tuple(boxes))
 
 
 def _draw(

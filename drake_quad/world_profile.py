@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.terrain import Course, Lane
-from drake_quad.world_boxes import world_error
 
 RISE_MIN = 0.002  # [m] what is less is no riser
 RUN_MIN = 0.10  # [m]
@@ -100,19 +100,22 @@ def _check_left(field: str, left: float, least: float, source: str) -> None:
 
 
 def moved_heights(
-    course: Course, rise: float, tread: float, generator: np.random.Generator, source: str
-) -> tuple[list[FloatArray], dict[str, float]]:
-    """The lanes' heights, and by how much each box's top is higher, by its name [m].
+    course: Course,
+    groups: list[Group],
+    rise: float,
+    tread: float,
+    generator: np.random.Generator,
+    source: str,
+) -> tuple[list[FloatArray], dict[int, float]]:
+    """The lanes' heights; and by how much other elements than flights are higher, by index [m].
 
     Raises:
         InputError: A step without rise.
     """
+    elements = iter(element for group in groups for element in group.elements)
     offset = 0.0
     heights: list[FloatArray] = []
-    offsets: dict[str, float] = {}
-    names = [box.name for box in course.boxes if "_tread_" in box.name]
-    element_of = {box.name: box.element for box in course.boxes}
-    after: dict[int, float] = {}
+    after: dict[int, float] = {-1: 0.0}
     for lane in course.lanes:
         new = np.array(lane.heights)
         done = 0
@@ -124,19 +127,33 @@ def moved_heights(
             own += tread * generator.uniform(-1.0, 1.0, size=n)
             new[flight.first : flight.last + 1] += own
             least = float(np.min(sign * np.diff(new[flight.first - 1 : flight.last + 1])))
-            if least < RISE_MIN:
+            if least < RISE_MIN + flight.thickness:
                 field = "rise_error" if tread == 0.0 else "tread_error"
-                raise world_error(
-                    source, field, least, f"leaves a step with a rise of {least:.3f} m"
-                )
-            of_flight, names = names[:n], names[n:]
-            offsets |= dict(zip(of_flight, own.tolist(), strict=True))
+                remedy = f"leaves a step with a rise of {least:.3f} m"
+                raise world_error(source, field, least, remedy)
             offset, done = float(own[-1]), flight.last + 1
-            after[element_of[of_flight[-1]]] = offset
+            after[next(elements)] = offset
         new[done:] += offset
         heights.append(new)
-    for box in course.boxes:
-        if box.name not in offsets:
-            before = [element for element in after if element < box.element]
-            offsets[box.name] = after[max(before)] if before else 0.0
-    return heights, offsets
+    others = {box.element for box in course.boxes} - set(after)
+    return heights, {k: after[max(e for e in after if e < k)] for k in others}
+
+
+def refuse_slopes(course: Course, groups: list[Group], source: str) -> None:
+    """Raises where a flight has a slope right beside it: no level ground that can give way."""
+    for group in groups:
+        kinds = course.lanes[group.lane].kinds
+        for k in (group.first - 1, group.last + 1):
+            if kinds[k] == "slope":
+                element = group.elements[0] if k < group.first else group.elements[-1]
+                raise InputError(
+                    source=source,
+                    field=f"course[{element}].kind",
+                    value="stairs",
+                    remedy="with errors of the world it needs level ground between it and a slope",
+                )
+
+
+def world_error(source: str, field: str, value: float, remedy: str) -> InputError:
+    """The error at a field of the world, with the figure that it leads to."""
+    return InputError(source=source, field=f"world.{field}", value=round(value, 4), remedy=remedy)

@@ -56,6 +56,7 @@ def massless(beta: float, **changes: object) -> BodyProblem:
         com_height=np.full(n, 0.8),
         reach_centres=TABLE_I.centres,
         reach=np.full(2, NO_LIMIT),
+        max_ahead=10.0,
         max_shift=0.1,
         margin_desired=1.0,
         zmp_margin_desired=1.0,

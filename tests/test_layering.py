@@ -29,11 +29,15 @@ FLOORS = {
     "controller": 3,
     "scenario": 3,
     "preparation": 3,
+    "designer": 3,
     "diagram": 3,
     "viewers": 3,
     "run": 4,
     "summary": 4,
+    "check": 4,  # check_stairs.py
+    "chart": 4,
     "plan": 4,  # plan_report.py
+    "inspect": 4,
     "simulation": 4,
     "report": 4,
     "cli": 5,
@@ -49,7 +53,9 @@ NEIGHBOURS = {
     ("terrain", "gait"),
     ("world", "gait"),
     ("world", "terrain"),
+    ("preparation", "designer"),
     ("preparation", "scenario"),
+    ("designer", "scenario"),
     ("diagram", "controller"),
     ("diagram", "preparation"),
     ("diagram", "scenario"),
@@ -57,6 +63,7 @@ NEIGHBOURS = {
     ("simulation", "run"),
     ("simulation", "summary"),
     ("plan", "run"),
+    ("chart", "check"),
     ("main", "cli"),
     ("whole", "errors"),
 }

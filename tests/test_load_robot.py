@@ -17,6 +17,11 @@ MODEL = Path(__file__).resolve().parents[1] / "models" / "paper_quadruped.urdf"
 TEXT = MODEL.read_text()
 
 
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+
+
 def load_text(text: str, directory: Path, name: str = "robot.urdf") -> RobotModel:
     path = directory / name
     path.write_text(text)
@@ -153,66 +158,51 @@ WRONG: dict[str, tuple[Callable[[str], str], str]] = {
         ),
         "four legs",
     ),
-    "a fixed base": (fixed_base, "floating"),
-    "two bodies that float": (two_trunks, "floating"),
-    "a joint without actuator": (lambda text: without_drive(text, "RR_hip_pitch"), "RR_hip_pitch"),
-    "no actuators": (
-        lambda text: re.sub(r"  <transmission.*?</transmission>\n", "", text, flags=re.DOTALL),
-        "FL_abduction",
-    ),
-    "both front hips on the left": (
-        replace_once('<origin xyz="0.4 -0.18 0"/>', '<origin xyz="0.4 0.01 0"/>'),
-        "hips",
-    ),
     "a knee about z": (
         lambda text: re.sub(
             r'(<joint name="RL_knee".*?<axis xyz=)"0 1 0"', r'\1"0 0 1"', text, flags=re.DOTALL
         ),
         "RL_knee",
     ),
-    "a hip turned round": (
-        lambda text: re.sub(
-            r'(<joint name="FL_abduction".*?<axis xyz=)"1 0 0"',
-            r'\1"-1 0 0"',
-            text,
-            flags=re.DOTALL,
-        ),
-        "FL_abduction",
+}
+
+# What is not in normal form, and becomes so.
+DIFFERENT: dict[str, Callable[[str], str]] = {
+    "a fixed base": fixed_base,
+    "two bodies that float": two_trunks,
+    "a joint without actuator": lambda text: without_drive(text, "RR_hip_pitch"),
+    "no actuators": lambda text: re.sub(
+        r"  <transmission.*?</transmission>\n", "", text, flags=re.DOTALL
     ),
-    "no foot": (
-        lambda text: re.sub(r'    <collision name="FR_foot">.*?</collision>\n', "", text),
-        "sphere",
+    "both front hips on the left": replace_once(
+        '<origin xyz="0.4 -0.18 0"/>', '<origin xyz="0.4 0.01 0"/>'
     ),
-    "a knee beside the thigh": (
-        lambda text: re.sub(
-            r'(<joint name="RR_knee".*?<origin xyz=)"0 0 ', r'\1"0.05 0 ', text, flags=re.DOTALL
-        ),
-        "RR leg",
+    "a hip turned round": lambda text: re.sub(
+        r'(<joint name="FL_abduction".*?<axis xyz=)"1 0 0"',
+        r'\1"-1 0 0"',
+        text,
+        flags=re.DOTALL,
     ),
-    "a knee without limits": (
-        lambda text: re.sub(
-            r'(<joint name="FL_knee" type=)"revolute"(.*?)lower="-2.75" upper="-0.15" ',
-            r'\1"continuous"\2',
-            text,
-            flags=re.DOTALL,
-        ),
-        "FL_knee",
+    "no foot": lambda text: re.sub(r'    <collision name="FR_foot">.*?</collision>\n', "", text),
+    "a knee beside the thigh": lambda text: re.sub(
+        r'(<joint name="RR_knee".*?<origin xyz=)"0 0 ', r'\1"0.05 0 ', text, flags=re.DOTALL
     ),
-    "a knee that bends both ways": (
-        replace_all('lower="-2.75" upper="-0.15"', 'lower="-2.5" upper="2.5"'),
-        "FL_knee",
+    "a knee without limits": lambda text: re.sub(
+        r'(<joint name="FL_knee" type=)"revolute"(.*?)lower="-2.75" upper="-0.15" ',
+        r'\1"continuous"\2',
+        text,
+        flags=re.DOTALL,
     ),
-    "a knee turned in its socket": (
-        lambda text: re.sub(
-            r'(<joint name="FR_knee".*?<origin)', r'\1 rpy="0 0.3 0"', text, flags=re.DOTALL
-        ),
-        "FR_knee",
+    "a knee that bends both ways": replace_all(
+        'lower="-2.75" upper="-0.15"', 'lower="-2.5" upper="2.5"'
     ),
-    "a thigh that points up": (
-        replace_once('xyz="0 0 -0.52"/>\n    <parent', 'xyz="0 0 0.52"/>\n    <parent'),
-        "FL leg",
+    "a knee turned in its socket": lambda text: re.sub(
+        r'(<joint name="FR_knee".*?<origin)', r'\1 rpy="0 0.3 0"', text, flags=re.DOTALL
     ),
-    "a joint without strength": (replace_once('effort="300.0"', 'effort="0"'), "FL_knee"),
+    "a thigh that points up": replace_once(
+        'xyz="0 0 -0.52"/>\n    <parent', 'xyz="0 0 0.52"/>\n    <parent'
+    ),
+    "a joint without strength": replace_once('effort="300.0"', 'effort="0"'),
 }
 
 
@@ -223,6 +213,26 @@ def without_drive(text: str, joint: str) -> str:
     )
     assert found != text
     return found
+
+
+@pytest.mark.parametrize("difference", DIFFERENT)
+def test_file_that_is_not_in_normal_form_is_imported(difference: str, tmp_path: Path) -> None:
+    """It is the same robot by its masses and hips, read from a file that was written for it."""
+    text = DIFFERENT[difference](TEXT)
+    assert text != TEXT
+    robot, plain = load_text(text, tmp_path), paper_robot()
+    assert Path(robot.url).is_relative_to(tmp_path / "cache")
+    assert robot.mass == pytest.approx(plain.mass, rel=1e-9)
+    np.testing.assert_allclose(robot.link_mass, plain.link_mass, rtol=1e-9)
+    if "hips" not in difference:
+        np.testing.assert_allclose(robot.geometry.p_BH, plain.geometry.p_BH, atol=1e-9)
+
+
+def test_file_in_normal_form_is_taken_as_it_is(tmp_path: Path) -> None:
+    """Nothing is written for it, and its URL stays."""
+    assert load_robot(URL).url == URL
+    assert load_text(TEXT, tmp_path).url == str(tmp_path / "robot.urdf")
+    assert not (tmp_path / "cache").exists()
 
 
 @pytest.mark.parametrize("wrong", WRONG)

@@ -367,6 +367,7 @@ def test_foot_that_lost_the_ground_in_a_push_is_soft(mode: Mode) -> None:
     feet = plan.sample(0.0).feet.copy()
     feet[row, 2] += 0.02
     state = state_of(plan.sample(0.0).body[0], feet)
+    state[model_layout().v_base + 4] += 0.15  # pushed aside
     measured = model_layout().read(state).q
     contact = (np.arange(4) != row).astype(float)
     pulls = []

@@ -110,6 +110,7 @@ def plan_body(
                 reach_centres=box.centres,
                 reach=reach,
                 max_shift=settings.max_shift,
+                max_ahead=settings.max_ahead,
                 margin_desired=settings.margin_desired,
                 zmp_margin_desired=settings.zmp_margin,
                 static=not settings.dynamic,

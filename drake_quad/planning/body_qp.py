@@ -26,6 +26,7 @@ from drake_quad.planning.body_spline import knot_count, weights
 from drake_quad.planning.contact_plan import ContactPlan
 
 GRAVITY = 9.81
+FAR = 5.0  # [m]: a limit beyond it is none
 REACH_STRIDE = 4  # a foot's place in its box changes slowly: every so many samples will do
 
 
@@ -47,6 +48,7 @@ class BodyProblem:
         reach: Half-sizes of the legs' boxes along and across the heading, (2,) [m].
         max_shift: How far the body may be from its nominal place: across its heading always,
             along it where the nominal place stands still [m].
+        max_ahead: The same along its heading where the nominal place moves [m].
         margin_desired: No more static margin than this is asked for [m].
         zmp_margin_desired: The same for the zero-moment point [m].
         static: Whether the static margin is asked for at all.
@@ -65,6 +67,7 @@ class BodyProblem:
     reach_centres: FloatArray
     reach: FloatArray
     max_shift: float
+    max_ahead: float
     margin_desired: float
     zmp_margin_desired: float
     static: bool = True
@@ -174,13 +177,20 @@ def _shifts(
     across = np.stack([-p.heading[:, 1], p.heading[:, 0]], axis=-1)
     moved = np.linalg.norm(np.gradient(p.nominal, axis=0), axis=1)
     blocks, lower = [], []
-    for e, where in ((across, np.ones(len(moved), dtype=bool)), (p.heading, moved < 1e-9)):
+    always, still = np.ones(len(moved), dtype=bool), moved < 1e-9
+    for e, where, most in (
+        (across, always, p.max_shift),
+        (p.heading, still, p.max_shift),
+        (p.heading, ~still, p.max_ahead),
+    ):
+        if most > FAR:
+            continue
         k = np.flatnonzero(where)[::2]
         at = np.einsum("ij,ij->i", e[k], p.nominal[k])
         for sign in (1.0, -1.0):
             blocks.append(_rows(basis[k, 0], sign * e[k], index[k], count, total,
                                 extra=(2 * count + 2, 1.0)))  # fmt: skip
-            lower.append(sign * at - p.max_shift)
+            lower.append(sign * at - most)
     return sparse.vstack(blocks, format="csr"), np.concatenate(lower)
 
 

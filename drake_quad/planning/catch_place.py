@@ -28,7 +28,10 @@ class CatchGround:
         self._nosings = course.nosings()[:, :, :2]
         boxes = course.boxes
         self._boxes = np.array(
-            [[*b.axes[0], *b.axes[1], *b.centre[:2], *(0.5 * b.size[:2]), b.top] for b in boxes]
+            [
+                [*b.axes[0], *b.axes[1], *b.middle, *(0.5 * b.extent), b.top, b.gradient]
+                for b in boxes
+            ]
         )
 
     def height(self, places: FloatArray) -> FloatArray:
@@ -37,10 +40,12 @@ class CatchGround:
         return _heights(flat, self._boxes, EDGE).reshape(places.shape[:-1])
 
     def whole(self, places: FloatArray) -> BoolArray:
-        """Which of `places` (N, 2) have level ground all around the foot, (N,)."""
+        """Which of `places` (N, 2) have level ground, or one slope, all around the foot, (N,)."""
         room = self.foot_radius + FOOTING
-        around = self.height(places[:, None, :] + room * RING)
-        level = np.all(np.abs(around - self.height(places)[:, None]) <= LEVEL, axis=1)  # nan: no
+        around = self.height(places[:, None, :] + room * RING) - self.height(places)[:, None]
+        half = len(RING) // 2
+        bend = around[:, :half] + around[:, half:]  # of opposite points: on a plane they cancel
+        level = np.all(np.abs(bend) <= 2.0 * LEVEL, axis=1)  # nan: no
         if not len(self._nosings):
             return np.asarray(level)
         a, b = self._nosings[:, 0], self._nosings[:, 1]
@@ -74,17 +79,22 @@ class CatchGround:
 
 @compiled
 def _heights(points: FloatArray, boxes: FloatArray, edge: float) -> FloatArray:
-    """`Course.height` of points (N, 2), the boxes one a row: axes, centre, half sizes, top."""
+    """`Course.height` of points (N, 2).
+
+    The boxes are one a row: of its top the axes, middle, half sizes, height and gradient.
+    """
     found = np.full(len(points), np.nan)
     for k in range(len(points)):
         for i in range(len(boxes)):
             x, y = points[k, 0] - boxes[i, 4], points[k, 1] - boxes[i, 5]
+            along = boxes[i, 0] * x + boxes[i, 1] * y
             inside = (
-                abs(boxes[i, 0] * x + boxes[i, 1] * y) <= boxes[i, 6] + edge
+                abs(along) <= boxes[i, 6] + edge
                 and abs(boxes[i, 2] * x + boxes[i, 3] * y) <= boxes[i, 7] + edge
             )
-            if inside and not found[k] >= boxes[i, 8]:
-                found[k] = boxes[i, 8]
+            z = boxes[i, 8] + boxes[i, 9] * along
+            if inside and not found[k] >= z:
+                found[k] = z
     return found
 
 

@@ -1,7 +1,8 @@
 """Where along a lane the feet may step: one place a tread, evenly spaced places between.
 
-In the wave gait of n treads a cycle every foot steps n places on, so the level walk is in phase
-with the flight when the first foot reaches it, whatever the distance.
+Curbs and blocks have a place on either side, or one on their middle. In the wave gait of n treads a
+cycle every foot steps n places on, so the level walk is in phase with the flight when the first
+foot reaches it, whatever the distance.
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ import numpy as np
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray, read_only
+from drake_quad.planning.obstacles import find_obstacles, pin_obstacles
 from drake_quad.terrain import Lane
 
 SHORTEST_LANDING = 0.4  # of a tread: on a shorter one between two flights there is no place
@@ -25,7 +27,7 @@ class Lattice:
         z: Heights of the ground there [m].
         behind: How many places lie behind the start (the gait's rear feet begin there).
         cycles: N: cycles of the wave gait from start to end, n places each.
-        on_tread: Which places are on a tread of a flight.
+        on_tread: Which places are on a tread of a flight, or on a block.
     """
 
     s: FloatArray
@@ -66,11 +68,13 @@ def make_lattice(
     pins: list[float] = [start]
     end = start  # of the flight before
     level: list[bool] = []  # whether the span after pin k is level
+    obstacles = find_obstacles(lane, spacing)
     for flight in lane.flights:
         treads = lane.treads(flight)
         first, last = treads[0], treads[-1]
         if last[1] < start or first[0] > goal:
             continue
+        end = pin_obstacles(obstacles, until=first[0], goal=goal, end=end, pins=pins, level=level)
         before = first[0] - 0.5 * (first[1] - first[0])
         if before >= pins[-1] - 1e-6:
             pins.append(before)
@@ -93,6 +97,7 @@ def make_lattice(
         end = last[1]
         pins.append(end + 0.5 * (end - last[0]))
         level.append(False)
+    pin_obstacles(obstacles, until=goal, goal=goal, end=end, pins=pins, level=level)
     if goal < pins[-1] - 1e-6:
         raise PlanningError(
             f"the walk ends {goal - start:.2f} m on, too near behind a flight or before its start",
@@ -128,7 +133,7 @@ def make_lattice(
             f"a foot would have to stand at {bad[0]:.2f} m along the lane, beyond the ground",
             places=bad.tolist(),
         )
-    kinds = [lane.kinds[i] == "tread" for i in lane.interval(places)]
+    kinds = [lane.kinds[i] in ("tread", "block") for i in lane.interval(places)]
     return Lattice(
         s=read_only(places),
         z=read_only(z),

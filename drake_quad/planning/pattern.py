@@ -27,8 +27,18 @@ class Pattern:
 
     def first(self, leg: Leg) -> int:
         """The place of a leg as a cycle begins, from the body's: it then steps `treads` on."""
+        return self._first(leg) + self._middle
+
+    def _first(self, leg: Leg) -> int:
+        """The same from the left front foot's place."""
         late = self.treads // 2 if LIFT_OFF[leg] >= 0.5 else 0
         return late - (self.lag if leg in (Leg(3), Leg(4)) else 0)
+
+    @property
+    def _middle(self) -> int:
+        """How many places behind the left front foot's the body's is: the nearest to the middle."""
+        strokes = [self._first(leg) + self.treads * (0.5 - LIFT_OFF[leg]) for leg in LEGS]
+        return -round(sum(strokes) / len(LEGS))
 
     def centre(self, leg: Leg, duty_factor: float) -> float:
         """Where the middle of a leg's stroke is, from the body's place [places]."""

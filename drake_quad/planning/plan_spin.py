@@ -32,7 +32,8 @@ def lay_spin(
     pivot, yaw = np.array(stance.body[:2]), float(stance.body[4])
     sense = 1 if task.angle > 0 else -1
     beta = settings.spin_duty_factor
-    cycles, phi = spin_cycles(abs(task.angle), beta, spin_phi_max(settings.workspace))
+    boxes = settings.spin_workspace or settings.workspace
+    cycles, phi = spin_cycles(abs(task.angle), beta, spin_phi_max(boxes))
     table = spin_table(duty_factor=beta, cycle_time=settings.spin_cycle_time, sense=sense)
     segments = []
 
@@ -44,7 +45,7 @@ def lay_spin(
         centres = to_world(robot_stance(settings), yaw)
         segments.append(lay_transition(builder, centres, settings, body=stance.body,
                                        name="transition to the centres"))  # fmt: skip
-    desired = spin_desired_configuration(settings.workspace, phi=phi, duty_factor=beta, sense=sense)
+    desired = spin_desired_configuration(boxes, phi=phi, duty_factor=beta, sense=sense)
     segments.append(lay_transition(builder, to_world(desired, yaw), settings, body=stance.body,
                                    name="transition to the spinning gait"))  # fmt: skip
     moved = builder.time

@@ -13,6 +13,7 @@ from drake_quad.planning.motion_plan import Segment, Stance
 from drake_quad.planning.plan_transition import lay_transition
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.planning.step_builder import StepBuilder
+from drake_quad.planning.tread_phase import body_shift, tilting_ground, tread_offset
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course, Lane
 
@@ -107,6 +108,8 @@ def lay_walk(
 
     def ground(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
         at, _ = lane.coordinates(p_W)
+        if settings.pitch_along_slope > 0.0:
+            return tilting_ground(lattice, at, settings)
         behind, here, ahead = (lattice.height(at + d) for d in (-half, 0.0, half))
         return 0.25 * (behind + 2 * here + ahead), (ahead - behind) / (2 * half)
 
@@ -117,7 +120,11 @@ def lay_walk(
 
 
 def _nominal(
-    lattice: Lattice, settings: PlanSettings, begin: float, half_cycle: float, end: float
+    lattice: Lattice,
+    settings: PlanSettings,
+    begin: float,
+    half_cycle: float,
+    end: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Times [s] and the body's places along the lane [m] if margins did not matter.
 
@@ -129,7 +136,10 @@ def _nominal(
     ahead = np.full(len(beats), settings.body_ahead)
     ahead[[0, -1]] = 0.0
     places = lattice.behind + np.concatenate([[0.0], at + ahead, [at[-1]]])
-    return times, np.interp(places, np.arange(len(lattice.s)), lattice.s)
+    s = np.interp(places, np.arange(len(lattice.s)), lattice.s)
+    shift = body_shift(lattice, s, settings)
+    shift[[0, 1, -2, -1]] = 0.0  # walks begin and end at rest over their places
+    return times, s + shift
 
 
 def _waits(settings: PlanSettings) -> dict[str, float]:
@@ -155,6 +165,7 @@ def foothold(
     offset = 0.5 * (settings.workspace.P_x - settings.pattern.stance * spacing) * SIGNS[leg.row, 0]
     if settings.on_centre and lattice.on_tread[i]:
         offset = 0.0
+    offset += tread_offset(lattice, i, spacing, settings)
     low, high = _level_stretch(lane, float(lattice.s[i]))
     margin = foot_radius + EDGE_CLEARANCE
     low, high = low + margin, high - margin

@@ -13,6 +13,7 @@ from drake_quad.planning.settings import PlanSettings
 from drake_quad.planning.step_builder import StepBuilder
 from drake_quad.terrain import Lane
 
+ROUNDING = 1e-9  # [m]
 LEAST_JOIN = 1.0  # [s] on four feet before the plan goes on: the body's path starts from rest
 BACK_OFF = (0.04, 0.08, 0.12, 0.16)  # [m] from a riser that a foot stands too close to
 
@@ -20,10 +21,12 @@ BACK_OFF = (0.04, 0.08, 0.12, 0.16)  # [m] from a riser that a foot stands too c
 def in_place(
     lane: Lane, feet: FloatArray, goal: FloatArray, *, tolerance: float, foot_radius: float
 ) -> BoolArray:
-    """Which feet may stay: near their places, on the same level, and whole on it, (4,)."""
+    """Which feet may stay: near their places, on the same level (or slope), whole on it, (4,)."""
     near = np.linalg.norm((feet - goal)[:, :2], axis=1) <= tolerance
-    s, planned = lane.coordinates(feet)[0], lane.height(lane.coordinates(goal)[0])
-    level = [lane.height(s + d) == planned for d in (-foot_radius, 0.0, foot_radius)]
+    at = lane.coordinates(goal)[0]
+    around = lane.coordinates(feet)[0] + foot_radius * np.array([[-1.0], [0.0], [1.0]])
+    planned = lane.height(at) + lane.gradient(at) * (around - at)
+    level = np.abs(lane.height(around) - planned) < ROUNDING  # nan: no
     return np.asarray(near & np.all(level, axis=0))
 
 

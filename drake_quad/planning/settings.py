@@ -18,6 +18,11 @@ class PlanSettings:
         stride: The longest stride on level ground [m]; on stairs it is the pattern's treads.
         pattern: How many treads a cycle takes, and how many lie between front and rear feet.
         body_ahead: How far the body goes ahead of its places on the lattice [places].
+        tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
+        tread_phase_down: The same going down.
+        body_shift_up: How far ahead of its places the body goes besides, going up [m].
+        body_shift_down: The same going down.
+        max_ahead: How far the body may go ahead of or behind its nominal place as it walks [m].
         workspace: The legs' boxes: R_x, R_y, P_x, P_y of Table I [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]. The wave puts a rear foot down
             beside the front foot of its side; the stagger keeps the two apart.
@@ -28,6 +33,7 @@ class PlanSettings:
         map_error_height: By how much its treads may be higher [m].
         body_height: Of B above the mean ground under the feet [m].
         pitch_along_slope: How much of the stairs' slope the body tilts with: 0 level, 1 all of it.
+        spin_workspace: The boxes of the spinning gait; the same ones if None.
         spin_duty_factor: β of the spinning gait.
         spin_cycle_time: T of the spinning gait [s].
         body_still: Transitions with the body still (the paper's), or shifting before each lift.
@@ -49,6 +55,11 @@ class PlanSettings:
     stride: float = 1.0
     pattern: Pattern = field(default_factory=Pattern)
     body_ahead: float = 0.0
+    tread_phase_up: float = 0.0
+    tread_phase_down: float = 0.0
+    body_shift_up: float = 0.0
+    body_shift_down: float = 0.0
+    max_ahead: float = 10.0
     workspace: Workspace = field(
         default_factory=lambda: Workspace(R_x=0.80, R_y=0.5, P_x=0.75, P_y=0.54)
     )
@@ -59,6 +70,7 @@ class PlanSettings:
     map_error_height: float = 0.0
     body_height: float = 0.85
     pitch_along_slope: float = 0.0
+    spin_workspace: Workspace | None = None
     spin_duty_factor: float = 0.85
     spin_cycle_time: float = 8.0
     body_still: bool = False

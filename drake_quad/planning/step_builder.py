@@ -61,7 +61,8 @@ class StepBuilder:
                 f"{float(lateral):.2f} m to its left, beyond the ground; make it longer or wider",
                 place=np.asarray(p_W).tolist(),
             )
-        return height + self._radius
+        # On a slope the sphere's centre is over the place, and it touches a little beside it.
+        return height + self._radius * float(np.hypot(1.0, self.lane.gradient(s)))
 
     def _half_width(self, s: float) -> float:
         """Half the width of the ground at `s` along the lane [m]."""
@@ -90,7 +91,7 @@ class StepBuilder:
         d, z = self.lane.profile(float(s[0]), float(s[1]))
         # A foot that slipped off the lane's end stands on something that the map does not have.
         z = np.where(np.isnan(z), p_from[2] - self._radius, z)
-        d, z = inflate_profile(d, z, place=self._place_error, height=self._height_error)
+        d, z = self._with_room(d, z)
         if d[-1] > 1e-9:
             d = d * (length / d[-1])  # the swing may go sideways as well
         else:
@@ -103,6 +104,19 @@ class StepBuilder:
             clearance=self._radius + self._clearance,
             foot_radius=self._radius,
         )
+
+    def _with_room(self, d: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The profile with room for the map's errors: risers' and treads', not those of slopes."""
+        rise = np.insert(np.cumsum(np.where(np.diff(d) > 0.0, np.diff(z), 0.0)), 0, 0.0)
+        steps = z - rise if not np.any(rise) else np.round(z - rise, 9)
+        at, height = inflate_profile(d, steps, place=self._place_error, height=self._height_error)
+        if not np.any(rise):
+            return at, height
+        bends = np.setdiff1d(d, at)
+        height = np.concatenate([height, np.interp(bends, at, height)])
+        at = np.concatenate([at, bends])
+        order = np.argsort(at, kind="stable")
+        return at[order], height[order] + np.interp(at[order], d, rise)
 
     def finish(self) -> ContactPlan:
         """The steps as a ContactPlan that ends now."""

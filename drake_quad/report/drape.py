@@ -30,7 +30,8 @@ def drape(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
         piece = clip(hull, box)
         if len(piece) < 3:
             continue
-        vertices.append(np.column_stack([piece, np.full(len(piece), box.top + LIFT)]))
+        z = box.top + box.gradient * ((piece - box.middle) @ box.axes[0])
+        vertices.append(np.column_stack([piece, z + LIFT]))
         triangles += [[count, count + i, count + i + 1] for i in range(1, len(piece) - 1)]
         count += len(piece)
     if not vertices:
@@ -40,11 +41,11 @@ def drape(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def clip(polygon: FloatArray, box: Box) -> FloatArray:
     """The part of a convex polygon (n, 2) within a box's footprint (Sutherland and Hodgman)."""
-    for axis, half in zip(box.axes, 0.5 * box.size[:2], strict=True):
+    for axis, half in zip(box.axes, 0.5 * box.extent, strict=True):
         for normal in (axis, -axis):
             if not len(polygon):
                 return polygon
-            inside = half - (polygon - box.centre[:2]) @ normal  # [m] positive within
+            inside = half - (polygon - box.middle) @ normal  # [m] positive within
             polygon = _cut(polygon, inside)
     return polygon
 

@@ -1,6 +1,7 @@
 """The course as geometry of a plant: what the feet touch, and how it looks."""
 
 import math
+import re
 
 from pydrake.geometry import Box as BoxShape
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -30,7 +31,7 @@ def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None
     material = CoulombFriction(friction, friction)
     world = plant.world_body()
     for box in course.boxes:
-        X_WBox = RigidTransform(RollPitchYaw(0.0, 0.0, box.yaw), box.centre)
+        X_WBox = RigidTransform(RollPitchYaw(0.0, box.pitch, box.yaw), box.centre)
         shape = BoxShape(*box.size)
         plant.RegisterCollisionGeometry(world, X_WBox, shape, box.name, material)
         plant.RegisterVisualGeometry(world, X_WBox, shape, box.name, list(_colour_of(box.name)))
@@ -50,5 +51,5 @@ def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None
 
 def _colour_of(name: str) -> Colour:
     """The colour of a box by its name, as `terrain` gives it."""
-    kind, _, number = name.rpartition("_tread_")
-    return TREADS[int(number) % 2] if kind else LEVEL
+    tread = re.search(r"_(?:tread|nose)_([1-9]\d*)$", name)
+    return TREADS[int(tread[1]) % 2] if tread else LEVEL

@@ -1,52 +1,35 @@
-"""Reads a robot's file through Drake's parser into a RobotModel, and says what does not fit."""
+"""Loads a robot: any quadruped's file, by way of its normal form, into a RobotModel or a plant."""
 
+import logging
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import SceneGraph, Sphere
+from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint, RigidBody
+from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_quad.errors import InputError
-from drake_quad.gait.legs import SHORT_NAMES, read_only
-from drake_quad.robot.leg_kinematics import LegGeometry
+from drake_quad.robot.importing.import_robot import MAPPING, find_given, import_robot
+from drake_quad.robot.importing.overrides import Overrides
+from drake_quad.robot.importing.parse_source import PARSER_ERRORS
+from drake_quad.robot.read_model import EXACT, IMPORTED, read_model
 from drake_quad.robot.robot_model import RobotModel
 
 
 def AddRobot(plant: MultibodyPlant, url: str) -> ModelInstanceIndex:
-    """Parses the robot at `url` (package:// or a path) into `plant`.
+    """Parses the robot `url` into `plant`, in normal form.
+
+    Args:
+        plant: Not yet finalized.
+        url: What `load_robot` takes; quickest is a RobotModel's `url`.
 
     Raises:
-        InputError: If there is no such file, or Drake's parser refuses it.
+        InputError: If there is no such robot, or it cannot be brought into normal form.
     """
-    parser = Parser(plant)
-    parser.package_map().AddPackageXml(
-        str(resources.files("drake_quad_models").joinpath("package.xml"))
-    )
-    try:
-        if "://" in url:
-            models = parser.AddModels(url=url)
-        else:
-            models = parser.AddModels(str(Path(url).expanduser().resolve()))
-    except RuntimeError as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(
-            source=url,
-            field="robot.model",
-            value=url,
-            remedy=f"cannot be read as a robot: {reason}",
-        ) from None
-    if len(models) != 1:
-        raise InputError(
-            source=url,
-            field="robot.model",
-            value=url,
-            remedy=f"holds {len(models)} models; give a file with one",
-        )
-    instance: ModelInstanceIndex = models[0]
-    return instance
+    return _parse(plant, normal_form(url))
 
 
 def MakeModelPlant(url: str) -> MultibodyPlant:
@@ -58,147 +41,92 @@ def MakeModelPlant(url: str) -> MultibodyPlant:
 
 
 def load_robot(url: str) -> RobotModel:
-    """Reads the robot at `url`.
+    """Reads the robot `url`.
 
-    Which leg is which follows from where the hips are, not from names.
+    Args:
+        url: A URDF, SDF or MJCF (`package://...` or a path), a `.robot.yaml`, or a robot's name in
+            one of the packages of the extra `robots`.
 
     Raises:
-        InputError: If the file does not hold a quadruped with abduction-hip-knee legs.
+        InputError: If there is no such robot, or it is no quadruped with abduction-hip-knee legs.
     """
-
-    def refuse(field: str, value: object, remedy: str) -> InputError:
-        return InputError(source=url, field=field, value=value, remedy=remedy)
-
+    file = normal_form(url)
+    tolerance = IMPORTED if _is_imported(file) else EXACT
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    instance = AddRobot(plant, url)
+    instance = _parse(plant, file)
     plant.Finalize()
-    bases = sorted(plant.GetFloatingBaseBodies())
-    if len(bases) != 1:
-        raise refuse(
-            "robot.model", len(bases), "has this many floating bodies; one trunk is needed"
-        )
-    trunk = plant.get_body(bases[0])
-    chains = _leg_chains(plant, trunk)
-    if len(chains) != 4 or any(len(chain) != 3 for chain in chains):
-        raise refuse(
-            "robot.model",
-            [len(chain) for chain in chains],
-            "joints in each leg; a robot with four legs of three revolute joints is needed",
-        )
-    context = plant.CreateDefaultContext()
-    hips = [chain[0].frame_on_parent().CalcPose(context, trunk.body_frame()) for chain in chains]
-    quadrants = [(hip.translation()[0] <= 0, hip.translation()[1] <= 0) for hip in hips]
-    wanted = [(False, False), (False, True), (True, False), (True, True)]
-    if sorted(quadrants) != sorted(wanted):
-        raise refuse("robot.model", quadrants, "(rear, right) of the hips; one leg each is needed")
-    chains = [chains[quadrants.index(corner)] for corner in wanted]
-    for chain, leg in zip(chains, SHORT_NAMES, strict=True):
-        for joint, axis in zip(chain, "xyy", strict=True):
-            unit = np.eye(3)["xyz".index(axis)]
-            if not np.allclose(joint.revolute_axis(), unit, atol=1e-9):
-                raise refuse(
-                    f"{leg} joint {joint.name()}",
-                    joint.revolute_axis().tolist(),
-                    f"axis; abduction-hip-knee legs turn about x, y, y (here {axis})",
-                )
-            if not _is_straight(joint):
-                raise refuse(
-                    f"{leg} joint {joint.name()}",
-                    "turned or shifted frame",
-                    "at angle zero its links' frames must be parallel and meet at the joint",
-                )
-        bend = [chain[2].position_lower_limit(), chain[2].position_upper_limit()]
-        if not np.all(np.isfinite(bend)) or sum(bend) == 0.0:
-            raise refuse(
-                f"{leg} joint {chain[2].name()}",
-                bend,
-                "limits; a knee must bend more to one side, which tells the leg's way to fold",
-            )
+    return read_model(plant, scene_graph, instance, url=file, tolerance=tolerance)
 
-    inspector = scene_graph.model_inspector()
-    rows: dict[str, list[object]] = {k: [] for k in ("hip", "offset", "l1", "l2", "foot", "name")}
-    radii = []
-    for chain, leg in zip(chains, SHORT_NAMES, strict=True):
-        shank = chain[2].child_body()
-        feet = [
-            (inspector.GetPoseInFrame(g).translation(), inspector.GetShape(g).radius(), g)
-            for g in plant.GetCollisionGeometriesForBody(shank)
-            if isinstance(inspector.GetShape(g), Sphere)
-        ]
-        if not feet:
-            raise refuse(f"{leg} link {shank.name()}", "no sphere", "its foot must be a sphere")
-        foot = max(feet, key=lambda f: float(np.linalg.norm(f[0])))
-        to_hip = chain[1].frame_on_parent().GetFixedPoseInBodyFrame().translation()
-        to_knee = chain[2].frame_on_parent().GetFixedPoseInBodyFrame().translation()
-        aside = max(abs(to_hip[0]), abs(to_hip[2]), *abs(to_knee[:2]), *abs(foot[0][:2]))
-        if aside > 1e-6 or to_knee[2] >= 0.0 or foot[0][2] >= 0.0:
-            raise refuse(
-                f"{leg} leg",
-                [to_hip.tolist(), to_knee.tolist(), foot[0].tolist()],
-                "offsets; hip offset along y and links along -z are needed",
-            )
-        rows["hip"].append(chain[0].frame_on_parent().GetFixedPoseInBodyFrame().translation())
-        rows["offset"].append(to_hip[1])
-        rows["l1"].append(-to_knee[2])
-        rows["l2"].append(-foot[0][2])
-        rows["name"].append(inspector.GetName(foot[2]))
-        radii.append(foot[1])
-    joints = [joint for chain in chains for joint in chain]
-    lower = np.array([j.position_lower_limit() for j in joints])
-    upper = np.array([j.position_upper_limit() for j in joints])
-    knees = 0.5 * (lower + upper)[2::3]
-    actuators = {
-        plant.get_joint_actuator(i).joint().name(): plant.get_joint_actuator(i)
-        for i in plant.GetJointActuatorIndices(instance)
-    }
-    missing = [j.name() for j in joints if j.name() not in actuators]
-    if missing:
-        raise refuse("transmission", missing, "these joints have no actuator")
-    bodies = [joint.child_body() for joint in joints]
-    return RobotModel(
-        name=plant.GetModelInstanceName(instance),
-        url=url,
-        trunk=trunk.name(),
-        geometry=LegGeometry(
-            p_BH=read_only(np.array(rows["hip"], dtype=float)),
-            offset=read_only(np.array(rows["offset"], dtype=float)),
-            thigh=read_only(np.array(rows["l1"], dtype=float)),
-            shank=read_only(np.array(rows["l2"], dtype=float)),
-            knee_sign=read_only(np.sign(knees)),
-        ),
-        joint_names=tuple(j.name() for j in joints),
-        q_lower=read_only(lower),
-        q_upper=read_only(upper),
-        effort=read_only(np.array([actuators[j.name()].effort_limit() for j in joints])),
-        speed=read_only(np.array([j.velocity_upper_limit() for j in joints])),
-        mass=float(plant.CalcTotalMass(context)),
-        trunk_mass=float(trunk.default_mass()),
-        trunk_com=read_only(trunk.default_com()),
-        link_mass=read_only(np.array([b.default_mass() for b in bodies]).reshape(4, 3)),
-        link_com=read_only(np.array([b.default_com() for b in bodies]).reshape(4, 3, 3)),
-        foot_radius=float(max(radii)),
-        foot_geometry=tuple(str(n) for n in rows["name"]),
+
+def normal_form(url: str) -> str:
+    """The file to parse for the robot `url`: itself if in normal form already, or its import.
+
+    Raises:
+        InputError: If there is no such robot, or it cannot be brought into normal form.
+    """
+    given = find_given(url)
+    path = given.found.path
+    if _is_imported(str(path)):
+        return url
+    stat = path.stat()
+    if given.overrides == Overrides() and _is_normal(str(path), stat.st_mtime_ns, stat.st_size):
+        return url
+    return str(import_robot(given))
+
+
+def _is_imported(file: str) -> bool:
+    """Whether the importer wrote the file."""
+    return "://" not in file and (Path(file).parent / MAPPING).is_file()
+
+
+@lru_cache(maxsize=64)
+def _is_normal(path: str, mtime: int, size: int) -> bool:
+    """Whether a file, at a time and of a size, is in normal form just as it is.
+
+    It is a URDF: of the other formats Drake's parser misses things that the importer does not.
+    """
+    if not path.endswith(".urdf"):
+        return False
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)  # what is wrong with it, the importer says
+    try:
+        plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+        plant.RegisterAsSourceForSceneGraph(scene_graph)
+        instance = _parse(plant, path)
+        plant.Finalize()
+        robot = read_model(plant, scene_graph, instance, url=path)
+    except (InputError, *PARSER_ERRORS):
+        return False
+    finally:
+        logger.setLevel(level)
+    limits = (robot.q_lower, robot.q_upper, robot.effort, robot.speed)
+    return bool(np.all(np.isfinite(limits)) and np.all(robot.speed > 0.0))
+
+
+def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:
+    """Parses one file into `plant`.
+
+    Raises:
+        InputError: If Drake's parser refuses it, or it holds more than one model.
+    """
+
+    def refuse(remedy: str) -> InputError:
+        return InputError(source=file, field="robot.model", value=file, remedy=remedy)
+
+    parser = Parser(plant)
+    parser.package_map().AddPackageXml(
+        str(resources.files("drake_quad_models").joinpath("package.xml"))
     )
-
-
-def _is_straight(joint: RevoluteJoint) -> bool:
-    """Whether at angle zero the joint's child frame is its parent's, moved without a turn."""
-    parent = joint.frame_on_parent().GetFixedPoseInBodyFrame()
-    child = joint.frame_on_child().GetFixedPoseInBodyFrame()
-    return bool(parent.rotation().IsNearlyIdentity(1e-6) and child.IsNearlyIdentity(1e-6))
-
-
-def _leg_chains(plant: MultibodyPlant, trunk: RigidBody) -> list[list[RevoluteJoint]]:
-    """The chains of moving joints that start at the trunk, in the file's order."""
-    joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
-    moving = [j for j in joints if isinstance(j, RevoluteJoint)]
-    chains = []
-    for first in (j for j in moving if j.parent_body().index() == trunk.index()):
-        chain = [first]
-        while following := [
-            j for j in moving if j.parent_body().index() == chain[-1].child_body().index()
-        ]:
-            chain.append(following[0])
-        chains.append(chain)
-    return chains
+    try:
+        if "://" in file:
+            models = parser.AddModels(url=file)
+        else:
+            models = parser.AddModels(str(Path(file).expanduser().resolve()))
+    except PARSER_ERRORS as error:
+        raise refuse(f"cannot be read as a robot: {str(error).splitlines()[0]}") from None
+    if len(models) != 1:
+        raise refuse(f"holds {len(models)} models; give a file with one")
+    instance: ModelInstanceIndex = models[0]
+    return instance

@@ -1,0 +1,98 @@
+"""The work of `drake-quad check`: ask, look for the nearest stairs, save, and draw."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drake_quad.check_ask import ask_course, ask_stairs, check_numbers, nearest_stairs
+from drake_quad.check_picture import check_picture, save_picture
+from drake_quad.check_report import describe_check
+from drake_quad.errors import InputError
+from drake_quad.robot.load_robot import load_robot
+from drake_quad.scenario import save_scenario
+from drake_quad.whole_files import write_whole
+
+RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The question, as it was given.
+
+    Attributes:
+        robot: File or name.
+        rise: Of the steps [m]; RISE if None, as RUN and COUNT below.
+        run: Of the treads [m].
+        count: Steps of the flight.
+        scenario: Whose course to walk instead of a flight.
+    """
+
+    robot: str
+    rise: float | None = None
+    run: float | None = None
+    count: int | None = None
+    scenario: str | None = None
+
+
+def run_check(
+    asked: Asked,
+    *,
+    save: Path | None = None,
+    picture: Path | None = None,
+    note: Callable[[str], object] = lambda _: None,
+) -> dict[str, Any]:
+    """Answers the question; what is told is as `describe_check` has it.
+
+    Args:
+        asked: The question.
+        save: Where to write the designed scenario, if there is one.
+        picture: Where to draw the climb, if there is one.
+        note: Is told what is being done.
+
+    Raises:
+        InputError: If anything given cannot be used, before any long work.
+    """
+    check_picture(picture)
+    if save is not None and save.is_dir():
+        remedy = "is a directory; give a file in it, such as stairs.yaml"
+        raise InputError(source="--save", field="save", value=str(save), remedy=remedy)
+    given = {"rise": asked.rise, "run": asked.run, "count": asked.count}
+    nearest = None
+    if asked.scenario is not None:
+        for name, value in given.items():
+            if value is not None:
+                remedy = "leave it out: with --scenario the stairs are the scenario's"
+                raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
+        question: dict[str, Any] = {"scenario": asked.scenario}
+        check = ask_course(asked.robot, asked.scenario)
+    else:
+        rise = RISE if asked.rise is None else asked.rise
+        run = RUN if asked.run is None else asked.run
+        count = COUNT if asked.count is None else asked.count
+        check_numbers(rise, run, count)
+        question = {"rise": rise, "run": run, "count": count}
+        check = ask_stairs(asked.robot, rise=rise, run=run, count=count)
+        if not check.feasible:
+            note("not these; looking for the nearest stairs that it can climb")
+            nearest = nearest_stairs(
+                lambda r, d, n: ask_stairs(asked.robot, rise=r, run=d, count=n),
+                check, rise=rise, run=run, count=count,
+            )  # fmt: skip
+    robot = load_robot(asked.robot)
+    told = describe_check(check, robot, source=asked.robot, asked=question, nearest=nearest)
+    if check.designed is not None and save is not None:
+        scenario = check.designed.scenario
+        try:
+            write_whole(save, lambda to: save_scenario(scenario, to))
+        except InputError as error:
+            remedy = error.remedy.replace("another directory with --out", "another with --save")
+            raise InputError(
+                source="--save", field="save", value=str(save), remedy=remedy
+            ) from None
+        told["saved"] = str(save)
+    if check.designed is not None and picture is not None:
+        note("drawing")
+        save_picture(check.designed, robot, picture)
+        told["picture"] = str(picture)
+    return told

@@ -1,0 +1,229 @@
+"""What `drake-quad check` tells: an answer, the gait in words, and what is left of each limit."""
+
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from drake_quad.check_stairs import Check
+from drake_quad.design.evaluate import NAMES, wanted_for
+from drake_quad.designer import Designed
+from drake_quad.planning.motion_plan import evaluate
+from drake_quad.robot.robot_model import RobotModel
+
+PERIOD = 0.05  # [s] between the samples of the plan that are looked at
+
+# What is left, in people's words, and its unit.
+WORDS = {
+    "reach": ("legs, from stretched or folded", "m"),
+    "joints": ("joints, to their limits", "rad"),
+    "torque": ("torque, of its limit", "%"),
+    "margin": ("static margin", "m"),
+    "legs": ("knees and shanks, to the stairs", "m"),
+    "apart": ("front and rear legs, apart", "m"),
+    "trunk": ("trunk, to the stairs", "m"),
+}
+# What is in the way, in a few words, as a legend has them.
+LIMITS = {
+    "reach": "too short legs",
+    "joints": "joint limits",
+    "torque": "torque",
+    "margin": "margin",
+    "legs": "knees or shanks touch",
+    "apart": "front and rear legs touch",
+    "trunk": "trunk touches",
+    "speed": "joint speed",
+    "pattern": "treads do not suit the hips",
+    "plan": "no plan",
+}
+
+
+def limit_of(check: Check, robot: RobotModel) -> str:
+    """Which of LIMITS is in the way; empty if nothing is."""
+    if check.designed is not None:
+        return ""
+    data = check.data
+    if "slacks" in data:
+        wanted = wanted_for(robot)
+        return min(NAMES, key=lambda name: data["slacks"][name] / getattr(wanted, name))
+    if "room" in data:
+        return "trunk" if "the trunk" in check.reason else "legs"
+    if "leg" in data and "excess" in data:
+        return "reach"
+    for key, limit in (
+        ("speed", "speed"), ("joint", "joints"), ("margin", "margin"), ("pattern", "pattern")
+    ):  # fmt: skip
+        if key in data:
+            return limit
+    return "plan"
+
+
+def describe_check(
+    check: Check,
+    robot: RobotModel,
+    *,
+    source: str,
+    asked: dict[str, Any],
+    nearest: tuple[float, float] | None = None,
+) -> dict[str, Any]:
+    """What was found, as plain values in SI units.
+
+    Args:
+        check: The finding.
+        robot: The robot.
+        source: What the person gave for it.
+        asked: `rise`, `run` and `count`, or `scenario`.
+        nearest: Rise and run of the nearest stairs that it climbs [m].
+    """
+    wanted = wanted_for(robot)
+    designed = check.designed
+    left = designed.design.slacks if designed is not None else check.data.get("slacks", {})
+    on_course = {} if designed is None else _on_course(designed, robot)
+    told = {
+        "feasible": check.feasible,
+        "robot": source,
+        "name": robot.name,
+        "asked": asked,
+        "reason": check.reason,
+        "limit": limit_of(check, robot),
+        "nearest": None if nearest is None else {"rise": nearest[0], "run": nearest[1]},
+        "slacks": {
+            name: {
+                "left": left[name],
+                "wanted": getattr(wanted, name),
+                "on_course": on_course.get(name),
+            }
+            for name in NAMES
+            if name in left
+        },
+    }
+    if designed is not None:
+        gait = designed.scenario.gait
+        told["gait"] = {
+            "treads": gait.treads,
+            "lag": gait.lag,
+            "duty_factor": gait.duty_factor,
+            "cycle_time": gait.cycle_time,
+            "body_height": gait.body_height,
+            "pitch_share": gait.pitch_share if gait.pitch == "slope" else 0.0,
+            "stance_width": gait.stance_width,
+            "stride": gait.stride,
+        }
+        told["plan"] = {
+            "duration": designed.plan.duration,
+            "margin": designed.margin,
+            "quality": designed.quality,
+            "nearest_part": designed.room.part,
+            "nearest_task": designed.room.task,
+        }
+    return told | {"answer": _answer(told)}
+
+
+def print_check(told: dict[str, Any], console: Console) -> None:
+    """Prints the answer, the gait, what is left of each limit, and what to do next."""
+    colour = "green" if told["feasible"] else "red"
+    first, rest = told["answer"].split(": ", 1)
+    console.print(f"[bold {colour}]{first}[/]: {rest}", highlight=False, soft_wrap=True)
+    if told["feasible"]:
+        for line in gait_lines(told):
+            console.print(line, highlight=False, soft_wrap=True)
+    if told["slacks"]:
+        console.print()
+        console.print(_table(told), highlight=False)
+    console.print()
+    if told.get("picture"):
+        console.print(f"picture in {told['picture']}", highlight=False, soft_wrap=True)
+    console.print(_next(told), highlight=False, soft_wrap=True)
+
+
+def gait_lines(told: dict[str, Any]) -> list[str]:
+    """The gait in plain words."""
+    gait, plan = told["gait"], told["plan"]
+    treads = "1 tread" if gait["treads"] == 1 else f"{gait['treads']} treads"
+    share = gait["pitch_share"]
+    tilt = f"tilted by {100 * share:.0f} % of the slope" if share > 0.0 else "level"
+    return [
+        f"It moves one leg at a time, {treads} every {gait['cycle_time']:.1f} s; on level ground "
+        f"{gait['stride']:.2f} m.",
+        f"Rear feet follow {gait['lag']} tread{'s' if gait['lag'] != 1 else ''} behind the front "
+        f"ones as a cycle begins; left and right feet are {gait['stance_width']:.2f} m apart.",
+        f"The body is {gait['body_height']:.2f} m above the treads and {tilt}.",
+        f"The whole course takes {plan['duration']:.0f} s. What comes nearest to the stairs is "
+        f"{plan['nearest_part']}, in '{plan['nearest_task']}'.",
+    ]
+
+
+def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
+    """What the plan of the course itself leaves, of the limits that it is measured for."""
+    joints = np.inf
+    for plan in designed.plan.plans:
+        count = int(np.ceil(plan.duration / PERIOD)) + 1
+        q = evaluate(robot, plan, np.linspace(0.0, plan.duration, count)).q.reshape(-1, 12)
+        joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
+    part = "trunk" if designed.room.part == "the trunk" else "legs"
+    return {"joints": joints, "margin": designed.margin, part: designed.room.distance}
+
+
+def _answer(told: dict[str, Any]) -> str:
+    """Yes or no in a line, with what limits it and what would work."""
+    asked = told["asked"]
+    stairs = (
+        f"the course of {asked['scenario']}"
+        if "scenario" in asked
+        else f"{asked['count']} steps of {asked['rise']:g} m on treads of {asked['run']:g} m"
+    )
+    if told["feasible"]:
+        plan = told["plan"]
+        return (
+            f"Yes: {told['name']} walks {stairs} up and down with a static margin of at least "
+            f"{1e3 * plan['margin']:.0f} mm"
+        ).replace(" up and down", "" if "scenario" in asked else " up and down")
+    # The design's own guess of what would work is of endless stairs; the one here is planned.
+    reason = told["reason"].split("; a rise of ")[0].split("; no rise works")[0]
+    near = told["nearest"]
+    works = ""
+    if near is not None:
+        works = f"; {near['rise']:g} m on treads of {near['run']:g} m would work"
+    elif "scenario" not in asked:
+        works = "; no lower rise and no deeper run was found that works"
+    return f"No: {told['name']} does not walk {stairs} ({LIMITS[told['limit']]}): {reason}{works}"
+
+
+def _table(told: dict[str, Any]) -> Table:
+    """What is left of every limit, and what would be enough."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("what is left")
+    for title in ("on endless stairs", "wanted", "on this course"):
+        table.add_column(title, justify="right")
+    for name, row in told["slacks"].items():
+        words, unit = WORDS[name]
+
+        def text(value: float | None, unit: str = unit) -> str:
+            if value is None:
+                return "-"
+            return f"{100 * value:.0f} %" if unit == "%" else f"{value:.3f} {unit}"
+
+        colour = "red" if row["left"] < 0 else "yellow" if row["left"] < row["wanted"] else ""
+        left = text(row["left"])
+        table.add_row(
+            words,
+            f"[{colour}]{left}[/]" if colour else left,
+            text(row["wanted"]),
+            text(row["on_course"]),
+        )
+    return table
+
+
+def _next(told: dict[str, Any]) -> str:
+    """What to run next."""
+    if told["feasible"]:
+        if told.get("saved"):
+            return f"now: drake-quad run {told['saved']}"
+        return "now: the same with --save FILE, then drake-quad run FILE"
+    near = told["nearest"]
+    if near is not None:
+        return (
+            f"now: drake-quad check {told['robot']} --rise {near['rise']:g} --run {near['run']:g}"
+        )
+    return f"now: drake-quad chart {told['robot']}"

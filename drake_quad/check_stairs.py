@@ -1,0 +1,100 @@
+"""Can this robot climb these stairs? Up, a turn, and down again, on paper."""
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+from drake_quad.design.candidate import hip_length, leg_length
+from drake_quad.designer import Designed, design_scenario
+from drake_quad.errors import PlanningError
+from drake_quad.robot.load_robot import load_robot
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.scenario import Scenario
+from drake_quad.scenario_config import CourseElement, RobotConfig, StartConfig
+
+TURN = 90.0  # [deg]
+LEAST_LANDING = 1.5  # [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """What was found.
+
+    Attributes:
+        scenario: Robot and course, to be run.
+        designed: The gait with its plan; None if there is none.
+        reason: Why there is none.
+        data: The figures behind the reason.
+    """
+
+    scenario: Scenario
+    designed: Designed | None
+    reason: str
+    data: dict[str, Any]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether there is a gait."""
+        return self.designed is not None
+
+
+def stairs_scenario(
+    robot: RobotModel, *, model: str, rise: float, run: float, count: int
+) -> Scenario:
+    """A flight up, a landing with a turn, and the same flight down, with room for the robot.
+
+    Args:
+        robot: The robot.
+        model: What its scenario calls it.
+        rise: Of the steps [m].
+        run: Of the treads [m].
+        count: Steps of a flight.
+    """
+    size = max(leg_length(robot), 0.5 * hip_length(robot))
+    start = 0.5 * hip_length(robot) + 0.8 * size + 0.1
+    before = start + 0.5 * hip_length(robot) + 1.2 * size + run
+    landing = max(LEAST_LANDING, 2.0 * (0.5 * hip_length(robot) + 1.1 * size + run))
+    after = hip_length(robot) + 2.5 * size + 2.0 * run
+    width = max(1.2, 3.0 * size)
+    course = [
+        CourseElement(kind="floor", length=_up(before), width=width),
+        CourseElement(kind="stairs", going="up", rise=rise, run=run, count=count, width=width),
+        CourseElement(kind="landing", length=_up(max(landing, width)), turn_deg=TURN),
+        CourseElement(kind="stairs", going="down", rise=rise, run=run, count=count, width=width),
+        CourseElement(kind="floor", length=_up(after), width=width),
+    ]
+    return Scenario(
+        description=f"{robot.name} on {count} steps of {rise:g} m by {run:g} m, up and down",
+        robot=RobotConfig(model=model),
+        design="auto",
+        course=course,
+        start=StartConfig(distance=round(start, 3)),
+    )
+
+
+def check_stairs(
+    model: str, *, rise: float, run: float, count: int = 10, source: str = "check"
+) -> Check:
+    """Designs a gait for a flight up and down.
+
+    Args:
+        model: The robot, as in a scenario.
+        rise: Of the steps [m].
+        run: Of the treads [m].
+        count: Steps of a flight.
+        source: What an error names.
+
+    Raises:
+        InputError: If the robot cannot be used, or there are no such stairs.
+    """
+    robot = load_robot(model)
+    scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count)
+    try:
+        return Check(scenario, design_scenario(scenario, source=source), "", {})
+    except PlanningError as error:
+        return Check(scenario, None, error.reason, dict(error.data))
+
+
+def _up(length: float) -> float:
+    """To the next decimetre [m]."""
+    return ceil(10.0 * length) / 10.0

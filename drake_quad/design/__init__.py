@@ -1,0 +1,1 @@
+"""Which gait climbs given stairs with a given robot, or which limit is in the way."""

@@ -1,0 +1,112 @@
+"""Candidate gaits: the footprints' pattern, and what else a gait is free in."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.pattern import Pattern
+from drake_quad.robot.robot_model import RobotModel
+
+TREADS = (1, 2, 3)
+LAGS = (1, 2, 3, 4)
+STANCES = (0.5, 1.45)  # of the distance between the hips: a stance beyond these is not tried
+STAGGER = 0.12  # of a leg
+DUTY = 0.85
+EDGE = 0.012  # [m] between a foot's sphere and a nosing or riser
+
+# The columns of free parameters. Lengths in legs.
+HEIGHT, SHARE, WIDER, PHASE_UP, PHASE_DOWN, SHIFT_UP, SHIFT_DOWN = range(7)
+LOWER = np.array([0.50, 0.0, 0.0, -1.0, -1.0, -0.25, -0.25])
+UPPER = np.array([0.97, 1.2, 0.35, 1.0, 1.0, 0.25, 0.25])
+USUAL = np.array([0.82, 0.9, 0.08, 0.0, 0.0, 0.0, 0.0])  # what is taken where all do as well
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """C candidates of one pattern, in the robot's own measures [m], arrays (C,).
+
+    Attributes:
+        pattern: The footprints.
+        height: Of B over the line through the treads.
+        share: How much of the slope the body tilts with.
+        width: Between left and right feet.
+        phase_up: How far ahead of the treads' middles the feet stand going up, of what is possible.
+        phase_down: The same going down.
+        shift_up: How far ahead of the feet's middle the body goes, going up.
+        shift_down: The same going down.
+        duty_factor: β.
+        stagger: Rear feet's |y| minus front feet's.
+        stance_length: Between front and rear feet where the ground does not decide.
+    """
+
+    pattern: Pattern
+    height: FloatArray
+    share: FloatArray
+    width: FloatArray
+    phase_up: FloatArray
+    phase_down: FloatArray
+    shift_up: FloatArray
+    shift_down: FloatArray
+    duty_factor: float
+    stagger: float
+    stance_length: float
+
+    def __len__(self) -> int:
+        return len(self.height)
+
+    def phase(self, run: float, *, up: bool, foot_radius: float) -> FloatArray:
+        """How far ahead of the treads' middles the feet stand (C,) [m]."""
+        most = max(0.5 * run - foot_radius - EDGE, 0.0)
+        return np.asarray(most * (self.phase_up if up else self.phase_down))
+
+
+def leg_length(robot: RobotModel) -> float:
+    """Of the shortest leg, as far as its knee lets it stretch [m]."""
+    g = robot.geometry
+    knees = np.stack([robot.q_lower[2::3], robot.q_upper[2::3]])
+    straightest = np.where(np.prod(knees, axis=0) <= 0.0, 0.0, np.min(np.abs(knees), axis=0))
+    square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(straightest)
+    return float(np.sqrt(np.min(square)))
+
+
+def hip_length(robot: RobotModel) -> float:
+    """Between front and rear hips [m]."""
+    x = robot.geometry.p_BH[:, 0]
+    return float(np.mean(x[:2]) - np.mean(x[2:]))
+
+
+def hip_width(robot: RobotModel) -> float:
+    """Between the planes of left and right legs that hang straight down [m]."""
+    y = np.abs(robot.geometry.p_BH[:, 1] + robot.geometry.offset)
+    return float(2.0 * np.mean(y))
+
+
+def make_grid(robot: RobotModel, pattern: Pattern, parameters: FloatArray) -> Grid:
+    """Candidates from their free parameters (C, 7)."""
+    leg = leg_length(robot)
+    drop = -float(np.mean(robot.geometry.p_BH[:, 2]))  # of the hips below B
+    p = np.asarray(parameters, dtype=np.float64).reshape(-1, len(LOWER))
+    return Grid(
+        pattern=pattern,
+        height=p[:, HEIGHT] * leg + drop + robot.foot_radius,
+        share=p[:, SHARE],
+        width=hip_width(robot) + p[:, WIDER] * leg,
+        phase_up=p[:, PHASE_UP],
+        phase_down=p[:, PHASE_DOWN],
+        shift_up=p[:, SHIFT_UP] * leg,
+        shift_down=p[:, SHIFT_DOWN] * leg,
+        duty_factor=DUTY,
+        stagger=STAGGER * leg if pattern.shares_places else 0.0,
+        stance_length=hip_length(robot),
+    )
+
+
+def make_patterns(robot: RobotModel, runs: list[float]) -> list[Pattern]:
+    """The patterns whose stance fits the robot on treads of all of these runs [m]."""
+    hips = hip_length(robot)
+    return [
+        pattern
+        for pattern in (Pattern(treads, lag) for treads in TREADS for lag in LAGS)
+        if all(STANCES[0] * hips <= pattern.stance * run <= STANCES[1] * hips for run in runs)
+    ]

@@ -1,0 +1,196 @@
+"""Chooses the gait for a robot and its flights of stairs, or says what is in the way."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.optimize import differential_evolution
+from scipy.stats import qmc
+
+from drake_quad.design.candidate import (
+    LOWER,
+    UPPER,
+    USUAL,
+    Grid,
+    hip_length,
+    leg_length,
+    make_grid,
+    make_patterns,
+)
+from drake_quad.design.evaluate import NAMES, evaluate, wanted_for
+from drake_quad.design.shape import Shape
+from drake_quad.design.staircase import Staircase
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.pattern import Pattern
+from drake_quad.robot.robot_model import RobotModel
+
+SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
+LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
+LEVEL_SCORE = 0.8  # with which the longest of them is taken
+CLEARANCE = 0.02  # of swing feet, of a leg of one metre
+MEMBERS, GENERATIONS = 40, 60  # of the search; after the first
+LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
+SEED = 1  # a design is the same each time
+UNUSUAL = 0.3  # that a gait unlike the usual one costs
+NEAR_BEST = 0.7  # of what counts in a score that is the least over all: the rest is their mean
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A gait, and the room that it leaves.
+
+    Attributes:
+        gait: The gait alone: a Grid of one.
+        score: The least share of the room wanted that it leaves, at most 1; negative if it cannot
+            be done.
+        slacks: The least room on any of the flights and on level ground, by NAMES.
+        wanted: The room that would be enough, by NAMES.
+        stride: On level ground [m].
+        limit: The name of what leaves the least of what is wanted.
+    """
+
+    gait: Grid
+    score: float
+    slacks: dict[str, float]
+    wanted: dict[str, float]
+    stride: float
+    limit: str
+
+    @property
+    def feasible(self) -> bool:
+        """Whether nothing is in the way."""
+        return self.score > 0.0
+
+
+def swing_clearance(robot: RobotModel) -> float:
+    """By which swing feet are to clear what they pass [m]."""
+    return CLEARANCE * min(leg_length(robot), 1.0)
+
+
+def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> list[Design]:
+    """The best gait of every pattern for all of the flights together, best first.
+
+    For each pattern the other parameters are found by differential evolution (Storn and Price
+    1997), from a fixed seed.
+
+    Args:
+        robot: The robot.
+        shape: How thick it is.
+        flights: As they are walked, going down with negative rises; none for level ground alone.
+    """
+    wanted = _wanted(robot)
+    runs = [stairs.run for stairs in flights]
+    patterns = make_patterns(robot, runs) if flights else [Pattern()]
+    # On level ground a stride that is sought for every gait anyway must be possible.
+    leg = leg_length(robot)
+    costs = [
+        partial(_cost, robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)], wanted)
+        for p in patterns
+    ]
+    first = LOWER + qmc.LatinHypercube(len(LOWER), rng=SEED).random(MEMBERS) * (UPPER - LOWER)
+    ranked = sorted(zip(patterns, costs, strict=True), key=lambda pair: pair[1](first.T).min())
+    found = []
+    for pattern, cost in ranked[:LOOKED_AT]:
+        best = make_grid(robot, pattern, _least(cost, first))
+        found.append(_with_level(robot, shape, best, flights, wanted))
+    found.sort(
+        key=lambda d: (d.feasible, d.score + SPEED_BONUS * (d.gait.pattern.treads - 1)),
+        reverse=True,
+    )
+    return found
+
+
+def highest_rise(
+    robot: RobotModel, shape: Shape, run: float, *, below: float, going: Sequence[int] = (1, -1)
+) -> float | None:
+    """The highest rise below another that works on treads of a run [m], to 10 mm; None if none."""
+    low, high = 0.0, below
+    while high - low > 0.01:
+        middle = 0.5 * (low + high)
+        flights = [Staircase(g * middle, run) for g in going]
+        if any(d.feasible for d in choose_gaits(robot, shape, flights)):
+            low = middle
+        else:
+            high = middle
+    return low if low > 0.0 else None
+
+
+def _cost(
+    robot: RobotModel,
+    shape: Shape,
+    pattern: Pattern,
+    flights: Sequence[Staircase],
+    wanted: FloatArray,
+    x: FloatArray,
+) -> FloatArray:
+    """What is lacking of full room (C,), for parameters in columns (7, C)."""
+    share = np.minimum(_worst(robot, shape, make_grid(robot, pattern, x.T), flights) / wanted, 1.0)
+    unusual = np.mean(((x.T - USUAL) / (UPPER - LOWER)) ** 2, axis=1)
+    worth = NEAR_BEST * share.min(axis=1) + (1.0 - NEAR_BEST) * share.mean(axis=1)
+    return np.asarray(UNUSUAL * unusual - worth)
+
+
+def _least(cost: Callable[[FloatArray], FloatArray], first: FloatArray) -> FloatArray:
+    """The parameters of least cost, from a first population on."""
+    result = differential_evolution(
+        cost,
+        list(zip(LOWER, UPPER, strict=True)),
+        init=first,
+        maxiter=GENERATIONS,
+        rng=np.random.default_rng(SEED),
+        polish=False,
+        vectorized=True,
+        updating="deferred",
+    )
+    return np.asarray(result.x)
+
+
+def _wanted(robot: RobotModel) -> FloatArray:
+    wanted = wanted_for(robot)
+    return np.array([getattr(wanted, name) for name in NAMES])
+
+
+def _worst(robot: RobotModel, shape: Shape, grid: Grid, flights: Sequence[Staircase]) -> FloatArray:
+    """The least room on any of the flights, (C, 7) by NAMES."""
+    worst = np.full((len(grid), len(NAMES)), np.inf)
+    for stairs in flights:
+        length = grid.stance_length if stairs.rise == 0.0 else None
+        room = evaluate(
+            robot, shape, grid, stairs, clearance=swing_clearance(robot), stance_length=length
+        )
+        worst = np.minimum(worst, room)
+    return worst
+
+
+def _with_level(
+    robot: RobotModel,
+    shape: Shape,
+    gait: Grid,
+    flights: Sequence[Staircase],
+    wanted: FloatArray,
+) -> Design:
+    """Adds the longest stride on level ground that leaves nearly all of the room wanted."""
+    leg = leg_length(robot)
+    row = _worst(robot, shape, gait, flights)[0]
+    best: tuple[float, float, FloatArray] | None = None
+    for share in LEVEL_PLACES:
+        stride = min(share * leg, 1.2 * hip_length(robot))
+        level = Staircase(0.0, stride / gait.pattern.treads)
+        table = _worst(robot, shape, gait, [level])[0]
+        score = float(np.min(np.minimum(table / wanted, 1.0)))
+        if best is None or score > best[0] + 1e-9:
+            best = score, stride, table
+        if score >= LEVEL_SCORE:
+            break
+    assert best is not None
+    least = np.minimum(row, best[2])
+    shares = np.minimum(least / wanted, 1.0)
+    return Design(
+        gait=gait,
+        score=float(shares.min()),
+        slacks=dict(zip(NAMES, (float(v) for v in least), strict=True)),
+        wanted=dict(zip(NAMES, (float(v) for v in wanted), strict=True)),
+        stride=best[1],
+        limit=NAMES[int(np.argmin(shares))],
+    )

@@ -1,0 +1,94 @@
+"""What room candidate gaits leave on a staircase: reach, joints, torques, margin, clearances."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.design.candidate import Grid, leg_length
+from drake_quad.design.cycle import make_cycle
+from drake_quad.design.kernel import slacks
+from drake_quad.design.shape import Shape
+from drake_quad.design.staircase import Staircase
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.robot_model import RobotModel
+
+WIDEST_SWAY = 0.25  # of a stretched leg
+
+# What a gait is to leave, beyond nothing: with that much room a slack counts as full.
+NAMES = ("reach", "joints", "torque", "margin", "legs", "apart", "trunk")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How much room is enough, in the order of NAMES.
+
+    Attributes:
+        reach: Of a leg's length that is left at its most stretched, or most folded [m].
+        joints: From any joint to its limits [rad].
+        torque: Of a joint's limit that is left, 0 to 1.
+        margin: Static, of the whole robot's centre of mass [m].
+        legs: Between knees and shanks and the stairs [m].
+        apart: Between the front and the rear leg of a side [m].
+        trunk: Between the trunk and the stairs [m].
+    """
+
+    reach: float
+    joints: float
+    torque: float
+    margin: float
+    legs: float
+    apart: float
+    trunk: float
+
+
+def wanted_for(robot: RobotModel) -> Wanted:
+    """What is enough for a robot of its size."""
+    leg = leg_length(robot)
+    return Wanted(
+        reach=0.05 * leg, joints=0.2, torque=0.15, margin=0.05 * leg, legs=0.035 * leg,
+        apart=0.02 * leg, trunk=0.03 * leg,
+    )  # fmt: skip
+
+
+def evaluate(
+    robot: RobotModel,
+    shape: Shape,
+    grid: Grid,
+    stairs: Staircase,
+    *,
+    clearance: float,
+    stance_length: float | None = None,
+) -> FloatArray:
+    """The least room that every candidate of a grid leaves on a staircase, (C, 7) by NAMES.
+
+    Of everything but a torque it is a length or an angle as Wanted has it; of torques, the share
+    of the limit that is left. Negative where it is not to be had.
+
+    Args:
+        robot: The robot.
+        shape: How thick its parts are.
+        grid: The candidates.
+        stairs: The staircase, up or down, or level ground.
+        clearance: Of swing feet [m].
+        stance_length: On level ground, see `make_cycle`.
+    """
+    cycle = make_cycle(
+        grid, stairs, foot_radius=robot.foot_radius, clearance=clearance,
+        stance_length=stance_length,
+    )  # fmt: skip
+    g = robot.geometry
+    return slacks(
+        cycle.body,
+        cycle.feet,
+        cycle.swing,
+        stairs.rise,
+        stairs.run,
+        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign]),
+        np.stack([robot.q_lower, robot.q_upper, robot.effort]),
+        np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
+        np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
+        np.array([shape.trunk_lower[0], shape.trunk_upper[0], shape.trunk_lower[2]]),
+        np.array(shape.shank_radii),
+        WIDEST_SWAY * leg_length(robot),
+        wanted_for(robot).margin,
+    )

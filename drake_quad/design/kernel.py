@@ -1,0 +1,277 @@
+"""The arithmetic of `evaluate`, pose by pose: a search looks at tens of thousands of them."""
+
+from math import acos, atan2, cos, pi, sin, sqrt
+
+import numpy as np
+
+from drake_quad.compiled import compiled
+from drake_quad.gait.legs import FloatArray
+
+SWAYS = 9  # that are tried, evenly from side to side
+SHANK, THIGH = 6, 3  # points that are looked at
+NEIGHBOURS = 2  # treads to either side, see Staircase.distance
+GRAVITY = 9.81
+LEAST_AREA = 1e-9
+# Columns of the result.
+REACH, JOINTS, TORQUE, MARGIN, LEGS, APART, TRUNK = range(7)
+COLUMNS = 7
+
+
+@compiled
+def slacks(
+    body: FloatArray,
+    feet: FloatArray,
+    swing: FloatArray,
+    rise: float,
+    run: float,
+    legs: FloatArray,
+    limits: FloatArray,
+    masses: FloatArray,
+    coms: FloatArray,
+    trunk: FloatArray,
+    radii: FloatArray,
+    widest: float,
+    wanted: float,
+) -> FloatArray:
+    """The least room of each candidate over its moments, (C, COLUMNS).
+
+    Args:
+        body: (C, N, 5) x, y, z, pitch, yaw (0) of B.
+        feet: (C, N, 4, 3) [m].
+        swing: (N,) row of the leg in the air.
+        rise: Of the staircase [m].
+        run: Of the staircase [m].
+        legs: (4, 7) hip x, y, z, offset, thigh, shank, knee sign.
+        limits: (3, 12) least and greatest angles [rad], torques [Nm].
+        masses: (13,) of the trunk, then of the links leg by leg [kg].
+        coms: (13, 3) their centres, in B and in the links' frames [m].
+        trunk: (3,) least x, greatest x and least z of the trunk in B [m].
+        radii: (SHANK,) of the shank at its points, from the knee on [m].
+        widest: Sway to either side [m].
+        wanted: Margin beyond which no sway is added [m].
+    """
+    found = np.full((body.shape[0], COLUMNS), np.inf)
+    q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
+    forces, com = np.zeros(4), np.empty(3)
+    weight = masses.sum() * GRAVITY
+    for c in range(body.shape[0]):
+        row = found[c]
+        for n in range(body.shape[1]):
+            b, f, air = body[c, n], feet[c, n], int(swing[n])
+            cp, sp = cos(b[3]), sin(b[3])
+            for k in range(4):
+                _angles(legs[k], b, f[k], 0.0, cp, sp, q[k])
+            _centre(b, q, legs, masses, coms, cp, sp, com)
+            sway, margin = _sway(com, f, air, widest, wanted)
+            row[MARGIN] = min(row[MARGIN], margin)
+            _share(com[0], com[1] + sway, f, air, weight, forces)
+            for k in range(4):
+                reach = _angles(legs[k], b, f[k], sway, cp, sp, q[k])
+                row[REACH] = min(row[REACH], reach)
+                for j in range(3):
+                    i = 3 * k + j
+                    room = min(q[k, j] - limits[0, i], limits[1, i] - q[k, j])
+                    row[JOINTS] = min(row[JOINTS], room)
+                used = _torques(legs[k], q[k], forces[k], cp, sp, limits[2, 3 * k : 3 * k + 3])
+                row[TORQUE] = min(row[TORQUE], 1.0 - used)
+                _points(legs[k], q[k], b, sway, cp, sp, f[k], points[k])
+                for i in range(SHANK):
+                    p = points[k, i]
+                    row[LEGS] = min(row[LEGS], _from_stairs(p[0], p[2], rise, run) - radii[i])
+            for side in range(2):
+                row[APART] = min(row[APART], _apart(points[side], points[2 + side], radii))
+            for i in range(7):
+                x = trunk[0] + i / 6.0 * (trunk[1] - trunk[0])
+                s, z = b[0] + cp * x + sp * trunk[2], b[2] - sp * x + cp * trunk[2]
+                row[TRUNK] = min(row[TRUNK], _from_stairs(s, z, rise, run))
+    return found
+
+
+@compiled
+def _angles(
+    leg: FloatArray, b: FloatArray, foot: FloatArray, sway: float, cp: float, sp: float,
+    q: FloatArray,
+) -> float:  # fmt: skip
+    """Writes a leg's angles; returns by how much it is short of its reach's ends [m]."""
+    dx, dz = foot[0] - b[0], foot[2] - b[2]
+    x = cp * dx - sp * dz - leg[0]
+    y = foot[1] - b[1] - sway - leg[1]
+    z = sp * dx + cp * dz - leg[2]
+    d, l1, l2 = leg[3], leg[4], leg[5]
+    across = y * y + z * z - d * d
+    down = -sqrt(max(across, 1e-12))
+    a = atan2(z, y) - atan2(down, d)
+    q[0] = (a + pi) % (2.0 * pi) - pi
+    distance = sqrt(x * x + down * down)
+    room = min(l1 + l2 - distance, distance - abs(l1 - l2))
+    reach = min(max(distance, abs(l1 - l2) + 1e-6), l1 + l2 - 1e-6)
+    bend = (reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+    q[2] = leg[6] * acos(min(max(bend, -1.0), 1.0))
+    q[1] = atan2(-x, -down) - atan2(l2 * sin(q[2]), l1 + l2 * cos(q[2]))
+    return room if across > 0.0 else min(room, -sqrt(-across))
+
+
+@compiled
+def _centre(
+    b: FloatArray, q: FloatArray, legs: FloatArray, masses: FloatArray, coms: FloatArray,
+    cp: float, sp: float, com: FloatArray,
+) -> None:  # fmt: skip
+    """Writes the whole robot's centre of mass in W (3,) [m]."""
+    total, mx, my, mz = masses[0], masses[0] * coms[0, 0], masses[0] * coms[0, 1], 0.0
+    mz = masses[0] * coms[0, 2]
+    for k in range(4):
+        leg = legs[k]
+        ca, sa = cos(q[k, 0]), sin(q[k, 0])
+        for j in range(3):
+            m, p = masses[1 + 3 * k + j], coms[1 + 3 * k + j]
+            if j == 0:
+                x, y, z = p[0], p[1], p[2]
+            else:
+                angle = q[k, 1] + (q[k, 2] if j == 2 else 0.0)
+                c, s = cos(angle), sin(angle)
+                x, y, z = c * p[0] + s * p[2], leg[3] + p[1], -s * p[0] + c * p[2]
+                if j == 2:
+                    x -= leg[4] * sin(q[k, 1])
+                    z -= leg[4] * cos(q[k, 1])
+            mx += m * (leg[0] + x)
+            my += m * (leg[1] + ca * y - sa * z)
+            mz += m * (leg[2] + sa * y + ca * z)
+            total += m
+    mx, my, mz = mx / total, my / total, mz / total
+    com[0], com[1], com[2] = b[0] + cp * mx + sp * mz, b[1] + my, b[2] - sp * mx + cp * mz
+
+
+@compiled
+def _sway(
+    com: FloatArray, feet: FloatArray, air: int, widest: float, wanted: float
+) -> tuple[float, float]:
+    """The least sway that gives the margin wanted, or that of the best margin; and the margin."""
+    best, best_value, best_margin = 0.0, -np.inf, -np.inf
+    for i in range(SWAYS):
+        share = -1.0 + 2.0 * i / (SWAYS - 1)
+        margin = _margin(com[0], com[1] + share * widest, feet, air)
+        value = min(margin, wanted) - 1e-3 * abs(share)
+        if value > best_value:
+            best, best_value, best_margin = share * widest, value, margin
+    return best, best_margin
+
+
+@compiled
+def _margin(x: float, y: float, feet: FloatArray, air: int) -> float:
+    """Distance of a point from the sides of three feet's triangle, inside positive [m]."""
+    least = np.inf
+    for k in range(4):
+        if k == air:
+            continue
+        # The side between the other two, and which way is in.
+        i, j = -1, -1
+        for m in range(4):
+            if m != air and m != k:
+                if i < 0:
+                    i = m
+                else:
+                    j = m
+        ex, ey = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+        length = max(sqrt(ex * ex + ey * ey), 1e-9)
+        inward = ex * (feet[k, 1] - feet[i, 1]) - ey * (feet[k, 0] - feet[i, 0])
+        here = (ex * (y - feet[i, 1]) - ey * (x - feet[i, 0])) / length
+        least = min(least, here if inward > 0.0 else -here)
+    return least
+
+
+@compiled
+def _share(
+    x: float, y: float, feet: FloatArray, air: int, weight: float, forces: FloatArray
+) -> None:
+    """Writes the vertical forces (4,) of three feet that carry the weight at x, y [N]."""
+    total = 0.0
+    for k in range(4):
+        forces[k] = 0.0
+        if k == air:
+            continue
+        i, j = -1, -1
+        for m in range(4):
+            if m != air and m != k:
+                if i < 0:
+                    i = m
+                else:
+                    j = m
+        ax, ay = feet[i, 0] - x, feet[i, 1] - y
+        bx, by = feet[j, 0] - x, feet[j, 1] - y
+        cx, cy = feet[k, 0] - feet[i, 0], feet[k, 1] - feet[i, 1]
+        ex, ey = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+        whole = ex * cy - ey * cx
+        area = ax * by - ay * bx
+        forces[k] = weight * area / (whole if abs(whole) > LEAST_AREA else LEAST_AREA)
+        total += forces[k]
+
+
+@compiled
+def _torques(
+    leg: FloatArray, q: FloatArray, force: float, cp: float, sp: float, effort: FloatArray
+) -> float:
+    """The greatest share of its limit that a joint needs for a vertical force at the foot."""
+    sa, ca = sin(q[0]), cos(q[0])
+    both = q[1] + q[2]
+    xk, zk = -leg[5] * sin(both), -leg[5] * cos(both)
+    x, z = -leg[4] * sin(q[1]) + xk, -leg[4] * cos(q[1]) + zk
+    y_up, z_up = ca * leg[3] - sa * z, sa * leg[3] + ca * z
+    fx, fz = sp * force, -cp * force  # what the foot pushes down with, in B
+    t0 = y_up * fz
+    t1 = z * fx - ca * x * fz
+    t2 = zk * fx - ca * xk * fz
+    return max(abs(t0) / effort[0], max(abs(t1) / effort[1], abs(t2) / effort[2])) + 0.0 * z_up
+
+
+@compiled
+def _points(
+    leg: FloatArray, q: FloatArray, b: FloatArray, sway: float, cp: float, sp: float,
+    foot: FloatArray, points: FloatArray,
+) -> None:  # fmt: skip
+    """Writes points of the shank from the knee on, then of the thigh, in W (SHANK + THIGH, 3)."""
+    sa, ca = sin(q[0]), cos(q[0])
+    x, z = -leg[4] * sin(q[1]), -leg[4] * cos(q[1])
+    knee, hip = np.empty(3), np.empty(3)
+    for part in range(2):
+        px, pz = (x, z) if part == 0 else (0.0, 0.0)
+        bx = leg[0] + px
+        by = leg[1] + ca * leg[3] - sa * pz
+        bz = leg[2] + sa * leg[3] + ca * pz
+        into = knee if part == 0 else hip
+        into[0], into[1] = b[0] + cp * bx + sp * bz, b[1] + sway + by
+        into[2] = b[2] - sp * bx + cp * bz
+    for i in range(SHANK):
+        share = 0.15 * i
+        for j in range(3):
+            points[i, j] = knee[j] + share * (foot[j] - knee[j])
+    for i in range(THIGH):
+        share = (i + 1.0) / (THIGH + 1.0)
+        for j in range(3):
+            points[SHANK + i, j] = knee[j] + share * (hip[j] - knee[j])
+
+
+@compiled
+def _from_stairs(s: float, z: float, rise: float, run: float) -> float:
+    """As Staircase.distance, of one point [m]."""
+    middle = np.round(s / run)
+    best = np.inf
+    for k in range(-NEIGHBOURS, NEIGHBOURS + 1):
+        beside = abs(s - (middle + k) * run) - 0.5 * run
+        above = z - (middle + k) * rise
+        out_x, out_z = max(beside, 0.0), max(above, 0.0)
+        best = min(best, sqrt(out_x * out_x + out_z * out_z) + min(max(beside, above), 0.0))
+    return best
+
+
+@compiled
+def _apart(front: FloatArray, rear: FloatArray, radii: FloatArray) -> float:
+    """Room between a front leg and the rear leg of its side [m]."""
+    best = np.inf
+    for i in range(SHANK + THIGH):
+        for j in range(SHANK + THIGH):
+            x, y = front[i, 0] - rear[j, 0], front[i, 1] - rear[j, 1]
+            z = front[i, 2] - rear[j, 2]
+            thick = radii[min(i, SHANK - 1) if i < SHANK else 0]
+            thick += radii[min(j, SHANK - 1) if j < SHANK else 0]
+            best = min(best, sqrt(x * x + y * y + z * z) - thick)
+    return best

@@ -1,0 +1,173 @@
+"""Any quadruped's file in, a URDF in normal form in the cache out."""
+
+import hashlib
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import platformdirs
+import yaml
+
+from drake_quad.errors import InputError
+from drake_quad.robot.importing.collision import (
+    between_hips,
+    foot_shape,
+    shank_shapes,
+    thigh_shapes,
+    trunk_shapes,
+)
+from drake_quad.robot.importing.locate import Found, files_named_in, find_robot
+from drake_quad.robot.importing.mapping import make_mapping
+from drake_quad.robot.importing.mesh_files import have_trimesh
+from drake_quad.robot.importing.normal_form import NormalRobot, normalise
+from drake_quad.robot.importing.overrides import SUFFIX, Overrides, read_overrides
+from drake_quad.robot.importing.parse_source import Parsed, parse
+from drake_quad.robot.importing.read_robot import read_robot
+from drake_quad.robot.importing.records import Note, Piece
+from drake_quad.robot.importing.visual import write_visuals
+from drake_quad.robot.importing.write_urdf import make_urdf
+
+CACHE_VARIABLE = "DRAKE_QUAD_CACHE"
+MAPPING = "drake_quad_mapping.yaml"  # beside every file that is written here
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a person gave as a robot: its file, and what is said of it beside.
+
+    Attributes:
+        found: The robot's own file.
+        overrides: Nothing unless given by a `.robot.yaml`.
+        source: For errors: what was given.
+    """
+
+    found: Found
+    overrides: Overrides
+    source: str
+
+
+def cache_directory() -> Path:
+    """Where imported robots are kept: DRAKE_QUAD_CACHE, or the user's cache directory."""
+    own = os.environ.get(CACHE_VARIABLE)
+    return Path(own) if own else Path(platformdirs.user_cache_dir("drake_quad")) / "robots"
+
+
+def find_given(model: str) -> Given:
+    """What `model` means: a file, a robot's name, or a `.robot.yaml` that names one.
+
+    Raises:
+        InputError: If it is not there.
+    """
+    found = find_robot(model)
+    if not found.path.name.endswith((SUFFIX, ".yaml", ".yml")):
+        return Given(found, Overrides(), model)
+    overrides = read_overrides(found.path)
+    inner = overrides.model
+    beside = found.path.parent / inner
+    own = find_robot(str(beside) if "://" not in inner and beside.is_file() else inner)
+    name = overrides.name or found.name
+    return Given(Found(own.path, model, name), overrides, model)
+
+
+def import_robot(given: Given) -> Path:
+    """The robot's URDF in normal form, made now or found in the cache.
+
+    Raises:
+        InputError: If it is no quadruped that can be brought into normal form.
+    """
+    key = _key(given)
+    folder = cache_directory() / f"{given.found.name}-{key}"
+    urdf = folder / f"{given.found.name}.urdf"
+    if urdf.is_file():
+        return urdf
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".making_") as making:
+            _make(given, Path(making) / folder.name)
+            try:
+                (Path(making) / folder.name).replace(folder)
+            except OSError:  # another process was quicker, or left half a folder
+                if not urdf.is_file():
+                    shutil.rmtree(folder, ignore_errors=True)
+                    (Path(making) / folder.name).replace(folder)
+    except OSError as error:
+        raise InputError(
+            source=given.source,
+            field=CACHE_VARIABLE,
+            value=str(folder.parent),
+            remedy=f"imported robots cannot be kept there: {error.strerror or error}; "
+            f"set {CACHE_VARIABLE} to another directory",
+        ) from None
+    return urdf
+
+
+def _make(given: Given, folder: Path) -> None:
+    """Imports the robot into a new folder."""
+    folder.mkdir()
+    with parse(given.found) as parsed:
+        robot = normal_robot(parsed, given)
+        collision, notes = collision_shapes(robot)
+        visual, more = write_visuals(robot, folder, collision)
+        notes = list(dict.fromkeys([*parsed.cleaned.notes, *robot.notes, *notes, *more]))
+        comment = f"Normal form of {given.found.path.name}, made by drake_quad; see {MAPPING}."
+        text = make_urdf(robot, collision, visual, comment=comment.replace("--", "-"))
+    (folder / f"{given.found.name}.urdf").write_text(text, encoding="utf-8")
+    mapping = make_mapping(robot, notes, source=given.found.path.name)
+    (folder / MAPPING).write_text(yaml.safe_dump(mapping, sort_keys=False), encoding="utf-8")
+
+
+def normal_robot(parsed: Parsed, given: Given) -> NormalRobot:
+    """A parsed file's robot in normal form.
+
+    Raises:
+        InputError: If there is no quadruped in it that has one.
+    """
+    legs = given.overrides.legs
+    raw = read_robot(
+        parsed,
+        source=given.source,
+        name=given.found.name,
+        legs=list(legs.values()) if legs else None,
+    )
+    return normalise(raw, given.overrides, source=given.source)
+
+
+def collision_shapes(robot: NormalRobot) -> tuple[dict[str, list[Piece]], list[Note]]:
+    """The collision shapes of every link in normal form, and what was made of meshes."""
+    made = {robot.trunk.name: trunk_shapes(robot.trunk)}
+    if not robot.trunk.collision and robot.trunk.shapeless:
+        made[robot.trunk.name] = between_hips(robot.trunk)
+    for leg in robot.legs:
+        hip, thigh, shank = leg.links
+        made[hip.name] = trunk_shapes(hip)
+        made[thigh.name] = thigh_shapes(thigh)
+        shapes, notes = shank_shapes(leg)
+        made[shank.name] = ([*shapes, foot_shape(leg)], notes)
+    return {name: shapes for name, (shapes, _) in made.items()}, [
+        note for _, notes in made.values() for note in notes
+    ]
+
+
+def _key(given: Given) -> str:
+    """A digest of what the result depends on: the file, those that it names, what is said of it."""
+    what = (_version(), have_trimesh(), given.found.name, given.overrides)
+    digest = hashlib.sha256(repr(what).encode())
+    digest.update(str(given.found.path).encode())
+    digest.update(given.found.path.read_bytes())
+    # A mesh's name, size and time stand for its contents: some have tens of megabytes.
+    for path in files_named_in(given.found.path):
+        stat = path.stat()
+        digest.update(f"{path} {stat.st_size} {stat.st_mtime_ns}".encode())
+    return digest.hexdigest()[:12]
+
+
+@cache
+def _version() -> str:
+    """A digest of the importer itself: what another one wrote is not taken for this one's."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,141 @@
+"""Writes a quadruped in normal form as a URDF."""
+
+import xml.etree.ElementTree as ET
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from drake_quad.robot.importing.normal_form import NormalLeg, NormalLink, NormalRobot
+from drake_quad.robot.importing.records import Piece
+from drake_quad.robot.importing.visual import MeshFile
+
+
+def make_urdf(
+    robot: NormalRobot,
+    collision: dict[str, list[Piece]],
+    visual: dict[str, list[Piece]],
+    *,
+    comment: str,
+) -> str:
+    """The text of the URDF.
+
+    Args:
+        robot: What to write.
+        collision: Shapes by link, in the link's frame.
+        visual: Likewise; meshes as files relative to the URDF.
+        comment: To stand at its head.
+    """
+    root = ET.Element("robot", {"name": robot.name, "xmlns:drake": "https://drake.mit.edu/"})
+    root.append(ET.Comment(f" {comment} "))
+    for link in (robot.trunk, *(link for leg in robot.legs for link in leg.links)):
+        _add_link(root, link, collision.get(link.name, []), visual.get(link.name, []))
+    for leg in robot.legs:
+        _add_joints(root, robot, leg)
+    for leg in robot.legs:
+        # Neighbours overlap at their joint, and the thigh's root is often within the trunk.
+        near = [robot.trunk.name, leg.links[0].name, leg.links[1].name]
+        _add_filter(root, f"{leg.short}_near_trunk", near)
+        _add_filter(root, f"{leg.short}_leg", [link.name for link in leg.links])
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _add_link(
+    root: ET.Element, link: NormalLink, collision: list[Piece], visual: list[Piece]
+) -> None:
+    """A link with its mass and shapes."""
+    element = ET.SubElement(root, "link", name=link.name)
+    inertial = ET.SubElement(element, "inertial")
+    I = link.rigid.central_inertia()  # noqa: E741
+    ET.SubElement(inertial, "origin", xyz=_told(link.rigid.centre()), rpy="0 0 0")
+    ET.SubElement(inertial, "mass", value=repr(float(link.rigid.mass)))
+    places = {
+        "ixx": (0, 0),
+        "iyy": (1, 1),
+        "izz": (2, 2),
+        "ixy": (0, 1),
+        "ixz": (0, 2),
+        "iyz": (1, 2),
+    }
+    ET.SubElement(inertial, "inertia", {k: repr(float(I[at])) for k, at in places.items()})
+    used: set[str] = set()
+    for kind, pieces in (("visual", visual), ("collision", collision)):
+        for piece in pieces:
+            name, number = piece.name, 1
+            while f"{kind} {name}" in used:
+                number += 1
+                name = f"{piece.name}_{number}"
+            used.add(f"{kind} {name}")
+            _add_shape(ET.SubElement(element, kind, name=name), piece, f"{link.name}_{name}")
+
+
+def _add_shape(element: ET.Element, piece: Piece, material: str) -> None:
+    """One geometry."""
+    element.append(_origin(piece.X))
+    shape, geometry = piece.shape, ET.SubElement(element, "geometry")
+    if isinstance(shape, Sphere):
+        ET.SubElement(geometry, "sphere", radius=repr(shape.radius()))
+    elif isinstance(shape, (Cylinder, Capsule)):
+        tag = "cylinder" if isinstance(shape, Cylinder) else "capsule"
+        ET.SubElement(geometry, tag, radius=repr(shape.radius()), length=repr(shape.length()))
+    elif isinstance(shape, Box):
+        ET.SubElement(geometry, "box", size=_told(np.array(shape.size())))
+    elif isinstance(shape, Ellipsoid):
+        sizes = {k: repr(getattr(shape, k)()) for k in "abc"}
+        ET.SubElement(geometry, "drake:ellipsoid", sizes)
+    elif isinstance(shape, MeshFile):
+        ET.SubElement(geometry, "mesh", filename=shape.path, scale=_told(shape.scale))
+    else:
+        raise TypeError(type(shape).__name__)
+    if piece.colour is not None:
+        ET.SubElement(
+            ET.SubElement(element, "material", name=material),
+            "color",
+            rgba=" ".join(f"{c:.4g}" for c in piece.colour),
+        )
+
+
+def _add_joints(root: ET.Element, robot: NormalRobot, leg: NormalLeg) -> None:
+    """The three joints of a leg, each with its drive."""
+    names = [robot.trunk.name, *(link.name for link in leg.links)]
+    hip = leg.frames.origin[0] - robot.centre
+    origins = [np.round(hip, 12), leg.links[0].end, leg.links[1].end]
+    for k, hinge in enumerate(leg.raw.hinges):
+        joint = ET.SubElement(root, "joint", name=hinge.name, type="revolute")
+        ET.SubElement(joint, "origin", xyz=_told(origins[k]), rpy="0 0 0")
+        ET.SubElement(joint, "parent", link=names[k])
+        ET.SubElement(joint, "child", link=names[k + 1])
+        ET.SubElement(joint, "axis", xyz=_told(np.round(leg.frames.axis[k], 12)))
+        limits = {"lower": leg.limits.lower[k], "upper": leg.limits.upper[k]}
+        limits |= {"effort": leg.limits.effort[k], "velocity": leg.limits.speed[k]}
+        ET.SubElement(joint, "limit", {key: repr(float(v)) for key, v in limits.items()})
+        ET.SubElement(joint, "dynamics", damping=repr(hinge.damping), friction="0")
+        drive = ET.SubElement(root, "transmission", name=f"{hinge.name}_drive")
+        ET.SubElement(drive, "type").text = "transmission_interface/SimpleTransmission"
+        ET.SubElement(
+            ET.SubElement(drive, "joint", name=hinge.name), "hardwareInterface"
+        ).text = "EffortJointInterface"
+        actuator = ET.SubElement(drive, "actuator", name=hinge.name)
+        ET.SubElement(actuator, "drake:rotor_inertia", value=repr(hinge.rotor_inertia))
+        ET.SubElement(actuator, "drake:gear_ratio", value=repr(hinge.gear_ratio))
+
+
+def _add_filter(root: ET.Element, name: str, links: list[str]) -> None:
+    """Links that never collide with one another."""
+    group = ET.SubElement(root, "drake:collision_filter_group", name=name)
+    for link in links:
+        ET.SubElement(group, "drake:member", link=link)
+    ET.SubElement(group, "drake:ignored_collision_filter_group", name=name)
+
+
+def _origin(X: RigidTransform) -> ET.Element:
+    """A pose."""
+    rpy = RollPitchYaw(X.rotation()).vector()
+    return ET.Element("origin", xyz=_told(X.translation()), rpy=_told(np.array(rpy)))
+
+
+def _told(v: Any) -> str:
+    """Numbers as text, to the last bit."""
+    return " ".join(repr(float(x) + 0.0) for x in v)

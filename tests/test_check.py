@@ -1,0 +1,181 @@
+"""`drake-quad check`: what it answers holds, and what cannot be asked is refused in a line."""
+
+import io
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import drake_quad, refused
+from rich.console import Console
+from rig import URL, paper_robot
+
+from drake_quad.check_ask import ask_course, ask_stairs, nearest_stairs
+from drake_quad.check_moments import find_stretches
+from drake_quad.check_picture import save_picture
+from drake_quad.check_report import LIMITS, describe_check, limit_of, print_check
+from drake_quad.check_stairs import Check
+from drake_quad.design.evaluate import NAMES
+from drake_quad.scenario import Scenario, load_scenario, save_scenario
+from drake_quad.simulation import prepare
+
+RISE, RUN, COUNT = 0.12, 0.32, 2
+
+
+@cache
+def found() -> Check:
+    return ask_stairs(URL, rise=RISE, run=RUN, count=COUNT)
+
+
+def made_up(rise: float, run: float, *, feasible: bool) -> Check:
+    check = found() if feasible else Check(Scenario(), None, "", {})
+    assert check.feasible is feasible
+    return check
+
+
+def test_a_feasible_checks_scenario_loads_and_prepares(tmp_path: Path) -> None:
+    """What is saved is whole: run prepares it without a design, to the margin that was told."""
+    designed = found().designed
+    assert designed is not None
+    save_scenario(designed.scenario, tmp_path / "stairs.yaml")
+    loaded = load_scenario(tmp_path / "stairs.yaml")
+    assert loaded == designed.scenario and loaded.design == "given"
+    plans = prepare(loaded).plan.plans
+    assert min(p.margin for p in plans if p.margin == p.margin) == pytest.approx(designed.margin)
+
+
+def test_what_is_told_is_the_plans_own() -> None:
+    """Yes in the first line, every limit in the table, and what is left is not negative."""
+    told = describe_check(
+        found(), paper_robot(), source=URL, asked={"rise": RISE, "run": RUN, "count": COUNT}
+    )
+    console = Console(width=160, file=io.StringIO(), record=True)
+    print_check(told, console)
+    lines = console.export_text().splitlines()
+    assert lines[0].startswith("Yes: ") and "0.12 m" in lines[0] and "0.32 m" in lines[0]
+    assert tuple(told["slacks"]) == NAMES
+    assert all(row["left"] > 0.0 for row in told["slacks"].values())
+    assert all(row["on_course"] is None or row["on_course"] > 0.0
+               for row in told["slacks"].values())  # fmt: skip
+    assert any("drake-quad run" in line for line in lines)
+    assert json.loads(json.dumps(told)) == told
+
+
+def test_no_names_what_is_short_and_the_nearest_stairs() -> None:
+    """A riser as high as a leg: no, a limit by name, and stairs that are then judged feasible."""
+    check = ask_stairs(URL, rise=1.2, run=RUN, count=COUNT)
+    assert not check.feasible
+    assert limit_of(check, paper_robot()) in set(NAMES) | {"speed"}
+    near = nearest_stairs(
+        lambda rise, run, count: ask_stairs(URL, rise=rise, run=run, count=count),
+        check, rise=1.2, run=RUN, count=COUNT,
+    )  # fmt: skip
+    assert near is not None and near[0] < 1.2 and near[1] == RUN
+    assert ask_stairs(URL, rise=near[0], run=near[1], count=COUNT).feasible
+    told = describe_check(
+        check, paper_robot(), source=URL, asked={"rise": 1.2, "run": RUN, "count": COUNT},
+        nearest=near,
+    )  # fmt: skip
+    assert told["answer"].startswith("No: ") and f"{near[0]:g} m" in told["answer"]
+    assert LIMITS[told["limit"]] in told["answer"] and told["answer"].count("would work") == 1
+
+
+@pytest.mark.parametrize("highest", [0.03, 0.111, 0.24, 0.2995])
+def test_nearest_rise_is_the_highest_that_works(highest: float) -> None:
+    """Whatever the robot can, to a centimetre below it, and never above."""
+    near = nearest_stairs(
+        lambda rise, run, _: made_up(rise, run, feasible=rise <= highest),
+        made_up(0.3, 0.3, feasible=False), rise=0.3, run=0.3, count=10,
+    )  # fmt: skip
+    assert near is not None and near[1] == 0.3
+    assert highest - 0.0111 <= near[0] <= highest
+
+
+def test_nearest_stairs_hold_for_all_steps_of_the_flight() -> None:
+    """Where ten steps allow less than four, what is named is judged with ten."""
+    near = nearest_stairs(
+        lambda rise, run, count: made_up(rise, run, feasible=rise <= (0.2 if count < 10 else 0.19)),
+        made_up(0.3, 0.3, feasible=False), rise=0.3, run=0.3, count=10,
+    )  # fmt: skip
+    assert near is not None and 0.17 <= near[0] <= 0.19
+
+
+def test_where_no_rise_works_a_deeper_run_may() -> None:
+    """A run that suits the rise is named, and if there is none either, nothing."""
+    check = Check(Scenario(), None, "", {"nearest_rise": None})
+
+    def judge(_rise: float, run: float, _count: int) -> Check:
+        return made_up(0.2, run, feasible=run >= 0.3)
+
+    assert nearest_stairs(judge, check, rise=0.2, run=0.22, count=10) == (0.2, 0.33)
+    assert nearest_stairs(judge, check, rise=0.2, run=0.10, count=10) is None
+
+
+def test_treads_deeper_than_any_stance_are_told_as_such() -> None:
+    """No pattern fits treads of two metres: an answer, not a crash."""
+    check = ask_stairs(URL, rise=0.1, run=2.0, count=2)
+    assert limit_of(check, paper_robot()) == "pattern" and "2 m" in check.reason
+
+
+def test_a_scenarios_course_is_kept_and_its_gait_is_not(tmp_path: Path) -> None:
+    """The same course with a gait of another robot in the file gives the same design."""
+    own = found().scenario
+    path = tmp_path / "course.yaml"
+    save_scenario(own, path)
+    text = path.read_text()
+    path.write_text(text.replace("design: auto", "design: given"))
+    check = ask_course(URL, str(path))
+    assert check.scenario.course == own.course
+    assert check.designed is not None and found().designed is not None
+    assert check.designed.scenario.gait == found().designed.scenario.gait  # type: ignore[union-attr]
+
+
+def test_moments_are_on_the_stairs_and_the_picture_is_drawn(tmp_path: Path) -> None:
+    """A cycle up and one down, the body over the flight at each; the file is a picture."""
+    designed = found().designed
+    assert designed is not None
+    stretches = find_stretches(designed, paper_robot())
+    assert [s.going for s in stretches] == ["up", "down"]
+    for stretch in stretches:
+        (flight,) = stretch.lane.flights
+        treads = stretch.lane.treads(flight)
+        place = stretch.plan.body.samples(stretch.times)[:, 0, :2]
+        s, _ = stretch.lane.coordinates(place)
+        assert np.all(np.diff(s) > 0.0)
+        middle = 0.5 * (treads[0, 0] + treads[-1, 1])
+        assert s[0] - 2 * RUN <= middle <= s[-1] + 2 * RUN
+    save_picture(designed, paper_robot(), tmp_path / "climb.svg")
+    assert "<svg" in (tmp_path / "climb.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ((URL, "--rise", "-0.1"), "--rise: rise = -0.1"),
+        ((URL, "--rise", "nan"), "--rise: rise = nan"),
+        ((URL, "--run", "0"), "--run: run = 0.0"),
+        ((URL, "--run", "0.05"), "--run: run = 0.05"),
+        ((URL, "--count", "0"), "--count: count = 0"),
+        (("nobody",), "nobody"),
+        ((URL, "--scenario", "case_study", "--rise", "0.1"), "--rise"),
+        ((URL, "--scenario", "no_such"), "no_such"),
+        ((URL, "--picture", "climb.doc"), "climb.doc"),
+        ((URL, "--save", "."), "--save"),
+    ],
+)
+def test_wrong_arguments_get_one_line(
+    arguments: tuple[str, ...], named: str, tmp_path: Path
+) -> None:
+    """Status 2 and one line that names the option and the value."""
+    assert named in refused(drake_quad("check", *arguments, cwd=tmp_path))
+
+
+def test_json_is_one_object_and_the_status_the_answer(tmp_path: Path) -> None:
+    """Feasible ends with 0; what was saved is there."""
+    numbers = ("--rise", str(RISE), "--run", str(RUN), "--count", str(COUNT))
+    done = drake_quad("check", URL, *numbers, "--save", "stairs.yaml", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["feasible"] and told["answer"].startswith("Yes: ")
+    assert load_scenario(tmp_path / told["saved"]).design == "given"

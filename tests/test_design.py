@@ -1,0 +1,261 @@
+"""Gait design: what is judged on endless stairs holds on a course, and what fails is told."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from rig import paper_robot
+
+from drake_quad.check_stairs import check_stairs
+from drake_quad.design import kernel
+from drake_quad.design.candidate import (
+    EDGE,
+    LOWER,
+    UPPER,
+    Grid,
+    make_grid,
+    make_patterns,
+)
+from drake_quad.design.choose import choose_gaits, highest_rise
+from drake_quad.design.course import flights_of
+from drake_quad.design.cycle import make_cycle
+from drake_quad.design.evaluate import NAMES, evaluate
+from drake_quad.design.fields import control_fields
+from drake_quad.design.room import distance
+from drake_quad.design.shape import Shape, read_shape
+from drake_quad.design.staircase import Staircase
+from drake_quad.gait.support import stability_margins
+from drake_quad.planning.motion_plan import pose_robot, rotations
+from drake_quad.planning.pattern import Pattern
+from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
+from drake_quad.scenario import parse_scenario
+from drake_quad.scenario_build import control_settings, course_of
+from drake_quad.scenario_config import ControllerConfig
+
+MODEL = "package://drake_quad_models/paper_quadruped.urdf"
+coordinates = st.floats(-2.0, 2.0)
+
+
+@cache
+def shape() -> Shape:
+    return read_shape(paper_robot())
+
+
+@given(coordinates, coordinates, st.floats(-0.3, 0.3), st.floats(0.1, 0.6))
+def test_distance_from_stairs_is_that_of_the_nearest_point(
+    s: float, z: float, rise: float, run: float
+) -> None:
+    """Against a dense sampling of the profile; inside it is negative."""
+    assume(abs(s / run - np.floor(s / run) - 0.5) > 1e-3)  # on a riser either tread is right
+    stairs = Staircase(rise, run)
+    assume(abs(z - float(stairs.line(np.array(s)))) < run)  # it looks two treads to either side
+    found = float(stairs.distance(np.array(s), np.array(z)))
+    i = np.arange(-40, 41)[:, None]
+    along = np.linspace(0.0, 1.0, 201)
+    tops = np.stack(np.broadcast_arrays((i - 0.5 + along) * run, i * rise), axis=-1).reshape(-1, 2)
+    heights = (i + along - (1.0 if rise > 0.0 else 0.0)) * rise
+    edges = (i - 0.5) if rise > 0.0 else (i + 0.5)
+    heights = heights if rise > 0.0 else (i + along) * rise
+    risers = np.stack(np.broadcast_arrays(edges * run, heights), axis=-1).reshape(-1, 2)
+    nearest = np.min(np.linalg.norm(np.concatenate([tops, risers]) - [s, z], axis=1))
+    ground = rise * np.round(s / run)
+    if z > ground + 1e-9:
+        assert found == pytest.approx(nearest, abs=0.01)
+    elif z < ground - 1e-9:
+        assert found <= 0.0
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
+    """Angles, centre of mass, torques and points are those of the robot floor."""
+    rng, robot = np.random.default_rng(seed), paper_robot()
+    g = robot.geometry
+    legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign])
+    masses = np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()])
+    coms = np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)])
+    body = np.array([*rng.uniform(-0.1, 0.1, 2), 0.8, rng.uniform(-0.5, 0.5), 0.0])
+    feet = g.p_BH - np.array([0.0, 0.0, 0.8]) + rng.uniform(-0.15, 0.15, (4, 3)) + body[:3]
+    q, excess, com = pose_robot(robot, body[None], feet[None])
+    cp, sp = np.cos(body[3]), np.sin(body[3])
+    found, points = np.empty((4, 3)), np.empty((4, kernel.SHANK + kernel.THIGH, 3))
+    R = rotations(body)
+    J = calc_jacobians(g, q[0])
+    for k in range(4):
+        room = kernel._angles(legs[k], body, feet[k], 0.0, cp, sp, found[k])
+        assert (room < 0.0) == (excess[0, k] > 0.0) or abs(room) < 1e-5
+        force = rng.uniform(0.0, 300.0)
+        torque = J[k].T @ (R.T @ [0.0, 0.0, -force])
+        used = kernel._torques(legs[k], found[k], force, cp, sp, robot.effort[3 * k : 3 * k + 3])
+        assert used == pytest.approx(np.max(np.abs(torque) / robot.effort[3 * k : 3 * k + 3]))
+        kernel._points(legs[k], found[k], body, 0.0, cp, sp, feet[k], points[k])
+    np.testing.assert_allclose(found, q[0], atol=1e-9)
+    knees = body[:3] + calc_knees(g, q[0]) @ R.T
+    np.testing.assert_allclose(points[:, 0], knees, atol=1e-9)
+    centre = np.empty(3)
+    kernel._centre(body, found, legs, masses, coms, cp, sp, centre)
+    np.testing.assert_allclose(centre, com[0], atol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 3))
+def test_kernel_has_the_gait_floors_margin_and_fair_shares(seed: int, air: int) -> None:
+    """Sway only where it helps; three feet carry the weight without a moment."""
+    rng = np.random.default_rng(seed)
+    corners = [[0.4, 0.3, 0.0], [0.4, -0.3, 0.0], [-0.4, 0.3, 0.0], [-0.4, -0.3, 0.0]]
+    feet = np.array(corners) + rng.uniform(-0.1, 0.1, (4, 3))
+    com = np.array([*rng.uniform(-0.15, 0.15, 2), 0.6])
+    standing = np.arange(4) != air
+    still = stability_margins(com[None, :2], feet[None, :, :2], standing[None])[0]
+    assert kernel._margin(com[0], com[1], feet, air) == pytest.approx(still, abs=1e-9)
+    sway, margin = kernel._sway(com, feet, air, 0.2, 0.05)
+    moved = np.array([[com[0], com[1] + sway]])
+    assert margin == pytest.approx(
+        stability_margins(moved, feet[None, :, :2], standing[None])[0], abs=1e-9
+    )
+    assert margin >= min(still, 0.05) - 1e-3
+    forces = np.zeros(4)
+    kernel._share(com[0], com[1], feet, air, 100.0, forces)
+    assert forces[air] == 0.0 and forces.sum() == pytest.approx(100.0)
+    np.testing.assert_allclose(forces @ feet[:, :2] / 100.0, com[:2], atol=1e-9)
+
+
+@given(coordinates, coordinates, st.floats(-0.3, 0.3), st.floats(0.1, 0.6))
+def test_kernel_measures_from_stairs_as_the_staircase_does(
+    s: float, z: float, rise: float, run: float
+) -> None:
+    """Point by point the same."""
+    expected = float(Staircase(rise, run).distance(np.array(s), np.array(z)))
+    assert kernel._from_stairs(s, z, rise, run) == pytest.approx(expected, abs=1e-12)
+
+
+def some_gaits(pattern: Pattern, count: int = 12) -> Grid:
+    """Candidates all over what is free."""
+    parameters = np.random.default_rng(0).uniform(LOWER, UPPER, (count, len(LOWER)))
+    return make_grid(paper_robot(), pattern, parameters)
+
+
+@pytest.mark.parametrize("rise", [0.15, -0.15])
+def test_feet_of_a_cycle_stand_whole_on_treads(rise: float) -> None:
+    """Every standing foot is on a tread, at its height, no nearer to an end than it is wide."""
+    stairs, radius = Staircase(rise, 0.3), 0.03
+    for pattern in make_patterns(paper_robot(), [stairs.run]):
+        cycle = make_cycle(some_gaits(pattern), stairs, foot_radius=radius, clearance=0.02)
+        place = np.round(cycle.feet[..., 0] / stairs.run)
+        stands = np.broadcast_to(cycle.standing, place.shape)
+        off = np.abs(cycle.feet[..., 0] - place * stairs.run)
+        assert np.all(off[stands] <= 0.5 * stairs.run - radius - EDGE + 1e-9)
+        height = cycle.feet[..., 2] - radius - stairs.rise * place
+        np.testing.assert_allclose(height[stands], 0.0, atol=1e-9)
+
+
+@settings(max_examples=15)
+@given(st.floats(0.02, 0.2), st.floats(0.25, 0.6))
+def test_a_weaker_robot_has_no_more_room(rise: float, run: float) -> None:
+    """Half the torque leaves less of it, and nothing else changes."""
+    robot, stairs = paper_robot(), Staircase(rise, run)
+    grid = some_gaits(Pattern(1, 2))
+    weak = replace(robot, effort=0.5 * robot.effort)
+    full = evaluate(robot, shape(), grid, stairs, clearance=0.02)
+    half = evaluate(weak, shape(), grid, stairs, clearance=0.02)
+    k = NAMES.index("torque")
+    assert np.all(half[:, k] <= full[:, k] + 1e-12)
+    np.testing.assert_array_equal(np.delete(half, k, axis=1), np.delete(full, k, axis=1))
+
+
+def test_one_candidate_alone_is_judged_as_among_others() -> None:
+    """A grid of one gives the same row."""
+    robot, stairs = paper_robot(), Staircase(-0.13, 0.4)
+    parameters = np.random.default_rng(1).uniform(LOWER, UPPER, (8, len(LOWER)))
+    many = evaluate(robot, shape(), make_grid(robot, Pattern(), parameters), stairs, clearance=0.02)
+    for k in (0, 3, 7):
+        grid = make_grid(robot, Pattern(), parameters[k])
+        one = evaluate(robot, shape(), grid, stairs, clearance=0.02)
+        np.testing.assert_allclose(one[0], many[k], atol=1e-12)
+
+
+def test_higher_steps_are_never_easier() -> None:
+    """The best score falls, if anything, as rises grow; the highest rise that works works."""
+    robot = paper_robot()
+    scores = []
+    for rise in (0.05, 0.15, 0.3, 0.6):
+        flights = [Staircase(rise, 0.35), Staircase(-rise, 0.35)]
+        scores.append(choose_gaits(robot, shape(), flights)[0].score)
+    assert scores[0] > 0.5 > 0.0 > scores[-1]
+    highest = highest_rise(robot, shape(), 0.35, below=0.6)
+    assert highest is not None and 0.1 < highest < 0.6
+    assert choose_gaits(robot, shape(), [Staircase(highest, 0.35)])[0].feasible
+
+
+def test_design_and_plan_agree_on_the_room() -> None:
+    """A gait that is chosen for building-code stairs has a plan on them, and its room is real."""
+    check = check_stairs(MODEL, rise=0.17, run=0.29, count=3)
+    assert check.designed is not None
+    designed = check.designed
+    assert designed.margin > 0.02 and designed.room.distance > 0.005
+    assert designed.scenario.design == "given" and set(designed.design.slacks) == set(NAMES)
+    assert designed.margin >= designed.design.slacks["margin"] - 0.03
+
+
+def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
+    """The limit, by how much, the gait that came nearest, and a rise that works."""
+    check = check_stairs(MODEL, rise=0.8, run=0.25, count=3)
+    assert not check.feasible
+    for words in ("rise 0.8 m on a run of 0.25 m", "a cycle", "could work"):
+        assert words in check.reason
+    nearest = check.data["nearest_rise"]
+    assert check_stairs(MODEL, rise=0.5 * nearest, run=0.25, count=3).feasible
+
+
+def test_kinds_of_steps_are_found_once() -> None:
+    """Alike steps of a course count once, up and down apart."""
+    scenario = parse_scenario(
+        """
+        course:
+          - {kind: floor, length: 3}
+          - {kind: stairs, going: up, rises: [0.1, 0.1, 0.12], run: 0.4}
+          - {kind: landing, length: 3, turn_deg: 90}
+          - {kind: stairs, going: down, rise: 0.1, run: 0.4, count: 3}
+          - {kind: floor, length: 3}
+        """,
+        source="test",
+    )
+    found = {(round(s.rise, 6), round(s.run, 6)) for s in flights_of(course_of(scenario))}
+    assert found == {(0.1, 0.4), (0.12, 0.4), (-0.1, 0.4)}
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
+    """In the middle of a long flight the course's distance is the staircase's."""
+    scenario = parse_scenario(
+        "course: [{kind: floor, length: 3}, {kind: stairs, going: up, rise: 0.15, run: 0.3, "
+        "count: 20}, {kind: floor, length: 3}]",
+        source="test",
+    )
+    lane = course_of(scenario).lanes[0]
+    rng = np.random.default_rng(seed)
+    p = rng.uniform([4.5, -0.5, 0.5], [6.5, 0.5, 2.0], (20, 3))
+    # Tread 0 of the endless staircase is the flight's fifth: its middle, at its height.
+    s, z = p[:, 0] - (3.0 + 4.5 * 0.3), p[:, 2] - 5 * 0.15
+    np.testing.assert_allclose(distance(lane, p), Staircase(0.15, 0.3).distance(s, z), atol=1e-9)
+
+
+def test_feedback_of_the_papers_robot_is_what_it_was_found_to_be() -> None:
+    """Scaling by one changes nothing; a scenario's defaults are the same numbers."""
+    fields = control_fields(1.0, 1.0)
+    default = ControllerConfig()
+    for name, value in fields.items():
+        if name not in ("kind", "period"):
+            assert value == pytest.approx(getattr(default, name)), name
+
+
+def test_robot_and_course_are_enough_of_a_scenario() -> None:
+    """A file that names a robot and no gait asks for a design; any gait of its own does not."""
+    course = "course: [{kind: floor, length: 8}]\n"
+    robot = f"robot: {{model: '{MODEL}'}}\n"
+    assert parse_scenario(robot + course, source="a").design == "auto"
+    assert parse_scenario(course, source="a").design == "given"
+    assert parse_scenario(robot + course + "gait: {stride: 0.5}", source="a").design == "given"
+    assert parse_scenario(course + "design: auto", source="a").design == "auto"
+    assert control_settings(parse_scenario(course, source="a")).kind == "ik"
