@@ -105,11 +105,12 @@ def _draw_cell(
         hatch = HATCHES.get(cell["limit"])
         patch = Rectangle(corner, wide, high, fc=GREY, ec="white", lw=0.8, hatch=hatch)
     ax.add_patch(patch)
-    ax.text(cell["run"], cell["rise"], text, ha="center", va="center", **look)
+    # In a corner, away from most marks and their names.
+    ax.text(corner[0] + 0.08 * wide, corner[1] + 0.12 * high, text, **look)
 
 
 def _mark_standards(ax: Axes, standards: Sequence[dict[str, Any]]) -> None:
-    """The steepest flights of common rules, those that are on the chart."""
+    """The flights of common rules, those that are on the chart."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     for standard in standards:
         x, y = standard["run"], standard["rise"]
@@ -131,7 +132,7 @@ def _legend(figure: Figure, told: dict[str, Any]) -> None:
         if limit in here
     ]
     handles.append(Line2D([], [], marker="D", color="white", mec=MARK, mew=1.6, ms=6,
-                          label="steepest flight that a rule allows"))  # fmt: skip
+                          label="stairs by common rules"))  # fmt: skip
     figure.legend(handles=handles, loc="outside lower left", ncols=3, frameon=False, fontsize=8.5)
 
 
@@ -142,5 +143,5 @@ def _size(values: Sequence[float]) -> float:
 
 def _levels(top: float) -> list[float]:
     """Bounds of the shades, from 0 to the least round number above `top` [mm]."""
-    step = next(s for s in (1, 2, 5, 10, 20, 50, 100, 1000, 1e9) if s * SHADES >= top)
+    step = next(s for s in (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 100, 1000, 1e9) if s * SHADES >= top)
     return [float(step * k) for k in range(SHADES + 1)]

@@ -223,7 +223,7 @@ def check(
     if as_json:
         print(json.dumps(told))
     else:
-        from drake_quad.check_report import print_check
+        from drake_quad.check_print import print_check
 
         print_check(told, Console())
     raise typer.Exit(0 if told["feasible"] else 1)
@@ -253,8 +253,10 @@ def chart(
 
     Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
     """
+    from drake_quad.chart_grid import Span
     from drake_quad.chart_picture import save_chart
-    from drake_quad.chart_stairs import Span, chart_stairs, print_chart, write_chart
+    from drake_quad.chart_report import print_chart, write_chart
+    from drake_quad.chart_stairs import chart_stairs
 
     directory = out if out is not None else Path("charts") / _stem(robot)
     _claim(directory)

@@ -23,7 +23,7 @@ from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import Scenario, course_of, mission_of, plan_settings
 
-LOWER = (0.0, 0.0075, 0.015, 0.03)  # of a leg: by which a body is lowered for a plan
+LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lowered for a plan
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is taken, and no other tried
 

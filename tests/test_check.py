@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from functools import cache
 from pathlib import Path
 
@@ -12,11 +13,14 @@ from rich.console import Console
 from rig import URL, paper_robot
 
 from drake_quad.check_ask import ask_course, ask_stairs, nearest_stairs
+from drake_quad.check_command import Asked, run_check
 from drake_quad.check_moments import find_stretches
 from drake_quad.check_picture import save_picture
-from drake_quad.check_report import LIMITS, describe_check, limit_of, print_check
+from drake_quad.check_print import print_check
+from drake_quad.check_report import LIMITS, describe_check, limit_of
 from drake_quad.check_stairs import Check
 from drake_quad.design.evaluate import NAMES
+from drake_quad.errors import InputError
 from drake_quad.scenario import Scenario, load_scenario, save_scenario
 from drake_quad.simulation import prepare
 
@@ -62,6 +66,7 @@ def test_what_is_told_is_the_plans_own() -> None:
     assert json.loads(json.dumps(told)) == told
 
 
+@pytest.mark.slow
 def test_no_names_what_is_short_and_the_nearest_stairs() -> None:
     """A riser as high as a leg: no, a limit by name, and stairs that are then judged feasible."""
     check = ask_stairs(URL, rise=1.2, run=RUN, count=COUNT)
@@ -150,25 +155,32 @@ def test_moments_are_on_the_stairs_and_the_picture_is_drawn(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("arguments", "named"),
+    ("asked", "named"),
     [
-        ((URL, "--rise", "-0.1"), "--rise: rise = -0.1"),
-        ((URL, "--rise", "nan"), "--rise: rise = nan"),
-        ((URL, "--run", "0"), "--run: run = 0.0"),
-        ((URL, "--run", "0.05"), "--run: run = 0.05"),
-        ((URL, "--count", "0"), "--count: count = 0"),
-        (("nobody",), "nobody"),
-        ((URL, "--scenario", "case_study", "--rise", "0.1"), "--rise"),
-        ((URL, "--scenario", "no_such"), "no_such"),
-        ((URL, "--picture", "climb.doc"), "climb.doc"),
-        ((URL, "--save", "."), "--save"),
+        (Asked(URL, rise=0.0), "--rise: rise = 0.0"),
+        (Asked(URL, rise=float("nan")), "--rise: rise = nan"),
+        (Asked(URL, run=0.0), "--run: run = 0.0"),
+        (Asked(URL, run=float("inf")), "--run: run = inf"),
+        (Asked(URL, run=0.05), "--run: run = 0.05"),
+        (Asked(URL, count=0), "--count: count = 0"),
+        (Asked("nobody"), "nobody"),
+        (Asked(URL, scenario="case_study", rise=0.1), "--rise: rise = 0.1"),
+        (Asked(URL, scenario="no_such"), "no_such"),
     ],
 )
-def test_wrong_arguments_get_one_line(
-    arguments: tuple[str, ...], named: str, tmp_path: Path
-) -> None:
+def test_what_cannot_be_asked_is_an_error_that_names_it(asked: Asked, named: str) -> None:
+    """The option and the value, before any long work."""
+    with pytest.raises(InputError, match=re.escape(named)):
+        run_check(asked)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--rise", "-0.1"), ("--picture", "climb.doc"), ("--save", ".")]
+)
+def test_wrong_options_get_one_line(option: str, value: str, tmp_path: Path) -> None:
     """Status 2 and one line that names the option and the value."""
-    assert named in refused(drake_quad("check", *arguments, cwd=tmp_path))
+    line = refused(drake_quad("check", URL, option, value, cwd=tmp_path))
+    assert option in line and value in line
 
 
 def test_json_is_one_object_and_the_status_the_answer(tmp_path: Path) -> None:

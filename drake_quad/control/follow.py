@@ -35,7 +35,6 @@ TASK, TIME, RATE, MODE, REVISION = (
     )
 )
 LEG, RUN, REPLAN = int(Catch.LEG), int(Mode.RUN), int(Mode.REPLAN)
-PUSHED = 0.06  # [m/s] of the base against the plan, beyond which it is being pushed
 RATE_SLEW = 4.0  # [1/s] of the body's rate
 CATCH_UP = 2.0  # [1/s] of what it is ahead of the clock
 COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY = (int(b) for b in Balance)
@@ -112,10 +111,8 @@ def follow(
     found.place[:, :], found.velocity[:, :] = place, velocity
     found.soft[:] = load
     # A foot that lost the ground in a push is to touch it again, not to thrust itself off.
-    m = found.measured
-    pushed = rate == 0.0 and np.hypot(m.v[0] - into.v[0], m.v[1] - into.v[1]) > PUSHED
     for k in range(4):
-        if standing[k] and (not running or (pushed and bearing[k] < 0.5)):
+        if standing[k] and (not running or (rate == 0.0 and bearing[k] < 0.5)):
             found.soft[k] = 1.0
 
 

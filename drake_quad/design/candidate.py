@@ -17,8 +17,8 @@ EDGE = 0.012  # [m] between a foot's sphere and a nosing or riser
 
 # The columns of free parameters. Lengths in legs.
 HEIGHT, SHARE, WIDER, PHASE_UP, PHASE_DOWN, SHIFT_UP, SHIFT_DOWN = range(7)
-LOWER = np.array([0.50, 0.0, 0.0, -1.0, -1.0, -0.25, -0.25])
-UPPER = np.array([0.97, 1.2, 0.35, 1.0, 1.0, 0.25, 0.25])
+LOWER = np.array([0.50, 0.0, 0.0, -1.0, -1.0, -0.27, -0.27])
+UPPER = np.array([0.97, 1.2, 0.35, 1.0, 1.0, 0.27, 0.27])
 USUAL = np.array([0.82, 0.9, 0.08, 0.0, 0.0, 0.0, 0.0])  # what is taken where all do as well
 
 

@@ -25,14 +25,15 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.pattern import Pattern
 from drake_quad.robot.robot_model import RobotModel
 
+LEVEL_PATTERNS = [Pattern(2, 1), Pattern(1, 1), Pattern(2, 2)]
 SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
 LEVEL_SCORE = 0.8  # with which the longest of them is taken
 CLEARANCE = 0.02  # of swing feet, of a leg of one metre
-MEMBERS, GENERATIONS = 40, 60  # of the search; after the first
+MEMBERS, GENERATIONS = 40, 80  # of the search; after the first
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
 SEED = 1  # a design is the same each time
-UNUSUAL = 0.3  # that a gait unlike the usual one costs
+UNUSUAL = 0.05  # that a gait unlike the usual one costs
 NEAR_BEST = 0.7  # of what counts in a score that is the least over all: the rest is their mean
 
 
@@ -81,7 +82,7 @@ def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) 
     """
     wanted = _wanted(robot)
     runs = [stairs.run for stairs in flights]
-    patterns = make_patterns(robot, runs) if flights else [Pattern()]
+    patterns = make_patterns(robot, runs) if flights else LEVEL_PATTERNS
     # On level ground a stride that is sought for every gait anyway must be possible.
     leg = leg_length(robot)
     costs = [

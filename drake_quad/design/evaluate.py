@@ -28,7 +28,7 @@ class Wanted:
         torque: Of a joint's limit that is left, 0 to 1.
         margin: Static, of the whole robot's centre of mass [m].
         legs: Between knees and shanks and the stairs [m].
-        apart: Between the front and the rear leg of a side [m].
+        apart: Between the front and the rear leg of a side, and between shanks and trunk [m].
         trunk: Between the trunk and the stairs [m].
     """
 
@@ -87,7 +87,7 @@ def evaluate(
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
-        np.array([shape.trunk_lower[0], shape.trunk_upper[0], shape.trunk_lower[2]]),
+        np.stack([shape.trunk_lower, shape.trunk_upper]),
         np.array(shape.shank_radii),
         WIDEST_SWAY * leg_length(robot),
         wanted_for(robot).margin,

@@ -48,7 +48,7 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
         "tread_phase_down": most * float(c.phase_down[0]),
         "body_shift_up": float(c.shift_up[0]),
         "body_shift_down": float(c.shift_down[0]),
-        "max_ahead": 0.03 * leg,
+        "max_ahead": 0.01 * leg,
         "stance_length": hip_length(robot),
         "stance_width": float(c.width[0]),
         "stance_stagger": c.stagger,

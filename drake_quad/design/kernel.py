@@ -45,7 +45,7 @@ def slacks(
         limits: (3, 12) least and greatest angles [rad], torques [Nm].
         masses: (13,) of the trunk, then of the links leg by leg [kg].
         coms: (13, 3) their centres, in B and in the links' frames [m].
-        trunk: (3,) least x, greatest x and least z of the trunk in B [m].
+        trunk: (2, 3) least and greatest x, y, z of the trunk in B [m].
         radii: (SHANK,) of the shank at its points, from the knee on [m].
         widest: Sway to either side [m].
         wanted: Margin beyond which no sway is added [m].
@@ -78,11 +78,12 @@ def slacks(
                 for i in range(SHANK):
                     p = points[k, i]
                     row[LEGS] = min(row[LEGS], _from_stairs(p[0], p[2], rise, run) - radii[i])
+                    row[APART] = min(row[APART], _from_box(p, b, sway, cp, sp, trunk) - radii[i])
             for side in range(2):
                 row[APART] = min(row[APART], _apart(points[side], points[2 + side], radii))
             for i in range(7):
-                x = trunk[0] + i / 6.0 * (trunk[1] - trunk[0])
-                s, z = b[0] + cp * x + sp * trunk[2], b[2] - sp * x + cp * trunk[2]
+                x, low = trunk[0, 0] + i / 6.0 * (trunk[1, 0] - trunk[0, 0]), trunk[0, 2]
+                s, z = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
                 row[TRUNK] = min(row[TRUNK], _from_stairs(s, z, rise, run))
     return found
 
@@ -261,6 +262,20 @@ def _from_stairs(s: float, z: float, rise: float, run: float) -> float:
         out_x, out_z = max(beside, 0.0), max(above, 0.0)
         best = min(best, sqrt(out_x * out_x + out_z * out_z) + min(max(beside, above), 0.0))
     return best
+
+
+@compiled
+def _from_box(
+    p: FloatArray, b: FloatArray, sway: float, cp: float, sp: float, box: FloatArray
+) -> float:
+    """Distance of a point in W from a box in B, inside negative [m]."""
+    dx, dz = p[0] - b[0], p[2] - b[2]
+    x, y, z = cp * dx - sp * dz, p[1] - b[1] - sway, sp * dx + cp * dz
+    ax = max(box[0, 0] - x, x - box[1, 0])
+    ay = max(box[0, 1] - y, y - box[1, 1])
+    az = max(box[0, 2] - z, z - box[1, 2])
+    ox, oy, oz = max(ax, 0.0), max(ay, 0.0), max(az, 0.0)
+    return sqrt(ox * ox + oy * oy + oz * oz) + min(max(ax, max(ay, az)), 0.0)
 
 
 @compiled

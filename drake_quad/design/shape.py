@@ -40,8 +40,7 @@ def read_shape(robot: RobotModel) -> Shape:
     inspector = scene_graph.model_inspector()
     trunk = plant.GetBodyByName(robot.trunk)
     boxes = [_corners(inspector, g) for g in plant.GetCollisionGeometriesForBody(trunk)]
-    hips = robot.geometry.p_BH
-    corners = np.concatenate([hips, *boxes])
+    corners = np.concatenate(boxes or [robot.geometry.p_BH])
     radii = np.full(len(SHANK_POINTS), THIN * float(robot.geometry.shank.min()))
     for name, length in zip(robot.joint_names[2::3], robot.geometry.shank, strict=True):
         shank = plant.GetJointByName(name).child_body()

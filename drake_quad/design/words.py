@@ -8,7 +8,7 @@ _WORDS = {
     "torque": "a joint needs {1:.0f} % of its torque",
     "margin": "the static margin would be {0:.3f} m short of the feet's support",
     "legs": "a knee or shank would be {0:.3f} m inside the stairs",
-    "apart": "front and rear legs would be {0:.3f} m inside each other",
+    "apart": "legs would be {0:.3f} m inside each other or the trunk",
     "trunk": "the trunk would be {0:.3f} m inside the stairs",
 }
 

@@ -1,0 +1,90 @@
+"""Prints what `drake-quad check` found: an answer, the gait in plain words, and what is left."""
+
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+# What is left, in people's words, and its unit.
+WORDS = {
+    "reach": ("legs, from stretched or folded", "m"),
+    "joints": ("joints, to their limits", "rad"),
+    "torque": ("torque, of its limit", "%"),
+    "margin": ("static margin", "m"),
+    "legs": ("knees and shanks, to the stairs", "m"),
+    "apart": ("front and rear legs, apart", "m"),
+    "trunk": ("trunk, to the stairs", "m"),
+}
+
+
+def print_check(told: dict[str, Any], console: Console) -> None:
+    """Prints the answer, the gait, what is left of each limit, and what to do next."""
+    colour = "green" if told["feasible"] else "red"
+    first, rest = told["answer"].split(": ", 1)
+    console.print(f"[bold {colour}]{first}[/]: {rest}", highlight=False, soft_wrap=True)
+    if told["feasible"]:
+        for line in gait_lines(told):
+            console.print(line, highlight=False, soft_wrap=True)
+    if told["slacks"]:
+        console.print()
+        console.print(_table(told), highlight=False)
+    console.print()
+    if told.get("picture"):
+        console.print(f"picture in {told['picture']}", highlight=False, soft_wrap=True)
+    console.print(_next(told), highlight=False, soft_wrap=True)
+
+
+def gait_lines(told: dict[str, Any]) -> list[str]:
+    """The gait in plain words."""
+    gait, plan = told["gait"], told["plan"]
+    treads = "1 tread" if gait["treads"] == 1 else f"{gait['treads']} treads"
+    share = gait["pitch_share"]
+    tilt = f"tilted by {100 * share:.0f} % of the slope" if share > 0.0 else "level"
+    return [
+        f"It moves one leg at a time, {treads} every {gait['cycle_time']:.1f} s; on level ground "
+        f"{gait['stride']:.2f} m.",
+        f"Rear feet follow {gait['lag']} tread{'s' if gait['lag'] != 1 else ''} behind the front "
+        f"ones as a cycle begins; left and right feet are {gait['stance_width']:.2f} m apart.",
+        f"The body is {gait['body_height']:.2f} m above the treads and {tilt}.",
+        f"The whole course takes {plan['duration']:.0f} s. What comes nearest to the stairs is "
+        f"{plan['nearest_part']}, in '{plan['nearest_task']}'.",
+    ]
+
+
+def _table(told: dict[str, Any]) -> Table:
+    """What is left of every limit, and what would be enough."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("what is left")
+    for title in ("on endless stairs", "wanted", "on this course"):
+        table.add_column(title, justify="right")
+    for name, row in told["slacks"].items():
+        words, unit = WORDS[name]
+
+        def text(value: float | None, unit: str = unit) -> str:
+            if value is None:
+                return "-"
+            return f"{100 * value:.0f} %" if unit == "%" else f"{value:.3f} {unit}"
+
+        colour = "red" if row["left"] < 0 else "yellow" if row["left"] < row["wanted"] else ""
+        left = text(row["left"])
+        table.add_row(
+            words,
+            f"[{colour}]{left}[/]" if colour else left,
+            text(row["wanted"]),
+            text(row["on_course"]),
+        )
+    return table
+
+
+def _next(told: dict[str, Any]) -> str:
+    """What to run next."""
+    if told["feasible"]:
+        if told.get("saved"):
+            return f"now: drake-quad run {told['saved']}"
+        return "now: the same with --save FILE, then drake-quad run FILE"
+    near = told["nearest"]
+    if near is not None:
+        return (
+            f"now: drake-quad check {told['robot']} --rise {near['rise']:g} --run {near['run']:g}"
+        )
+    return f"now: drake-quad chart {told['robot']}"
