@@ -68,6 +68,13 @@ def design_scenario(scenario: Scenario, *, source: str = "scenario") -> Designed
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course)
     designs = choose_gaits(robot, shape, flights)
+    if not designs:
+        runs = ", ".join(f"{s.run:g}" for s in flights)
+        raise PlanningError(
+            f"no pattern of footprints on runs of {runs} m fits between its hips: for 1, 2 or 3 "
+            "treads a cycle front and rear feet would be too near or too far apart",
+            runs=[s.run for s in flights],
+        )
     if not designs[0].feasible:
         raise _hopeless(robot, shape, flights, designs[0])
     best: Designed | None = None

@@ -208,6 +208,12 @@ def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
     assert check_stairs(MODEL, rise=0.5 * nearest, run=0.25, count=3).feasible
 
 
+def test_runs_that_no_stance_fits_are_told() -> None:
+    """Treads of two metres: front and rear feet would be on the same one, or 2 m apart."""
+    check = check_stairs(MODEL, rise=0.1, run=2.0, count=2)
+    assert not check.feasible and "fits between its hips" in check.reason
+
+
 def test_kinds_of_steps_are_found_once() -> None:
     """Alike steps of a course count once, up and down apart."""
     scenario = parse_scenario(
