@@ -165,6 +165,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
     parser.add_argument("--quick", action="store_true", help="on a short course")
     parser.add_argument("--only", default="", help="disturbances with this in their names")
+    parser.add_argument("--controller", default="", help="only this: whole_body or ik")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--recycle", type=int, default=10, help="runs to a process")
     parser.add_argument("--lines", type=Path, default=Path("runs/disturbed.jsonl"), help="records")
@@ -183,6 +184,7 @@ def study(options: argparse.Namespace) -> list[Result]:
     """Carries out the runs that are not done: all results, in the table's order."""
     overrides = (*COMMON, *(QUICK if options.quick else ()), *options.set)
     trials = make_trials(options.scenario, overrides, only=options.only)
+    trials = [t for t in trials if options.controller in t["controller"]]
     records = Records(
         options.lines, {"study": "disturbances", "trials": trials, "sources": sources_digest()}
     )

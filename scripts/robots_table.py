@@ -4,9 +4,12 @@ Every robot is given by its name alone, on level ground (it stands, walks 2 m, t
 and on the stairs named. Run it from the repository's top:
 
     python scripts/robots_table.py --out docs/robots.md
+
+It takes a minute or three a robot. Rows are kept as they come; `--resume` goes on with them.
 """
 
 import argparse
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -94,16 +97,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS))
     parser.add_argument("--no-physics", action="store_true", help="plan stairs only")
+    parser.add_argument("--lines", type=Path, default=Path("runs/robots.jsonl"), help="rows")
+    parser.add_argument("--resume", action="store_true", help="go on with --lines")
     parser.add_argument("--out", type=Path, help="page between whose markers the table goes")
     options = parser.parse_args(arguments)
-    rows = []
+    options.lines.parent.mkdir(parents=True, exist_ok=True)
+    if not options.resume:
+        options.lines.write_text("", encoding="utf-8")
+    known = [json.loads(line) for line in options.lines.read_text(encoding="utf-8").splitlines()]
+    rows = {cells[0]: cells for cells in known}
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("robots", total=len(options.robots))
         for name in options.robots:
-            rows.append(row(name, physics=not options.no_physics))
-            progress.console.print(" | ".join(rows[-1]))
+            if name not in rows:
+                rows[name] = row(name, physics=not options.no_physics)
+                with options.lines.open("a", encoding="utf-8") as lines:
+                    lines.write(json.dumps(rows[name]) + "\n")
+                progress.console.print(" | ".join(rows[name]))
             progress.advance(task)
-    text = table(rows)
+    text = table([rows[name] for name in options.robots])
     if options.out is None:
         print(text)
         return

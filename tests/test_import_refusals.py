@@ -107,6 +107,15 @@ def test_wrong_file_is_refused(wrong: str, tmp_path: Path) -> None:
     assert [word for word in words if word not in line] == [], line
 
 
+def test_name_is_a_name_beside_a_directory_of_that_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run's directory that is named after its robot does not hide the robot."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "nobody_knows_this_one").mkdir()
+    assert "directory" not in refusal("nobody_knows_this_one")
+
+
 def test_directory_is_refused(tmp_path: Path) -> None:
     """A directory is none of a robot's files."""
     assert "directory" in refusal(str(tmp_path))

@@ -43,10 +43,10 @@ def find_robot(model: str) -> Found:
         path = Path(model).expanduser()
         if path.is_file():
             return Found(path.resolve(), model, path.name.split(".")[0])
+        if is_name(model):  # before directories: that of a robot's run is often named after it
+            return Found(find_by_name(model), model, model.rpartition(":")[2])
         if path.is_dir():
             raise refuse("cannot be read as a robot: it is a directory; give the file in it")
-        if is_name(model):
-            return Found(find_by_name(model), model, model.rpartition(":")[2])
         raise refuse("cannot be read as a robot: no such file")
     if not model.startswith(("package://", "file://")):
         raise refuse("cannot be read as a robot: give package://..., a path or a robot's name")
