@@ -8,7 +8,7 @@ from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 
 SWAYS = 9  # that are tried, evenly from side to side
-SHANK, THIGH = 6, 3  # points that are looked at
+SHANK, THIGH = 7, 3  # points that are looked at
 NEIGHBOURS = 2  # treads to either side, see Staircase.distance
 GRAVITY = 9.81
 LEAST_AREA = 1e-9
@@ -242,7 +242,7 @@ def _points(
         into[0], into[1] = b[0] + cp * bx + sp * bz, b[1] + sway + by
         into[2] = b[2] - sp * bx + cp * bz
     for i in range(SHANK):
-        share = 0.15 * i
+        share = 0.14 * i
         for j in range(3):
             points[i, j] = knee[j] + share * (foot[j] - knee[j])
     for i in range(THIGH):

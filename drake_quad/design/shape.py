@@ -12,7 +12,7 @@ from drake_quad.gait.legs import FloatArray, read_only
 from drake_quad.robot.load_robot import AddRobot
 from drake_quad.robot.robot_model import RobotModel
 
-SHANK_POINTS = np.array([0.0, 0.15, 0.3, 0.45, 0.6, 0.75])  # from the knee to the foot
+SHANK_POINTS = 0.14 * np.arange(7)  # from the knee on, to the foot: 1
 THIN = 0.04  # of its length: radius of a shank without geometry
 
 
@@ -23,7 +23,7 @@ class Shape:
     Attributes:
         trunk_lower: Least x, y, z of the trunk in B (3,) [m].
         trunk_upper: Greatest ones (3,) [m].
-        shank_radii: Of the thickest shank at its points SHANK_POINTS, feet left out (6,) [m].
+        shank_radii: Of the thickest shank at its points SHANK_POINTS, feet left out (7,) [m].
     """
 
     trunk_lower: FloatArray
@@ -77,7 +77,7 @@ def _corners(inspector: object, g: GeometryId) -> FloatArray:
 def _radii(
     plant: MultibodyPlant, inspector: object, shank: RigidBody, robot: RobotModel, length: float
 ) -> FloatArray:
-    """How far a shank's geometries reach from its middle line at SHANK_POINTS (6,) [m].
+    """How far a shank's geometries reach from its middle line at SHANK_POINTS (7,) [m].
 
     The middle line is the shank's own -z axis, from the knee to the foot. Each geometry is taken
     for a rod: a line through its middle, with a radius.
