@@ -52,7 +52,7 @@ def test_distance_from_stairs_is_that_of_the_nearest_point(
     assume(abs(s / run - np.floor(s / run) - 0.5) > 1e-3)  # on a riser either tread is right
     stairs = Staircase(rise, run)
     assume(abs(z - float(stairs.line(np.array(s)))) < run)  # it looks two treads to either side
-    found = float(stairs.distance(np.array(s), np.array(z)))
+    found = kernel._from_stairs(s, z, rise, run)
     i = np.arange(-40, 41)[:, None]
     along = np.linspace(0.0, 1.0, 201)
     tops = np.stack(np.broadcast_arrays((i - 0.5 + along) * run, i * rise), axis=-1).reshape(-1, 2)
@@ -119,15 +119,6 @@ def test_kernel_has_the_gait_floors_margin_and_fair_shares(seed: int, air: int) 
     kernel._share(com[0], com[1], feet, air, 100.0, forces)
     assert forces[air] == 0.0 and forces.sum() == pytest.approx(100.0)
     np.testing.assert_allclose(forces @ feet[:, :2] / 100.0, com[:2], atol=1e-9)
-
-
-@given(coordinates, coordinates, st.floats(-0.3, 0.3), st.floats(0.1, 0.6))
-def test_kernel_measures_from_stairs_as_the_staircase_does(
-    s: float, z: float, rise: float, run: float
-) -> None:
-    """Point by point the same."""
-    expected = float(Staircase(rise, run).distance(np.array(s), np.array(z)))
-    assert kernel._from_stairs(s, z, rise, run) == pytest.approx(expected, abs=1e-12)
 
 
 def some_gaits(pattern: Pattern, count: int = 12) -> Grid:
@@ -244,7 +235,8 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
     p = rng.uniform([4.5, -0.5, 0.5], [6.5, 0.5, 2.0], (20, 3))
     # Tread 0 of the endless staircase is the flight's fifth: its middle, at its height.
     s, z = p[:, 0] - (3.0 + 4.5 * 0.3), p[:, 2] - 5 * 0.15
-    np.testing.assert_allclose(distance(lane, p), Staircase(0.15, 0.3).distance(s, z), atol=1e-9)
+    expected = [kernel._from_stairs(a, b, 0.15, 0.3) for a, b in zip(s, z, strict=True)]
+    np.testing.assert_allclose(distance(lane, p), expected, atol=1e-9)
 
 
 def test_feedback_of_the_papers_robot_is_what_it_was_found_to_be() -> None:

@@ -9,7 +9,7 @@ from drake_quad.gait.legs import FloatArray
 
 SWAYS = 9  # that are tried, evenly from side to side
 SHANK, THIGH = 7, 3  # points that are looked at
-NEIGHBOURS = 2  # treads to either side, see Staircase.distance
+NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
 GRAVITY = 9.81
 LEAST_AREA = 1e-9
 # Columns of the result.
@@ -185,7 +185,6 @@ def _share(
     x: float, y: float, feet: FloatArray, air: int, weight: float, forces: FloatArray
 ) -> None:
     """Writes the vertical forces (4,) of three feet that carry the weight at x, y [N]."""
-    total = 0.0
     for k in range(4):
         forces[k] = 0.0
         if k == air:
@@ -204,7 +203,6 @@ def _share(
         whole = ex * cy - ey * cx
         area = ax * by - ay * bx
         forces[k] = weight * area / (whole if abs(whole) > LEAST_AREA else LEAST_AREA)
-        total += forces[k]
 
 
 @compiled
@@ -216,12 +214,12 @@ def _torques(
     both = q[1] + q[2]
     xk, zk = -leg[5] * sin(both), -leg[5] * cos(both)
     x, z = -leg[4] * sin(q[1]) + xk, -leg[4] * cos(q[1]) + zk
-    y_up, z_up = ca * leg[3] - sa * z, sa * leg[3] + ca * z
+    y_up = ca * leg[3] - sa * z
     fx, fz = sp * force, -cp * force  # what the foot pushes down with, in B
     t0 = y_up * fz
     t1 = z * fx - ca * x * fz
     t2 = zk * fx - ca * xk * fz
-    return max(abs(t0) / effort[0], max(abs(t1) / effort[1], abs(t2) / effort[2])) + 0.0 * z_up
+    return max(abs(t0) / effort[0], max(abs(t1) / effort[1], abs(t2) / effort[2]))
 
 
 @compiled
@@ -253,7 +251,10 @@ def _points(
 
 @compiled
 def _from_stairs(s: float, z: float, rise: float, run: float) -> float:
-    """As Staircase.distance, of one point [m]."""
+    """Signed distance of a point from a Staircase [m], negative inside it.
+
+    Exact for what is nearer than two treads; beyond, it may be less far than it says.
+    """
     middle = np.round(s / run)
     best = np.inf
     for k in range(-NEIGHBOURS, NEIGHBOURS + 1):

@@ -1,12 +1,8 @@
-"""An endless regular staircase, as a gait's cycle sees it: lengths, slope, and room beside it."""
+"""An endless regular staircase, as a gait's cycle sees it: lengths and slope."""
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from drake_quad.gait.legs import FloatArray
-
-NEIGHBOURS = 2  # treads on either side that can be the nearest to a point
 
 
 @dataclass(frozen=True)
@@ -32,19 +28,3 @@ class Staircase:
     def line(self, s: FloatArray) -> FloatArray:
         """Height of the line through the treads' middles at `s` [m]."""
         return self.slope * s
-
-    def distance(self, s: FloatArray, z: FloatArray) -> FloatArray:
-        """Signed distance of points (s, z) from the staircase [m], negative inside it.
-
-        Exact for what is nearer than two treads; beyond, it may be less far than it says.
-        """
-        middle = np.round(s / self.run)
-        best = np.full(np.broadcast(s, z).shape, np.inf)
-        for k in range(-NEIGHBOURS, NEIGHBOURS + 1):
-            i = middle + k
-            beside = np.abs(s - i * self.run) - 0.5 * self.run
-            above = z - i * self.rise
-            outside = np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0))
-            inside = np.minimum(np.maximum(beside, above), 0.0)
-            best = np.minimum(best, outside + inside)
-        return best
