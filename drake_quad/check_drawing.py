@@ -45,7 +45,7 @@ def draw_moment(
         look = {"alpha": 1.0 if near else 0.45, "zorder": 5 if near else 3}
         ax.plot(*np.array([hips[row], knees[row]]).T, "-", color=colour, lw=2.6,
                 solid_capstyle="round", **look)  # fmt: skip
-        outline = _shank(knees[row], soles[row], shape.shank_radii)
+        outline = _shank(knees[row], soles[row], shape.shank_offsets[row], shape.shank_radii[row])
         ax.add_patch(Polygon(outline, fc=colour, ec=colour, lw=0.8, **look))
         swings = not samples.standing[k, row]
         ax.add_patch(Circle(soles[row], robot.foot_radius, fc=colour, ec=colour, lw=0.8, **look))
@@ -81,11 +81,13 @@ def _ground(ax: Axes, lane: Lane, start: float, end: float) -> None:
     ax.plot(start + d, z, "-", color=EDGE, lw=1.2, zorder=2)
 
 
-def _shank(knee: FloatArray, foot: FloatArray, radii: FloatArray) -> FloatArray:
+def _shank(
+    knee: FloatArray, foot: FloatArray, offsets: FloatArray, radii: FloatArray
+) -> FloatArray:
     """A shank's outline (n, 2), as thick as the robot's collision geometry has it."""
     along = (foot - knee) / max(float(np.linalg.norm(foot - knee)), 1e-9)
-    aside = np.array([-along[1], along[0]])
+    ahead = np.array([-along[1], along[0]])
     share = np.append(SHANK_POINTS, 1.0)[:, None]
-    wide = np.append(radii, radii[-1])[:, None]
-    line = knee + share * (foot - knee)
-    return np.concatenate([line + wide * aside, (line - wide * aside)[::-1]])
+    middle, wide = (np.append(v, v[-1])[:, None] for v in (offsets, radii))
+    line = knee + share * (foot - knee) + middle * ahead
+    return np.concatenate([line + wide * ahead, (line - wide * ahead)[::-1]])

@@ -22,10 +22,10 @@ from drake_quad.design.candidate import (
 from drake_quad.design.choose import choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.cycle import make_cycle
-from drake_quad.design.evaluate import NAMES, evaluate
+from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
 from drake_quad.design.fields import control_fields
-from drake_quad.design.room import distance
-from drake_quad.design.shape import Shape, read_shape
+from drake_quad.design.room import distance, knee_axes
+from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape, shank_middles
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import pose_robot, rotations
@@ -81,6 +81,7 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     q, excess, com = pose_robot(robot, body[None], feet[None])
     cp, sp = np.cos(body[3]), np.sin(body[3])
     found, points = np.empty((4, 3)), np.empty((4, kernel.SHANK + kernel.THIGH, 3))
+    offsets = rng.uniform(-0.1, 0.1, (4, kernel.SHANK))
     R = rotations(body)
     J = calc_jacobians(g, q[0])
     for k in range(4):
@@ -90,10 +91,14 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
         torque = J[k].T @ (R.T @ [0.0, 0.0, -force])
         used = kernel._torques(legs[k], found[k], force, cp, sp, robot.effort[3 * k : 3 * k + 3])
         assert used == pytest.approx(np.max(np.abs(torque) / robot.effort[3 * k : 3 * k + 3]))
-        kernel._points(legs[k], found[k], body, 0.0, cp, sp, feet[k], points[k])
+        kernel._points(legs[k], found[k], body, 0.0, cp, sp, feet[k], offsets[k], points[k])
     np.testing.assert_allclose(found, q[0], atol=1e-9)
     knees = body[:3] + calc_knees(g, q[0]) @ R.T
-    np.testing.assert_allclose(points[:, 0], knees, atol=1e-9)
+    thick = replace(shape(), shank_offsets=offsets)
+    middles = shank_middles(thick, knees, feet, knee_axes(q[0]) @ R.T)
+    np.testing.assert_allclose(points[:, : kernel.SHANK], middles, atol=1e-9)
+    lines = knees[:, None] + SHANK_POINTS[:, None] * (feet - knees)[:, None]
+    np.testing.assert_allclose(np.linalg.norm(middles - lines, axis=2), np.abs(offsets), atol=1e-9)
     centre = np.empty(3)
     kernel._centre(body, found, legs, masses, coms, cp, sp, centre)
     np.testing.assert_allclose(centre, com[0], atol=1e-9)
@@ -153,6 +158,22 @@ def test_a_weaker_robot_has_no_more_room(rise: float, run: float) -> None:
     k = NAMES.index("torque")
     assert np.all(half[:, k] <= full[:, k] + 1e-12)
     np.testing.assert_array_equal(np.delete(half, k, axis=1), np.delete(full, k, axis=1))
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-1.0, 5.0))
+def test_only_the_hopeless_are_not_looked_at_to_the_end(seed: int, enough: float) -> None:
+    """Those that lack no more than enough are judged in full, the others lack more than that."""
+    robot, stairs = paper_robot(), Staircase(0.13, 0.4)
+    parameters = np.random.default_rng(seed).uniform(LOWER, UPPER, (8, len(LOWER)))
+    grid, limits = make_grid(robot, Pattern(), parameters), np.full(8, enough)
+    full = evaluate(robot, shape(), grid, stairs, clearance=0.02)
+    quick = evaluate(robot, shape(), grid, stairs, clearance=0.02, enough=limits)
+    wanted = wanted_room(robot)
+    good = lacking_room(full, wanted) <= enough
+    np.testing.assert_array_equal(quick[good], full[good])
+    assert np.all(lacking_room(quick[~good], wanted) > enough)
+    for name in ("height", "shift_down"):
+        np.testing.assert_array_equal(getattr(grid.take(good), name), getattr(grid, name)[good])
 
 
 def test_one_candidate_alone_is_judged_as_among_others() -> None:

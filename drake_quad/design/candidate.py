@@ -1,10 +1,10 @@
 """Candidate gaits: the footprints' pattern, and what else a gait is free in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.pattern import Pattern
 from drake_quad.robot.robot_model import RobotModel
 
@@ -54,6 +54,11 @@ class Grid:
 
     def __len__(self) -> int:
         return len(self.height)
+
+    def take(self, which: BoolArray) -> "Grid":
+        """Those candidates of which `which` (C,) is true."""
+        arrays = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{k: v[which] for k, v in arrays.items() if np.ndim(v) == 1})
 
     def phase(self, run: float, *, up: bool, foot_radius: float) -> FloatArray:
         """How far ahead of the treads' middles the feet stand (C,) [m]."""

@@ -1,11 +1,10 @@
 """Chooses the gait for a robot and its flights of stairs, or says what is in the way."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
-from scipy.optimize import differential_evolution
+from scipy.optimize import OptimizeResult, differential_evolution
 from scipy.stats import qmc
 
 from drake_quad.design.candidate import (
@@ -18,7 +17,7 @@ from drake_quad.design.candidate import (
     make_grid,
     make_patterns,
 )
-from drake_quad.design.evaluate import NAMES, evaluate, wanted_for
+from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
@@ -34,7 +33,7 @@ MEMBERS, GENERATIONS = 40, 80  # of the search; after the first
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
 SEED = 1  # a design is the same each time
 UNUSUAL = 0.05  # that a gait unlike the usual one costs
-NEAR_BEST = 0.7  # of what counts in a score that is the least over all: the rest is their mean
+ROUNDING = 1e-9  # between two ways to the same number
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,20 +79,19 @@ def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) 
         shape: How thick it is.
         flights: As they are walked, going down with negative rises; none for level ground alone.
     """
-    wanted = _wanted(robot)
+    wanted = wanted_room(robot)
     runs = [stairs.run for stairs in flights]
     patterns = make_patterns(robot, runs) if flights else LEVEL_PATTERNS
     # On level ground a stride that is sought for every gait anyway must be possible.
     leg = leg_length(robot)
-    costs = [
-        partial(_cost, robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)], wanted)
-        for p in patterns
+    searches = [
+        _Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)]) for p in patterns
     ]
     first = LOWER + qmc.LatinHypercube(len(LOWER), rng=SEED).random(MEMBERS) * (UPPER - LOWER)
-    ranked = sorted(zip(patterns, costs, strict=True), key=lambda pair: pair[1](first.T).min())
+    ranked = sorted(zip(patterns, searches, strict=True), key=lambda pair: pair[1](first.T).min())
     found = []
-    for pattern, cost in ranked[:LOOKED_AT]:
-        best = make_grid(robot, pattern, _least(cost, first))
+    for pattern, search in ranked[:LOOKED_AT]:
+        best = make_grid(robot, pattern, search.least(first))
         found.append(_with_level(robot, shape, best, flights, wanted))
     found.sort(
         key=lambda d: (d.feasible, d.score + SPEED_BONUS * (d.gait.pattern.treads - 1)),
@@ -117,51 +115,67 @@ def highest_rise(
     return low if low > 0.0 else None
 
 
-def _cost(
+class _Search:
+    """What candidates of a pattern lack of full room, for a search that keeps the better of two.
+
+    Attributes:
+        rivals: (C,) what the search has in their places already: of candidates that lack more, no
+            more is found out than that.
+    """
+
+    def __init__(
+        self, robot: RobotModel, shape: Shape, pattern: Pattern, flights: Sequence[Staircase]
+    ) -> None:
+        self._robot, self._shape, self._pattern, self._flights = robot, shape, pattern, flights
+        self.rivals: FloatArray | None = None
+
+    def __call__(self, x: FloatArray) -> FloatArray:
+        """What is lacking (C,), for parameters in columns (7, C)."""
+        grid = make_grid(self._robot, self._pattern, x.T)
+        unusual = UNUSUAL * np.mean(((x.T - USUAL) / (UPPER - LOWER)) ** 2, axis=1)
+        enough = None if self.rivals is None else self.rivals - unusual + ROUNDING
+        room = _worst(self._robot, self._shape, grid, self._flights, enough)
+        return np.asarray(unusual + lacking_room(room, wanted_room(self._robot)))
+
+    def least(self, first: FloatArray) -> FloatArray:
+        """The parameters that lack least, from a first population on."""
+
+        def callback(intermediate_result: OptimizeResult) -> None:
+            self.rivals = intermediate_result.population_energies.copy()
+
+        self.rivals = None
+        result = differential_evolution(
+            self,
+            list(zip(LOWER, UPPER, strict=True)),
+            init=first,
+            maxiter=GENERATIONS,
+            rng=np.random.default_rng(SEED),
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            callback=callback,
+        )
+        return np.asarray(result.x)
+
+
+def _worst(
     robot: RobotModel,
     shape: Shape,
-    pattern: Pattern,
+    grid: Grid,
     flights: Sequence[Staircase],
-    wanted: FloatArray,
-    x: FloatArray,
+    enough: FloatArray | None = None,
 ) -> FloatArray:
-    """What is lacking of full room (C,), for parameters in columns (7, C)."""
-    share = np.minimum(_worst(robot, shape, make_grid(robot, pattern, x.T), flights) / wanted, 1.0)
-    unusual = np.mean(((x.T - USUAL) / (UPPER - LOWER)) ** 2, axis=1)
-    worth = NEAR_BEST * share.min(axis=1) + (1.0 - NEAR_BEST) * share.mean(axis=1)
-    return np.asarray(UNUSUAL * unusual - worth)
-
-
-def _least(cost: Callable[[FloatArray], FloatArray], first: FloatArray) -> FloatArray:
-    """The parameters of least cost, from a first population on."""
-    result = differential_evolution(
-        cost,
-        list(zip(LOWER, UPPER, strict=True)),
-        init=first,
-        maxiter=GENERATIONS,
-        rng=np.random.default_rng(SEED),
-        polish=False,
-        vectorized=True,
-        updating="deferred",
-    )
-    return np.asarray(result.x)
-
-
-def _wanted(robot: RobotModel) -> FloatArray:
-    wanted = wanted_for(robot)
-    return np.array([getattr(wanted, name) for name in NAMES])
-
-
-def _worst(robot: RobotModel, shape: Shape, grid: Grid, flights: Sequence[Staircase]) -> FloatArray:
-    """The least room on any of the flights, (C, 7) by NAMES."""
-    worst = np.full((len(grid), len(NAMES)), np.inf)
+    """The least room on any of the flights, (C, 7) by NAMES; see `evaluate` for `enough`."""
+    room, wanted = np.full((len(grid), len(NAMES)), np.inf), wanted_room(robot)
+    enough = np.full(len(grid), np.inf) if enough is None else enough
     for stairs in flights:
         length = grid.stance_length if stairs.rise == 0.0 else None
-        room = evaluate(
-            robot, shape, grid, stairs, clearance=swing_clearance(robot), stance_length=length
-        )
-        worst = np.minimum(worst, room)
-    return worst
+        on = lacking_room(room, wanted) <= enough
+        room[on] = evaluate(
+            robot, shape, grid.take(on), stairs, clearance=swing_clearance(robot),
+            stance_length=length, found=room[on], enough=enough[on],
+        )  # fmt: skip
+    return room
 
 
 def _with_level(

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_quad.design.candidate import Grid, leg_length
 from drake_quad.design.cycle import make_cycle
-from drake_quad.design.kernel import slacks
+from drake_quad.design.kernel import lacking, slacks
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
@@ -58,6 +58,8 @@ def evaluate(
     *,
     clearance: float,
     stance_length: float | None = None,
+    found: FloatArray | None = None,
+    enough: FloatArray | None = None,
 ) -> FloatArray:
     """The least room that every candidate of a grid leaves on a staircase, (C, 7) by NAMES.
 
@@ -71,13 +73,17 @@ def evaluate(
         stairs: The staircase, up or down, or level ground.
         clearance: Of swing feet [m].
         stance_length: On level ground, see `make_cycle`.
+        found: (C, 7) the room on other stairs, which counts too.
+        enough: (C,) what candidates may lack (see `lacking_room`): the room of one that lacks more
+            is not looked at to the end, and lacks more than that.
     """
     cycle = make_cycle(
         grid, stairs, foot_radius=robot.foot_radius, clearance=clearance,
         stance_length=stance_length,
     )  # fmt: skip
-    g = robot.geometry
-    return slacks(
+    g, wanted = robot.geometry, wanted_room(robot)
+    room = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
+    slacks(
         cycle.body,
         cycle.feet,
         cycle.swing,
@@ -88,7 +94,21 @@ def evaluate(
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
         np.stack([shape.trunk_lower, shape.trunk_upper]),
-        np.array(shape.shank_radii),
+        np.stack([shape.shank_offsets, shape.shank_radii]),
         WIDEST_SWAY * leg_length(robot),
-        wanted_for(robot).margin,
+        wanted,
+        room,
+        np.full(len(grid), np.inf) if enough is None else enough,
     )
+    return room
+
+
+def wanted_room(robot: RobotModel) -> FloatArray:
+    """The room that is enough for a robot of its size, (7,) by NAMES."""
+    wanted = wanted_for(robot)
+    return np.array([getattr(wanted, name) for name in NAMES])
+
+
+def lacking_room(room: FloatArray, wanted: FloatArray) -> FloatArray:
+    """What room (C, 7) lacks of the room wanted (7,): (C,), less is better, -1 if nothing does."""
+    return np.array([lacking(row, wanted) for row in room])

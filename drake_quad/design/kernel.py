@@ -12,9 +12,25 @@ SHANK, THIGH = 7, 3  # points that are looked at
 NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
 GRAVITY = 9.81
 LEAST_AREA = 1e-9
+STRIDE = 7  # between moments looked at in turn: unlike ones sooner tell what is in the way
+LEAST_SHARE = 0.7  # of what counts in `lacking` that is the least over all: the rest is their mean
 # Columns of the result.
 REACH, JOINTS, TORQUE, MARGIN, LEGS, APART, TRUNK = range(7)
 COLUMNS = 7
+
+
+@compiled
+def lacking(row: FloatArray, wanted: FloatArray) -> float:
+    """What slacks (COLUMNS,) lack of the room wanted: less is better, and it only grows with more.
+
+    Mostly the least share of the room wanted that there is, a little their mean.
+    """
+    least, mean = np.inf, 0.0
+    for i in range(COLUMNS):
+        share = min(row[i] / wanted[i], 1.0)
+        least = min(least, share)
+        mean += share / COLUMNS
+    return -(LEAST_SHARE * least + (1.0 - LEAST_SHARE) * mean)
 
 
 @compiled
@@ -29,11 +45,13 @@ def slacks(
     masses: FloatArray,
     coms: FloatArray,
     trunk: FloatArray,
-    radii: FloatArray,
+    shanks: FloatArray,
     widest: float,
-    wanted: float,
-) -> FloatArray:
-    """The least room of each candidate over its moments, (C, COLUMNS).
+    wanted: FloatArray,
+    found: FloatArray,
+    enough: FloatArray,
+) -> None:
+    """The least room of each candidate over its moments, (C, COLUMNS), into `found`.
 
     Args:
         body: (C, N, 5) x, y, z, pitch, yaw (0) of B.
@@ -46,23 +64,29 @@ def slacks(
         masses: (13,) of the trunk, then of the links leg by leg [kg].
         coms: (13, 3) their centres, in B and in the links' frames [m].
         trunk: (2, 3) least and greatest x, y, z of the trunk in B [m].
-        radii: (SHANK,) of the shank at its points, from the knee on [m].
+        shanks: (2, 4, SHANK) how far ahead of the line from knee to foot a shank's middle is at its
+            points, from the knee on, and its radius there [m].
         widest: Sway to either side [m].
-        wanted: Margin beyond which no sway is added [m].
+        wanted: (COLUMNS,) the room that is enough; no sway is added for more margin.
+        found: Result; what it holds already (of other stairs) counts.
+        enough: (C,) what a candidate may lack to be of interest (see `lacking`): of one that lacks
+            more no further moments are looked at.
     """
-    found = np.full((body.shape[0], COLUMNS), np.inf)
     q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
     forces, com = np.zeros(4), np.empty(3)
     weight = masses.sum() * GRAVITY
     for c in range(body.shape[0]):
         row = found[c]
-        for n in range(body.shape[1]):
+        for i in range(body.shape[1]):
+            if lacking(row, wanted) > enough[c]:
+                break
+            n = i * STRIDE % body.shape[1]
             b, f, air = body[c, n], feet[c, n], int(swing[n])
             cp, sp = cos(b[3]), sin(b[3])
             for k in range(4):
                 _angles(legs[k], b, f[k], 0.0, cp, sp, q[k])
             _centre(b, q, legs, masses, coms, cp, sp, com)
-            sway, margin = _sway(com, f, air, widest, wanted)
+            sway, margin = _sway(com, f, air, widest, wanted[MARGIN])
             row[MARGIN] = min(row[MARGIN], margin)
             _share(com[0], com[1] + sway, f, air, weight, forces)
             for k in range(4):
@@ -74,18 +98,18 @@ def slacks(
                     row[JOINTS] = min(row[JOINTS], room)
                 used = _torques(legs[k], q[k], forces[k], cp, sp, limits[2, 3 * k : 3 * k + 3])
                 row[TORQUE] = min(row[TORQUE], 1.0 - used)
-                _points(legs[k], q[k], b, sway, cp, sp, f[k], points[k])
+                _points(legs[k], q[k], b, sway, cp, sp, f[k], shanks[0, k], points[k])
                 for i in range(SHANK):
-                    p = points[k, i]
-                    row[LEGS] = min(row[LEGS], _from_stairs(p[0], p[2], rise, run) - radii[i])
-                    row[APART] = min(row[APART], _from_box(p, b, sway, cp, sp, trunk) - radii[i])
-            for side in range(2):
-                row[APART] = min(row[APART], _apart(points[side], points[2 + side], radii))
+                    p, radius = points[k, i], shanks[1, k, i]
+                    row[LEGS] = min(row[LEGS], _from_stairs(p[0], p[2], rise, run) - radius)
+                    row[APART] = min(row[APART], _from_box(p, b, sway, cp, sp, trunk) - radius)
+            for i in range(2):
+                apart = _apart(points[i], points[2 + i], shanks[1, i], shanks[1, 2 + i])
+                row[APART] = min(row[APART], apart)
             for i in range(7):
                 x, low = trunk[0, 0] + i / 6.0 * (trunk[1, 0] - trunk[0, 0]), trunk[0, 2]
                 s, z = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
                 row[TRUNK] = min(row[TRUNK], _from_stairs(s, z, rise, run))
-    return found
 
 
 @compiled
@@ -225,7 +249,7 @@ def _torques(
 @compiled
 def _points(
     leg: FloatArray, q: FloatArray, b: FloatArray, sway: float, cp: float, sp: float,
-    foot: FloatArray, points: FloatArray,
+    foot: FloatArray, offsets: FloatArray, points: FloatArray,
 ) -> None:  # fmt: skip
     """Writes points of the shank from the knee on, then of the thigh, in W (SHANK + THIGH, 3)."""
     sa, ca = sin(q[0]), cos(q[0])
@@ -239,10 +263,15 @@ def _points(
         into = knee if part == 0 else hip
         into[0], into[1] = b[0] + cp * bx + sp * bz, b[1] + sway + by
         into[2] = b[2] - sp * bx + cp * bz
+    c, s = cos(q[1] + q[2]), sin(q[1] + q[2])
+    ax, ay, az = cp * c - sp * ca * s, sa * s, -sp * c - cp * ca * s  # the shank's x in W
     for i in range(SHANK):
         share = 0.14 * i
         for j in range(3):
             points[i, j] = knee[j] + share * (foot[j] - knee[j])
+        points[i, 0] += offsets[i] * ax
+        points[i, 1] += offsets[i] * ay
+        points[i, 2] += offsets[i] * az
     for i in range(THIGH):
         share = (i + 1.0) / (THIGH + 1.0)
         for j in range(3):
@@ -280,14 +309,15 @@ def _from_box(
 
 
 @compiled
-def _apart(front: FloatArray, rear: FloatArray, radii: FloatArray) -> float:
+def _apart(
+    front: FloatArray, rear: FloatArray, front_radii: FloatArray, rear_radii: FloatArray
+) -> float:
     """Room between a front leg and the rear leg of its side [m]."""
     best = np.inf
     for i in range(SHANK + THIGH):
         for j in range(SHANK + THIGH):
             x, y = front[i, 0] - rear[j, 0], front[i, 1] - rear[j, 1]
             z = front[i, 2] - rear[j, 2]
-            thick = radii[min(i, SHANK - 1) if i < SHANK else 0]
-            thick += radii[min(j, SHANK - 1) if j < SHANK else 0]
+            thick = front_radii[i if i < SHANK else 0] + rear_radii[j if j < SHANK else 0]
             best = min(best, sqrt(x * x + y * y + z * z) - thick)
     return best

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.design.shape import SHANK_POINTS, Shape
+from drake_quad.design.shape import Shape, shank_middles
 from drake_quad.gait.legs import LEGS, FloatArray
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import PlanSamples, rotations
@@ -46,7 +46,8 @@ def find_room(
         lane, body = course.lanes[task.lane], s.body[:, 0]
         R = rotations(body)
         knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, s.q))
-        shanks = knees[..., None, :] + SHANK_POINTS[:, None] * (s.feet - knees)[..., None, :]
+        across = np.einsum("nij,nlj->nli", R, knee_axes(s.q))
+        shanks = shank_middles(shape, knees, s.feet, across)
         x = np.linspace(shape.trunk_lower[0], shape.trunk_upper[0], TRUNK_POINTS)
         under = np.column_stack([x, np.zeros(len(x)), np.full(len(x), shape.trunk_lower[2])])
         trunk = body[:, None, :3] + np.einsum("nij,kj->nki", R, under)
@@ -65,6 +66,12 @@ def find_room(
             key=lambda r: r.distance,
         )  # fmt: skip
     return least
+
+
+def knee_axes(q: FloatArray) -> FloatArray:
+    """Unit vectors of the knees' axes in B (..., 4, 3), of the joints' angles (..., 4, 3) [rad]."""
+    a = q[..., 0]
+    return np.stack([np.zeros_like(a), np.cos(a), np.sin(a)], axis=-1)
 
 
 def distance(lane: Lane, points: FloatArray) -> FloatArray:

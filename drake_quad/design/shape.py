@@ -23,11 +23,14 @@ class Shape:
     Attributes:
         trunk_lower: Least x, y, z of the trunk in B (3,) [m].
         trunk_upper: Greatest ones (3,) [m].
-        shank_radii: Of the thickest shank at its points SHANK_POINTS, feet left out (7,) [m].
+        shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
+            middle of its shank is at SHANK_POINTS, feet left out (4, 7) [m].
+        shank_radii: How far it reaches from there to either side (4, 7) [m].
     """
 
     trunk_lower: FloatArray
     trunk_upper: FloatArray
+    shank_offsets: FloatArray
     shank_radii: FloatArray
 
 
@@ -41,15 +44,36 @@ def read_shape(robot: RobotModel) -> Shape:
     trunk = plant.GetBodyByName(robot.trunk)
     boxes = [_corners(inspector, g) for g in plant.GetCollisionGeometriesForBody(trunk)]
     corners = np.concatenate(boxes or [robot.geometry.p_BH])
-    radii = np.full(len(SHANK_POINTS), THIN * float(robot.geometry.shank.min()))
-    for name, length in zip(robot.joint_names[2::3], robot.geometry.shank, strict=True):
-        shank = plant.GetJointByName(name).child_body()
-        radii = np.maximum(radii, _radii(plant, inspector, shank, robot, float(length)))
+    sides = np.stack(
+        [
+            _sides(plant, inspector, plant.GetJointByName(name).child_body(), robot, float(length))
+            for name, length in zip(robot.joint_names[2::3], robot.geometry.shank, strict=True)
+        ]
+    )
     return Shape(
         trunk_lower=read_only(corners.min(axis=0)),
         trunk_upper=read_only(corners.max(axis=0)),
-        shank_radii=read_only(radii),
+        shank_offsets=read_only(0.5 * (sides[:, 1] + sides[:, 0])),
+        shank_radii=read_only(0.5 * (sides[:, 1] - sides[:, 0])),
     )
+
+
+def shank_middles(
+    shape: Shape, knees: FloatArray, feet: FloatArray, across: FloatArray
+) -> FloatArray:
+    """The middles of all shanks' outlines at SHANK_POINTS (..., 4, 7, 3) [m].
+
+    Args:
+        shape: The robot's outline.
+        knees: (..., 4, 3) [m].
+        feet: (..., 4, 3) [m], in the same frame.
+        across: Unit vectors of the knees' axes, to the left (..., 4, 3).
+    """
+    along = feet - knees
+    ahead = np.cross(along, across)
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    middle = knees[..., None, :] + SHANK_POINTS[:, None] * along[..., None, :]
+    return middle + shape.shank_offsets[..., None] * ahead[..., None, :]
 
 
 def _half_sizes(shape: DrakeShape) -> FloatArray:
@@ -74,25 +98,28 @@ def _corners(inspector: object, g: GeometryId) -> FloatArray:
     return np.array([X.multiply(half * s) for s in signs])
 
 
-def _radii(
+def _sides(
     plant: MultibodyPlant, inspector: object, shank: RigidBody, robot: RobotModel, length: float
 ) -> FloatArray:
-    """How far a shank's geometries reach from its middle line at SHANK_POINTS (7,) [m].
+    """How far a shank's geometries reach back and ahead of its middle line (2, 7) [m].
 
-    The middle line is the shank's own -z axis, from the knee to the foot. Each geometry is taken
-    for a rod: a line through its middle, with a radius.
+    The middle line is the shank's own -z axis, from the knee to the foot; looked at from the side
+    at SHANK_POINTS. Each geometry is taken for a rod: a line through its middle, with a radius.
     """
-    found = np.zeros(len(SHANK_POINTS))
+    thin = THIN * float(robot.geometry.shank.min())
+    found = np.repeat([[-thin], [thin]], len(SHANK_POINTS), axis=1)
     for g in plant.GetCollisionGeometriesForBody(shank):
         if inspector.GetName(g) in robot.foot_geometry:  # type: ignore[attr-defined]
             continue
         axis, half, radius = _rod(inspector.GetShape(g))  # type: ignore[attr-defined]
         X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
         line = np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)])
-        along, aside = -line[:, 2] / length, np.abs(line[:, 0]) + radius
+        along, ahead = -line[:, 2] / length, line[:, 0]
         for k, at in enumerate(SHANK_POINTS):
             near = np.abs(along - at) * length <= radius + 0.05 * length
-            found[k] = max(found[k], float(np.max(aside[near], initial=0.0)))
+            if np.any(near):
+                found[0, k] = min(found[0, k], float(np.min(ahead[near])) - radius)
+                found[1, k] = max(found[1, k], float(np.max(ahead[near])) + radius)
     return found
 
 
