@@ -12,6 +12,7 @@ from drake_quad.planning.body_share import com_gain, com_share, zmp_share
 from drake_quad.planning.body_spline import BodySpline, greville
 from drake_quad.planning.body_zmp import sample_zmp, shift_response
 from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.leg_limits import LegLimits, find_limits
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
@@ -27,6 +28,7 @@ GUARD = 0.15  # [s] for which three feet have to do already on either side of a 
 DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
 DYNAMIC_PASSES = 3
+LIMIT_PASSES = 4  # besides, where legs come to their limits
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 
 
@@ -91,7 +93,13 @@ def plan_body(
     spline = BodySpline(knot, _control(nominal_knots, yaw_knots, route, settings))
     response = shift_response(robot, spline.sample(0.0)[0], contacts.feet)
     gain = response[0] if settings.dynamic else com_gain(robot, spline, contacts)
-    for _ in range(DYNAMIC_PASSES if settings.dynamic else PASSES):
+    passes = DYNAMIC_PASSES if settings.dynamic else PASSES
+    limits: LegLimits | None = None
+    for k in range(passes + LIMIT_PASSES):
+        if k >= passes:
+            limits = _limits(robot, contacts, spline, times, route)
+            if limits is None:
+                break
         if settings.dynamic:
             zmp = sample_zmp(robot, contacts, spline, ZMP_PERIOD * tempo)
             share = zmp_share(zmp, times, response)
@@ -116,6 +124,7 @@ def plan_body(
                 static=not settings.dynamic,
                 guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
                 knot=knot,
+                limits=limits,
             )
         )
         spline = BodySpline(knot, _control(solution.control, yaw_knots, route, settings))
@@ -123,6 +132,16 @@ def plan_body(
         zmp = sample_zmp(robot, contacts, spline, ZMP_PERIOD * tempo)
         return spline, float(zmp.margin.min())
     return spline, _margin(robot, contacts, spline, times)
+
+
+def _limits(
+    robot: RobotModel, contacts: ContactPlan, spline: BodySpline, times: FloatArray, route: Route
+) -> LegLimits | None:
+    """What keeps legs within their limits, if the path takes one beyond."""
+    body, (feet, _) = spline.samples(times)[:, 0], contacts.feet_at(times)
+    _, slope = route.ground(body[:, :2])
+    rise = slope[:, None] * np.stack([np.cos(body[:, 4]), np.sin(body[:, 4])], axis=-1)
+    return find_limits(robot, body, feet, rise)
 
 
 def robot_stance(settings: PlanSettings) -> FloatArray:

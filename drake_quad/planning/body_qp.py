@@ -24,6 +24,7 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.body_sides import make_sides
 from drake_quad.planning.body_spline import knot_count, weights
 from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.leg_limits import LegLimits
 
 GRAVITY = 9.81
 FAR = 5.0  # [m]: a limit beyond it is none
@@ -54,6 +55,7 @@ class BodyProblem:
         static: Whether the static margin is asked for at all.
         guard: For how long before lift-off and after touchdown three feet have to do already [s].
         knot: Knot spacing [s].
+        limits: Of the legs, where they are in the way.
     """
 
     contacts: ContactPlan
@@ -73,6 +75,7 @@ class BodyProblem:
     static: bool = True
     guard: float = 0.15
     knot: float = 0.2
+    limits: LegLimits | None = None
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ def solve_body(problem: BodyProblem) -> BodySolution:
     dynamic = basis[k, 0] - zmp[k, None] * basis[k, 2]
     given = np.einsum("ij,ij->i", n, p.com_offset[k])
     given_dynamic = given - zmp[k] * np.einsum("ij,ij->i", n, p.com_offset_acceleration[k])
-    total = 2 * count + 3
+    total = 2 * count + (3 if p.limits is None else 4)
     m_z = (2 * count + 1, -sides.weight)
     rows = [_rows(dynamic, n * p.com_gain, index[k], count, total, extra=m_z)]
     lower = [offset - given_dynamic]
@@ -113,17 +116,26 @@ def solve_body(problem: BodyProblem) -> BodySolution:
 
     reach_rows, reach_lower = _reach(p, basis, index, count, total)
     shift_rows, shift_lower = _shifts(p, basis, index, count, total)
-    G = sparse.vstack([*rows, reach_rows, shift_rows], format="csc")
-    h_lower = np.concatenate([*lower, reach_lower, shift_lower])
+    rows += [reach_rows, shift_rows]
+    lower += [reach_lower, shift_lower]
+    if p.limits is not None:
+        k = p.limits.sample
+        beyond = (2 * count + 3, 1.0)
+        rows.append(_rows(basis[k, 0], p.limits.normal, index[k], count, total, extra=beyond))
+        lower.append(p.limits.offset)
+    G = sparse.vstack(rows, format="csc")
+    h_lower = np.concatenate(lower)
 
     weight = _trapezoid(p.times)
     accelerate = _scalar_rows(basis[:, 2], index, count)
     follow = _scalar_rows(basis[:, 0], index, count)
     W = sparse.diags(weight)
     axis = accelerate.T @ W @ accelerate + 0.02 * (follow.T @ W @ follow)
-    P = sparse.block_diag([2 * axis, 2 * axis, 1e-6 * sparse.eye(3)], format="csc")
+    extra = total - 2 * count
+    P = sparse.block_diag([2 * axis, 2 * axis, 1e-6 * sparse.eye(extra)], format="csc")
     pull = -0.04 * (follow.T @ (weight[:, None] * p.nominal))
-    c = np.concatenate([pull[:, 0], pull[:, 1], [-200.0, -100.0, 400.0]])
+    prices = [-200.0, -100.0, 400.0, 4000.0]  # a leg's limits are hard, if they can be kept
+    c = np.concatenate([pull[:, 0], pull[:, 1], prices[:extra]])
 
     fixed = [0, 1, 2, count - 3, count - 2, count - 1]
     start, end = p.nominal[0], p.nominal[-1]
@@ -135,7 +147,7 @@ def solve_body(problem: BodyProblem) -> BodySolution:
     x_upper = np.full(total, np.inf)
     x_upper[2 * count] = p.margin_desired
     x_upper[2 * count + 1] = p.zmp_margin_desired
-    x_lower[2 * count + 2] = 0.0
+    x_lower[2 * count + 2 :] = 0.0
 
     solver = piqp.SparseSolver()
     solver.settings.eps_abs = 1e-5

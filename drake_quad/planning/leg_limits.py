@@ -1,0 +1,95 @@
+"""How near the legs come to their limits along a body path, as sides that the path is to stay within.
+
+The body's program knows the legs as boxes about the feet. Where that lets a leg stretch or fold too
+far, or a joint come to its limit, the room that is left is linear enough in a shift of the body that
+a path solved once more, within these sides, leaves it (sequential linearisation).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.motion_plan import rotations
+from drake_quad.robot.leg_kinematics import solve_legs
+from drake_quad.robot.robot_model import RobotModel
+
+SAFE = 0.008  # of a leg's length: room that the sides keep, for what is between the samples
+NEAR = 0.12  # of a leg's length: limits that are farther away are let be
+STEP = 1e-5  # [m] of the differences
+WEIGHT = 0.5  # of a leg's length, that a radian counts as
+
+
+@dataclass(frozen=True, eq=False)
+class LegLimits:
+    """Sides n · (x, y) >= offset of the body's place, (K,) of them.
+
+    Attributes:
+        sample: Index of the sampled time (K,).
+        normal: (K, 2); not of unit length.
+        offset: (K,) [m].
+    """
+
+    sample: FloatArray
+    normal: FloatArray
+    offset: FloatArray
+
+
+def leg_room(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArray:
+    """Room of every leg to each of its limits, negative beyond it, (N, 4, 6) [m].
+
+    To its most stretched and most folded; to the ends of abduction and of hip pitch, a radian
+    counting as WEIGHT of a leg.
+
+    Args:
+        robot: The robot.
+        body: (N, 5) poses in W.
+        feet: (N, 4, 3) in W [m].
+    """
+    g = robot.geometry
+    p_BF = np.einsum("nji,nlj->nli", rotations(body), feet - body[:, None, :3])
+    q, _ = solve_legs(g, p_BF)
+    v = p_BF - g.p_BH
+    plane = v[..., 1] ** 2 + v[..., 2] ** 2 - g.offset**2
+    distance = np.sqrt(np.maximum(v[..., 0] ** 2 + plane, 0.0))
+    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+    knees = np.stack([lower[:, 2], upper[:, 2]]) * g.knee_sign  # bent that much, if positive
+    least, most = np.maximum(knees.min(axis=0), 0.0), np.minimum(knees.max(axis=0), np.pi)
+    longest, shortest = (
+        np.sqrt(g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(bend))
+        for bend in (least, most)
+    )
+    scale = WEIGHT * g.reach[:, None]
+    angles = np.concatenate(
+        [scale * (q[..., :2] - lower[:, :2]), scale * (upper[:, :2] - q[..., :2])], axis=-1
+    )
+    ends = np.stack([longest - distance, distance - shortest], axis=-1)
+    return np.concatenate([ends, angles], axis=-1)
+
+
+def find_limits(
+    robot: RobotModel, body: FloatArray, feet: FloatArray, rise: FloatArray
+) -> LegLimits | None:
+    """The sides for a body path that takes some leg beyond a limit; None if it takes none there.
+
+    Args:
+        robot: The robot.
+        body: (N, 5) poses in W at the sampled times.
+        feet: (N, 4, 3) in W [m].
+        rise: (N, 2) how much the body rises by a shift along x and y of W.
+    """
+    room = leg_room(robot, body, feet)
+    if room.min() >= 0.0:
+        return None
+    gradient = np.empty((*room.shape, 2))
+    for axis in range(2):
+        moved = np.array(body)
+        moved[:, axis] += STEP
+        moved[:, 2] += STEP * rise[:, axis]
+        gradient[..., axis] = (leg_room(robot, moved, feet) - room) / STEP
+    reach = robot.geometry.reach[:, None]
+    k, leg, which = np.nonzero(room < NEAR * reach)
+    normal = gradient[k, leg, which]
+    here = np.einsum("ij,ij->i", normal, body[k, :2])
+    offset = SAFE * reach[leg, 0] - room[k, leg, which] + here
+    return LegLimits(k, normal, offset)

@@ -1,0 +1,111 @@
+"""Legs' limits along a body path: where they are, and that a path is bent until legs keep them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rig import paper_robot, stairs_course, stance_at
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.body_path import plan_body, sample_times
+from drake_quad.planning.body_spline import BodySpline
+from drake_quad.planning.leg_limits import SAFE, find_limits, leg_room
+from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.plan_walk import lay_walk
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.robot.robot_model import RobotModel
+
+
+def limited() -> RobotModel:
+    """The paper's robot with narrow joints, so that every limit is near."""
+    robot = paper_robot()
+    lower = np.array(robot.q_lower).reshape(4, 3)
+    upper = np.array(robot.q_upper).reshape(4, 3)
+    lower[:, :2], upper[:, :2] = [-0.4, 0.2], [0.4, 1.3]
+    bent = np.sort(robot.geometry.knee_sign[:, None] * np.array([0.8, 2.0]), axis=1)
+    lower[:, 2], upper[:, 2] = bent[:, 0], bent[:, 1]
+    return replace(robot, q_lower=lower.ravel(), q_upper=upper.ravel())
+
+
+def poses(seed: int, count: int = 20, shift: float = 0.3) -> tuple[FloatArray, FloatArray]:
+    """Poses about one with the feet under the hips: bodies (N, 5), feet (N, 4, 3)."""
+    rng, g = np.random.default_rng(seed), paper_robot().geometry
+    stand = g.p_BH + np.stack([0.0 * g.offset, g.offset, 0.0 * g.offset], axis=-1)
+    body = np.zeros((count, 5))
+    body[:, :2] = rng.uniform(-shift, shift, (count, 2))
+    body[:, 2] = 0.85 + rng.uniform(-shift, 0.5 * shift, count)
+    body[:, 3] = rng.uniform(-shift, shift, count)
+    feet = np.tile(stand, (count, 1, 1))
+    feet[..., 2] = 0.0
+    return body, feet
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_room_is_negative_just_where_joints_pass_their_limits(seed: int) -> None:
+    """Against the joint angles, all limits but the knee's side; reach is the knee's straightest."""
+    robot = limited()
+    body, feet = poses(seed)
+    q, _, _ = pose_robot(robot, body, feet)
+    q = q.reshape(-1, 12)
+    inside = np.minimum(q - robot.q_lower, robot.q_upper - q).reshape(-1, 4, 3).min(axis=2)
+    room = leg_room(robot, body, feet).min(axis=2)
+    clear = np.abs(inside) > 1e-6
+    np.testing.assert_array_equal((room > 0.0)[clear], (inside > 0.0)[clear])
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-0.6, 0.6))
+def test_sides_are_the_first_order_of_the_room(seed: int, slope: float) -> None:
+    """A small shift, rising with the slope, changes the room as the side says."""
+    robot = limited()
+    body, feet = poses(seed)
+    rise = np.tile([slope, 0.0], (len(body), 1))
+    limits = find_limits(robot, body, feet, rise)
+    room = leg_room(robot, body, feet)
+    if limits is None:
+        assert room.min() >= 0.0
+        return
+    assert room.min() < 0.0
+    shift = 1e-4 * np.random.default_rng(seed).uniform(-1.0, 1.0, 2)
+    moved = np.array(body)
+    moved[:, :2] += shift
+    moved[:, 2] += slope * shift[0]
+    after = leg_room(robot, moved, feet)
+    reach = robot.geometry.reach
+    kept = np.einsum("ij,ij->i", limits.normal, moved[limits.sample, :2]) - limits.offset
+    least = np.full(room.shape[0], np.inf)
+    np.minimum.at(least, limits.sample, kept)
+    for k in np.unique(limits.sample):
+        here = (after[k] - SAFE * reach[:, None]).min()
+        assert least[k] == pytest.approx(here, abs=2e-6)
+
+
+def test_a_path_within_the_limits_has_no_sides() -> None:
+    """So that plans that were possible are as they were."""
+    body, feet = poses(0, shift=0.0)
+    assert find_limits(paper_robot(), body, feet, np.zeros((len(body), 2))) is None
+
+
+def test_a_path_is_bent_until_legs_keep_their_limits() -> None:
+    """Abduction narrower than the usual path's sway: the new one keeps it, and its balance."""
+    robot, settings = paper_robot(), PlanSettings()
+    course = stairs_course()
+    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
+    contacts, route, _ = lay_walk(robot, course, settings, task, stance_at(course, settings))
+    times = sample_times(contacts)
+    feet, _ = contacts.feet_at(times)
+
+    def most_abducted(spline: BodySpline) -> float:
+        q, _, _ = pose_robot(robot, spline.samples(times)[:, 0], feet)
+        return float(np.abs(q[..., 0]).max())
+
+    usual, _ = plan_body(robot, contacts, route, settings)
+    most = most_abducted(usual) - 0.03
+    lower, upper = np.array(robot.q_lower), np.array(robot.q_upper)
+    lower[0::3], upper[0::3] = -most, most
+    narrow = replace(robot, q_lower=lower, q_upper=upper)
+    bent, margin = plan_body(narrow, contacts, route, settings)
+    assert most_abducted(bent) <= most
+    assert margin > 0.03
