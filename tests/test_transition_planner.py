@@ -133,6 +133,27 @@ def test_next_task_is_planned_from_the_feet_as_they_then_stand() -> None:
     assert first.end.body[4] == pytest.approx(TURN.angle, abs=1e-3)
 
 
+@pytest.mark.parametrize("higher", [-0.11, 0.06])
+def test_ground_that_is_not_as_high_as_mapped_changes_no_plan(higher: float) -> None:
+    """All four feet alike lower, and the body: the next task is planned on the map's ground."""
+    stance = stance_at(flat_course(), SETTINGS)
+    feet, body = np.array(stance.feet), np.array(stance.body)
+    planner = Planner(STAND, WALK)
+    planner.run(0.1)
+    planner.give(1, state_of(body, feet))
+    usual = planner.run(0.1)
+    feet[:, 2] += higher
+    body[2] += higher
+    other = Planner(STAND, WALK)
+    other.run(0.1)
+    other.give(1, state_of(body, feet))
+    found = other.run(0.1)
+    for a, b in zip(usual.contacts.steps, found.contacts.steps, strict=True):
+        np.testing.assert_allclose(a.swing.p_end, b.swing.p_end, atol=1e-6)
+    np.testing.assert_allclose(usual.end.body, found.end.body, atol=1e-6)
+    assert found.end.body[2] == pytest.approx(body[2] - higher, abs=1e-6)
+
+
 @pytest.mark.parametrize("seed", [8, 9])
 def test_revision_asked_for_is_planned_from_the_feet_as_they_stand(seed: int) -> None:
     """The rest of the same task, once; feet as measured, body from where it was told to be."""

@@ -11,6 +11,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Stance
+from drake_quad.planning.on_map import on_map
 from drake_quad.planning.plan_task import plan_task
 from drake_quad.planning.resume_task import resume_task
 from drake_quad.planning.settings import PlanSettings
@@ -26,7 +27,7 @@ class TransitionPlanner(LeafSystem):
     On entering a task: from where the feet stand as measured, the fewest stable steps to the
     gait's desired configuration, then the gait's footholds and the body's path. When the clock
     asks for a revision, after a push: the same from the feet as they stand, for the rest of the
-    task.
+    task. Plans are in the map's heights: what the ground is higher, the controller adds.
 
     Input ports:
         gait_phase: See GaitPhase.
@@ -68,7 +69,7 @@ class TransitionPlanner(LeafSystem):
         R = measured.R_WB
         pitch, yaw = -np.arcsin(np.clip(R[2, 0], -1, 1)), np.arctan2(R[1, 0], R[0, 0])
         body = np.array([*measured.p_WB, pitch, yaw])
-        self._set_plan(context, state, 0, body)
+        self._set_plan(context, state, 0, Stance(body, self._feet(context)))
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
@@ -77,21 +78,23 @@ class TransitionPlanner(LeafSystem):
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
         # The body goes on from where it was told to be, so that its desired pose never jumps.
         if plan.index != task:
-            self._set_plan(context, state, task, plan.end.body)
+            stance = Stance(plan.end.body, self._feet_on_map(context))
+            self._set_plan(context, state, task, stance)
         elif plan.revision != revision:
-            resumed = self._resume(plan, float(phase[GaitPhase.TIME]), self._feet(context))
+            feet = self._feet_on_map(context)
+            resumed = self._resume(plan, float(phase[GaitPhase.TIME]), feet)
             self._keep(context, state, resumed)
         else:
             return EventStatus.DidNothing()
         return EventStatus.Succeeded()
 
-    def _set_plan(self, context: Context, state: State, task: int, body: np.ndarray) -> None:
+    def _set_plan(self, context: Context, state: State, task: int, stance: Stance) -> None:
         plan = plan_task(
             self._robot,
             self._course,
             self._settings,
             self._mission[task],
-            Stance(body, self._feet(context)),
+            stance,
             index=task,
         )
         self._keep(context, state, plan)
@@ -116,6 +119,10 @@ class TransitionPlanner(LeafSystem):
         measured = self._layout.read(self._state_port.Eval(context))
         feet = measured.p_WB + calc_feet(self._robot.geometry, measured.q) @ measured.R_WB.T
         return np.asarray(feet)
+
+    def _feet_on_map(self, context: Context) -> FloatArray:
+        """The same, had the map's ground been found where they stand."""
+        return on_map(self._course, self._feet(context), self._robot.foot_radius)
 
     def _keep(self, context: Context, state: State, plan: MotionPlan) -> None:
         """Makes `plan` the one that is followed, and history."""
