@@ -2,7 +2,7 @@
 
     python -m benchmarks.planning
 
-Asked for the whole case study: at most 0.5 s (aim: 0.1 s). The peers solve the very programs that
+Asked for the whole case study: at most 0.1 s in the median. The peers solve the very programs that
 planning sets up, through Drake's MathematicalProgram: Clarabel (an interior point method, as
 ours) and OSQP (a first-order one).
 """
@@ -30,7 +30,7 @@ from drake_quad.planning import (
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
 
-ASKED = 0.5  # [s]
+ASKED = 0.1  # [s]
 # What is timed: name, where it is called from, and by which name.
 WATCHED = (
     ("walks", plan_task, "lay_walk"),
@@ -38,6 +38,7 @@ WATCHED = (
     ("transitions", plan_transition, "plan_transition"),
     ("swings", step_builder, "plan_swing"),
     ("body", plan_task, "plan_body"),
+    ("frame", body_path, "make_frame"),
     ("program", body_path, "solve_body"),
 )
 
@@ -109,14 +110,15 @@ def split_time(planner: Planner) -> tuple[plan_mission.MissionPlan, dict[str, fl
         plan = planner.plan()
     seconds = {name: watch.total for name, watch in w.items()}
     solver = sum(program.seconds for program in recorded)
+    program = seconds["frame"] + seconds["program"]
     laid = seconds["walks"] + seconds["spins"]
     return plan, {
         "transitions": seconds["transitions"],
         "swings": seconds["swings"],
         "footholds and all else on the ground": laid - seconds["transitions"] - seconds["swings"],
-        "body: the QP's solver": solver,
-        "body: setting the QP up": seconds["program"] - solver,
-        "body: CoM, splines, margins": seconds["body"] - seconds["program"],
+        "body: the QPs' solver": solver,
+        "body: setting the QPs up": program - solver,
+        "body: CoM, splines, margins": seconds["body"] - program,
         "the rest": plan.planning_time - laid - seconds["body"],
     }
 

@@ -55,7 +55,7 @@ def judge_cell(model: str, count: int, rise: float, run: float) -> Cell:
         InputError: If the robot cannot be used.
     """
     try:
-        check = ask_stairs(model, rise=rise, run=run, count=count)
+        check = ask_stairs(model, rise=rise, run=run, count=count, nearest=False)
     except InputError as error:
         if error.source not in ("--rise", "--run"):
             raise

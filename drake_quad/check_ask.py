@@ -39,7 +39,7 @@ def check_numbers(rise: float, run: float, count: int) -> None:
         raise InputError(source="--count", field="count", value=count, remedy=remedy)
 
 
-def ask_stairs(model: str, *, rise: float, run: float, count: int) -> Check:
+def ask_stairs(model: str, *, rise: float, run: float, count: int, nearest: bool = True) -> Check:
     """Whether a robot climbs a flight up and down.
 
     Args:
@@ -47,6 +47,7 @@ def ask_stairs(model: str, *, rise: float, run: float, count: int) -> Check:
         rise: Of the steps [m].
         run: Of the treads [m].
         count: Steps of the flight.
+        nearest: Whether to say which rise would work if this one does not; it takes a while.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
@@ -57,7 +58,9 @@ def ask_stairs(model: str, *, rise: float, run: float, count: int) -> Check:
     scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count)
     try:
         unfit = _no_pattern(robot, scenario, source="check")
-        return unfit or check_stairs(model, rise=rise, run=run, count=count)
+        return unfit or check_stairs(
+            model, rise=rise, run=run, count=count, nearest=nearest, robot=robot
+        )
     except InputError as error:
         # The course's fields are the options' here.
         name = error.field.rpartition(".")[2] if error.field.startswith("course") else ""
@@ -94,7 +97,7 @@ def ask_course(model: str, scenario: str) -> Check:
     if unfit is not None:
         return unfit
     try:
-        return Check(asked, design_scenario(asked, source=scenario), "", {})
+        return Check(asked, design_scenario(asked, source=scenario, robot=robot), "", {})
     except PlanningError as error:
         return Check(asked, None, error.reason, dict(error.data))
 

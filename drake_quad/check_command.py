@@ -76,7 +76,7 @@ def run_check(
         if not check.feasible:
             note("not these; looking for the nearest stairs that it can climb")
             nearest = nearest_stairs(
-                lambda r, d, n: ask_stairs(asked.robot, rise=r, run=d, count=n),
+                lambda r, d, n: ask_stairs(asked.robot, rise=r, run=d, count=n, nearest=False),
                 check, rise=rise, run=run, count=count,
             )  # fmt: skip
     robot = load_robot(asked.robot)

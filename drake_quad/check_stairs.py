@@ -73,7 +73,14 @@ def stairs_scenario(
 
 
 def check_stairs(
-    model: str, *, rise: float, run: float, count: int = 10, source: str = "check"
+    model: str,
+    *,
+    rise: float,
+    run: float,
+    count: int = 10,
+    source: str = "check",
+    nearest: bool = True,
+    robot: RobotModel | None = None,
 ) -> Check:
     """Designs a gait for a flight up and down.
 
@@ -83,16 +90,19 @@ def check_stairs(
         run: Of the treads [m].
         count: Steps of a flight.
         source: What an error names.
+        nearest: Whether to say which rise would work if this one does not; it takes a while.
+        robot: The same robot, if it is at hand: to read it takes a while, too.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
-    robot = load_robot(model)
+    robot = robot or load_robot(model)
     scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count)
     try:
-        return Check(scenario, design_scenario(scenario, source=source), "", {})
+        designed = design_scenario(scenario, source=source, nearest=nearest, robot=robot)
     except PlanningError as error:
         return Check(scenario, None, error.reason, dict(error.data))
+    return Check(scenario, designed, "", {})
 
 
 def _up(length: float) -> float:

@@ -1,8 +1,10 @@
 """Fills in the gait of a scenario that names a robot and a course, and leaves the rest to us."""
 
 import copy
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 from drake_quad.design.candidate import leg_length
 from drake_quad.design.choose import Design, choose_gaits, highest_rise
@@ -15,15 +17,17 @@ from drake_quad.design.words import what_is_short
 from drake_quad.errors import PlanningError
 from drake_quad.planning.plan_mission import (
     MissionPlan,
-    check_mission,
+    check_plan,
     initial_stance,
-    plan_mission,
+    join_plans,
+    plan_tasks,
 )
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import Scenario, course_of, mission_of, plan_settings
 
 LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lowered for a plan
+SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is taken, and no other tried
 
@@ -49,21 +53,32 @@ class Designed:
     @property
     def quality(self) -> float:
         """The least share of what is wanted of margin and room, at most 1."""
-        share = self.margin / (GOOD_MARGIN * self.scenario.body.margin_desired)
-        return min(1.0, share, self.room.distance / (GOOD_ROOM * self.design.wanted["legs"]))
+        return _quality(self.scenario, self.design, self.margin, self.room)
 
 
-def design_scenario(scenario: Scenario, *, source: str = "scenario") -> Designed:
+def design_scenario(
+    scenario: Scenario,
+    *,
+    source: str = "scenario",
+    nearest: bool = True,
+    robot: RobotModel | None = None,
+) -> Designed:
     """Designs the gait for a scenario's robot and course.
 
     The candidates are judged on endless staircases like the course's; the best are then planned on
     the course itself, until one keeps good margin and room.
 
+    Args:
+        scenario: Robot and course.
+        source: What an error names.
+        nearest: Whether to say which rise would work if this one does not; it takes a while.
+        robot: The scenario's, if it is at hand: to read it takes a while, too.
+
     Raises:
         InputError: If robot or course cannot be used.
         PlanningError: If no gait climbs it: what is short by how much, and what would work.
     """
-    robot = load_robot(scenario.robot.model)
+    robot = robot or load_robot(scenario.robot.model)
     shape = read_shape(robot)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course)
@@ -76,12 +91,12 @@ def design_scenario(scenario: Scenario, *, source: str = "scenario") -> Designed
             runs=[s.run for s in flights],
         )
     if not designs[0].feasible:
-        raise _hopeless(robot, shape, flights, designs[0])
+        raise _hopeless(robot, shape, flights, designs[0], nearest=nearest)
     best: Designed | None = None
     refused: PlanningError | None = None
     for design in designs:
-        if not design.feasible:
-            continue
+        if not design.feasible or (best is not None and design.score <= best.quality):
+            continue  # what leaves less room on endless stairs is not the better gait on these
         filled = fill_in(scenario, robot, design, [s.run for s in flights])
         for lower in LOWER:
             # At a flight's ends, and as it sways, the body is not quite where it is on endless
@@ -89,12 +104,11 @@ def design_scenario(scenario: Scenario, *, source: str = "scenario") -> Designed
             tried = copy.deepcopy(filled)
             tried.gait.body_height -= lower * leg_length(robot)
             try:
-                found = _plan(tried, design, robot, shape, source=source)
+                found = _plan_slower(tried, design, robot, shape, source=source, beat=best)
             except PlanningError as error:
                 refused = refused or error
                 continue
-            if best is None or found.quality > best.quality:
-                best = found
+            best = found or best
             break
         if best is not None and best.quality >= 1.0:
             break
@@ -119,10 +133,45 @@ def fill_in(
     return filled
 
 
+def _plan_slower(
+    scenario: Scenario,
+    design: Design,
+    robot: RobotModel,
+    shape: Shape,
+    *,
+    source: str,
+    beat: Designed | None,
+) -> Designed | None:
+    """Plans a scenario in full, slower if joints would have to turn faster than they can.
+
+    Raises:
+        PlanningError: As `_plan`.
+    """
+    try:
+        return _plan(scenario, design, robot, shape, source=source, beat=beat)
+    except PlanningError as error:
+        too_fast = error.data.get("too_fast")
+        if too_fast is None or too_fast > SLOWEST:
+            raise
+        for section in (scenario.gait, scenario.spin):
+            section.cycle_time *= SLOWER * too_fast
+        for name in ("swing_time", "shift_time"):
+            setattr(
+                scenario.transition, name, SLOWER * too_fast * getattr(scenario.transition, name)
+            )
+        return _plan(scenario, design, robot, shape, source=source, beat=beat)
+
+
 def _plan(
-    scenario: Scenario, design: Design, robot: RobotModel, shape: Shape, *, source: str
-) -> Designed:
-    """Plans a scenario in full.
+    scenario: Scenario,
+    design: Design,
+    robot: RobotModel,
+    shape: Shape,
+    *,
+    source: str,
+    beat: Designed | None,
+) -> Designed | None:
+    """Plans a scenario in full; None as soon as it is no better than another, `beat`.
 
     Raises:
         PlanningError: If there is no plan, or one that touches the stairs with more than feet.
@@ -131,36 +180,53 @@ def _plan(
     settings = plan_settings(scenario)
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
-    plan = plan_mission(robot, course, settings, tasks, stance)
-    samples = check_mission(robot, plan)
-    room = find_room(robot, shape, course, tasks, samples)
-    if room.distance <= 0.0:
-        raise PlanningError(
-            f"{room.part} would be {-room.distance:.3f} m inside the stairs at {room.time:.1f} s "
-            f"of '{room.task}'",
-            room=room.distance,
-        )
-    margin = min((p.margin for p in plan.plans if p.margin == p.margin), default=0.0)
-    return Designed(scenario, design, plan, margin, room)
+    begun, plans = time.perf_counter(), []
+    room, margin = Room(inf, "", "", 0.0), inf
+    for plan in plan_tasks(robot, course, settings, tasks, stance):
+        task = tasks[plan.index]
+        samples = check_plan(robot, plan, dynamic=settings.dynamic)
+        here = find_room(robot, shape, course, [task], [samples])
+        if here.distance <= 0.0:
+            raise PlanningError(
+                f"{here.part} would be {-here.distance:.3f} m inside the stairs at "
+                f"{here.time:.1f} s of '{here.task}'",
+                room=here.distance,
+            )
+        room = min(room, here, key=lambda r: r.distance)
+        margin = min(margin, plan.margin) if plan.margin == plan.margin else margin
+        plans.append(plan)
+        if beat is not None and _quality(scenario, design, margin, room) <= beat.quality:
+            return None
+    mission = join_plans(plans, time.perf_counter() - begun, dynamic=settings.dynamic)
+    return Designed(scenario, design, mission, margin if margin < inf else 0.0, room)
+
+
+def _quality(scenario: Scenario, design: Design, margin: float, room: Room) -> float:
+    """See Designed; of the tasks that are planned, more can only make it less."""
+    share = margin / (GOOD_MARGIN * scenario.body.margin_desired)
+    return min(1.0, share, room.distance / (GOOD_ROOM * design.wanted["legs"]))
 
 
 def _hopeless(
-    robot: RobotModel, shape: Shape, flights: list[Staircase], design: Design
+    robot: RobotModel, shape: Shape, flights: list[Staircase], design: Design, *, nearest: bool
 ) -> PlanningError:
     """Says what is short, and which stairs would work."""
     reason = what_is_short(design)
     if not flights:
         return PlanningError(f"not even on level ground: {reason}", slacks=design.slacks)
     steepest = max(flights, key=lambda s: abs(s.slope))
-    nearest = highest_rise(robot, shape, steepest.run, below=abs(steepest.rise))
+    here = f"rise {abs(steepest.rise):g} m on a run of {steepest.run:g} m: {reason}"
+    if not nearest:
+        return PlanningError(here, slacks=design.slacks, run=steepest.run)
+    highest = highest_rise(robot, shape, steepest.run, below=abs(steepest.rise))
     works = (
-        f"no more than {nearest:.3g} m could work"
-        if nearest is not None
+        f"no more than {highest:.3g} m could work"
+        if highest is not None
         else f"no rise works on a run of {steepest.run:g} m"
     )
     return PlanningError(
-        f"rise {abs(steepest.rise):g} m on a run of {steepest.run:g} m: {reason}; {works}",
+        f"{here}; {works}",
         slacks=design.slacks,
-        nearest_rise=nearest,
+        nearest_rise=highest,
         run=steepest.run,
     )

@@ -103,14 +103,19 @@ class GaitConfig:
             the one that landed last [s]: at β = 0.75 the margin there is zero without it. Twice a
             cycle, which lasts so much longer than T.
         stride: Longest stride on level ground [m].
-        treads: How many treads a cycle takes: 1, 2 or 3.
-        lag: How many treads the right rear foot stands behind the left front one as a cycle
-            begins: the longer the robot against the treads, the more.
+        treads: How many treads a cycle takes: 1, 2 or 3; or places, where a tread has several.
+        lag: How many treads, or places, the right rear foot stands behind the left front one as
+            a cycle begins: the longer the robot against the treads, the more.
+        places_per_tread: How many places to step on every tread has, one behind the other: more
+            than 1 where runs are long against the legs.
         body_ahead: How far the body goes ahead of the places it has on the treads [treads].
         tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
         tread_phase_down: The same going down.
         body_shift_up: How far ahead of those places the body goes besides, going up [m].
         body_shift_down: The same going down.
+        lift_down: How much higher the body goes, going down, than on level ground [m].
+        shank_room: Between shanks and stairs, that the body keeps where it can [m]; 0: it does not
+            look.
         max_ahead: How far the body may go ahead of or behind its nominal place as it walks [m].
         stance_length: P_x, between the centres of front and rear legs' workspaces [m].
         stance_width: P_y, between those of left and right legs [m].
@@ -134,11 +139,14 @@ class GaitConfig:
     stride: float = 1.0
     treads: int = 2
     lag: int = 1
+    places_per_tread: int = 1
     body_ahead: float = 0.0
     tread_phase_up: float = 0.0
     tread_phase_down: float = 0.0
     body_shift_up: float = 0.0
     body_shift_down: float = 0.0
+    lift_down: float = 0.0
+    shank_room: float = 0.0
     max_ahead: float = 10.0
     stance_length: float = 0.75
     stance_width: float = 0.54

@@ -1,7 +1,9 @@
 """A lane: a straight stretch of a course between two turns, as a step profile along it."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +13,27 @@ from drake_quad.terrain_box import rotation
 from drake_quad.terrain_flight import Flight
 
 EDGE = 1e-9  # [m] a point this near to an edge counts as on it
+
+
+@dataclass(frozen=True)
+class _PlainLane:
+    """A lane's breaks, heights and gradients, and its intervals' spans along s, in plain floats."""
+
+    breaks: list[float]
+    heights: list[float]
+    gradients: list[float]
+    spans: tuple[tuple[float, float], ...]
+
+    def height(self, interval: int, s: float) -> float:
+        """As `Lane._height_in`."""
+        return self.heights[interval] + self.gradients[interval] * (s - self.breaks[interval])
+
+    def interval(self, s: float) -> int:
+        """As `Lane.interval`."""
+        last = len(self.heights) - 1
+        behind = min(max(bisect_right(self.breaks, s - EDGE) - 1, 0), last)
+        ahead = min(max(bisect_right(self.breaks, s + EDGE) - 1, 0), last)
+        return ahead if self.height(ahead, s) >= self.height(behind, s) else behind
 
 
 @dataclass(frozen=True)
@@ -56,7 +79,7 @@ class Lane:
         """Half the width of the narrowest part [m]."""
         return float(self.half_widths.min())
 
-    @property
+    @cached_property
     def heading(self) -> FloatArray:
         """(2,) the unit vector along s in W."""
         return rotation(self.yaw)[:, 0]
@@ -76,15 +99,26 @@ class Lane:
     def interval(self, s: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
         """Index of the interval that bears a foot at `s`: of two at a riser, the higher."""
         s = np.asarray(s, dtype=float)
+        if s.ndim == 0:
+            return np.array(self._plain.interval(float(s)))
         last = len(self.heights) - 1
-        behind = np.clip(np.searchsorted(self.breaks, s - EDGE, side="right") - 1, 0, last)
-        ahead = np.clip(np.searchsorted(self.breaks, s + EDGE, side="right") - 1, 0, last)
+        behind, ahead = (
+            np.minimum(np.maximum(self.breaks.searchsorted(s + e, side="right") - 1, 0), last)
+            for e in (-EDGE, EDGE)
+        )
         return np.where(self._height_in(ahead, s) >= self._height_in(behind, s), ahead, behind)
 
     def _height_in(self, interval: np.ndarray, s: FloatArray) -> FloatArray:
         """Height in W at `s` of the ground that an interval has, extended beyond its ends [m]."""
         rise = self.gradients[interval] * (s - self.breaks[interval])
         return np.asarray(self.heights[interval] + rise)
+
+    @cached_property
+    def _plain(self) -> "_PlainLane":
+        """The same numbers for one place at a time, where numpy's calls cost more than the work."""
+        breaks = self.breaks.tolist()
+        spans = tuple(zip([-np.inf, *breaks[1:-1]], [*breaks[1:-1], np.inf], strict=True))
+        return _PlainLane(breaks, self.heights.tolist(), self.gradients.tolist(), spans)
 
     def gradient(self, s: ArrayLike) -> FloatArray:
         """Rise of the ground along s at `s` [m/m], in its shape."""
@@ -105,13 +139,9 @@ class Lane:
         """
         lo, hi = min(s0, s1), max(s0, s1)
         points: list[tuple[float, float]] = [(lo, float(self.height(lo)))]
-        starts = np.concatenate([[-np.inf], self.breaks[1:-1]])
-        ends = np.concatenate([self.breaks[1:-1], [np.inf]])
-        for k, (a, b) in enumerate(zip(starts.tolist(), ends.tolist(), strict=True)):
+        for k, (a, b) in enumerate(self._plain.spans):
             if a < hi and b > lo:
-                both = np.array([max(lo, a), min(hi, b)])
-                z = self._height_in(np.array([k, k]), both)
-                points += zip(both.tolist(), z.tolist(), strict=True)
+                points += [(x, self._plain.height(k, x)) for x in (max(lo, a), min(hi, b))]
         points.append((hi, float(self.height(hi))))
         s, z_at = np.array(_corners(points)).T
         return (s - lo, z_at) if s1 >= s0 else ((hi - s)[::-1], z_at[::-1])

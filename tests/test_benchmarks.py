@@ -43,7 +43,7 @@ def test_planning_is_split_without_remainder(load: Any) -> None:
     plan, parts = planning.split_time(planner)
     assert min(parts.values()) >= 0.0
     assert sum(parts.values()) == pytest.approx(plan.planning_time, rel=1e-9)
-    assert parts["body: the QP's solver"] > 0.0 and parts["transitions"] > 0.0
+    assert parts["body: the QPs' solver"] > 0.0 and parts["transitions"] > 0.0
 
 
 def test_measuring_leaves_planning_as_it_was(load: Any) -> None:
@@ -224,3 +224,11 @@ def test_corrected_cenic_tracks_as_the_discrete_solver(load: Any) -> None:
     assert share(raw) == pytest.approx(1.0 if cenic.velocity_sign() < 0.0 else 0.0, abs=0.25)
     assert share(right) == pytest.approx(0.0, abs=0.1)
     assert np.max(np.abs(right - discrete)) < 2e-3
+
+
+def test_benchmark_of_checks_gives_the_checks_answers(load: Any) -> None:
+    """One row a staircase, with its answer and times that are not nothing."""
+    check = load("check")
+    rows = check.measure_checks(check.ROBOT, [(0.1, 0.3, 1), (0.9, 2.0, 1)], repeats=1)
+    assert [row["feasible"] for row in rows] == [True, False]
+    assert all(row["wall"] > 0.0 and row["processor"] > 0.0 for row in rows)

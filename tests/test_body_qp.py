@@ -12,6 +12,7 @@ from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.gait.support import stability_margins
 from drake_quad.gait.swing import Swing
 from drake_quad.gait.workspace import Workspace, wave_desired_configuration
+from drake_quad.planning import body_qp
 from drake_quad.planning.body_path import sample_times
 from drake_quad.planning.body_qp import GRAVITY, BodyProblem, BodySolution, solve_body
 from drake_quad.planning.body_spline import BodySpline
@@ -262,3 +263,18 @@ def test_feet_in_one_line_have_no_path() -> None:
     contacts = ContactPlan(feet, (), problem.contacts.duration)
     with pytest.raises(PlanningError, match="one line"):
         solve_body(replace(problem, contacts=contacts))
+
+
+@pytest.mark.parametrize("beta", [0.75, 0.85])
+def test_few_rows_give_the_path_that_all_rows_give(
+    beta: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What comes in round by round, or is begun with, makes no difference to what is found."""
+    problem, solution = solved(beta)
+    again = solve_body(problem, start=solution)
+    other = solve_body(problem, start=solve_body(massless(0.9)))
+    monkeypatch.setattr(body_qp, "NEAR", np.inf)
+    whole = solve_body(problem, start=solution)
+    for found in (solution, again, other):
+        assert found.margin == pytest.approx(whole.margin, abs=1e-6)
+        np.testing.assert_allclose(found.control, whole.control, atol=1e-4)

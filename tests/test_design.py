@@ -24,12 +24,12 @@ from drake_quad.design.course import flights_of
 from drake_quad.design.cycle import make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
 from drake_quad.design.fields import control_fields
-from drake_quad.design.room import distance, knee_axes
-from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape, shank_middles
+from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.pattern import Pattern
+from drake_quad.planning.shank_room import distance, knee_axes, shank_middles
 from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import control_settings, course_of
@@ -94,8 +94,7 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
         kernel._points(legs[k], found[k], body, 0.0, cp, sp, feet[k], offsets[k], points[k])
     np.testing.assert_allclose(found, q[0], atol=1e-9)
     knees = body[:3] + calc_knees(g, q[0]) @ R.T
-    thick = replace(shape(), shank_offsets=offsets)
-    middles = shank_middles(thick, knees, feet, knee_axes(q[0]) @ R.T)
+    middles = shank_middles(offsets, knees, feet, knee_axes(q[0]) @ R.T)
     np.testing.assert_allclose(points[:, : kernel.SHANK], middles, atol=1e-9)
     lines = knees[:, None] + SHANK_POINTS[:, None] * (feet - knees)[:, None]
     np.testing.assert_allclose(np.linalg.norm(middles - lines, axis=2), np.abs(offsets), atol=1e-9)

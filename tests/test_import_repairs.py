@@ -217,3 +217,30 @@ def test_robot_yaml_says_which_are_the_legs(tmp_path: Path) -> None:
     robot = load_robot(write(tmp_path, f"model: five.urdf\nlegs:\n{legs}", "five.robot.yaml"))
     assert robot.joint_names[0] == "FL_haa"
     assert any("fifth_haa" in note for note in notes_of(robot))
+
+
+def test_a_thigh_that_tapers_is_thick_only_where_it_is(tmp_path: Path) -> None:
+    """Two capsules: as thick as the mesh is at the hip and at the knee, and not beyond its end."""
+    (tmp_path / "wedge.obj").write_text(WEDGE)
+    mesh = MESH.format("wedge.obj")
+    text = PLAIN.text().replace('<link name="RR_thigh">', f'<link name="RR_thigh">{mesh}')
+    robot = load_robot(write(tmp_path, text))
+    capsules = [s for s in collision_shapes(robot)["RR_thigh"] if isinstance(s, Capsule)]
+    upper, lower = sorted(capsules, key=lambda s: -s.radius())
+    assert upper.radius() == pytest.approx(0.08, rel=0.1)
+    assert lower.radius() == pytest.approx(0.02, rel=0.1)
+    # The knee is as thick as the thigh's lower end about it, shank or not.
+    assert robot.shank_radii[3, 0] <= 0.02 + 1e-9
+
+
+# A thigh of 0.3 m: 80 mm to every side at the hip, 20 mm below its middle.
+WEDGE = "".join(
+    f"v {x * w} {y * w} {z}\n"
+    for z, w in ((0.0, 0.08), (-0.14, 0.08), (-0.16, 0.02), (-0.3, 0.02))
+    for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))
+) + "".join(
+    f"f {4 * r + a + 1} {4 * r + (a + 1) % 4 + 1} {4 * r + 4 + a + 1}\n"
+    f"f {4 * r + (a + 1) % 4 + 1} {4 * r + 4 + (a + 1) % 4 + 1} {4 * r + 4 + a + 1}\n"
+    for r in range(3)
+    for a in range(4)
+)

@@ -20,6 +20,9 @@ HEIGHT, SHARE, WIDER, PHASE_UP, PHASE_DOWN, SHIFT_UP, SHIFT_DOWN = range(7)
 LOWER = np.array([0.50, 0.0, 0.0, -1.0, -1.0, -0.27, -0.27])
 UPPER = np.array([0.97, 1.2, 0.35, 1.0, 1.0, 0.27, 0.27])
 USUAL = np.array([0.82, 0.9, 0.08, 0.0, 0.0, 0.0, 0.0])  # what is taken where all do as well
+# Where treads have several places, runs are long against the legs: more has to be free there.
+LIFT_DOWN, SURGE = 7, 8
+SHIFTS = [SHIFT_UP, SHIFT_DOWN]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +38,8 @@ class Grid:
         phase_down: The same going down.
         shift_up: How far ahead of the feet's middle the body goes, going up.
         shift_down: The same going down.
+        lift_down: By how much the body is higher going down.
+        surge: How far the body stays behind as front feet step, and goes ahead as rear feet do.
         duty_factor: β.
         stagger: Rear feet's |y| minus front feet's.
         stance_length: Between front and rear feet where the ground does not decide.
@@ -48,6 +53,8 @@ class Grid:
     phase_down: FloatArray
     shift_up: FloatArray
     shift_down: FloatArray
+    lift_down: FloatArray
+    surge: FloatArray
     duty_factor: float
     stagger: float
     stance_length: float
@@ -62,8 +69,17 @@ class Grid:
 
     def phase(self, run: float, *, up: bool, foot_radius: float) -> FloatArray:
         """How far ahead of the treads' middles the feet stand (C,) [m]."""
-        most = max(0.5 * run - foot_radius - EDGE, 0.0)
+        most = max(0.5 / self.pattern.per_tread * run - foot_radius - EDGE, 0.0)
         return np.asarray(most * (self.phase_up if up else self.phase_down))
+
+
+def bounds(pattern: Pattern) -> FloatArray:
+    """Least, greatest and usual values of a pattern's free parameters, (3, 7 or 9)."""
+    found = np.stack([LOWER, UPPER, USUAL])
+    if pattern.per_tread == 1:
+        return found
+    found[:2, SHIFTS] = [[-0.4, -0.4], [0.4, 0.4]]
+    return np.column_stack([found, [-0.1, 0.35, 0.0], [0.0, 0.06, 0.0]])
 
 
 def leg_length(robot: RobotModel) -> float:
@@ -88,10 +104,11 @@ def hip_width(robot: RobotModel) -> float:
 
 
 def make_grid(robot: RobotModel, pattern: Pattern, parameters: FloatArray) -> Grid:
-    """Candidates from their free parameters (C, 7)."""
+    """Candidates from their free parameters (C, 7 or 9), see `bounds`."""
     leg = leg_length(robot)
     drop = -float(np.mean(robot.geometry.p_BH[:, 2]))  # of the hips below B
-    p = np.asarray(parameters, dtype=np.float64).reshape(-1, len(LOWER))
+    p = np.asarray(parameters, dtype=np.float64).reshape(-1, bounds(pattern).shape[1])
+    more = p[:, LIFT_DOWN:] if pattern.per_tread > 1 else np.zeros((len(p), 2))
     return Grid(
         pattern=pattern,
         height=p[:, HEIGHT] * leg + drop + robot.foot_radius,
@@ -101,17 +118,30 @@ def make_grid(robot: RobotModel, pattern: Pattern, parameters: FloatArray) -> Gr
         phase_down=p[:, PHASE_DOWN],
         shift_up=p[:, SHIFT_UP] * leg,
         shift_down=p[:, SHIFT_DOWN] * leg,
+        lift_down=more[:, 0] * leg,
+        surge=more[:, 1] * leg,
         duty_factor=DUTY,
         stagger=STAGGER * leg if pattern.shares_places else 0.0,
         stance_length=hip_length(robot),
     )
 
 
-def make_patterns(robot: RobotModel, runs: list[float]) -> list[Pattern]:
-    """The patterns whose stance fits the robot on treads of all of these runs [m]."""
+def make_patterns(robot: RobotModel, runs: list[float], per_tread: int = 1) -> list[Pattern]:
+    """The patterns whose stance fits the robot on treads of all of these runs [m].
+
+    Args:
+        robot: The robot.
+        runs: Of all treads.
+        per_tread: How many places every tread is to have.
+    """
     hips = hip_length(robot)
+    if any(0.5 * run / per_tread < robot.foot_radius + EDGE for run in runs):
+        return []
     return [
         pattern
-        for pattern in (Pattern(treads, lag) for treads in TREADS for lag in LAGS)
-        if all(STANCES[0] * hips <= pattern.stance * run <= STANCES[1] * hips for run in runs)
+        for pattern in (Pattern(treads, lag, per_tread) for treads in TREADS for lag in LAGS)
+        if all(
+            STANCES[0] * hips <= pattern.stance * run / per_tread <= STANCES[1] * hips
+            for run in runs
+        )
     ]

@@ -8,10 +8,8 @@ from scipy.optimize import OptimizeResult, differential_evolution
 from scipy.stats import qmc
 
 from drake_quad.design.candidate import (
-    LOWER,
-    UPPER,
-    USUAL,
     Grid,
+    bounds,
     hip_length,
     leg_length,
     make_grid,
@@ -29,8 +27,9 @@ SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
 LEVEL_SCORE = 0.8  # with which the longest of them is taken
 CLEARANCE = 0.02  # of swing feet, of a leg of one metre
-MEMBERS, GENERATIONS = 40, 80  # of the search; after the first
+MEMBERS, GENERATIONS = 40, {1: 80, 2: 160}  # of the search; after the first, by places a tread
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
+ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
 SEED = 1  # a design is the same each time
 UNUSUAL = 0.05  # that a gait unlike the usual one costs
 ROUNDING = 1e-9  # between two ways to the same number
@@ -79,24 +78,39 @@ def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) 
         shape: How thick it is.
         flights: As they are walked, going down with negative rises; none for level ground alone.
     """
-    wanted = wanted_room(robot)
     runs = [stairs.run for stairs in flights]
     patterns = make_patterns(robot, runs) if flights else LEVEL_PATTERNS
+    found = _search(robot, shape, patterns, flights)
+    if flights and max((d.score for d in found), default=0.0) < ENOUGH:
+        found += _search(robot, shape, make_patterns(robot, runs, per_tread=2), flights)
+    found.sort(key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d)), reverse=True)
+    return found
+
+
+def _pace(design: Design) -> float:
+    """How many treads more than one a cycle takes."""
+    pattern = design.gait.pattern
+    return pattern.treads / pattern.per_tread - 1
+
+
+def _search(
+    robot: RobotModel, shape: Shape, patterns: Sequence[Pattern], flights: Sequence[Staircase]
+) -> list[Design]:
+    """The best gait of each of the most promising patterns; all have as many places a tread."""
+    if not patterns:
+        return []
     # On level ground a stride that is sought for every gait anyway must be possible.
-    leg = leg_length(robot)
+    leg, wanted = leg_length(robot), wanted_room(robot)
     searches = [
         _Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)]) for p in patterns
     ]
-    first = LOWER + qmc.LatinHypercube(len(LOWER), rng=SEED).random(MEMBERS) * (UPPER - LOWER)
+    lower, upper, _ = bounds(patterns[0])
+    first = lower + qmc.LatinHypercube(len(lower), rng=SEED).random(MEMBERS) * (upper - lower)
     ranked = sorted(zip(patterns, searches, strict=True), key=lambda pair: pair[1](first.T).min())
     found = []
     for pattern, search in ranked[:LOOKED_AT]:
         best = make_grid(robot, pattern, search.least(first))
         found.append(_with_level(robot, shape, best, flights, wanted))
-    found.sort(
-        key=lambda d: (d.feasible, d.score + SPEED_BONUS * (d.gait.pattern.treads - 1)),
-        reverse=True,
-    )
     return found
 
 
@@ -130,9 +144,10 @@ class _Search:
         self.rivals: FloatArray | None = None
 
     def __call__(self, x: FloatArray) -> FloatArray:
-        """What is lacking (C,), for parameters in columns (7, C)."""
+        """What is lacking (C,), for parameters in columns (7 or 9, C)."""
         grid = make_grid(self._robot, self._pattern, x.T)
-        unusual = UNUSUAL * np.mean(((x.T - USUAL) / (UPPER - LOWER)) ** 2, axis=1)
+        lower, upper, usual = bounds(self._pattern)
+        unusual = UNUSUAL * np.mean(((x.T - usual) / (upper - lower)) ** 2, axis=1)
         enough = None if self.rivals is None else self.rivals - unusual + ROUNDING
         room = _worst(self._robot, self._shape, grid, self._flights, enough)
         return np.asarray(unusual + lacking_room(room, wanted_room(self._robot)))
@@ -146,9 +161,9 @@ class _Search:
         self.rivals = None
         result = differential_evolution(
             self,
-            list(zip(LOWER, UPPER, strict=True)),
+            bounds(self._pattern)[:2].T.tolist(),
             init=first,
-            maxiter=GENERATIONS,
+            maxiter=GENERATIONS[self._pattern.per_tread],
             rng=np.random.default_rng(SEED),
             polish=False,
             vectorized=True,

@@ -1,6 +1,7 @@
 """Body and feet over a cycle of candidate gaits on an endless staircase, swing by swing."""
 
 from dataclasses import dataclass
+from math import gcd
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def make_cycle(
     clearance: float,
     stance_length: float | None = None,
 ) -> Cycle:
-    """Lays a cycle of every candidate.
+    """Lays a cycle of every candidate, or as many as it takes until all treads are alike.
 
     Args:
         grid: The candidates.
@@ -48,17 +49,22 @@ def make_cycle(
         stance_length: Between front and rear feet, on level ground [m]; the pattern's if None.
     """
     pattern, beta = grid.pattern, grid.duty_factor
-    moments = [(leg, float(s)) for leg in WAVE_ORDER for s in PHASES]
-    count, n = len(grid), len(moments)
-    at = np.array([LIFT_OFF[leg] + s * (1.0 - beta) for leg, s in moments])
-    place = pattern.treads * at + pattern.ahead(beta)
-    body = np.zeros((count, n, 5))
     up = stairs.rise >= 0.0
     level = stairs.rise == 0.0
+    per = 1 if level else pattern.per_tread  # places a tread: on level ground places are alike
+    # As many cycles as there are until all feet stand alike on other treads.
+    cycles = per // gcd(per, pattern.treads)
+    moments = [(c, leg, float(s)) for c in range(cycles) for leg in WAVE_ORDER for s in PHASES]
+    count, n = len(grid), len(moments)
+    at = np.array([c + LIFT_OFF[leg] + s * (1.0 - beta) for c, leg, s in moments])
+    place = (pattern.treads * at + pattern.ahead(beta) - 0.5 * (per - 1)) / per  # in treads
+    body = np.zeros((count, n, 5))
     shift_body = 0.0 * grid.height if level else (grid.shift_up if up else grid.shift_down)
     phase = 0.0 * grid.height if level else grid.phase(stairs.run, up=up, foot_radius=foot_radius)
-    body[..., 0] = stairs.run * place + shift_body[:, None]
-    body[..., 2] = stairs.line(body[..., 0]) + grid.height[:, None]
+    ahead = np.array([-SIGNS[leg.row, 0] for _, leg, _ in moments])
+    body[..., 0] = stairs.run * place + shift_body[:, None] + grid.surge[:, None] * ahead
+    lift = 0.0 if up else grid.lift_down[:, None]
+    body[..., 2] = stairs.line(body[..., 0]) + grid.height[:, None] + lift
     body[..., 3] = -grid.share[:, None] * np.arctan(stairs.slope)
     shift = 0.0
     if stance_length is not None:
@@ -66,19 +72,30 @@ def make_cycle(
     standing = np.ones((n, 4), dtype=bool)
     feet = np.zeros((count, n, 4, 3))
     half = 0.5 * grid.stagger * np.array([-1.0, -1.0, 1.0, 1.0])
+
+    def off(row: int, i: int) -> FloatArray:
+        """How far ahead of its tread's middle the place `i` of a leg is (C,) [m]."""
+        own = stairs.run * ((i % per + 0.5) / per - 0.5)
+        return np.asarray(own + SIGNS[row, 0] * shift + phase)
+
     for leg in LEGS:
         row, first = leg.row, pattern.first(leg)
         feet[:, :, row, 1] = SIGNS[row, 1] * (0.5 * grid.width + half[row])[:, None]
-        for k, (swinging, s) in enumerate(moments):
-            begin = first + (pattern.treads if LIFT_OFF[leg] < LIFT_OFF[swinging] else 0)
+        for k, (c, swinging, s) in enumerate(moments):
+            begin = first + c * pattern.treads
+            begin += pattern.treads if LIFT_OFF[leg] < LIFT_OFF[swinging] else 0
             end = begin + (pattern.treads if leg == swinging else 0)
-            along = begin + (end - begin) * float(quintic(np.array(s)))
-            feet[:, k, row, 0] = stairs.run * along + SIGNS[row, 0] * shift + phase
-            z = max(begin * stairs.rise, end * stairs.rise)
+            share, from_tread, tread = float(quintic(np.array(s))), begin // per, end // per
+            along = from_tread + (tread - from_tread) * share
+            at_first = off(row, begin)
+            feet[:, k, row, 0] = stairs.run * along + at_first
+            if end != begin and per > 1:
+                feet[:, k, row, 0] += share * (off(row, end) - at_first)
+            z = max(from_tread * stairs.rise, tread * stairs.rise)
             if leg == swinging:
                 standing[k, row] = False
                 # Up and over, and then along: the arc's own shape is found when it is planned.
-                z = {0.0: begin * stairs.rise, 1.0: end * stairs.rise}.get(s, z + clearance)
+                z = {0.0: from_tread * stairs.rise, 1.0: tread * stairs.rise}.get(s, z + clearance)
             feet[:, k, row, 2] = z + foot_radius
-    swing = np.array([float(leg.row) for leg, _ in moments])
+    swing = np.array([float(leg.row) for _, leg, _ in moments])
     return Cycle(body, feet, standing, swing)

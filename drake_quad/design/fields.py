@@ -17,8 +17,11 @@ Fields = dict[str, dict[str, float | int | str]]
 
 MASS, LEG = 60.0, 1.22  # of the robot that the numbers below are of [kg], [m]
 CYCLE_TIME = 8.0  # [s]
-TREADS_TIME = {1: 0.75, 2: 1.0, 3: 1.25}  # of it: a shorter step takes less time
+TREADS_TIME = {1: 0.9, 2: 1.1, 3: 1.35}  # of it: a shorter step takes less time
+SHANK_ROOM = {1: 0.018, 2: 0.025}  # of a leg, by places a tread
 SWING_TIME, SHIFT_TIME = 1.2, 1.3  # [s]
+WIDEST = {1: 0.25, 2: 0.36}  # of a leg: that they sway, by places a tread
+SWITCH_WAIT = 0.75  # [s] where treads have several places: small robots sway far for their margin
 
 
 def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) -> Fields:
@@ -31,7 +34,8 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
     """
     c, leg = design.gait, leg_length(robot)
     run = min(runs, default=1.0)
-    most = max(0.5 - (robot.foot_radius + EDGE) / run, 0.0)  # off the middle [treads]
+    # Off the places [treads].
+    most = max(0.5 / c.pattern.per_tread - (robot.foot_radius + EDGE) / run, 0.0)
     share = float(c.share[0])
     size, mass = leg / LEG, robot.mass / MASS
     tempo = sqrt(size)
@@ -40,15 +44,19 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
         "duty_factor": c.duty_factor,
         "cycle_time": cycle_time,
         # As short as on the stairs: front feet are on treads while rear feet are not yet.
-        "stride": min(design.stride, c.pattern.treads * run),
+        "switch_wait": SWITCH_WAIT * tempo if c.pattern.per_tread > 1 else 0.0,
+        "stride": min(design.stride, c.pattern.treads * run / c.pattern.per_tread),
         "treads": c.pattern.treads,
         "lag": c.pattern.lag,
+        "places_per_tread": c.pattern.per_tread,
         "body_ahead": c.pattern.ahead(c.duty_factor),
         "tread_phase_up": most * float(c.phase_up[0]),
         "tread_phase_down": most * float(c.phase_down[0]),
         "body_shift_up": float(c.shift_up[0]),
         "body_shift_down": float(c.shift_down[0]),
-        "max_ahead": 0.01 * leg,
+        "lift_down": float(c.lift_down[0]),
+        "shank_room": SHANK_ROOM[c.pattern.per_tread] * leg,
+        "max_ahead": 0.04 * leg + float(c.surge[0]),
         "stance_length": hip_length(robot),
         "stance_width": float(c.width[0]),
         "stance_stagger": c.stagger,
@@ -68,7 +76,7 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
             "workspace_width": _short(0.41 * leg),
         },
         "transition": {
-            "max_shift": _short(0.25 * leg),
+            "max_shift": _short(WIDEST[c.pattern.per_tread] * leg),
             "swing_time": _short(SWING_TIME * tempo),
             "shift_time": _short(SHIFT_TIME * tempo),
         },

@@ -23,7 +23,8 @@ def what_is_short(design: Design) -> str:
 def describe_gait(design: Design) -> str:
     """The gait in a few words."""
     c = design.gait
-    treads = "1 tread" if c.pattern.treads == 1 else f"{c.pattern.treads} treads"
+    place = "tread" if c.pattern.per_tread == 1 else f"place, {c.pattern.per_tread} a tread,"
+    treads = f"1 {place}" if c.pattern.treads == 1 else f"{c.pattern.treads} {place}s"
     tilt = f"tilted by {100 * c.share[0]:.0f} % of the slope"
     return (
         f"({treads} a cycle, rear feet {c.pattern.lag} behind, "

@@ -4,10 +4,11 @@ Horizontally a swing is one quintic over its whole duration; vertically two that
 the apex time. Positions are in any frame that stands still during the swing, z up.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray, read_only
@@ -73,14 +74,25 @@ class Swing:
 
     def positions(self, times: ArrayLike) -> FloatArray:
         """Returns (N, 3), the positions [m] at the (N,) times [s]."""
-        t = np.clip(np.asarray(times, dtype=np.float64), 0.0, self.duration)
-        along = quintic(t / self.duration)[:, None]
-        p = (1.0 - along) * self.p_start + along * self.p_end
-        rising = quintic(np.minimum(t / self.apex_time, 1.0))
-        falling = quintic(np.maximum((t - self.apex_time) / (self.duration - self.apex_time), 0.0))
-        z_start, z_end = self.p_start[2], self.p_end[2]
-        p[:, 2] = z_start + (self.apex_z - z_start) * rising + (z_end - self.apex_z) * falling
-        return p
+        times = np.asarray(times, dtype=np.float64)
+        return swing_positions([self], np.zeros(len(times), dtype=np.intp), times)
+
+
+def swing_positions(
+    swings: Sequence[Swing], which: NDArray[np.intp], times: FloatArray
+) -> FloatArray:
+    """Returns (N, 3): of swing `which` (N,) of many, the position [m] at its time (N,) [s]."""
+    ends = np.array([swing._ends for swing in swings])[which]
+    timing = [(swing.duration, swing.apex_time, swing.apex_z) for swing in swings]
+    duration, apex_time, apex_z = np.array(timing)[which].T
+    t = np.minimum(np.maximum(times, 0.0), duration)
+    along = quintic(t / duration)[:, None]
+    p: FloatArray = (1.0 - along) * ends[:, :3] + along * ends[:, 3:]
+    rising = quintic(np.minimum(t / apex_time, 1.0))
+    falling = quintic(np.maximum((t - apex_time) / (duration - apex_time), 0.0))
+    z_start, z_end = ends[:, 2], ends[:, 5]
+    p[:, 2] = z_start + (apex_z - z_start) * rising + (z_end - apex_z) * falling
+    return p
 
 
 def _quintics(s: float) -> tuple[float, float, float]:

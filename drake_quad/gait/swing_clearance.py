@@ -89,6 +89,8 @@ def find_apex(
     if not (d[0] <= 1e-9 and d[-1] >= length - 1e-9 and np.all(np.diff(d) >= 0.0)):
         raise ValueError(f"the profile must run from 0 to at least the swing's {length:.6g} m")
     lowest = max(z_ends) + lift
+    if np.ptp(np.asarray(profile[1], dtype=np.float64)) == 0.0:
+        return Apex(0.5, lowest)
     riser = riser_for_swing(profile, length)
     if riser is None and np.ptp(_ground(profile, np.linspace(0.0, length, 9))) == 0.0:
         return Apex(0.5, lowest)

@@ -5,17 +5,19 @@ from typing import Protocol
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.gait.support import stability_margins
-from drake_quad.planning.body_qp import BodyProblem, solve_body
+from drake_quad.planning.body_problem import BodyProblem, BodySolution
+from drake_quad.planning.body_qp import BROKEN, BodyFrame, make_frame, solve_body
 from drake_quad.planning.body_share import com_gain, com_share, zmp_share
 from drake_quad.planning.body_spline import BodySpline, greville
 from drake_quad.planning.body_zmp import sample_zmp, shift_response
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.leg_limits import LegLimits, find_limits
+from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.terrain import Lane
 
 # Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
 CALMEST_SWING = 1.2  # [s]
@@ -28,6 +30,7 @@ GUARD = 0.15  # [s] for which three feet have to do already on either side of a 
 DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
 DYNAMIC_PASSES = 3
+ROUGH = 1e-3  # [m] by which rows may be broken by a path that is corrected anyway
 LIMIT_PASSES = 4  # besides, where legs come to their limits
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 
@@ -49,12 +52,14 @@ class Route:
         xy: (k, 2) in W [m].
         yaw: (k,) [rad].
         ground: The ground under the body.
+        lane: Whose ground shanks are to keep clear of; None: they are let be.
     """
 
     times: FloatArray
     xy: FloatArray
     yaw: FloatArray
     ground: Ground
+    lane: Lane | None = None
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Returns places (N, 2) and yaws (N,) at `times` (N,)."""
@@ -79,12 +84,13 @@ def plan_body(
     tempo = _tempo(contacts) * (DYNAMIC_TEMPO if settings.dynamic else 1.0)
     knot = UNIFORM_KNOT if settings.uniform_body else KNOT * tempo
     times = sample_times(contacts, SAMPLE_PERIOD * tempo)
+    places = contacts.feet_at(times)
     knots = greville(contacts.duration, knot)
     nominal, yaw = route.at(times)
     nominal_knots, yaw_knots = route.at(knots)
     if settings.uniform_body:
         spline = BodySpline(knot, _control(nominal_knots, yaw_knots, route, settings))
-        return spline, _margin(robot, contacts, spline, times)
+        return spline, _margin(robot, places, spline, times)
 
     heading = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
     box = settings.workspace
@@ -95,9 +101,11 @@ def plan_body(
     gain = response[0] if settings.dynamic else com_gain(robot, spline, contacts)
     passes = DYNAMIC_PASSES if settings.dynamic else PASSES
     limits: LegLimits | None = None
+    frame: BodyFrame | None = None
+    solution: BodySolution | None = None
     for k in range(passes + LIMIT_PASSES):
         if k >= passes:
-            limits = _limits(robot, contacts, spline, times, route)
+            limits = _limits(robot, places[0], spline, times, route, settings)
             if limits is None:
                 break
         if settings.dynamic:
@@ -105,43 +113,54 @@ def plan_body(
             share = zmp_share(zmp, times, response)
         else:
             share = com_share(robot, contacts, spline, times, gain)
+        problem = BodyProblem(
+            contacts=contacts,
+            times=times,
+            nominal=nominal,
+            heading=heading,
+            com_gain=gain,
+            com_offset=share.offset,
+            com_offset_acceleration=share.acceleration,
+            com_height=share.height,
+            reach_centres=box.centres,
+            reach=reach,
+            max_shift=settings.max_shift,
+            max_ahead=settings.max_ahead,
+            margin_desired=settings.margin_desired,
+            zmp_margin_desired=settings.zmp_margin,
+            static=not settings.dynamic,
+            guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
+            knot=knot,
+            limits=limits,
+        )
+        frame = frame or make_frame(problem)
+        last = k >= passes - 1
         solution = solve_body(
-            BodyProblem(
-                contacts=contacts,
-                times=times,
-                nominal=nominal,
-                heading=heading,
-                com_gain=gain,
-                com_offset=share.offset,
-                com_offset_acceleration=share.acceleration,
-                com_height=share.height,
-                reach_centres=box.centres,
-                reach=reach,
-                max_shift=settings.max_shift,
-                max_ahead=settings.max_ahead,
-                margin_desired=settings.margin_desired,
-                zmp_margin_desired=settings.zmp_margin,
-                static=not settings.dynamic,
-                guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
-                knot=knot,
-                limits=limits,
-            )
+            problem, frame=frame, start=solution, broken=BROKEN if last else ROUGH
         )
         spline = BodySpline(knot, _control(solution.control, yaw_knots, route, settings))
     if settings.dynamic:
         zmp = sample_zmp(robot, contacts, spline, ZMP_PERIOD * tempo)
         return spline, float(zmp.margin.min())
-    return spline, _margin(robot, contacts, spline, times)
+    return spline, _margin(robot, places, spline, times)
 
 
 def _limits(
-    robot: RobotModel, contacts: ContactPlan, spline: BodySpline, times: FloatArray, route: Route
+    robot: RobotModel,
+    feet: FloatArray,
+    spline: BodySpline,
+    times: FloatArray,
+    route: Route,
+    settings: PlanSettings,
 ) -> LegLimits | None:
-    """What keeps legs within their limits, if the path takes one beyond."""
-    body, (feet, _) = spline.samples(times)[:, 0], contacts.feet_at(times)
+    """What keeps legs within their limits and shanks off the stairs, if the path does not."""
+    body = spline.samples(times)[:, 0]
     _, slope = route.ground(body[:, :2])
     rise = slope[:, None] * np.stack([np.cos(body[:, 4]), np.sin(body[:, 4])], axis=-1)
-    return find_limits(robot, body, feet, rise)
+    shanks = None
+    if route.lane is not None and settings.shank_room > 0.0:
+        shanks = Shanks(route.lane, settings.shank_room)
+    return find_limits(robot, body, feet, rise, shanks)
 
 
 def robot_stance(settings: PlanSettings) -> FloatArray:
@@ -175,12 +194,14 @@ def _tempo(contacts: ContactPlan) -> float:
 
 
 def _margin(
-    robot: RobotModel, contacts: ContactPlan, spline: BodySpline, times: FloatArray
+    robot: RobotModel,
+    places: tuple[FloatArray, BoolArray],
+    spline: BodySpline,
+    times: FloatArray,
 ) -> float:
     """Smallest static margin of the whole robot's centre of mass over `times` [m]."""
-    body = spline.samples(times)[:, 0]
-    feet, standing = contacts.feet_at(times)
-    _, _, com = pose_robot(robot, body, feet)
+    feet, standing = places
+    _, _, com = pose_robot(robot, spline.samples(times)[:, 0], feet)
     return float(np.min(stability_margins(com[:, :2], feet[..., :2], standing)))
 
 

@@ -11,6 +11,11 @@ with m <= the margin desired; `body_sides.py` says which sides, and where m is e
 the acceleration, a little of the distance from the nominal path, and -m. The legs' own part of the
 centre of mass comes in as a given offset from the body and is corrected by whoever calls this again
 with the path found (`body_path.py`).
+
+One row in twenty holds the path. The program is solved with a few rows, those that its path breaks
+or nearly breaks come in, and so on until none of all is broken: the optimum is then that of the
+program with all rows (an outer approximation; Kelley, "The cutting-plane method for solving convex
+programs", 1960).
 """
 
 from dataclasses import dataclass
@@ -21,229 +26,162 @@ from scipy import sparse
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_sides import make_sides
-from drake_quad.planning.body_spline import knot_count, weights
-from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.leg_limits import LegLimits
+from drake_quad.planning.body_problem import GRAVITY, BodyProblem, BodySolution
+from drake_quad.planning.body_rows import (
+    MARGIN,
+    SCALARS,
+    ZMP_MARGIN,
+    Basis,
+    Indices,
+    Rows,
+    join,
+    limit_rows,
+    make_basis,
+    margin_rows,
+    reach_rows,
+    shift_rows,
+)
+from drake_quad.planning.body_sides import Sides, make_sides
+from drake_quad.planning.body_spline import knot_count
 
-GRAVITY = 9.81
-FAR = 5.0  # [m]: a limit beyond it is none
-REACH_STRIDE = 4  # a foot's place in its box changes slowly: every so many samples will do
+FOLLOW = 0.02  # what a distance from the nominal path costs; an acceleration costs 1 [1/s^4]
+# The scalars' costs: of both margins, of the excess of reach, of legs beyond their limits and of
+# shanks too near to the stairs. The last two are hard if they can be kept.
+PRICES = (-200.0, -100.0, 400.0, 4000.0, 1500.0)
+NEAR = 0.01  # [m] from being broken, at which a row comes in
+BROKEN = 1e-6  # [m] more than that and a row is broken
+SEED_STRIDE = 4  # every so many samples' sides begin
+SETTLED = 3  # rounds after which no row goes any more
+ROUNDS = 10  # in the last of which all rows are in
 
 
-@dataclass(frozen=True, kw_only=True)
-class BodyProblem:
-    """What the quadratic program is given. Arrays over `times` have one row a time.
+@dataclass(frozen=True, eq=False)
+class BodyFrame:
+    """What stays of a program however the legs' share in the centre of mass is corrected.
 
     Attributes:
-        contacts: Who stands where, when.
-        times: Sampled times (N,) [s].
-        nominal: Nominal places of the body's centre, (N, 2) [m].
-        heading: Unit vector of the body's x in W, (N, 2).
-        com_gain: How much of a shift of the body, the feet standing, the whole robot's centre of
-            mass makes, along x and y of W (2,).
-        com_offset: The centre of mass less `com_gain` times the body's centre, (N, 2) [m].
-        com_offset_acceleration: Its second time derivative, (N, 2) [m/s^2].
-        com_height: Above the feet, (N,) [m].
-        reach_centres: Workspace centres of the feet in B, (4, 2) [m].
-        reach: Half-sizes of the legs' boxes along and across the heading, (2,) [m].
-        max_shift: How far the body may be from its nominal place: across its heading always,
-            along it where the nominal place stands still [m].
-        max_ahead: The same along its heading where the nominal place moves [m].
-        margin_desired: No more static margin than this is asked for [m].
-        zmp_margin_desired: The same for the zero-moment point [m].
-        static: Whether the static margin is asked for at all.
-        guard: For how long before lift-off and after touchdown three feet have to do already [s].
-        knot: Knot spacing [s].
-        limits: Of the legs, where they are in the way.
+        basis: The spline at the sampled times.
+        sides: Of the support polygons.
+        limits: Rows of reach and shift.
+        P: The quadratic cost, (2n + 5, 2n + 5).
+        c: The linear cost, (2n + 5,).
+        A: Picks the control points at both ends, which are given, (12, 2n + 5).
     """
 
-    contacts: ContactPlan
-    times: FloatArray
-    nominal: FloatArray
-    heading: FloatArray
-    com_gain: FloatArray
-    com_offset: FloatArray
-    com_offset_acceleration: FloatArray
-    com_height: FloatArray
-    reach_centres: FloatArray
-    reach: FloatArray
-    max_shift: float
-    max_ahead: float
-    margin_desired: float
-    zmp_margin_desired: float
-    static: bool = True
-    guard: float = 0.15
-    knot: float = 0.2
-    limits: LegLimits | None = None
+    basis: Basis
+    sides: Sides
+    limits: Rows
+    P: sparse.csc_matrix
+    c: FloatArray
+    A: sparse.csc_matrix
 
 
-@dataclass(frozen=True)
-class BodySolution:
-    """The control points (n, 2) [m] and the margins that the program believes in [m]."""
+def make_frame(problem: BodyProblem) -> BodyFrame:
+    """Prepares a program.
 
-    control: FloatArray
-    margin: float
-    zmp_margin: float
+    Raises:
+        PlanningError: If the standing feet are on one line.
+    """
+    p = problem
+    basis = make_basis(p.times, p.knot, knot_count(p.contacts.duration, p.knot))
+    P, c = _cost(p, basis)
+    limits = join([*reach_rows(p), *shift_rows(p)])
+    ends = np.array([0, 1, 2, basis.count - 3, basis.count - 2, basis.count - 1])
+    columns = (2 * ends[:, None] + np.arange(2)).ravel()
+    A = sparse.csc_matrix((np.ones(12), (np.arange(12), columns)), shape=(12, len(c)))
+    return BodyFrame(basis, make_sides(p.contacts, p.times, p.guard), limits, P, c, A)
 
 
-def solve_body(problem: BodyProblem) -> BodySolution:
+def solve_body(
+    problem: BodyProblem,
+    *,
+    frame: BodyFrame | None = None,
+    start: BodySolution | None = None,
+    broken: float = BROKEN,
+) -> BodySolution:
     """Solves for the path.
+
+    Args:
+        problem: The program.
+        frame: `make_frame` of this problem, or of one that differs in the legs' share and limits.
+        start: A solution of such a problem, whose rows to begin with.
+        broken: By how much a row may be broken [m].
 
     Raises:
         PlanningError: If the solver finds none (it always should: the margins may be negative).
     """
-    p = problem
-    count = knot_count(p.contacts.duration, p.knot)
-    index, basis = _basis_at(p.times, p.knot, count)
-    sides = make_sides(p.contacts, p.times, p.guard)
-    zmp = p.com_height / GRAVITY
+    frame = frame or make_frame(problem)
+    parts = [margin_rows(problem, frame.sides), frame.limits]
+    if problem.limits is not None:
+        parts.append(limit_rows(problem.limits))
+    rows = join(parts)
+    if start is None:
+        chosen = np.zeros(len(rows.sample), dtype=bool)
+        chosen[: len(frame.sides.sample)] = frame.sides.sample % SEED_STRIDE == 0
+    else:
+        chosen = rows.excess(start.path, start.scalars) < NEAR
+    for k in range(ROUNDS):
+        x = _solve(problem, frame, rows, np.flatnonzero(chosen))
+        control, scalars = x[:-SCALARS].reshape(-1, 2), x[-SCALARS:]
+        path = frame.basis.at(control)
+        excess = rows.excess(path, scalars)
+        if np.all(excess[~chosen] >= -broken):
+            break
+        # At first rows also go that are far from holding the path, as it still moves a lot.
+        chosen = (excess < NEAR) | (chosen & (k >= SETTLED)) | (k == ROUNDS - 2)
+    least = float(frame.sides.weight.min())
+    margins = least * scalars[[MARGIN, ZMP_MARGIN]]
+    return BodySolution(control, float(margins[0]), float(margins[1]), path, scalars)
 
-    # Static margin and ZMP rows: unknowns are [x (n), y (n), m, m_z, excess of reach].
-    k, n, offset = sides.sample, sides.normal, sides.offset
-    static = basis[k, 0]
-    dynamic = basis[k, 0] - zmp[k, None] * basis[k, 2]
-    given = np.einsum("ij,ij->i", n, p.com_offset[k])
-    given_dynamic = given - zmp[k] * np.einsum("ij,ij->i", n, p.com_offset_acceleration[k])
-    total = 2 * count + (3 if p.limits is None else 4)
-    m_z = (2 * count + 1, -sides.weight)
-    rows = [_rows(dynamic, n * p.com_gain, index[k], count, total, extra=m_z)]
-    lower = [offset - given_dynamic]
-    if p.static:
-        margin = (2 * count, -sides.weight)
-        rows.insert(0, _rows(static, n * p.com_gain, index[k], count, total, extra=margin))
-        lower.insert(0, offset - given)
 
-    reach_rows, reach_lower = _reach(p, basis, index, count, total)
-    shift_rows, shift_lower = _shifts(p, basis, index, count, total)
-    rows += [reach_rows, shift_rows]
-    lower += [reach_lower, shift_lower]
-    if p.limits is not None:
-        k = p.limits.sample
-        beyond = (2 * count + 3, 1.0)
-        rows.append(_rows(basis[k, 0], p.limits.normal, index[k], count, total, extra=beyond))
-        lower.append(p.limits.offset)
-    G = sparse.vstack(rows, format="csc")
-    h_lower = np.concatenate(lower)
-
-    weight = _trapezoid(p.times)
-    accelerate = _scalar_rows(basis[:, 2], index, count)
-    follow = _scalar_rows(basis[:, 0], index, count)
-    W = sparse.diags(weight)
-    axis = accelerate.T @ W @ accelerate + 0.02 * (follow.T @ W @ follow)
-    extra = total - 2 * count
-    P = sparse.block_diag([2 * axis, 2 * axis, 1e-6 * sparse.eye(extra)], format="csc")
-    pull = -0.04 * (follow.T @ (weight[:, None] * p.nominal))
-    prices = [-200.0, -100.0, 400.0, 4000.0]  # a leg's limits are hard, if they can be kept
-    c = np.concatenate([pull[:, 0], pull[:, 1], prices[:extra]])
-
-    fixed = [0, 1, 2, count - 3, count - 2, count - 1]
-    start, end = p.nominal[0], p.nominal[-1]
-    b = np.concatenate([[s] * 3 + [e] * 3 for s, e in zip(start, end, strict=True)])
-    columns = fixed + [count + f for f in fixed]
-    A = sparse.csc_matrix((np.ones(12), (np.arange(12), columns)), shape=(12, total))
-
-    x_lower = np.full(total, -np.inf)
-    x_upper = np.full(total, np.inf)
-    x_upper[2 * count] = p.margin_desired
-    x_upper[2 * count + 1] = p.zmp_margin_desired
-    x_lower[2 * count + 2 :] = 0.0
-
+def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: Indices) -> FloatArray:
+    """The path's control points, x and y in turn, and the scalars (2n + 5,)."""
+    total = len(frame.c)
+    G, lower = rows.matrix(chosen, frame.basis)
+    b = np.repeat([p.nominal[0], p.nominal[-1]], 3, axis=0).ravel()
+    x_lower, x_upper = np.full(total, -np.inf), np.full(total, np.inf)
+    x_upper[-SCALARS : -SCALARS + 2] = p.margin_desired, p.zmp_margin_desired
+    x_lower[-SCALARS + 2 :] = 0.0
     solver = piqp.SparseSolver()
     solver.settings.eps_abs = 1e-5
     solver.settings.eps_rel = 1e-5
-    solver.settings.kkt_solver = piqp.KKTSolver.sparse_ldlt_cond  # twice as fast: many rows
-    solver.setup(P, c, A, b, G, h_lower, np.full(len(h_lower), np.inf), x_lower, x_upper)
+    solver.settings.preconditioner_scale_cost = True  # a fifth fewer iterations
+    solver.settings.preconditioner_iter = 3
+    solver.setup(
+        frame.P, frame.c, frame.A, b, G, lower, np.full(len(lower), np.inf), x_lower, x_upper
+    )
     status = solver.solve()
     if status != piqp.PIQP_SOLVED:
         raise PlanningError(f"the body path's program was not solved: {status}", status=str(status))
-    x = np.array(solver.result.x)
-    control = np.stack([x[:count], x[count : 2 * count]], axis=-1)
-    least = float(sides.weight.min())
-    return BodySolution(control, least * float(x[2 * count]), least * float(x[2 * count + 1]))
+    return np.array(solver.result.x)
 
 
-def _reach(
-    p: BodyProblem, basis: FloatArray, index: FloatArray, count: int, total: int
-) -> tuple[sparse.csr_matrix, FloatArray]:
-    """Every standing foot stays in its box, but for one shared excess that costs dearly."""
-    feet, standing = p.contacts.feet_at(p.times)
-    across = np.stack([-p.heading[:, 1], p.heading[:, 0]], axis=-1)
-    blocks, lower = [], []
-    for leg in range(4):
-        k = np.flatnonzero(standing[:, leg])[::REACH_STRIDE]
-        for axis, e in enumerate((p.heading, across)):
-            at = np.einsum("ij,ij->i", e[k], feet[k, leg, :2]) - p.reach_centres[leg, axis]
-            for sign in (1.0, -1.0):  # sign * e·(body) <= sign * at + reach
-                rows = _rows(basis[k, 0], -sign * e[k], index[k], count, total,
-                             extra=(2 * count + 2, 1.0))  # fmt: skip
-                blocks.append(rows)
-                lower.append(-sign * at - p.reach[axis])
-    return sparse.vstack(blocks, format="csr"), np.concatenate(lower)
-
-
-def _shifts(
-    p: BodyProblem, basis: FloatArray, index: FloatArray, count: int, total: int
-) -> tuple[sparse.csr_matrix, FloatArray]:
-    """The body stays within `max_shift` of its nominal place, but for the excess of reach."""
-    across = np.stack([-p.heading[:, 1], p.heading[:, 0]], axis=-1)
-    moved = np.linalg.norm(np.gradient(p.nominal, axis=0), axis=1)
-    blocks, lower = [], []
-    always, still = np.ones(len(moved), dtype=bool), moved < 1e-9
-    for e, where, most in (
-        (across, always, p.max_shift),
-        (p.heading, still, p.max_shift),
-        (p.heading, ~still, p.max_ahead),
-    ):
-        if most > FAR:
-            continue
-        k = np.flatnonzero(where)[::2]
-        at = np.einsum("ij,ij->i", e[k], p.nominal[k])
-        for sign in (1.0, -1.0):
-            blocks.append(_rows(basis[k, 0], sign * e[k], index[k], count, total,
-                                extra=(2 * count + 2, 1.0)))  # fmt: skip
-            lower.append(sign * at - most)
-    return sparse.vstack(blocks, format="csr"), np.concatenate(lower)
-
-
-def _basis_at(times: FloatArray, knot: float, count: int) -> tuple[FloatArray, FloatArray]:
-    """First control point (N,) and weights (N, 3, 4) at each time."""
-    r = times / knot
-    i = np.clip(np.floor(r + 1e-9).astype(int), 0, count - 4)
-    return i, weights(np.clip(r - i, 0.0, 1.0), knot)
-
-
-def _scalar_rows(basis: FloatArray, index: FloatArray, count: int) -> sparse.csr_matrix:
-    """Rows that evaluate one spline: (N, n)."""
-    row = np.repeat(np.arange(len(index)), 4)
-    column = (index[:, None] + np.arange(4)).ravel()
-    return sparse.csr_matrix((basis.ravel(), (row, column)), shape=(len(index), count))
-
-
-def _rows(
-    basis: FloatArray,
-    normal: FloatArray,
-    index: FloatArray,
-    count: int,
-    total: int,
-    *,
-    extra: tuple[int, float | FloatArray],
-) -> sparse.csr_matrix:
-    """Rows n · (x, y)(t) + extra: the same basis for x and y, weighed by the normal."""
-    size = len(index)
-    row = np.arange(size)
-    x_columns = index[:, None] + np.arange(4)
-    data = np.concatenate(
-        [(basis * normal[:, :1]).ravel(), (basis * normal[:, 1:]).ravel(), np.full(size, extra[1])]
+def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
+    """The acceleration squared and some of the distance from the nominal path, over time."""
+    gaps = np.diff(p.times)
+    weight = 0.5 * (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0))  # the trapezoidal rule
+    follow, accelerate = basis.weights[:, 0], basis.weights[:, 2]
+    square = (
+        2.0
+        * weight[:, None, None]
+        * (
+            accelerate[:, :, None] * accelerate[:, None, :]
+            + FOLLOW * follow[:, :, None] * follow[:, None, :]
+        )
     )
-    rows = np.concatenate([np.repeat(row, 4), np.repeat(row, 4), row])
-    columns = np.concatenate(
-        [x_columns.ravel(), (x_columns + count).ravel(), np.full(size, extra[0])]
-    )
-    return sparse.csr_matrix((data, (rows, columns)), shape=(size, total))
+    n = basis.count
+    at = basis.first[:, None] + np.arange(4)
+    bands = []
+    for d in range(4):  # above the diagonal; the same below
+        pairs = np.stack([square[:, a, a + d] for a in range(4 - d)], axis=-1)
+        band = np.bincount(at[:, : 4 - d].ravel(), pairs.ravel(), minlength=n)[: n - d]
+        bands.append(np.repeat(band, 2))
+    bands[0] = np.append(bands[0], np.full(SCALARS, 1e-6))
+    bands[1:] = [np.append(band, np.zeros(SCALARS)) for band in bands[1:]]
+    P = sparse.diags_array([*bands, *bands[1:]], offsets=[0, 2, 4, 6, -2, -4, -6], format="csc")
+    pull = weight[:, None, None] * follow[:, :, None] * p.nominal[:, None, :]
+    c = [np.bincount(at.ravel(), pull[..., k].ravel(), minlength=n) for k in range(2)]
+    return P, np.append(-2.0 * FOLLOW * np.stack(c, axis=-1).ravel(), PRICES)
 
 
-def _trapezoid(times: FloatArray) -> FloatArray:
-    """Integration weights [s] of the samples."""
-    gaps = np.diff(times)
-    return np.asarray(0.5 * (np.concatenate([[0.0], gaps]) + np.concatenate([gaps, [0.0]])))
+__all__ = ["GRAVITY", "BodyFrame", "BodyProblem", "BodySolution", "make_frame", "solve_body"]

@@ -46,34 +46,37 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
     Raises:
         PlanningError: If the standing feet are on one line.
     """
-    samples, normals, offsets, weights = [], [], [], []
     crossings = _crossings(contacts)
+    hulls, spans = [], []
     for phase in contacts.phases:
         hull = support_polygon(phase.feet[phase.standing, :2])
         if len(hull) < 3:
             raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
-        edge = np.roll(hull, -1, axis=0) - hull
-        normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1)
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         wide = 0.0 if phase.step is None else guard
         before = 0.0 if phase.start in crossings else wide
         after = 0.0 if phase.end in crossings else wide
-        mine = np.flatnonzero(
-            (times >= phase.start - before - 1e-9) & (times <= phase.end + after + 1e-9)
-        )
-        weight = np.ones(len(mine))
-        for crossing in crossings:
-            weight = np.minimum(weight, np.abs(times[mine] - crossing) / CROSSING_TIME)
-        weights.append(np.repeat(weight, len(hull)))
-        samples.append(np.repeat(mine, len(hull)))
-        normals.append(np.tile(normal, (len(mine), 1)))
-        offsets.append(np.tile(np.einsum("ij,ij->i", normal, hull), len(mine)))
-    return Sides(
-        np.concatenate(samples),
-        np.concatenate(normals),
-        np.concatenate(offsets),
-        np.concatenate(weights),
+        hulls.append(hull)
+        spans.append((phase.start - before - 1e-9, phase.end + after + 1e-9))
+    corner, following = (
+        np.concatenate(hulls),
+        np.concatenate([np.roll(h, -1, axis=0) for h in hulls]),
     )
+    edge = following - corner
+    normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1) / np.hypot(*edge.T)[:, None]
+    inward = np.sum(normal * corner, axis=1)
+    # Of every phase, sample by sample, all of its sides.
+    begin, end = np.array(spans).T
+    first, last = times.searchsorted(begin), times.searchsorted(end, side="right")
+    corners = np.array([len(hull) for hull in hulls])
+    rows = (last - first) * corners
+    phase_of = np.repeat(np.arange(len(hulls)), rows)
+    within = np.arange(len(phase_of)) - np.repeat(np.cumsum(rows) - rows, rows)
+    sample = first[phase_of] + within // corners[phase_of]
+    side = (np.cumsum(corners) - corners)[phase_of] + within % corners[phase_of]
+    weight = np.ones(len(times))
+    for crossing in crossings:
+        weight = np.minimum(weight, np.abs(times - crossing) / CROSSING_TIME)
+    return Sides(sample, normal[side], inward[side], weight[sample])
 
 
 def _crossings(contacts: ContactPlan) -> set[float]:

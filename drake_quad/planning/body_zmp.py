@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
-from drake_quad.planning.body_qp import GRAVITY
+from drake_quad.planning.body_problem import GRAVITY
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import rotations

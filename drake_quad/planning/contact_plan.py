@@ -4,9 +4,10 @@ from bisect import bisect_right
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_quad.gait.legs import BoolArray, FloatArray, Leg, read_only
-from drake_quad.gait.swing import Swing
+from drake_quad.gait.swing import Swing, swing_positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,7 @@ class ContactPlan:
     duration: float
     phases: tuple[Phase, ...] = field(init=False)
     _starts: tuple[float, ...] = field(init=False)
+    _swings: NDArray[np.intp] = field(init=False)  # of each phase: which step's, -1 for none
 
     def __post_init__(self) -> None:
         phases: list[Phase] = []
@@ -71,6 +73,8 @@ class ContactPlan:
             phases.append(Phase(t, self.duration, everyone, read_only(feet), None))
         object.__setattr__(self, "phases", tuple(phases))
         object.__setattr__(self, "_starts", tuple(p.start for p in phases))
+        swinging = np.array([p.step is not None for p in phases], dtype=bool)
+        object.__setattr__(self, "_swings", np.where(swinging, np.cumsum(swinging) - 1, -1))
         object.__setattr__(self, "feet", read_only(self.feet))
 
     @property
@@ -94,9 +98,14 @@ class ContactPlan:
         index = np.maximum(np.searchsorted(self._starts, times, side="right") - 1, 0)
         feet = np.stack([p.feet for p in self.phases])[index]
         standing = np.stack([p.standing for p in self.phases])[index]
-        for k, phase in enumerate(self.phases):
-            if phase.step is not None and np.any(mine := index == k):
-                feet[mine, phase.step.leg.row] = phase.step.swing.positions(
-                    times[mine] - phase.start
-                )
+        if not self.steps:
+            return feet, standing
+        swing = self._swings[index]
+        mine = np.flatnonzero(swing >= 0)
+        swing = swing[mine]
+        starts = np.array([step.lift_off for step in self.steps])
+        legs = np.array([step.leg.row for step in self.steps])
+        feet[mine, legs[swing]] = swing_positions(
+            [step.swing for step in self.steps], swing, times[mine] - starts[swing]
+        )
         return feet, standing

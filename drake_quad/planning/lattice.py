@@ -1,4 +1,4 @@
-"""Where along a lane the feet may step: one place a tread, evenly spaced places between.
+"""Where along a lane the feet may step: on every tread, on evenly spaced places between flights.
 
 Curbs and blocks have a place on either side, or one on their middle. In the wave gait of n treads a
 cycle every foot steps n places on, so the level walk is in phase with the flight when the first
@@ -28,6 +28,7 @@ class Lattice:
         behind: How many places lie behind the start (the gait's rear feet begin there).
         cycles: N: cycles of the wave gait from start to end, n places each.
         on_tread: Which places are on a tread of a flight, or on a block.
+        line: Of places several to a tread, those one to a tread: their line is the flights' own.
     """
 
     s: FloatArray
@@ -35,10 +36,16 @@ class Lattice:
     behind: int
     cycles: int
     on_tread: tuple[bool, ...]
+    line: "Lattice | None" = None
+
+    @property
+    def knots(self) -> tuple[FloatArray, FloatArray]:
+        """Places [m] and heights [m] that the slope line goes through: one a tread."""
+        return (self.s, self.z) if self.line is None else (self.line.s, self.line.z)
 
     def height(self, s: FloatArray) -> FloatArray:
-        """The slope line through the places, at `s` [m]; flat beyond the ends."""
-        return np.asarray(np.interp(s, self.s, self.z))
+        """The slope line through the treads' middles, at `s` [m]; flat beyond the ends."""
+        return np.asarray(np.interp(s, *self.knots))
 
 
 def make_lattice(
@@ -50,6 +57,7 @@ def make_lattice(
     behind: int = 1,
     ahead: int = 1,
     per_cycle: int = 2,
+    per_tread: int = 1,
 ) -> Lattice:
     """Lays the lattice for a walk of the body from `start` to `goal` along `lane`.
 
@@ -61,6 +69,7 @@ def make_lattice(
         behind: How many places to lay behind the start.
         ahead: How many to lay beyond the goal.
         per_cycle: n: how many places a cycle advances.
+        per_tread: q: how many places every tread has, evenly spaced.
 
     Raises:
         PlanningError: If there is no room to step between start, flights and goal.
@@ -75,7 +84,7 @@ def make_lattice(
         if last[1] < start or first[0] > goal:
             continue
         end = pin_obstacles(obstacles, until=first[0], goal=goal, end=end, pins=pins, level=level)
-        before = first[0] - 0.5 * (first[1] - first[0])
+        before = first[0] - 0.5 * (first[1] - first[0]) / per_tread
         if before >= pins[-1] - 1e-6:
             pins.append(before)
             level.append(True)
@@ -92,10 +101,11 @@ def make_lattice(
         else:
             pins[-1] = 0.5 * (end + first[0])  # one place serves both flights
         for a, b, _ in treads:
-            pins.append(0.5 * (a + b))
-            level.append(False)
+            for k in range(1, 2 * per_tread, 2):
+                pins.append(((2 * per_tread - k) * a + k * b) / (2 * per_tread))
+                level.append(False)
         end = last[1]
-        pins.append(end + 0.5 * (end - last[0]))
+        pins.append(end + 0.5 * (end - last[0]) / per_tread)
         level.append(False)
     pin_obstacles(obstacles, until=goal, goal=goal, end=end, pins=pins, level=level)
     if goal < pins[-1] - 1e-6:
@@ -134,10 +144,15 @@ def make_lattice(
             places=bad.tolist(),
         )
     kinds = [lane.kinds[i] in ("tread", "block") for i in lane.interval(places)]
+    line = None
+    if per_tread > 1:
+        line = make_lattice(lane, start=start, goal=goal, spacing=per_tread * spacing,
+                            behind=0, ahead=0, per_cycle=1)  # fmt: skip
     return Lattice(
         s=read_only(places),
         z=read_only(z),
         behind=behind,
         cycles=(len(s) - 1) // per_cycle,
         on_tread=tuple(kinds),
+        line=line,
     )

@@ -1,21 +1,27 @@
-"""How near the legs come to their limits along a body path, as sides that the path is to stay within.
+"""How near legs come to their limits along a body path, as sides that the path is to stay within.
 
-The body's program knows the legs as boxes about the feet. Where that lets a leg stretch or fold too
-far, or a joint come to its limit, the room that is left is linear enough in a shift of the body that
-a path solved once more, within these sides, leaves it (sequential linearisation).
+The body's program knows the legs as boxes about the feet. Where that lets a leg stretch or fold
+too far, a joint come to its limit, or a shank too near to the stairs, the room that is left is
+linear enough in a shift of the body that a path solved once more, within these sides, leaves it
+(sequential linearisation).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.motion_plan import rotations
+from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.planning.motion_plan import pose_robot, rotations
+from drake_quad.planning.shank_room import shank_room
 from drake_quad.robot.leg_kinematics import solve_legs
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.terrain import Lane
 
 SAFE = 0.008  # of a leg's length: room that the sides keep, for what is between the samples
 NEAR = 0.12  # of a leg's length: limits that are farther away are let be
+SHANK_SAFE = 0.002  # the same of the room between shanks and stairs
+LIMITS = 6  # of a leg: see `leg_room`
 STEP = 1e-5  # [m] of the differences
 WEIGHT = 0.5  # of a leg's length, that a radian counts as
 
@@ -28,11 +34,26 @@ class LegLimits:
         sample: Index of the sampled time (K,).
         normal: (K, 2); not of unit length.
         offset: (K,) [m].
+        shank: Whether the side is for a shank's room; else it is for a leg's limits (K,).
     """
 
-    sample: FloatArray
+    sample: NDArray[np.intp]
     normal: FloatArray
     offset: FloatArray
+    shank: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class Shanks:
+    """The room that shanks are to have.
+
+    Attributes:
+        lane: The ground.
+        room: Between them and it [m].
+    """
+
+    lane: Lane
+    room: float
 
 
 def leg_room(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArray:
@@ -68,7 +89,11 @@ def leg_room(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArra
 
 
 def find_limits(
-    robot: RobotModel, body: FloatArray, feet: FloatArray, rise: FloatArray
+    robot: RobotModel,
+    body: FloatArray,
+    feet: FloatArray,
+    rise: FloatArray,
+    shanks: Shanks | None = None,
 ) -> LegLimits | None:
     """The sides for a body path that takes some leg beyond a limit; None if it takes none there.
 
@@ -77,8 +102,19 @@ def find_limits(
         body: (N, 5) poses in W at the sampled times.
         feet: (N, 4, 3) in W [m].
         rise: (N, 2) how much the body rises by a shift along x and y of W.
+        shanks: The room that shanks are to have; None: they are let be.
     """
-    room = leg_room(robot, body, feet)
+
+    def room_at(poses: FloatArray) -> FloatArray:
+        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 13) with the shanks' [m]."""
+        room = leg_room(robot, poses, feet)
+        if shanks is None:
+            return room
+        q, _, _ = pose_robot(robot, poses, feet)
+        clear = shank_room(robot, shanks.lane, poses, feet, q) - shanks.room
+        return np.concatenate([room, clear], axis=-1)
+
+    room = room_at(body)
     if room.min() >= 0.0:
         return None
     gradient = np.empty((*room.shape, 2))
@@ -86,10 +122,11 @@ def find_limits(
         moved = np.array(body)
         moved[:, axis] += STEP
         moved[:, 2] += STEP * rise[:, axis]
-        gradient[..., axis] = (leg_room(robot, moved, feet) - room) / STEP
-    reach = robot.geometry.reach[:, None]
-    k, leg, which = np.nonzero(room < NEAR * reach)
+        gradient[..., axis] = (room_at(moved) - room) / STEP
+    reach = robot.geometry.reach
+    k, leg, which = np.nonzero(room < NEAR * reach[:, None])
     normal = gradient[k, leg, which]
     here = np.einsum("ij,ij->i", normal, body[k, :2])
-    offset = SAFE * reach[leg, 0] - room[k, leg, which] + here
-    return LegLimits(k, normal, offset)
+    shank = which >= LIMITS
+    keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
+    return LegLimits(k, normal, keep - room[k, leg, which] + here, shank)

@@ -10,8 +10,8 @@ from drake_quad.gait.support import stability_margins
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.plan_table import phase_table, sample_body, sample_feet
-from drake_quad.robot.leg_kinematics import solve_legs
-from drake_quad.robot.robot_model import RobotModel, calc_com
+from drake_quad.planning.pose_kernel import constants, pose
+from drake_quad.robot.robot_model import RobotModel
 
 SEGMENT_KINDS = ("stand", "transition", "wave", "spin")
 
@@ -178,11 +178,7 @@ def pose_robot(
     Returns:
         q (N, 4, 3) [rad], excess of reach (N, 4) [m], centre of mass in W (N, 3) [m].
     """
-    R = rotations(body)
-    p_BF = np.einsum("nji,nlj->nli", R, feet - body[:, None, :3])
-    q, excess = solve_legs(robot.geometry, p_BF)
-    com = body[:, :3] + np.einsum("nij,nj->ni", R, calc_com(robot, q))
-    return q, excess, com
+    return pose(*constants(robot), np.ascontiguousarray(body), np.ascontiguousarray(feet))
 
 
 def evaluate(robot: RobotModel, plan: MotionPlan, times: FloatArray) -> PlanSamples:

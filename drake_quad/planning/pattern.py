@@ -1,10 +1,12 @@
 """The wave gait's footprints on a lattice of places: which place each foot stands on, and when.
 
 On stairs a foot can only stand on treads. The paper describes cycles of one and of two treads
-(section II-A); this is the general pattern of n treads a cycle with rear feet k treads behind.
+(section II-A); this is the general pattern of n places a cycle with rear feet k places behind. A
+tread is one place, or more where treads are deep against the legs.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from drake_quad.gait.legs import LEGS, Leg
 
@@ -17,13 +19,16 @@ class Pattern:
     """Footprints of a wave gait.
 
     Attributes:
-        treads: n: how many places every foot, and the body, advance in a cycle.
+        treads: n: how many places every foot, and the body, advance in a cycle: treads, if a tread
+            is one place.
         lag: k: how many places the right rear foot stands behind the left front foot as a cycle
             begins.
+        per_tread: q: how many places every tread has, one behind the other.
     """
 
     treads: int = 2
     lag: int = 1
+    per_tread: int = 1
 
     def first(self, leg: Leg) -> int:
         """The place of a leg as a cycle begins, from the body's: it then steps `treads` on."""
@@ -34,7 +39,7 @@ class Pattern:
         late = self.treads // 2 if LIFT_OFF[leg] >= 0.5 else 0
         return late - (self.lag if leg in (Leg(3), Leg(4)) else 0)
 
-    @property
+    @cached_property
     def _middle(self) -> int:
         """How many places behind the left front foot's the body's is: the nearest to the middle."""
         strokes = [self._first(leg) + self.treads * (0.5 - LIFT_OFF[leg]) for leg in LEGS]
@@ -44,7 +49,7 @@ class Pattern:
         """Where the middle of a leg's stroke is, from the body's place [places]."""
         return self.first(leg) + self.treads * (0.5 * duty_factor - LIFT_OFF[leg])
 
-    @property
+    @cached_property
     def stance(self) -> float:
         """Distance of the middles of the front legs' strokes from the rear legs' [places]."""
         c = {leg: self.centre(leg, 1.0) for leg in LEGS}

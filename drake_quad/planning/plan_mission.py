@@ -1,8 +1,9 @@
 """Plans a whole mission on paper, each task from where the one before ends, and checks it."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
@@ -69,17 +70,35 @@ def plan_mission(
         PlanningError: If a task has no plan, or one that the robot cannot follow.
     """
     begun = time.perf_counter()
-    plans: list[MotionPlan] = []
-    starts: list[float] = []
-    at = 0.0
+    plans = tuple(plan_tasks(robot, course, settings, mission, stance))
+    taken = time.perf_counter() - begun
+    return join_plans(plans, taken, dynamic=settings.dynamic)
+
+
+def plan_tasks(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    mission: Sequence[Task],
+    stance: Stance,
+) -> Iterator[MotionPlan]:
+    """Plans task by task, each when it is asked for: whoever dislikes one need not see the rest.
+
+    Raises:
+        PlanningError: If a task has no plan, or one that the robot cannot follow.
+    """
     for index, task in enumerate(mission):
         plan = plan_task(robot, course, settings, task, stance, index=index)
-        plans.append(plan)
-        starts.append(at)
-        at += plan.duration
+        yield plan
         stance = plan.end
-    taken = time.perf_counter() - begun
-    return MissionPlan(tuple(plans), tuple(starts), taken, dynamic=settings.dynamic)
+
+
+def join_plans(
+    plans: Sequence[MotionPlan], planning_time: float, *, dynamic: bool = False
+) -> MissionPlan:
+    """The mission whose tasks' plans these are; the arguments are MissionPlan's."""
+    ends = accumulate((plan.duration for plan in plans), initial=0.0)
+    return MissionPlan(tuple(plans), tuple(ends)[:-1], planning_time, dynamic=dynamic)
 
 
 def check_mission(
@@ -101,19 +120,30 @@ def check_mission(
     Raises:
         PlanningError: With the leg, the time and by how much.
     """
-    samples = []
-    for plan in mission.plans:
-        period = DYNAMIC_CHECK_PERIOD if mission.dynamic else CHECK_PERIOD
-        count = int(np.ceil(plan.duration / period)) + 1
-        s = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
-        _check_reach(robot, plan, s)
-        _check_joints(robot, plan, s)
-        if mission.dynamic:
-            _check_zmp(robot, plan)
-        elif not uniform_body:
-            _check_margin(plan, s)
-        samples.append(s)
-    return samples
+    return [
+        check_plan(robot, plan, dynamic=mission.dynamic, uniform_body=uniform_body)
+        for plan in mission.plans
+    ]
+
+
+def check_plan(
+    robot: RobotModel, plan: MotionPlan, *, dynamic: bool, uniform_body: bool = False
+) -> PlanSamples:
+    """Checks one task's plan, as `check_mission` does a mission's, and returns its samples.
+
+    Raises:
+        PlanningError: With the leg, the time and by how much.
+    """
+    period = DYNAMIC_CHECK_PERIOD if dynamic else CHECK_PERIOD
+    count = int(np.ceil(plan.duration / period)) + 1
+    s = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
+    _check_reach(robot, plan, s)
+    _check_joints(robot, plan, s)
+    if dynamic:
+        _check_zmp(robot, plan)
+    elif not uniform_body:
+        _check_margin(plan, s)
+    return s
 
 
 def _check_reach(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
@@ -177,4 +207,5 @@ def _check_joints(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
                 f"{robot.speed[j]:.1f} rad/s is its limit",
                 joint=robot.joint_names[j],
                 speed=float(speed[k, j]),
+                too_fast=float(speed[k, j] / robot.speed[j]),
             )

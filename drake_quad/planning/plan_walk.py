@@ -13,7 +13,12 @@ from drake_quad.planning.motion_plan import Segment, Stance
 from drake_quad.planning.plan_transition import lay_transition
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.planning.step_builder import StepBuilder
-from drake_quad.planning.tread_phase import body_shift, tilting_ground, tread_offset
+from drake_quad.planning.tread_phase import (
+    body_lift,
+    body_shift,
+    tilting_ground,
+    tread_offset,
+)
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course, Lane
 
@@ -43,6 +48,7 @@ def lay_walk(
         behind=pattern.behind,
         ahead=pattern.beyond,
         per_cycle=n,
+        per_tread=pattern.per_tread,
     )
     builder = StepBuilder(
         lane,
@@ -54,10 +60,12 @@ def lay_walk(
     )
     segments = []
 
+    lateral = robot_stance(settings)[:, 1]
+
     def place(leg: Leg, k: int) -> FloatArray:
         return lane.point(
             foothold(lane, lattice, leg, k, settings, robot.foot_radius),
-            robot_stance(settings)[leg.row, 1],
+            lateral[leg.row],
         )
 
     if settings.via_centres:
@@ -108,14 +116,16 @@ def lay_walk(
 
     def ground(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
         at, _ = lane.coordinates(p_W)
+        lift = body_lift(lattice, at, settings)
         if settings.pitch_along_slope > 0.0:
-            return tilting_ground(lattice, at, settings)
+            height, slope = tilting_ground(lattice, at, settings)
+            return height + lift, slope
         behind, here, ahead = (lattice.height(at + d) for d in (-half, 0.0, half))
-        return 0.25 * (behind + 2 * here + ahead), (ahead - behind) / (2 * half)
+        return 0.25 * (behind + 2 * here + ahead) + lift, (ahead - behind) / (2 * half)
 
     yaw = np.concatenate([[stance.body[4]], np.full(len(times) - 1, lane.yaw)])
     yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
-    route = Route(times, xy, yaw, ground)
+    route = Route(times, xy, yaw, ground, lane)
     return builder.finish(), route, tuple(s for s in segments if s is not None)
 
 

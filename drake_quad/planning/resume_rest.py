@@ -121,7 +121,7 @@ def rest_route(
     times = np.concatenate([[0.0], join + at - rest.time, [max(duration, join + 1e-3)]])
     xy = np.concatenate([stance.body[None, :2], body[:, :2], body[-1:, :2]])
     yaw = np.concatenate([stance.body[4:], body[:, 4] + turns, body[-1:, 4] + turns])
-    return Route(times, xy, yaw, _ground_of(plan, lane, settings))
+    return Route(times, xy, yaw, _ground_of(plan, lane, settings), lane)
 
 
 def join_pose(spline: BodySpline, stance: Stance, *, duration: float, join: float) -> BodySpline:

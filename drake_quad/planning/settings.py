@@ -22,6 +22,9 @@ class PlanSettings:
         tread_phase_down: The same going down.
         body_shift_up: How far ahead of its places the body goes besides, going up [m].
         body_shift_down: The same going down.
+        lift_down: How much higher the body goes, going down, than on level ground [m].
+        shank_room: Between shanks and stairs, that the body's path keeps where it can [m]; 0: it
+            does not look.
         max_ahead: How far the body may go ahead of or behind its nominal place as it walks [m].
         workspace: The legs' boxes: R_x, R_y, P_x, P_y of Table I [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]. The wave puts a rear foot down
@@ -59,6 +62,8 @@ class PlanSettings:
     tread_phase_down: float = 0.0
     body_shift_up: float = 0.0
     body_shift_down: float = 0.0
+    lift_down: float = 0.0
+    shank_room: float = 0.0
     max_ahead: float = 10.0
     workspace: Workspace = field(
         default_factory=lambda: Workspace(R_x=0.80, R_y=0.5, P_x=0.75, P_y=0.54)

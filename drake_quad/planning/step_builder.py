@@ -1,5 +1,7 @@
 """Puts steps one after another, with swing legs that clear the lane's ground."""
 
+from math import hypot
+
 import numpy as np
 
 from drake_quad.errors import PlanningError
@@ -54,19 +56,16 @@ class StepBuilder:
             PlanningError: If there is no ground.
         """
         s, lateral = self.lane.coordinates(p_W)
-        height = float(self.lane.height(s))
-        if np.isnan(height) or abs(float(lateral)) > self._half_width(float(s)) - self._radius:
+        height, here = float(self.lane.height(s)), int(self.lane.interval(s))
+        half_width = float(self.lane.half_widths[here])
+        if np.isnan(height) or abs(float(lateral)) > half_width - self._radius:
             raise PlanningError(
                 f"a foot would have to stand at {float(s):.2f} m along the lane, "
                 f"{float(lateral):.2f} m to its left, beyond the ground; make it longer or wider",
                 place=np.asarray(p_W).tolist(),
             )
         # On a slope the sphere's centre is over the place, and it touches a little beside it.
-        return height + self._radius * float(np.hypot(1.0, self.lane.gradient(s)))
-
-    def _half_width(self, s: float) -> float:
-        """Half the width of the ground at `s` along the lane [m]."""
-        return float(self.lane.half_widths[int(self.lane.interval(s))])
+        return height + self._radius * hypot(1.0, float(self.lane.gradients[here]))
 
     def step(self, leg: Leg, to: FloatArray, duration: float, *, lift_off: float) -> None:
         """Swings `leg` to the place `to` (2,) in W, from time `lift_off` [s] on."""
@@ -74,7 +73,7 @@ class StepBuilder:
         p_to = np.array([to[0], to[1], self.ground(to)])
         if float(np.hypot(*(p_to - p_from)[:2])) < STILL:
             return
-        swing = self.swing(p_from, to, duration)
+        swing = self._swing(p_from, p_to, duration)
         self.steps.append(Step(leg, lift_off, lift_off + duration, swing))
         self.feet[leg.row] = p_to
         self.time = lift_off + duration
@@ -85,7 +84,10 @@ class StepBuilder:
         Raises:
             PlanningError: If there is no ground at `to`, or no arc clears what is on the way.
         """
-        p_to = np.array([to[0], to[1], self.ground(to)])
+        return self._swing(p_from, np.array([to[0], to[1], self.ground(to)]), duration)
+
+    def _swing(self, p_from: FloatArray, p_to: FloatArray, duration: float) -> Swing:
+        """The same to where the foot's centre will be, (3,)."""
         length = float(np.hypot(*(p_to - p_from)[:2]))
         s, _ = self.lane.coordinates(np.stack([p_from[:2], p_to[:2]]))
         d, z = self.lane.profile(float(s[0]), float(s[1]))
@@ -107,6 +109,8 @@ class StepBuilder:
 
     def _with_room(self, d: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The profile with room for the map's errors: risers' and treads', not those of slopes."""
+        if self._place_error <= 0.0 and self._height_error <= 0.0:
+            return d, z
         rise = np.insert(np.cumsum(np.where(np.diff(d) > 0.0, np.diff(z), 0.0)), 0, 0.0)
         steps = z - rise if not np.any(rise) else np.round(z - rise, 9)
         at, height = inflate_profile(d, steps, place=self._place_error, height=self._height_error)

@@ -16,7 +16,8 @@ def steepness(lattice: Lattice, s: FloatArray, reach: float) -> FloatArray:
 
     Averaged over `reach` [m] to either side, so that it comes and goes as feet reach the flight.
     """
-    rises, runs = np.diff(lattice.z), np.maximum(np.diff(lattice.s), 1e-9)
+    places, heights = lattice.knots
+    rises, runs = np.diff(heights), np.maximum(np.diff(places), 1e-9)
     steepest = float(np.max(np.abs(rises / runs), initial=0.0))
     if steepest == 0.0:
         return np.zeros_like(s)
@@ -29,11 +30,13 @@ def half_window(lattice: Lattice, settings: PlanSettings) -> float:
 
     On the flights' places; on level ground alone, half the gait's stance.
     """
-    rises, runs = np.diff(lattice.z), np.diff(lattice.s)
+    places, heights = lattice.knots
+    rises, runs = np.diff(heights), np.diff(places)
     if not np.any(rises):
         return 0.5 * settings.workspace.P_x
     run = float(np.min(runs[rises != 0.0]))
-    return 0.5 * run * (settings.pattern.stance + settings.pattern.treads)
+    pattern = settings.pattern
+    return 0.5 * run / pattern.per_tread * (pattern.stance + pattern.treads)
 
 
 def tilting_ground(
@@ -55,18 +58,28 @@ def tilting_ground(
 
 
 def tread_offset(lattice: Lattice, i: int, spacing: float, settings: PlanSettings) -> float:
-    """How far ahead of place `i` the feet stand there [m]."""
+    """How far ahead of place `i` the feet stand there [m], places being `spacing` [m] apart."""
     if settings.tread_phase_up == settings.tread_phase_down == 0.0:
         return 0.0
     # All feet of a stance that is partly on the flight stand as on the flight.
     reach = settings.pattern.stance * spacing
     share = float(steepness(lattice, lattice.s[i : i + 1], reach)[0])
     phase = settings.tread_phase_up if share > 0.0 else settings.tread_phase_down
-    return phase * spacing * min(abs(share) / FULL, 1.0)
+    return phase * spacing * settings.pattern.per_tread * min(abs(share) / FULL, 1.0)
 
 
 def body_shift(lattice: Lattice, s: FloatArray, settings: PlanSettings) -> FloatArray:
     """How far ahead of its places (N,) the body goes besides [m]."""
     share = steepness(lattice, s, half_window(lattice, settings))
     shift = np.where(share > 0.0, settings.body_shift_up, settings.body_shift_down)
-    return np.asarray(shift * np.minimum(np.abs(share) / EARLY, 1.0))
+    # Short legs lose margin to a body that is still ahead as they step off the flight.
+    whole = EARLY if settings.pattern.per_tread == 1 else FULL
+    return np.asarray(shift * np.minimum(np.abs(share) / whole, 1.0))
+
+
+def body_lift(lattice: Lattice, s: FloatArray, settings: PlanSettings) -> FloatArray:
+    """How much higher the body goes at `s` (N,) than its height on level ground [m]."""
+    if settings.lift_down == 0.0:
+        return np.zeros_like(s)
+    share = steepness(lattice, s, half_window(lattice, settings))
+    return np.asarray(settings.lift_down * np.clip(-share / FULL, 0.0, 1.0))

@@ -15,6 +15,7 @@ from drake_quad.errors import InputError
 from drake_quad.gait.legs import SHORT_NAMES, read_only
 from drake_quad.robot.leg_kinematics import LegGeometry
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.shank_outline import read_sides
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ def read_model(
 
     inspector = scene_graph.model_inspector()
     rows: dict[str, list[object]] = {k: [] for k in ("hip", "offset", "l1", "l2", "foot", "name")}
-    radii = []
+    radii, sides = [], []
     for chain, leg in zip(chains, SHORT_NAMES, strict=True):
         shank = chain[2].child_body()
         feet = [
@@ -126,6 +127,10 @@ def read_model(
         rows["l2"].append(-foot[0][2])
         rows["name"].append(inspector.GetName(foot[2]))
         radii.append(foot[1])
+        name = str(rows["name"][-1])
+        links = (chain[1].child_body(), shank)
+        lengths = (float(-to_knee[2]), float(-foot[0][2]))
+        sides.append(read_sides(plant, inspector, links, name, lengths))
     joints = [joint for chain in chains for joint in chain]
     lower = np.array([j.position_lower_limit() for j in joints])
     upper = np.array([j.position_upper_limit() for j in joints])
@@ -138,6 +143,7 @@ def read_model(
     if missing:
         raise refuse("transmission", missing, "these joints have no actuator")
     bodies = [joint.child_body() for joint in joints]
+    back, ahead = np.stack(sides, axis=1)
     return RobotModel(
         name=plant.GetModelInstanceName(instance),
         url=url,
@@ -161,6 +167,8 @@ def read_model(
         link_com=read_only(np.array([b.default_com() for b in bodies]).reshape(4, 3, 3)),
         foot_radius=float(max(radii)),
         foot_geometry=tuple(str(n) for n in rows["name"]),
+        shank_offsets=read_only(0.5 * (back + ahead)),
+        shank_radii=read_only(0.5 * (ahead - back)),
     )
 
 

@@ -4,7 +4,7 @@
 `MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +33,9 @@ class RobotModel:
         link_com: Their centres of mass in their own frames, (4, 3, 3) [m].
         foot_radius: Radius of the foot spheres [m].
         foot_geometry: Names of the four feet's collision geometries, as in the file.
+        shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
+            middle of its shank is at SHANK_POINTS, (4, 7) [m].
+        shank_radii: How far it reaches from there to either side, (4, 7) [m].
     """
 
     name: str
@@ -51,6 +54,8 @@ class RobotModel:
     link_com: FloatArray
     foot_radius: float
     foot_geometry: tuple[str, ...]
+    shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
+    shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
 
 
 def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:

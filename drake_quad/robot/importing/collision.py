@@ -44,15 +44,19 @@ def between_hips(trunk: NormalLink) -> tuple[list[Piece], list[Note]]:
 
 
 def thigh_shapes(link: NormalLink) -> tuple[list[Piece], list[Note]]:
-    """Of a thigh: primitives kept, meshes together as one capsule from joint to joint."""
+    """Of a thigh: primitives kept, meshes together as two capsules, for thighs taper."""
     meshes = [p for p in link.collision if _is_mesh(p)]
     shapes = [p for p in link.collision if not _is_mesh(p)]
     if not shapes and not meshes and link.shapeless:
         return _stand_in(link, np.inf)
     if not meshes:
         return shapes, []
-    capsule = _capsule(meshes, link, link.end, np.inf)
-    return [*shapes, capsule], [_told(link, capsule, "collision meshes")]
+    upper, lower = _tapered(meshes, link)
+    text = (
+        f"{link.name}: collision meshes as capsules of radius {1e3 * upper.shape.radius():.0f}, "
+        f"in its lower half {1e3 * lower.shape.radius():.0f} mm along the link"
+    )
+    return [*shapes, upper, lower], [Note(REPAIRED, text)]
 
 
 def shank_shapes(leg: NormalLeg) -> tuple[list[Piece], list[Note]]:
@@ -115,6 +119,33 @@ def _capsule(pieces: list[Piece], link: NormalLink, end: FloatArray, most: float
     radius = float(np.clip(np.percentile(distance, WITHIN), THINNEST, most))
     X = RigidTransform(0.5 * end)  # links hang along -z: so does the capsule
     return Piece(f"{link.name}_capsule", link.name, Capsule(radius, length), X)
+
+
+def _tapered(pieces: list[Piece], link: NormalLink) -> tuple[Piece, Piece]:
+    """Capsules for the halves of a link, each as thick as most of the shapes are there.
+
+    The lower one ends where the shapes do: a knee is not to be thicker than it is.
+    """
+    points = np.concatenate([points_of(p) for p in pieces])
+    length = float(np.linalg.norm(link.end))
+    along = link.end / length
+    s = points @ along
+    aside = np.linalg.norm(points - s[:, None] * along, axis=1)
+    below = s > 0.5 * length
+    radii = [
+        float(max(np.percentile(aside[half], WITHIN), THINNEST)) if np.any(half) else THINNEST
+        for half in (~below, below)
+    ]
+    beyond = float(np.clip(s.max() - length, 0.0, radii[1]))  # the knee, of the shapes
+    last = max(length - (radii[1] - beyond), 0.55 * length)
+    found = []
+    for name, radius, (start, end) in zip(
+        ("upper", "lower"), radii, ((0.0, 0.5 * length), (0.5 * length, last)), strict=True
+    ):
+        X = RigidTransform(0.5 * (start + end) * along)  # links hang along -z: so does the capsule
+        shape = Capsule(radius, end - start)
+        found.append(Piece(f"{link.name}_{name}_capsule", link.name, shape, X))
+    return found[0], found[1]
 
 
 def _stand_in(link: NormalLink, most: float) -> tuple[list[Piece], list[Note]]:

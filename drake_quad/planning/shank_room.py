@@ -1,0 +1,66 @@
+"""Room between a robot's shanks and the ground of a lane."""
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.ground_distance import ground_distance
+from drake_quad.planning.motion_plan import rotations
+from drake_quad.robot.leg_kinematics import calc_knees
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.shank_outline import SHANK_POINTS
+from drake_quad.terrain import Lane
+
+
+def shank_room(
+    robot: RobotModel, lane: Lane, body: FloatArray, feet: FloatArray, q: FloatArray
+) -> FloatArray:
+    """Between knees and shanks and a lane's ground at SHANK_POINTS, negative inside (N, 4, 7) [m].
+
+    Args:
+        robot: The robot.
+        lane: The lane.
+        body: (N, 5) poses in W.
+        feet: (N, 4, 3) in W [m].
+        q: (N, 4, 3) the joints' angles there [rad].
+    """
+    R = rotations(body)
+    knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))
+    across = np.einsum("nij,nlj->nli", R, knee_axes(q))
+    middles = shank_middles(robot.shank_offsets, knees, feet, across)
+    return distance(lane, middles) - robot.shank_radii
+
+
+def shank_middles(
+    offsets: FloatArray, knees: FloatArray, feet: FloatArray, across: FloatArray
+) -> FloatArray:
+    """The middles of all shanks' outlines at SHANK_POINTS (..., 4, 7, 3) [m].
+
+    Args:
+        offsets: How far ahead of the lines from knee to foot they are (4, 7) [m].
+        knees: (..., 4, 3) [m].
+        feet: (..., 4, 3) [m], in the same frame.
+        across: Unit vectors of the knees' axes, to the left (..., 4, 3).
+    """
+    along = feet - knees
+    ahead = np.cross(along, across)
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    middle = knees[..., None, :] + SHANK_POINTS[:, None] * along[..., None, :]
+    return middle + offsets[..., None] * ahead[..., None, :]
+
+
+def knee_axes(q: FloatArray) -> FloatArray:
+    """Unit vectors of the knees' axes in B (..., 4, 3), of the joints' angles (..., 4, 3) [rad]."""
+    a = q[..., 0]
+    return np.stack([np.zeros_like(a), np.cos(a), np.sin(a)], axis=-1)
+
+
+def distance(lane: Lane, points: FloatArray) -> FloatArray:
+    """Signed distance of points (..., 3) in W from a lane's ground [m], negative inside it.
+
+    Along the lane and upwards; the ground goes on beyond the lane's ends.
+    """
+    s, _ = lane.coordinates(points[..., :2])
+    z, breaks = np.ascontiguousarray(points[..., 2]), np.array(lane.breaks)
+    ends = np.concatenate([[-np.inf], breaks[1:-1], [np.inf]])
+    found = ground_distance(s.ravel(), z.ravel(), ends, np.array(lane.heights, dtype=float))
+    return found.reshape(s.shape)

@@ -1,0 +1,81 @@
+"""How far shanks reach from the line from knee to foot, by their collision shapes."""
+
+import numpy as np
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid
+from pydrake.geometry import Shape as DrakeShape
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
+
+from drake_quad.gait.legs import FloatArray
+
+SHANK_POINTS = 0.14 * np.arange(7)  # from the knee on, to the foot: 1
+THIN = 0.04  # of its length: radius of a shank without geometry
+
+
+def read_sides(
+    plant: MultibodyPlant,
+    inspector: object,
+    links: tuple[RigidBody, RigidBody],
+    foot: str,
+    lengths: tuple[float, float],
+) -> FloatArray:
+    """How far a shank's geometries reach back and ahead of its middle line (2, 7) [m].
+
+    The middle line is the shank's own -z axis, from the knee to the foot; looked at from the side
+    at SHANK_POINTS. Each geometry but `foot` is taken for a rod: a line through its middle, with a
+    radius. The knee is as thick as what the thigh has about it, too.
+
+    Args:
+        plant: The robot.
+        inspector: Of its geometry.
+        links: Thigh and shank.
+        foot: Name of the foot's geometry.
+        lengths: Of thigh and shank [m].
+    """
+    (thigh, shank), length = links, lengths[1]
+    thin = THIN * length
+    found = np.repeat([[-thin], [thin]], len(SHANK_POINTS), axis=1)
+    for g in plant.GetCollisionGeometriesForBody(shank):
+        if inspector.GetName(g) == foot:  # type: ignore[attr-defined]
+            continue
+        axis, half, radius = _rod(inspector.GetShape(g))  # type: ignore[attr-defined]
+        X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
+        line = np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)])
+        along, ahead = -line[:, 2] / length, line[:, 0]
+        for k, at in enumerate(SHANK_POINTS):
+            near = np.abs(along - at) * length <= radius + 0.05 * length
+            if np.any(near):
+                found[0, k] = min(found[0, k], float(np.min(ahead[near])) - radius)
+                found[1, k] = max(found[1, k], float(np.max(ahead[near])) + radius)
+    knee = np.array([0.0, 0.0, -lengths[0]])
+    for g in plant.GetCollisionGeometriesForBody(thigh):
+        axis, half, radius = _rod(inspector.GetShape(g))  # type: ignore[attr-defined]
+        X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
+        line = np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)])
+        ball = radius - float(np.min(np.linalg.norm(line - knee, axis=1)))
+        found[:, 0] = min(found[0, 0], -ball), max(found[1, 0], ball)
+    return found
+
+
+def half_sizes(shape: DrakeShape) -> FloatArray:
+    """Half the size of a shape's own box (3,) [m]; 0 of a mesh, which says nothing of itself."""
+    if isinstance(shape, Box):
+        return 0.5 * np.asarray(shape.size())
+    if isinstance(shape, Cylinder):
+        return np.array([shape.radius(), shape.radius(), 0.5 * shape.length()])
+    if isinstance(shape, Capsule):
+        return np.array([shape.radius()] * 2 + [0.5 * shape.length() + shape.radius()])
+    if isinstance(shape, Ellipsoid):
+        return np.array([shape.a(), shape.b(), shape.c()])
+    radius = getattr(shape, "radius", None)
+    return np.full(3, float(radius()) if radius else 0.0)
+
+
+def _rod(shape: DrakeShape) -> tuple[FloatArray, float, float]:
+    """A shape as a rod: its axis (3,), half its length and its radius [m]."""
+    half = half_sizes(shape)
+    if isinstance(shape, Cylinder | Capsule):
+        return np.array([0.0, 0.0, 1.0]), float(0.5 * shape.length()), float(shape.radius())
+    k = int(np.argmax(half))
+    radius = float(np.max(np.delete(half, k)))
+    return np.eye(3)[k], max(float(half[k]) - radius, 0.0), radius

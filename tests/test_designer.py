@@ -1,0 +1,61 @@
+"""Designs are tried no longer than their answer needs, and the answer stays what it was."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from rig import paper_robot
+
+from drake_quad import designer
+from drake_quad.check_stairs import check_stairs, stairs_scenario
+from drake_quad.design.shape import read_shape
+from drake_quad.designer import Designed, design_scenario
+from drake_quad.planning.plan_mission import initial_stance, join_plans, plan_mission, plan_tasks
+from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
+
+MODEL = "package://drake_quad_models/paper_quadruped.urdf"
+
+
+@cache
+def designed() -> Designed:
+    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    return design_scenario(scenario, robot=paper_robot())
+
+
+def tried_against(beat: Designed | None) -> Designed | None:
+    found, robot = designed(), paper_robot()
+    shape = read_shape(robot)
+    return designer._plan(found.scenario, found.design, robot, shape, source="test", beat=beat)
+
+
+def test_a_design_is_no_better_than_itself() -> None:
+    """With its own plan at hand it is given up; with none it is planned, and is the same again."""
+    assert tried_against(designed()) is None
+    again = tried_against(None)
+    assert again is not None
+    assert again.margin == designed().margin and again.room == designed().room
+    assert again.quality == designed().quality
+
+
+def test_hopeless_stairs_are_told_without_what_would_work_if_not_asked() -> None:
+    """The figures behind the answer are there all the same."""
+    check = check_stairs(MODEL, rise=0.9, run=0.25, count=2, nearest=False)
+    assert not check.feasible and "nearest_rise" not in check.data
+    assert min(check.data["slacks"].values()) < 0.0
+    assert "could work" not in check.reason
+
+
+def test_tasks_planned_one_by_one_make_the_mission() -> None:
+    """Whoever stops early has the same first plans; who does not has all of them."""
+    scenario, robot = load_scenario("spin_both_ways"), paper_robot()
+    course, settings = course_of(scenario), plan_settings(scenario)
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    tasks = mission_of(scenario, course)
+    whole = plan_mission(robot, course, settings, tasks, stance)
+    plans = list(plan_tasks(robot, course, settings, tasks, stance))
+    joined = join_plans(plans, 0.0)
+    assert joined.starts == whole.starts and joined.duration == whole.duration
+    assert next(plan_tasks(robot, course, settings, tasks, stance)).index == 0
+    for a, b in zip(joined.plans, whole.plans, strict=True):
+        np.testing.assert_array_equal(a.body.control, b.body.control)
+    assert joined.starts[-1] == pytest.approx(sum(p.duration for p in plans[:-1]))
