@@ -28,6 +28,7 @@ from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.scenario import control_settings, sensor_errors
+from drake_quad.stability.measured import HULL
 from drake_quad.systems.disturbances import Disturbances
 from drake_quad.terrain import Course
 
@@ -74,6 +75,7 @@ ESTIMATE_LOGS = (
     ("slip_estimated", "controller", "foot_slip_estimated"),
     ("healthy", "controller", "estimator_healthy"),
 )
+MARGIN_LOGS = (("further_margins", "stability_monitor", "further_margins"),)
 WHOLE_BODY_LOGS = (
     ("qp_state", "controller", "qp_state"),
     ("carried", "controller", "carried_estimated"),
@@ -92,6 +94,7 @@ def MakeStairClimb(
     plant_config: MultibodyPlantConfig,
     friction: float,
     log_period: float,
+    margins: str = HULL,
     world: Course | None = None,
     disturbances: Disturbances | None = None,
     sensors: SensorErrors | None = None,
@@ -109,6 +112,7 @@ def MakeStairClimb(
         plant_config: Drake's.
         friction: Coulomb's coefficient between feet and ground.
         log_period: Between samples of the log [s].
+        margins: Which are measured, one of `drake_quad.stability.measured.KINDS`.
         world: The course as it is; as the map has it if none is given.
         disturbances: What the controller is not told; none if not given.
         sensors: Those that the controller estimates its state from; none: it is told its state.
@@ -147,6 +151,8 @@ def MakeStairClimb(
         disturbances=disturbances,
         period=monitor_period(control.period),
         height_limit=0.5 * settings.body_height,
+        margins=margins,
+        friction=friction,
     )
     push_source = AddPushes(builder, simulated, disturbances)
 
@@ -193,6 +199,8 @@ def MakeStairClimb(
     logs = LOGS if sensors is None else (*LOGS, *ESTIMATE_LOGS)
     if control.kind == "whole_body":
         logs = (*logs, *WHOLE_BODY_LOGS)
+    if margins != HULL:
+        logs = (*logs, *MARGIN_LOGS)
     ports = {name: systems[system].GetOutputPort(port) for name, system, port in logs}
     loggers = AddLoggers(builder, ports, log_period)
     if visualize is not None:
@@ -229,6 +237,7 @@ def stair_climb_of(preparation: Preparation, *, visualize: Visualize | None = No
         plant_config=scenario.simulation.plant,
         friction=scenario.simulation.friction,
         log_period=scenario.simulation.log_period,
+        margins=scenario.monitor.margins,
         world=preparation.world,
         disturbances=preparation.disturbances,
         sensors=sensor_errors(scenario),

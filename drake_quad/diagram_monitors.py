@@ -6,10 +6,13 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_quad.diagram_plant import MakeTrueModel, SimulatedPlant
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.measured import Gauge
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.disturbances import Disturbances
 from drake_quad.systems.push_source import PushSource
-from drake_quad.systems.stability_monitor import StabilityMonitor
+from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
+
+GAUGE_PERIOD = 0.1  # [s] between measurements of the margins that take longer
 
 
 class Monitors(NamedTuple):
@@ -27,6 +30,8 @@ def AddMonitors(
     disturbances: Disturbances,
     period: float,
     height_limit: float,
+    margins: str,
+    friction: float,
 ) -> Monitors:
     """Adds them, connected with the plant.
 
@@ -37,6 +42,8 @@ def AddMonitors(
         disturbances: What makes it another robot than that.
         period: Between measurements [s].
         height_limit: Of the trunk over its feet [m], below which the robot fell.
+        margins: Which are measured, one of `drake_quad.stability.measured.KINDS`.
+        friction: Coulomb's coefficient between feet and ground.
     """
     plant = simulated.plant
     inspector = simulated.scene_graph.model_inspector()
@@ -50,13 +57,25 @@ def AddMonitors(
             period=period,
         ),
     )
+    model = MakeTrueModel(robot, disturbances)
+    strength = [disturbances.motor_strength.get(name, 1.0) for name in robot.joint_names]
+    gauge = Gauge(
+        robot=robot,
+        kind=margins,
+        friction=friction,
+        mass=model.CalcTotalMass(model.CreateDefaultContext()),
+        effort=robot.effort * strength,
+        none=NO_SUPPORT,
+    )
     stability = builder.AddNamedSystem(
         "stability_monitor",
         StabilityMonitor(
-            model=MakeTrueModel(robot, disturbances),
+            model=model,
             layout=simulated.layout,
             period=period,
             height_limit=height_limit,
+            gauge=gauge,
+            gauge_period=period * max(1, round(GAUGE_PERIOD / period)),
         ),
     )
     builder.Connect(plant.get_contact_results_output_port(), contact.get_input_port())

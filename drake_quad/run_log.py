@@ -12,9 +12,10 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.run_log_estimate import AXES, Columns, estimate_columns, program_columns
 from drake_quad.run_log_kinematic import kinematic_logs
+from drake_quad.run_log_margins import Ground, margin_columns
 from drake_quad.run_log_plan import plan_margin, planned_margin, plans_by_turn, turns
 
-__all__ = ["kinematic_logs", "make_table", "plan_margin", "planned_margin", "state_names"]
+__all__ = ["Ground", "kinematic_logs", "make_table", "plan_margin", "planned_margin", "state_names"]
 
 
 def make_table(
@@ -26,6 +27,7 @@ def make_table(
     plans: Sequence[MotionPlan],
     state_names: Sequence[str],
     massless_legs: bool = False,
+    ground: Ground | None = None,
 ) -> pa.Table:
     """Puts the loggers' arrays into one table.
 
@@ -39,6 +41,7 @@ def make_table(
         state_names: Names of the state's entries, `q_...` and `v_...`.
         massless_legs: Whether planned margins are the body's centre's (a replay of the paper's
             plan), or the whole robot's.
+        ground: What the plans count on, for their margins beyond the hull's.
     """
     phase = logs["gait_phase"]
     columns: Columns = {"t": times, **_gait_columns(phase, logs["catch"], plans)}
@@ -53,6 +56,7 @@ def make_table(
     columns["margin"] = logs["margin"][:, 0]
     columns["margin_planned"] = planned_margin(robot, phase, plans, massless_legs=massless_legs)
     columns["zmp_margin"] = logs["zmp_margin"][:, 0]
+    columns |= margin_columns(logs, times, robot=robot, plans=plans, ground=ground)
     columns["nonfoot_contacts"] = logs["nonfoot"][:, 0].astype(np.int64)
     columns["nonfoot_force"] = logs["nonfoot"][:, 1]
     columns |= _vector("push_force", logs["push_force"])

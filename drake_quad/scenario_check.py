@@ -24,6 +24,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "estimator.kind": ("truth", "ekf"),
     "design": ("given", "auto"),
     "sensors.noise": ("none", "realistic"),
+    "monitor.margins": ("hull", "friction", "feasible"),
     "simulation.mode": ("physics", "kinematic"),
     "simulation.plant.contact_model": ("point", "hydroelastic", "hydroelastic_with_fallback"),
     # not tamsi: it ignores the joints' gains without a word, and the robot collapses
@@ -79,6 +80,7 @@ _NOT_NEGATIVE = (
     "controller.touchdown_press",
     "controller.search_speed",
     "controller.lift_off_margin",
+    "controller.margin_demanded",
     "controller.pressure_margin",
     "controller.patience",
     "simulation.plant.time_step",

@@ -241,6 +241,8 @@ class ControllerConfig:
         search_speed: How fast a foot that found no ground goes on down while the clock waits for
             it [m/s].
         lift_off_margin: Static margin that the other three feet must give before a lift-off [m].
+        margin_demanded: Static margin, speed counted in, that the gait clock slows down and stands
+            for, before it is lost [m]; 0: it does not.
         stance_stiffness: Share of the joints' stiffness and damping that a loaded leg keeps under
             the whole-body controller, whose forces do the rest.
         friction: Coefficient that the whole-body controller's forces stay within.
@@ -267,6 +269,7 @@ class ControllerConfig:
     touchdown_press: float = 0.003
     search_speed: float = 0.05
     lift_off_margin: float = 0.02
+    margin_demanded: float = 0.0
     stance_stiffness: float = 0.3
     friction: float = 0.5
     pressure_margin: float = 0.01
@@ -297,6 +300,31 @@ class SensorsConfig:
     """
 
     noise: str = "realistic"
+
+
+@dataclass
+class MonitorConfig:
+    """What is measured beside the static margin over the hull of the feet.
+
+    Attributes:
+        margins: `hull`, nothing more; `friction`, the margins of the regions that friction leaves
+            and the push budget; or `feasible`, those within the joints' torque limits too.
+    """
+
+    margins: str = "friction"
+
+
+@dataclass
+class CertifyConfig:
+    """What a certificate of the plan is to prove at every time, beside that all is positive.
+
+    Attributes:
+        margin: Static margin of the whole robot [m].
+        clearance: Room of swing feet to risers and nosings, and of shanks to the course [m].
+    """
+
+    margin: float = 0.0
+    clearance: float = 0.0
 
 
 def _plant() -> MultibodyPlantConfig:
@@ -357,6 +385,8 @@ class Scenario:
         sensors: What an estimator reads.
         disturbances: What the controller is not told.
         world: How the real course differs from `course`.
+        monitor: Which margins are measured.
+        certify: What a certificate of the plan is to prove.
         simulation: The physics.
     """
 
@@ -375,4 +405,6 @@ class Scenario:
     sensors: SensorsConfig = field(default_factory=SensorsConfig)
     disturbances: DisturbancesConfig = field(default_factory=DisturbancesConfig)
     world: WorldConfig = field(default_factory=WorldConfig)
+    monitor: MonitorConfig = field(default_factory=MonitorConfig)
+    certify: CertifyConfig = field(default_factory=CertifyConfig)
     simulation: SimulationConfig = field(default_factory=SimulationConfig)

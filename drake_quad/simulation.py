@@ -24,7 +24,7 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.preparation import Preparation, prepare
 from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_state import make_layout
-from drake_quad.run_log import kinematic_logs, make_table, state_names
+from drake_quad.run_log import Ground, kinematic_logs, make_table, state_names
 from drake_quad.scenario import Scenario, save_scenario
 from drake_quad.summary import base_error, push_figures, summarize
 from drake_quad.whole_files import write_whole
@@ -187,6 +187,7 @@ def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
         times=times[first:count],
         logs={name: log.data().T[first:count] for name, log in logs.items()},
         plans=plans,
+        ground=Ground(p.course, p.scenario.simulation.friction),
         state_names=state_names(climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()),
     )
 

@@ -10,6 +10,7 @@ from drake_quad.gait.legs import SHORT_NAMES, BoolArray, FloatArray
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.summary_clock import recovery_figures, wait_figures
 from drake_quad.summary_estimate import carried_figures, estimate_figures, least_friction
+from drake_quad.summary_margins import further_figures, spread
 from drake_quad.summary_pose import Columns, base_error
 from drake_quad.summary_push import push_figures
 
@@ -37,10 +38,11 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
     slip, roll = _slip(c, period)
     lowest = int(np.nanargmin(c["margin"])) if np.any(np.isfinite(c["margin"])) else 0
     figures = {
-        "margin": _spread(c["margin"]),
+        "margin": spread(c["margin"]),
         "margin_minimum_at": float(t[lowest]),
-        "margin_planned": _spread(c["margin_planned"]),
-        "zmp_margin": _spread(c["zmp_margin"]),
+        "margin_planned": spread(c["margin_planned"]),
+        "zmp_margin": spread(c["zmp_margin"]),
+        **further_figures(c),
         "zmp_inside": _share(c["zmp_margin"], 0.0),
         "margin_within_20mm": _share(-difference, -WITHIN),
         "samples": len(t),
@@ -122,17 +124,6 @@ def _cost_of_transport(
     if way < 0.1 or not np.all(np.isfinite(tau)):
         return None
     return float(np.sum(np.abs(tau * qd)) * period / (mass * GRAVITY * way))
-
-
-def _spread(values: FloatArray) -> dict[str, float | None]:
-    finite = values[np.isfinite(values)]
-    if len(finite) == 0:
-        return {"minimum": None, "percentile_1": None, "median": None}
-    return {
-        "minimum": float(finite.min()),
-        "percentile_1": float(np.percentile(finite, 1)),
-        "median": float(np.median(finite)),
-    }
 
 
 def _smallest(values: FloatArray) -> float:

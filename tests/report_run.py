@@ -190,6 +190,20 @@ def add_estimate(log: dict[str, Any], *, ahead: float, yaw: float) -> dict[str, 
     return log | columns
 
 
+def add_margins(log: dict[str, Any]) -> dict[str, Any]:
+    """The log with margins beyond the hull's, held for 0.1 s, and a tenth less with torque."""
+    held = np.arange(len(log["t"])) // 20 * 20
+    friction = log["margin"][held]
+    columns: dict[str, Any] = {"margin_friction": friction, "margin_capture": 0.8 * friction}
+    columns["push_budget"] = np.maximum(3.0 * columns["margin_capture"], 0.0)
+    columns["push_budget_direction"] = np.zeros(len(held))
+    columns["margin_feasible"] = 0.9 * friction
+    columns["margin_dynamic"] = 0.85 * friction
+    columns["margin_friction_planned"] = log["margin_planned"][held]
+    columns["margin_feasible_planned"] = 0.9 * log["margin_planned"][held]
+    return log | columns
+
+
 def _base(body: np.ndarray) -> np.ndarray:
     """Quaternion (w, x, y, z) and place (n, 7) of body poses (n, 5): yaw, then pitch."""
     cp, sp = np.cos(0.5 * body[:, 3]), np.sin(0.5 * body[:, 3])

@@ -24,6 +24,7 @@ FLOORS = {
     "planning": 1,
     "estimation": 1,
     "control": 1,
+    "stability": 1,
     "systems": 2,
     "design": 2,
     "controller": 3,
@@ -50,6 +51,7 @@ NEIGHBOURS = {
     ("planning", "robot"),
     ("control", "planning"),
     ("control", "robot"),
+    ("stability", "robot"),
     ("terrain", "gait"),
     ("world", "gait"),
     ("world", "terrain"),
@@ -71,7 +73,7 @@ FORBIDDEN = {
     ("report", "systems"),
     ("report", "control"),
     # The controller goes on a robot: it knows no scenario and no simulated world.
-    *((room, "world") for room in ("robot", "planning", "control", "estimation")),
+    *((room, "world") for room in ("robot", "planning", "control", "estimation", "stability")),
     # Floor 0 runs where numpy alone is.
     *((room, "compiled") for room in ("gait", "terrain", "world")),
 }

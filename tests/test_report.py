@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from report_run import (
     add_estimate,
+    add_margins,
     add_recovery,
     make_log,
     make_summary,
@@ -66,7 +67,8 @@ class Page(HTMLParser):
 def log() -> dict[str, Any]:
     """Of a run that has something to show in every figure."""
     made = make_log(short_scenario(), start=wave_begins() - 1.5)
-    return add_estimate(add_recovery(made, wave_begins() - 1.0), ahead=0.01, yaw=0.01)
+    recovered = add_recovery(add_margins(made), wave_begins() - 1.0)
+    return add_estimate(recovered, ahead=0.01, yaw=0.01)
 
 
 @pytest.fixture(scope="module")

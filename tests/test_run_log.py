@@ -10,14 +10,23 @@ import pyarrow as pa
 import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RollPitchYaw
-from rig import flat_walk, model_layout, model_plant, paper_robot, rotations, spin_plan, stand_plan
+from rig import (
+    flat_course,
+    flat_walk,
+    model_layout,
+    model_plant,
+    paper_robot,
+    rotations,
+    spin_plan,
+    stand_plan,
+)
 
 from drake_quad.control.ports import CATCH_SIZE, SIZE, Catch, GaitPhase, Mode
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
-from drake_quad.run_log import kinematic_logs, make_table, planned_margin, state_names
+from drake_quad.run_log import Ground, kinematic_logs, make_table, planned_margin, state_names
 from drake_quad.run_log_estimate import roll_pitch_yaw
 from drake_quad.scenario import load_scenario
 from drake_quad.simulation import run
@@ -56,6 +65,7 @@ def table_of(
         times=times,
         logs=found,
         plans=known,
+        ground=Ground(flat_course(), 0.8),
         state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
     )
 
@@ -97,7 +107,8 @@ def full_table() -> pa.Table:
     times, found = logs()
     n = len(times)
     more = {"state_estimated": model_layout().size, "deviation": 9, "slip_estimated": 4,
-            "healthy": 1, "qp_state": 2, "carried": 3, "friction": 4}  # fmt: skip
+            "healthy": 1, "qp_state": 2, "carried": 3, "friction": 4,
+            "further_margins": 6}  # fmt: skip
     counted = {k: np.arange(n * size, dtype=float).reshape(n, size) for k, size in more.items()}
     return table_of(times, {**found, **counted}, plans())
 

@@ -26,6 +26,8 @@ class ControlSettings:
         search_speed: How fast a foot that found no ground goes on down while the clock waits for
             it [m/s].
         lift_off_margin: Static margin that the other three feet must give before a lift-off [m].
+        margin_demanded: Static margin, speed counted in, that the gait clock slows down and stands
+            for, before it is lost [m]; 0: it does not.
         stance_stiffness: Share of the joints' stiffness and damping that a loaded leg keeps under
             the whole-body controller, whose forces do the rest.
         friction: Coefficient that the whole-body controller's forces stay within.
@@ -52,6 +54,7 @@ class ControlSettings:
     touchdown_press: float = 0.003
     search_speed: float = 0.05
     lift_off_margin: float = 0.02
+    margin_demanded: float = 0.0
     stance_stiffness: float = 0.3
     friction: float = 0.5
     pressure_margin: float = 0.01

@@ -12,6 +12,7 @@ from drake_quad.report.figure_gait import draw_gait
 from drake_quad.report.figure_joints import draw_forces, draw_speeds, draw_torques
 from drake_quad.report.figure_margin import draw_margin
 from drake_quad.report.figure_motion import draw_base_error, draw_trajectories
+from drake_quad.report.figure_regions import draw_regions, was_measured
 from drake_quad.report.run_files import Run
 
 
@@ -44,6 +45,18 @@ FIGURES = (
         "support polygon: positive inside. Measured over the feet that bear, planned over those "
         "that were to. The zero-moment point's margin counts the accelerations too.",
         draw_margin,
+    ),
+    FigureKind(
+        "regions",
+        "Margins within friction and torque, and pushes",
+        "Signed distance of the centre of mass from the border of where the feet's forces can "
+        "balance it: within their friction cones; within the joints' torque limits too; and with "
+        "what its acceleration asks for besides the weight. Dashed as planned. Bands: red outside, "
+        "amber under 0.02 m. Below, the capture point's distance from where the feet's pressure "
+        "can hold it, and the least push of all directions that would take a step.",
+        draw_regions,
+        physics=True,
+        wanted=was_measured,
     ),
     FigureKind(
         "footprints",

@@ -1,4 +1,4 @@
-"""What the replay draws over the scene in Meshcat: support polygon, plumb line, forces, prints."""
+"""What the replay draws over the scene: region of balance, plumb line, forces, prints."""
 
 from collections.abc import Sequence
 
@@ -10,13 +10,16 @@ from pydrake.math import RigidTransform, RotationMatrix
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.report.drape import LIFT, drape
 from drake_quad.report.motion import touchdowns
+from drake_quad.report.regions import Regions
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
+from drake_quad.stability.measured import FEASIBLE
 
 OVERLAY = "/replay"
 NEWTONS_PER_METRE = 600.0  # of a force arrow
 LEAST_FORCE = 1.0  # [N] below this there is no arrow
 SAFE = 0.02  # [m] the support polygon is amber under this margin, and red under 0
+REDRAWN = 0.5  # [s] after which a region that moves is drawn anew
 ARROW = 0.012  # [m] radius of a shaft
 
 
@@ -67,20 +70,23 @@ class Overlay:
     def _lay_support(self, samples: Sequence[int]) -> dict[int, str]:
         """Makes one polygon for each stretch of samples with the same feet and colour.
 
-        Standing feet do not move, so within a stretch the polygon does not either.
+        Standing feet do not move, so within a stretch the region that friction leaves does not
+        either. That within the joints' torque limits does: it is drawn anew now and then.
 
         Returns:
             The path of each sample's polygon.
         """
-        bearing, margin = self._run.log.flags("bearing"), self._run.log.number("margin")
+        regions = Regions(self._run)
+        bearing, margin, t = self._run.log.flags("bearing"), regions.margin, self._run.log.t
+        moves = regions.kind == FEASIBLE
         paths: dict[int, str] = {}
         last, path = (), ""  # type: tuple[object, ...], str
         for k in samples:
             colour = margin_colour(float(margin[k]))
-            state = (*bearing[k].tolist(), colour)
+            state = (*bearing[k].tolist(), colour, t[k] // REDRAWN if moves else 0.0)
             if state != last:
                 last = state
-                vertices, triangles = drape(self._run.world, self._place[k, bearing[k], :2])
+                vertices, triangles = drape(self._run.world, regions.corners(k))
                 path = f"{OVERLAY}/support/{k}" if len(triangles) else ""
                 if path:
                     self._meshcat.SetTriangleMesh(

@@ -92,6 +92,8 @@ def summary_rows(summary: Mapping[str, Any], prefix: str = "") -> list[tuple[str
 
 def unit_of(path: str) -> str:
     """The unit of a summary's figure by its key; empty where it has none or is not known."""
+    if path.startswith("push_budget"):
+        return "m/s"
     key = path.rpartition(".")[2]
     if key in UNITS:
         return UNITS[key]

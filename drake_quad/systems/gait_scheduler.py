@@ -7,6 +7,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_quad.control.clock import SEGMENT, run_on
+from drake_quad.control.margin_guard import guarded_rate
 from drake_quad.control.ports import (
     BALANCE_SIZE,
     CATCH_SIZE,
@@ -36,9 +37,12 @@ class GaitScheduler(LeafSystem):
 
     The clock waits at a touchdown until the foot is sensed to bear, and at a lift-off until the
     other three feet bear and hold the centre of mass with `lift_off_margin`; for at most
-    `patience`, after which it stops the run and says why. When a push would tip the robot over
-    the feet that stand, the clock stops, the swing foot (or another) is put down where it holds
-    the robot, and once that is calm the plan is made anew from the feet as they stand.
+    `patience`, after which it stops the run and says why. With a `margin_demanded` it slows down,
+    and stands, before the margin on the feet that stand falls below that.
+
+    When a push would tip the robot over the feet that stand, the clock stops, the swing foot (or
+    another) is put down where it holds the robot, and once that is calm the plan is made anew from
+    the feet as they stand.
 
     Input ports:
         motion_plan: The MotionPlan of the task under way (abstract).
@@ -85,7 +89,8 @@ class GaitScheduler(LeafSystem):
         segment = min(int(values[SEGMENT]), len(plan.segments) - 1)  # perhaps of the plan before
         until = plan.segments[segment].end
         balance = self._balance_port.Eval(context)
-        if run_on(
+        guarded = self._control.margin_demanded > 0.0
+        if not guarded and run_on(
             values, plan.phases, plan.index, until, self._period, balance, self._control.push_speed
         ):
             return EventStatus.Succeeded()
@@ -121,7 +126,9 @@ class GaitScheduler(LeafSystem):
             return EventStatus.Succeeded()
         if 0.0 < shaken <= self._control.patience:  # it has come back
             state.set_value(self._shaken, [0.0])
-        reason = self._must_wait(context, plan, t)
+        rate, reason = 1.0, self._must_wait(context, plan, t)
+        if self._control.margin_demanded > 0.0 and not reason:
+            rate, reason = self._guard(context, plan, t)
         if reason:
             waiting += self._period
             phase[GaitPhase.WAITED] += self._period
@@ -134,8 +141,8 @@ class GaitScheduler(LeafSystem):
                 )
             return EventStatus.Succeeded()
 
-        t += self._period
-        phase[GaitPhase.RATE] = 1.0
+        t += rate * self._period
+        phase[GaitPhase.RATE] = rate
         if t >= plan.duration - 1e-9:
             if task + 1 < self._num_tasks:
                 phase[GaitPhase.TASK] = task + 1
@@ -183,6 +190,12 @@ class GaitScheduler(LeafSystem):
         wanted = plan.body.sample(t)[0]
         return hypot(balance[BODY] - wanted[0], balance[BODY + 1] - wanted[1]) > CALM_PLACE
 
+    def _guard(self, context: Context, plan: MotionPlan, t: float) -> tuple[float, str]:
+        """The rate that the margin demanded leaves; and, if none, why."""
+        balance, demanded = self._balance_port.Eval(context), self._control.margin_demanded
+        rate = guarded_rate(plan, t, balance, plan.contacts.phase(t).standing, demanded)
+        return rate, "" if rate > 0.0 else f"beyond here the margin falls below {demanded:.3f} m"
+
     def _must_wait(self, context: Context, plan: MotionPlan, t: float) -> str:
         """Why the clock may not go on past the switch that the next tick would cross, if so."""
         now = plan.contacts.phase_index(t)
@@ -201,7 +214,7 @@ class GaitScheduler(LeafSystem):
                 return f"leg {leg.short} is to lift off while another foot does not bear"
             balance = self._balance_port.Eval(context)
             margin = balance_margin(balance, others)
-            if margin < self._control.lift_off_margin:
+            if margin < max(self._control.lift_off_margin, self._control.margin_demanded):
                 return f"without leg {leg.short} the margin is {margin:.3f} m"
         return ""
 

@@ -1,13 +1,16 @@
 """StabilityMonitor: the margins of the whole robot, from the contacts as measured."""
 
-from math import isfinite
+from math import isfinite, isnan
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_quad.control.stability import judge
+from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_state import StateLayout
+from drake_quad.stability.measured import HULL, Gauge, Margins, Posture, demand_of
+from drake_quad.stability.region import AT_REST
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 from drake_quad.systems.state_output import DeclareStateOutput
 
@@ -27,6 +30,7 @@ class StabilityMonitor(LeafSystem):
             feet [m].
         zmp_margin: (1,) the same for the centre of pressure of the measured forces [m].
         com_position: (3,) the whole robot's centre of mass in W [m].
+        further_margins: See Margins; what the gauge does not measure is nan. Every `gauge_period`.
     """
 
     def __init__(
@@ -37,6 +41,8 @@ class StabilityMonitor(LeafSystem):
         period: float = 0.005,
         tilt_limit: float = np.radians(40.0),
         height_limit: float = 0.25,
+        gauge: Gauge | None = None,
+        gauge_period: float = 0.1,
     ) -> None:
         super().__init__()
         self.set_name("stability_monitor")
@@ -49,8 +55,15 @@ class StabilityMonitor(LeafSystem):
         self._margin = DeclareStateOutput(self, "stability_margin", 1)
         self._zmp = DeclareStateOutput(self, "zmp_margin", 1)
         self._com = DeclareStateOutput(self, "com_position", 3)
+        self._further = DeclareStateOutput(self, "further_margins", np.full(len(Margins), np.nan))
+        # When; then about the centre of mass, angular and linear. Nan until there is one.
+        self._momentum = self.DeclareDiscreteState(np.full(7, np.nan))
         self._scratch = DeclareScratch(self, model)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self._gauge = None if gauge is None or gauge.kind == HULL else gauge
+        self._period = period
+        if self._gauge is not None:
+            self.DeclarePeriodicDiscreteUpdateEvent(gauge_period, 0.0, self._measure)
 
     def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
         x = self._state_port.Eval(context)
@@ -65,6 +78,8 @@ class StabilityMonitor(LeafSystem):
             state.get_mutable_value(self._margin), state.get_mutable_value(self._zmp),
         )  # fmt: skip
         state.set_value(self._com, com)
+        if self._gauge is not None and isnan(state.value(self._further)[0]):
+            self._measure(context, state)  # the first time, as soon as contacts are known
         # R_WB's lower right entry, and the base's height, straight from the state.
         i = self._layout.q_base
         w, qx, qy, qz, _, _, z = x[i : i + 7].tolist()
@@ -76,3 +91,34 @@ class StabilityMonitor(LeafSystem):
         if z - ground < self._height:
             return EventStatus.ReachedTermination(self, "fell: the trunk is down at its feet")
         return EventStatus.Succeeded()
+
+    def _measure(self, context: Context, state: DiscreteValues) -> None:
+        """The margins that take longer, and so are held for a while."""
+        x: FloatArray = self._state_port.Eval(context)
+        t = context.get_time()
+        if not isfinite(x.sum()) or t < 1.5 * self._period:
+            return  # no contact is measured yet
+        assert self._gauge is not None
+        model, scratch = self._model, EvalScratch(self._scratch, context)
+        model.SetPositionsAndVelocities(scratch, x)
+        com = model.CalcCenterOfMassPositionInWorld(scratch)
+        whole = model.CalcSpatialMomentumInWorldAboutPoint(scratch, com)
+        momentum = np.concatenate([whole.rotational(), whole.translational()])
+        before = context.get_discrete_state(self._momentum).value()
+        robot = self._layout.read(x)
+        posture = Posture(
+            bearing=self._contact_port.Eval(context),
+            places=self._position_port.Eval(context).reshape(4, 3),
+            com=com,
+            com_velocity=momentum[3:] / self._gauge.mass,
+            p_WB=robot.p_WB,
+            R_WB=robot.R_WB,
+            q=robot.q,
+        )
+        demand = AT_REST
+        if isfinite(before.sum()) and t > before[0]:
+            demand = demand_of(
+                momentum, before[1:], t - before[0], mass=self._gauge.mass, height=float(com[2])
+            )
+        state.set_value(self._momentum, [t, *momentum])
+        state.set_value(self._further, self._gauge.measure(posture, demand))

@@ -1,0 +1,161 @@
+"""All margins of one instant, from what is measured of a robot."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from math import atan2, hypot, inf
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_scalar import LegConstants, foot_and_jacobian, leg_constants
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.contacts import Contacts, make_contacts
+from drake_quad.stability.level import NEARLY, static_region
+from drake_quad.stability.pendulum import GRAVITY, Pendulum, find_pressure_area
+from drake_quad.stability.push_budget import capture_margin, directions, push_budget
+from drake_quad.stability.region import Demand, find_region
+from drake_quad.stability.torque import joint_limits
+
+HULL, FRICTION, FEASIBLE = KINDS = ("hull", "friction", "feasible")
+WAYS = directions(16)
+BEARING = 0.5
+
+
+class Margins(IntEnum):
+    """Places in the vector of margins.
+
+    FRICTION: Signed distance of the centre of mass from the border of the static region [m].
+    CAPTURE: That of the capture point from the border of where the pressure can be, now and at
+        rest [m].
+    BUDGET: The least push that takes a step, of all directions [m/s].
+    BUDGET_DIRECTION: Which way that is, in W [rad].
+    FEASIBLE: As FRICTION, within the joints' torque limits too [m].
+    DYNAMIC: As FEASIBLE, of the region that the measured acceleration leaves [m].
+    """
+
+    FRICTION = 0
+    CAPTURE = 1
+    BUDGET = 2
+    BUDGET_DIRECTION = 3
+    FEASIBLE = 4
+    DYNAMIC = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """A robot in motion. W world, B body.
+
+    Attributes:
+        bearing: (4,) 1 where a foot bears.
+        places: (4, 3) where the feet's forces act, in W [m].
+        com: (3,) the whole robot's centre of mass in W [m].
+        com_velocity: (3,) in W [m/s].
+        p_WB: (3,) [m].
+        R_WB: (3, 3).
+        q: (4, 3) joint angles [rad].
+    """
+
+    bearing: FloatArray
+    places: FloatArray
+    com: FloatArray
+    com_velocity: FloatArray
+    p_WB: FloatArray
+    R_WB: FloatArray
+    q: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Gauge:
+    """Measures margins.
+
+    Attributes:
+        robot: The robot.
+        kind: One of KINDS: which margins, the others are nan.
+        friction: Coulomb's coefficient between feet and ground.
+        mass: Of the whole robot as it is [kg].
+        effort: (12,) torque limits as they are [Nm].
+        none: What a margin is where there is no region.
+    """
+
+    robot: RobotModel
+    kind: str
+    friction: float
+    mass: float
+    effort: FloatArray
+    none: float = -inf
+
+    def measure(self, posture: Posture, demand: Demand) -> FloatArray:
+        """The margins, see Margins.
+
+        Args:
+            posture: The robot now.
+            demand: What its motion asks of the feet, for DYNAMIC.
+        """
+        found = np.full(len(Margins), np.nan)
+        if self.kind == HULL:
+            return found
+        standing = posture.bearing > BEARING
+        contacts = self.contacts(posture)
+        x, y, z = posture.com.tolist()
+        vx, vy, _ = posture.com_velocity.tolist()
+        ground = float(contacts.places[:, 2].mean()) if len(contacts) else 0.0
+        body = Pendulum(x, y, z, vx, vy, ground)
+        region = static_region(contacts)
+        area = find_pressure_area(contacts, body)
+        budget = push_budget(region, area, body, WAYS)
+        weakest = int(np.argmin(budget))
+        found[Margins.FRICTION] = region.margin(x, y)
+        found[Margins.CAPTURE] = capture_margin(region, area, body)
+        found[Margins.BUDGET] = budget[weakest]
+        found[Margins.BUDGET_DIRECTION] = atan2(WAYS[weakest, 1], WAYS[weakest, 0])
+        if self.kind == FEASIBLE:
+            limits = joint_limits(
+                self.robot, posture.R_WB, posture.q, standing, mass=self.mass, effort=self.effort
+            )
+            found[Margins.FEASIBLE] = find_region(contacts, limits=limits).margin(x, y)
+            found[Margins.DYNAMIC] = find_region(contacts, limits=limits, demand=demand).margin(
+                x, y
+            )
+        found[np.isneginf(found)] = self.none
+        return found
+
+    def contacts(self, posture: Posture) -> Contacts:
+        """The feet that bear; the ground's normal leads from there to the foot sphere's centre."""
+        # Plain floats: for three numbers at a time numpy takes several times as long.
+        R, base = posture.R_WB.tolist(), posture.p_WB.tolist()
+        places, normals = [], []
+        for leg, bears, place, q in zip(
+            self._legs, posture.bearing.tolist(), posture.places.tolist(), posture.q.tolist(),
+            strict=True,
+        ):  # fmt: skip
+            if bears > BEARING:
+                foot, _ = foot_and_jacobian(leg, *q)
+                turned = [r[0] * foot[0] + r[1] * foot[1] + r[2] * foot[2] for r in R]
+                up = [b + t - p for b, t, p in zip(base, turned, place, strict=True)]
+                length = max(hypot(*up), 1e-9)
+                level = up[2] > (1.0 - NEARLY) * length
+                places.append(place)
+                normals.append([0.0, 0.0, 1.0] if level else [u / length for u in up])
+        return make_contacts(places, normals, self.friction)
+
+    @cached_property
+    def _legs(self) -> tuple[LegConstants, ...]:
+        return leg_constants(self.robot.geometry)
+
+
+def demand_of(
+    momentum: FloatArray, before: FloatArray, time: float, *, mass: float, height: float
+) -> Demand:
+    """What a change of momentum asks of the feet, if nothing else pushes.
+
+    Args:
+        momentum: (6,) about the centre of mass in W, angular [Nms], then linear [Ns].
+        before: The same a time ago.
+        time: That ago [s].
+        mass: Of the whole robot [kg].
+        height: Of the centre of mass in W [m].
+    """
+    weight = GRAVITY * mass
+    mx, my, mz, fx, fy, fz = ((momentum - before) / (time * weight)).tolist()
+    return Demand((fx, fy, 1.0 + fz), (mx, my, mz), height)

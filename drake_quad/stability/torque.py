@@ -1,0 +1,79 @@
+"""What a leg's drives let its foot push with: static torques of the joints in one posture."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_kinematics import calc_jacobians
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.region import ForceLimits
+
+GRAVITY = 9.81
+
+
+def calc_holding(robot: RobotModel, q: FloatArray, up: FloatArray) -> FloatArray:
+    """Torques that hold the legs' own links up, the feet in the air, (4, 3) [Nm].
+
+    Args:
+        robot: The robot.
+        q: (4, 3) joint angles [rad].
+        up: (3,) the upward unit vector in B.
+    """
+    g, m = robot.geometry, robot.link_mass
+    a, hip, knee = q[:, 0], q[:, 1], q[:, 1] + q[:, 2]
+    zero = np.zeros(4)
+    plane = np.stack([zero, g.offset, zero], axis=-1)
+    down = np.stack([zero, zero, -g.thigh], axis=-1)
+    at_knee = _pitched(hip, down)
+    # From the hip, before the abduction: of each link its centre of mass, of each joint its axis.
+    hip_link = robot.link_com[:, 0]
+    thigh = plane + _pitched(hip, robot.link_com[:, 1])
+    shank = plane + at_knee + _pitched(knee, robot.link_com[:, 2])
+    # `up` seen from there; joints turn about x, y, y.
+    ca, sa = np.cos(a), np.sin(a)
+    ux, uy, uz = up[0] + zero, ca * up[1] + sa * up[2], ca * up[2] - sa * up[1]
+    seen = np.stack([ux, uy, uz], axis=-1)
+
+    def about(axis: int, arms: FloatArray, mass: FloatArray) -> FloatArray:
+        return np.asarray(GRAVITY * mass * np.cross(arms, seen)[:, axis])
+
+    first = about(0, hip_link, m[:, 0]) + about(0, thigh, m[:, 1]) + about(0, shank, m[:, 2])
+    second = about(1, thigh - plane, m[:, 1]) + about(1, shank - plane, m[:, 2])
+    third = about(1, shank - plane - at_knee, m[:, 2])
+    return np.stack([first, second, third], axis=-1)
+
+
+def joint_limits(
+    robot: RobotModel,
+    R_WB: FloatArray,
+    q: FloatArray,
+    standing: ArrayLike,
+    *,
+    mass: float | None = None,
+    effort: FloatArray | None = None,
+) -> ForceLimits:
+    """Limits that the joints' torques set to the forces on the standing feet.
+
+    Static: torque = what holds the leg's links - Jᵀ f, with f the force on the foot.
+
+    Args:
+        robot: The robot.
+        R_WB: (3, 3) orientation of B.
+        q: (4, 3) joint angles [rad].
+        standing: (4,) which feet stand.
+        mass: Of the whole robot, payload included, if it is another than the model's [kg].
+        effort: (12,) torque limits, if they are others than the model's [Nm].
+    """
+    who = np.asarray(standing, dtype=np.bool_)
+    weight = GRAVITY * (robot.mass if mass is None else mass)
+    most = (robot.effort if effort is None else effort).reshape(4, 3)[who]
+    hold = calc_holding(robot, q, R_WB[2])[who]
+    rows = np.swapaxes(R_WB @ calc_jacobians(robot.geometry, q)[who], -1, -2)
+    return ForceLimits(rows, (hold - most) / weight, (hold + most) / weight)
+
+
+def _pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
+    """Points (4, 3) turned about y by angles (4,)."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = p.T
+    return np.stack([c * x + s * z, y, c * z - s * x], axis=-1)

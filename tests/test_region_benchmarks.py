@@ -1,0 +1,61 @@
+"""The benchmarks of the regions run, and say what they are there to say."""
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.robot.load_robot import load_robot
+from drake_quad.scenario import course_of, parse_scenario
+
+
+@pytest.fixture
+def load(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Imports a benchmark by its name: they are beside the package, not in it."""
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[1]))
+    return lambda name: importlib.import_module(f"benchmarks.{name}")
+
+
+def test_no_stance_disagrees(load: Any) -> None:
+    """A few random stances are as the independent program has them."""
+    found = load("region").compare(12, seed=4)
+    assert found["disagreements"] == 0 and found["stances"] == 12
+    assert found["worst"] < 1e-7
+
+
+def test_each_query_is_timed(load: Any) -> None:
+    """Each has a median no greater than its 99th percentile, and all take time."""
+    for name, times in load("region").measure(4).items():
+        assert 0.0 < times["median"] <= times["p99"], name
+
+
+def test_the_picture_shows_where_regions_differ(
+    load: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On level treads not at all; on a nosing, with weak drives and in motion they do."""
+    load("region_picture").main([str(tmp_path / "regions.png")])
+    assert (tmp_path / "regions.png").stat().st_size > 10_000
+    rows = capsys.readouterr().out.splitlines()[2:]
+    assert len(rows) == 8
+    for line in rows:
+        assert ("level treads" in line) == line.endswith("| 0 mm |")
+
+
+def test_drawn_stances_can_be_stood_in(load: Any) -> None:
+    """Legs reach, feet stand on the ground, and there is a push to ask for."""
+    push_budget = load("push_budget")
+    scenario = parse_scenario(push_budget.SCENARIO, source="push_budget")
+    robot = load_robot(scenario.robot.model)
+    course = course_of(scenario, foot_radius=robot.foot_radius)
+    random, seen = np.random.default_rng(3), set[bool]()
+    for _ in range(6):
+        trial = push_budget.draw(random, robot, course, 0.8)
+        feet, seen = trial.stance.feet, seen | {trial.on_stairs}
+        ground = course.height(feet[:, 0], feet[:, 1])
+        np.testing.assert_allclose(feet[:, 2], ground + robot.foot_radius, atol=1e-9)
+        _, excess, _ = pose_robot(robot, trial.stance.body[None], feet[None])
+        assert excess.max() == 0.0 and trial.budget >= push_budget.LEAST
+    assert seen == {True, False}
