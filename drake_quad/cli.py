@@ -97,11 +97,12 @@ def run(
 @app.command()
 def plan(
     scenario: ScenarioArgument = "case_study",
-    out: Annotated[Path | None, typer.Option(help="Directory for plan.json.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Directory for the files.")] = None,
     overrides: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Plan a scenario and check it on paper, without physics."""
+    """Plan a scenario, check it on paper and certify it for every time, without physics."""
+    from drake_quad.plan_certificate import certify_plan, print_certificate, write_certificate
     from drake_quad.plan_report import describe_failure, describe_plan
     from drake_quad.scenario import load_scenario
     from drake_quad.simulation import prepare
@@ -112,6 +113,9 @@ def plan(
     try:
         p = prepare(loaded, source=scenario)
         result = describe_plan(p.robot, p.plan, massless_legs=p.settings.uniform_body)
+        result["certificate"], certificate = certify_plan(p)
+        if out is not None:
+            write_certificate(certificate, out)
     except PlanningError as error:
         result = describe_failure(error)
     if out is not None:
@@ -120,6 +124,7 @@ def plan(
         print(json.dumps(result))
     elif result["feasible"]:
         _print_plan(result)
+        print_certificate(result["certificate"], Console())
     else:
         raise PlanningError(result["reason"])
     raise typer.Exit(0 if result["feasible"] else 1)

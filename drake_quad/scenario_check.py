@@ -55,6 +55,8 @@ _POSITIVE = (
 )
 
 _NOT_NEGATIVE = (
+    "certify.margin",
+    "certify.clearance",
     "start.distance",
     "gait.switch_wait",
     "gait.stance_stagger",

@@ -26,6 +26,7 @@ FLOORS = {
     "control": 1,
     "stability": 1,
     "systems": 2,
+    "certificate": 2,
     "design": 2,
     "controller": 3,
     "scenario": 3,

@@ -1,0 +1,1 @@
+"""Continuous-time certificates: what holds of a plan at every time, not at samples."""

@@ -1,0 +1,180 @@
+"""All that is asked of a plan, bounded over cells of time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.certificate.cells import Cells
+from drake_quad.certificate.chain import Shank, make_chain
+from drake_quad.certificate.feet_room import SwingRule, feet_room, find_swing_rule
+from drake_quad.certificate.legs import (
+    Legs,
+    enclose_feet,
+    enclose_frame,
+    enclose_knees,
+    enclose_legs,
+    enclose_moments,
+    enclose_shank_axes,
+)
+from drake_quad.certificate.obstacles import Obstacles
+from drake_quad.certificate.pieces import IntArray, Pieces
+from drake_quad.certificate.shank_room import shank_room
+from drake_quad.certificate.statics import enclose_statics
+from drake_quad.certificate.support import Support, enclose_margin, find_support
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.robot_model import RobotModel
+
+# What is bounded from below, a column each: first what a claim gives figures of, then what has to
+# be so for it to mean anything. Units: m, m, m, rad, part of the limit; m, m, part of the weight.
+MARGIN, FOOT, SHANK, JOINTS, TORQUE, REACH, GROUND, SHARES = range(8)
+FIGURES = 5
+COLUMNS = 8
+GROUND_SLACK = 1e-6  # [m] that a foot may dip into the ground as it lifts off
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Whose plan it is, and what is around it.
+
+    Attributes:
+        robot: The robot.
+        shank: Its shanks.
+        pieces: The plan.
+        obstacles: The course.
+        support: What the standing feet make of the centre of mass.
+        rule: What a swing owes the obstacles.
+    """
+
+    robot: RobotModel
+    shank: Shank
+    pieces: Pieces
+    obstacles: Obstacles
+    support: Support
+    rule: SwingRule
+
+
+def pose_problem(robot: RobotModel, shank: Shank, pieces: Pieces, obstacles: Obstacles) -> Problem:
+    """Puts together what bounds are found with."""
+    return Problem(
+        robot=robot,
+        shank=shank,
+        pieces=pieces,
+        obstacles=obstacles,
+        support=find_support(pieces),
+        rule=find_swing_rule(pieces, obstacles, robot.foot_radius),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Of N cells.
+
+    Attributes:
+        low: Bounds below over each cell (N, COLUMNS); -inf where nothing is known.
+        sample: Values in its middle (N, COLUMNS).
+        where: What `low` is about: a side, an obstacle, a leg, a joint (N, COLUMNS).
+        witness: Shares of the weight in its middle (N, 4).
+    """
+
+    low: FloatArray
+    sample: FloatArray
+    where: IntArray
+    witness: FloatArray
+
+
+def bound_cells(
+    problem: Problem,
+    cells: Cells,
+    *,
+    best: FloatArray,
+    tolerance: FloatArray,
+    demand: FloatArray,
+) -> Bounds:
+    """Bounds everything over every cell.
+
+    Args:
+        problem: Of the plan.
+        cells: The cells (N,).
+        best: Least known value of each segment (segments, COLUMNS); made less by what is found.
+        tolerance: How far below those bounds may be (COLUMNS,).
+        demand: What is asked for (COLUMNS,).
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return _bound(problem, cells, best, tolerance, demand)
+
+
+def _bound(
+    problem: Problem,
+    cells: Cells,
+    best: FloatArray,
+    tolerance: FloatArray,
+    demand: FloatArray,
+) -> Bounds:
+    robot, pieces = problem.robot, problem.pieces
+    phase, segment = pieces.phase[cells.piece], pieces.segment[cells.piece]
+    frame, feet = enclose_frame(cells), enclose_feet(pieces, cells)
+    legs = enclose_legs(robot, frame, feet)
+    moments = enclose_moments(robot, frame, legs)
+    N = len(cells.half)
+    low, sample = np.empty((N, COLUMNS)), np.empty((N, COLUMNS))
+    where = np.zeros((N, COLUMNS), dtype=int)
+
+    def put(column: int, lows: FloatArray, samples: FloatArray) -> None:
+        """Takes the least of each row (N, n), and notes which it is; a nan is the worst."""
+        lows = np.where(np.isnan(lows), -np.inf, lows)
+        where[:, column] = np.argmin(lows, axis=1)
+        low[:, column] = lows.min(axis=1)
+        sample[:, column] = np.where(np.isnan(samples), np.inf, samples).min(axis=1)
+
+    margin = enclose_margin(problem.support, phase, moments)
+    put(MARGIN, margin.lower, margin.centre)
+    put(JOINTS, *_joint_room(robot, legs))
+    put(REACH, *_reach_room(robot, legs))
+    statics = enclose_statics(robot, problem.support, phase, frame, legs, moments)
+    effort = robot.effort.reshape(4, 3).T
+    room = [
+        1.0 - np.maximum(t.upper, -t.lower) / e
+        for t, e in zip(statics.torques, effort, strict=True)
+    ]
+    here = [1.0 - np.abs(t.centre) / e for t, e in zip(statics.torques, effort, strict=True)]
+    put(TORQUE, np.stack(room, axis=-1).reshape(N, 12), np.stack(here, axis=-1).reshape(N, 12))
+    stands = pieces.standing[cells.piece]
+    put(SHARES, np.where(stands, statics.shares.lower, 1.0), np.where(stands, statics.witness, 1.0))
+    foot = feet_room(pieces, cells, problem.obstacles, problem.rule, robot.foot_radius)
+    low[:, FOOT], sample[:, FOOT], where[:, FOOT] = foot.low, foot.sample, foot.obstacle
+    low[:, GROUND], sample[:, GROUND] = foot.ground_low, foot.ground_sample
+    where[:, GROUND] = where[:, FOOT]
+    known = best[:, SHANK].copy()
+    knees, ahead = enclose_knees(robot, frame, legs), enclose_shank_axes(frame, legs)
+    shank = shank_room(
+        cells,
+        make_chain(problem.shank, knees, feet, ahead),
+        problem.obstacles,
+        group=segment,
+        best=known,
+        tolerance=float(tolerance[SHANK]),
+        demand=float(demand[SHANK]),
+    )
+    low[:, SHANK], sample[:, SHANK], where[:, SHANK] = shank.low, shank.sample, shank.leg
+    np.minimum.at(best, segment, sample)
+    return Bounds(low, sample, where, statics.witness)
+
+
+def _joint_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
+    """How far the angles are from the nearer of their limits, bound and value, (N, 12) each."""
+    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+    low, here = [], []
+    for j, angle in enumerate(legs.angles):
+        low.append(np.minimum(angle.lower - lower[:, j], upper[:, j] - angle.upper))
+        here.append(np.minimum(angle.centre - lower[:, j], upper[:, j] - angle.centre))
+    count = len(low[0])
+    return np.stack(low, axis=-1).reshape(count, 12), np.stack(here, axis=-1).reshape(count, 12)
+
+
+def _reach_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
+    """How far the feet are from where a leg is straight, or folded: bound and value (N, 4) each."""
+    g, far = robot.geometry, legs.extension
+    folded = np.abs(g.thigh - g.shank)
+    low = np.minimum(g.reach - far.upper, far.lower - folded)
+    here = np.minimum(g.reach - far.centre, far.centre - folded)
+    return low, np.where(np.isnan(here), -1.0, here)

@@ -1,0 +1,77 @@
+"""Cells: stretches of a plan's pieces, with their polynomials about the middle of each."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.certificate.enclosure import UNIT, Enclosure
+from drake_quad.certificate.pieces import IntArray, Pieces
+from drake_quad.certificate.polynomials import compose
+from drake_quad.gait.legs import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """N stretches of pieces, with their polynomials in tau, which runs from -1 to 1 in each.
+
+    Attributes:
+        piece: Which piece (N,).
+        low: Where it begins in its piece, in w (N,).
+        high: Where it ends (N,).
+        half: Half its length (N,) [s].
+        middle: Its middle in its task's time (N,) [s].
+        body: Coefficients (N, 5, BODY).
+        foot: Coefficients (N, 3, FOOT).
+    """
+
+    piece: IntArray
+    low: FloatArray
+    high: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    body: FloatArray
+    foot: FloatArray
+
+    def body_enclosure(self, k: int) -> Enclosure:
+        """The k-th of x, y, z, pitch, yaw, (N, 1)."""
+        return self._enclose(self.body[:, k])
+
+    def feet_enclosure(self, pieces: Pieces, axis: int) -> Enclosure:
+        """One coordinate of all four feet, (N, 4)."""
+        swing = np.arange(4) == pieces.swing[self.piece][:, None]
+        moving = self._enclose(self.foot[:, axis])
+        place = pieces.feet[self.piece][:, :, axis]
+        still = np.zeros_like(place)
+        return Enclosure(
+            np.where(swing, moving.centre, place),
+            np.where(swing, moving.error, still),
+            np.where(swing, moving.radius, still),
+            np.where(swing, moving.rate, still),
+            np.where(swing, moving.rate_radius, still),
+            moving.half,
+        )
+
+    def _enclose(self, powers: FloatArray) -> Enclosure:
+        """Polynomials (N, n) in tau as enclosures (N, 1)."""
+        size, degrees = np.abs(powers), np.arange(powers.shape[-1])
+        pad = 64.0 * UNIT * (1.0 + size.sum(axis=-1))
+        half = self.half
+        radius = size[:, 1:].sum(axis=-1) + pad
+        bend = (size[:, 2:] * degrees[2:]).sum(axis=-1) / half + pad / half
+        columns = (powers[:, 0], pad, radius, powers[:, 1] / half, bend, half)
+        return Enclosure(*(column[:, None] for column in columns))
+
+
+def make_cells(pieces: Pieces, piece: IntArray, low: FloatArray, high: FloatArray) -> Cells:
+    """The stretches from `low` to `high` (N,), in w, of pieces `piece` (N,)."""
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    length = (pieces.end - pieces.start)[piece]
+    return Cells(
+        piece=piece,
+        low=low,
+        high=high,
+        half=half * length,
+        middle=pieces.start[piece] + middle * length,
+        body=compose(pieces.body[piece], middle[:, None], half[:, None]),
+        foot=compose(pieces.foot[piece], middle[:, None], half[:, None]),
+    )

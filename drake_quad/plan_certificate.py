@@ -1,0 +1,87 @@
+"""The certificate of a scenario's plan: what `drake-quad plan` prints of it, and its file."""
+
+import json
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from drake_quad.certificate.certify import Certificate, certify
+from drake_quad.certificate.chain import shank_of
+from drake_quad.certificate.record import CLAIMS
+from drake_quad.preparation import Preparation
+from drake_quad.whole_files import write_whole
+
+FILE = "certificate.json"
+
+
+def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate]:
+    """Certifies a prepared scenario's plan.
+
+    Returns:
+        The result as plain values, for `plan --json`: `certified`, `reason`, `time` [s] of the
+        mission and `segment` of the first failure, `proven` (the least of each figure over the
+        plan), `intervals` of time that it took, `certifying_time` [s]; and the certificate.
+    """
+    begun = time.perf_counter()
+    asked = p.scenario.certify
+    certificate = certify(
+        p.robot,
+        shank_of(p.robot),
+        p.plan.plans,
+        p.course.boxes,
+        margin=asked.margin,
+        clearance=asked.clearance,
+    )
+    taken = time.perf_counter() - begun
+    failure = certificate.failure
+    segments = [s.name for plan in p.plan.plans for s in plan.segments]
+    told = {
+        "certified": failure is None,
+        "reason": failure.reason if failure else "",
+        "time": p.plan.starts[failure.task] + failure.time if failure else None,
+        "segment": segments[failure.segment] if failure else None,
+        "proven": dict(zip(CLAIMS, certificate.proof.claims.min(axis=0).tolist(), strict=True)),
+        "intervals": len(certificate.proof.cells.half),
+        "certifying_time": taken,
+    }
+    return told, certificate
+
+
+def write_certificate(certificate: Certificate, directory: Path) -> None:
+    """Writes certificate.json; without a certificate, no old one stays there either."""
+    path = directory / FILE
+    if certificate.record is None:
+        with suppress(FileNotFoundError):
+            path.unlink()
+        return
+    text = json.dumps(certificate.record, allow_nan=False) + "\n"
+    write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def certificate_lines(told: dict[str, Any]) -> list[str]:
+    """What is proven, or the first time at which it fails and why, for people."""
+    proven = told["proven"]
+    figures = [
+        ("static margin at least", f"{proven['margin']:.4f} m"),
+        ("swing feet from risers and nosings at least", f"{proven['foot_clearance']:.4f} m"),
+        ("knees and shanks from the course at least", f"{proven['shank_clearance']:.4f} m"),
+        ("joints inside their limits by at least", f"{proven['joint_room']:.3f} rad"),
+        ("torques to stand still at most", f"{1.0 - proven['torque_room']:.1%} of their limits"),
+    ]
+    if told["certified"]:
+        head = (
+            f"certified for every time, in {told['intervals']} intervals, "
+            f"{told['certifying_time']:.2f} s:"
+        )
+        return [head, *(f"  {name} {value}" for name, value in figures)]
+    where = f"from {told['time']:.3f} s on, in '{told['segment']}'"
+    return [f"not certified: {told['reason']}, {where}"]
+
+
+def print_certificate(told: dict[str, Any], console: Console) -> None:
+    """Prints `certificate_lines`."""
+    for line in certificate_lines(told):
+        console.print(line, highlight=False, soft_wrap=True)

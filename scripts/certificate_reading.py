@@ -1,0 +1,153 @@
+"""Reads a certificate for `check_certificate.py`, and refuses what is no robot or no motion.
+
+numpy alone, and nothing of drake_quad.
+"""
+
+from types import SimpleNamespace as Bag
+
+import numpy as np
+from certificate_bounds import move_body
+from certificate_course import distance, make_course
+
+CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room")
+SAME = 1e-9  # [s], [m] by which what is to be the same may differ: rounding
+JUMP = 1e-4  # [m], [rad] by which the body may be off where a task begins: the planner's tolerance
+STANDS = 1e-6  # [m] from the ground where a foot stands
+SLOPE = 5e-3  # [m] by which its sphere may dip into a slope
+_PHASE = ("task", "start", "end", "feet", "swing", "to", "lasts", "apex_time", "apex_z")
+
+
+class RefusedError(Exception):
+    """Why a certificate is not accepted."""
+
+
+def require(condition, reason):
+    """Refuses the certificate unless the condition holds."""
+    if not condition:
+        raise RefusedError(reason)
+
+
+def numbers(values, *shape):
+    """A float array of that shape (-1: any length), all finite."""
+    array = np.array(values, dtype=float)
+    fits = array.ndim == len(shape) and all(
+        n in (-1, m) for n, m in zip(shape, array.shape, strict=True)
+    )
+    require(fits and np.all(np.isfinite(array)), f"expected finite numbers of shape {shape}")
+    return array
+
+
+def read_robot(r):
+    """The robot's numbers, each of which has to make sense."""
+    n = len(r["shank_places"])
+    shapes = dict(hips=(4, 3), offsets=(4,), thighs=(4,), shanks=(4,), knee_signs=(4,),
+                  q_lower=(12,), q_upper=(12,), efforts=(12,), trunk_com=(3,), link_masses=(4, 3),
+                  link_coms=(4, 3, 3), shank_places=(n,), shank_ahead=(4, n), shank_radii=(4, n),
+                  trunk_mass=(), foot_radius=())  # fmt: skip
+    robot = Bag(**{k: numbers(r[k], *shape) for k, shape in shapes.items()})
+    robot.mass = robot.trunk_mass + robot.link_masses.sum()
+    positive = (robot.thighs, robot.shanks, robot.efforts, robot.foot_radius, robot.mass)
+    require(all(np.all(v > 0.0) for v in positive), "lengths, limits, mass have to be positive")
+    require(min(robot.link_masses.min(), robot.trunk_mass) >= 0.0, "a mass is negative")
+    require(np.all(np.abs(robot.knee_signs) == 1.0), "a knee bends forward or back")
+    s = robot.shank_places
+    good = n > 1 and s[0] == 0.0 and np.all(np.diff(s) > 0.0) and s[-1] <= 1.0
+    require(good and robot.shank_radii.min() >= 0.0, "a shank goes from its knee on to its foot")
+    return robot
+
+
+def read_course(boxes):
+    """The obstacles of the course's boxes."""
+    centre = numbers([b["centre"] for b in boxes], -1, 3)
+    size = numbers([b["size"] for b in boxes], -1, 3)
+    yaw, pitch = (numbers([b[k] for b in boxes], -1) for k in ("yaw", "pitch"))
+    require(size.min() > 0.0 and np.abs(pitch).max() < 1.0, "a box has a size, and lies")
+    return make_course(centre, size, yaw, pitch)
+
+
+def read_plan(tasks, course, radius):
+    """Tasks, contact phases, segments and cells as flat arrays.
+
+    Refuses a plan that is not one motion from the first to the last moment.
+    """
+    body = Bag(
+        knot=numbers([t["knot"] for t in tasks], -1),
+        first=np.cumsum([0, *(len(t["control"]) for t in tasks[:-1])]),
+        pieces=np.array([len(t["control"]) - 3 for t in tasks]),
+        control=np.concatenate([numbers(t["control"], -1, 5) for t in tasks]),
+        lasts=numbers([t["duration"] for t in tasks], -1),
+    )
+    require(np.all(body.knot > 0.0) and np.all(body.lasts > 0.0), "time goes on")
+    require(np.all(body.lasts <= body.pieces * body.knot + SAME), "the body's path is too short")
+    start, end = (
+        move_body(body, np.arange(len(tasks)), t, t)[0] for t in (0.0 * body.lasts, body.lasts)
+    )
+    jumps = np.abs(start[1:] - end[:-1])
+    require(jumps.max(initial=0.0) <= JUMP, "the body jumps where a task begins")
+    phases, segments, cells, feet = [], [], [], None
+    for k, task in enumerate(tasks):
+        begin = numbers(task["feet"], 4, 3)
+        require(
+            feet is None or np.abs(begin - feet).max() <= SAME, f"a foot jumps as task {k} begins"
+        )
+        require(all(stands(course, p, radius) for p in begin), "a foot stands on no ground")
+        own, feet = read_steps(k, task, begin, course, radius)
+        phases += own
+        edges = [(s["start"], s["end"]) for s in task["segments"]]
+        covers(numbers(edges, -1, 2), body.lasts[k], "segments")
+        segments += [
+            (k, *e, [s[c] for c in CLAIMS]) for e, s in zip(edges, task["segments"], strict=True)
+        ]
+        cuts, shares = numbers(task["partition"], -1), numbers(task["shares"], -1, 4)
+        require(len(cuts) == len(shares) + 1, "a cell has no witness")
+        covers(np.column_stack([cuts[:-1], cuts[1:]]), body.lasts[k], "cells")
+        cells += list(zip([k] * len(shares), cuts[:-1], cuts[1:], shares, strict=True))
+    return (
+        body,
+        columns(phases, _PHASE),
+        columns(segments, ("task", "start", "end", "claims")),
+        columns(cells, ("task", "start", "end", "shares")),
+    )
+
+
+def read_steps(k, task, feet, course, radius):
+    """The contact phases of task k as rows of _PHASE, and where the feet end."""
+    rows, lasts, t, feet = [], float(task["duration"]), 0.0, feet.copy()
+    for step in task["steps"]:
+        leg, off, on = step["leg"] - 1, float(step["lift_off"]), float(step["touchdown"])
+        to, apex, z = numbers(step["to"], 3), float(step["apex_time"]), float(step["apex_z"])
+        require(leg in range(4) and t - SAME <= off < on <= lasts + SAME, "steps overlap")
+        require(abs(on - off - step["lasts"]) <= SAME, "a step lasts until its touchdown")
+        require(SAME < apex < on - off - SAME and np.isfinite(z), "an apex is within its swing")
+        require(np.abs(numbers(step["from"], 3) - feet[leg]).max() <= SAME, "a foot jumps")
+        require(stands(course, to, radius), "a foot steps onto no ground")
+        if off - t > SAME:
+            rows.append((k, t, off, feet.copy(), -1, feet[0], 1.0, 0.5, 0.0))
+        rows.append((k, off, on, feet.copy(), leg, to, on - off, apex, z))
+        feet[leg], t = to, on
+    if lasts - t > SAME:
+        rows.append((k, t, lasts, feet.copy(), -1, feet[0], 1.0, 0.5, 0.0))
+    return rows, feet
+
+
+def covers(edges, lasts, what):
+    """Refuses stretches (n, 2) that do not follow one another from 0 to the end."""
+    good = len(edges) and np.all(edges[:, 1] > edges[:, 0])
+    good = good and np.abs(edges[1:, 0] - edges[:-1, 1]).max(initial=0.0) <= SAME
+    require(
+        good and abs(edges[0, 0]) <= SAME and abs(edges[-1, 1] - lasts) <= SAME,
+        f"{what} leave a gap",
+    )
+
+
+def columns(rows, names):
+    """Rows of values as named arrays."""
+    return Bag(**{n: np.array(c) for n, c in zip(names, zip(*rows, strict=True), strict=True)})
+
+
+def stands(course, p, radius):
+    """Whether a foot's sphere at p (3,) rests on a box, and is in none."""
+    boxes = np.flatnonzero(~course.face)
+    d, up = distance(course, boxes, np.tile(p, (len(boxes), 1)))
+    dip = np.where(course.axes[boxes, 2, 2] < 1.0, SLOPE, STANDS)
+    return np.any((d - radius <= STANDS) & (up > 0.7)) and np.all(d - radius >= -dip)

@@ -1,0 +1,100 @@
+"""Compares a certificate's robot with a URDF as Drake's parser reads it; nothing of drake_quad.
+
+The file has to be in the normal form: abduction about x, hip pitch and knee about y, angle zero
+straight down, feet that are spheres. For `check_certificate.py --robot`.
+"""
+
+import numpy as np
+from certificate_reading import require
+from pydrake.geometry import SceneGraph, Sphere
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+
+SAME = 1e-9  # relative, or of 1: rounding on the way
+
+
+def compare_robot(record, path):
+    """Refuses a record whose robot is not the one in the file."""
+    plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    try:
+        Parser(plant).AddModels(str(path))
+    except RuntimeError as error:
+        require(False, f"{path}: {str(error).splitlines()[0]}")
+    plant.Finalize()
+    robot = record["robot"]
+    found = read_urdf(plant, scene_graph.model_inspector(), robot)
+    for name, value in found.items():
+        here, there = np.array(robot[name], dtype=float), np.array(value, dtype=float)
+        far = np.abs(here - there) > SAME * np.maximum(1.0, np.abs(there))
+        require(not np.any(far), f"the robot's {name} are not those of {path}")
+
+
+def read_urdf(plant, inspector, robot):
+    """The numbers of a parsed robot that a certificate has too, by its names of them."""
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, default_positions(plant))
+    trunk = plant.GetBodyByName(robot["trunk"])
+    joints = [plant.GetJointByName(name) for name in robot["joints"]]
+    plane = [j.frame_on_parent().GetFixedPoseInBodyFrame().translation() for j in joints]
+    hips, axles, knees = (np.array(plane[k::3]) for k in range(3))
+    require(
+        np.allclose(axles[:, [0, 2]], 0.0) and np.allclose(knees[:, :2], 0.0), "the normal form"
+    )
+    links = [rigid(plant, context, joint.child_body()) for joint in joints]
+    feet = [foot_of(plant, inspector, joint.child_body()) for joint in joints[2::3]]
+    efforts = {
+        plant.get_joint_actuator(i).joint().name(): plant.get_joint_actuator(i).effort_limit()
+        for i in plant.GetJointActuatorIndices()
+    }
+    require(set(robot["joints"]) <= set(efforts), "joints without actuators have no torque limit")
+    mass, com = rigid(plant, context, trunk)
+    return {
+        "hips": hips,
+        "offsets": axles[:, 1],
+        "thighs": -knees[:, 2],
+        "shanks": [-p[2] for p, _ in feet],
+        "foot_radius": max(radius for _, radius in feet),
+        "q_lower": [j.position_lower_limits()[0] for j in joints],
+        "q_upper": [j.position_upper_limits()[0] for j in joints],
+        "efforts": [efforts[name] for name in robot["joints"]],
+        "trunk_mass": mass,
+        "trunk_com": com,
+        "link_masses": np.reshape([m for m, _ in links], (4, 3)),
+        "link_coms": np.reshape([c for _, c in links], (4, 3, 3)),
+    }
+
+
+def default_positions(plant):
+    """All joints at zero, the base upright at W's origin."""
+    q = np.zeros(plant.num_positions())
+    for index in plant.GetFloatingBaseBodies():
+        q[plant.get_body(index).floating_positions_start()] = 1.0
+    return q
+
+
+def rigid(plant, context, body):
+    """Mass of a body and all that is welded to it [kg], and its centre in the body's frame [m]."""
+    parts = plant.GetBodiesWeldedTo(body)
+    mass = sum(b.default_mass() for b in parts)
+    moment = np.zeros(3)
+    for b in parts:
+        X = plant.CalcRelativeTransform(context, body.body_frame(), b.body_frame())
+        moment += b.default_mass() * X.multiply(b.default_com())
+    return mass, moment / mass if mass > 0.0 else moment
+
+
+def foot_of(plant, inspector, shank):
+    """Centre in the shank's frame and radius of the lowest sphere of a shank and what is on it."""
+    context = plant.CreateDefaultContext()
+    found = []
+    for b in plant.GetBodiesWeldedTo(shank):
+        X = plant.CalcRelativeTransform(context, shank.body_frame(), b.body_frame())
+        for g in plant.GetCollisionGeometriesForBody(b):
+            shape = inspector.GetShape(g)
+            if isinstance(shape, Sphere):
+                found.append(
+                    (X.multiply(inspector.GetPoseInFrame(g).translation()), shape.radius())
+                )
+    require(found, "a foot is a sphere")
+    return min(found, key=lambda f: f[0][2])

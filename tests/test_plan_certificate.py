@@ -1,0 +1,53 @@
+"""`drake-quad plan` and certificates: what it prints, what it leaves, and what may be asked for."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from certificate_rig import SCRIPTS
+from command import drake_quad, refused
+
+CHECKER = str(SCRIPTS / "check_certificate.py")
+URDF = str(SCRIPTS.parent / "models" / "paper_quadruped.urdf")
+
+
+def test_plan_leaves_a_certificate_that_is_accepted(tmp_path: Path) -> None:
+    """With the robot that is shipped; and not with another one."""
+    done = drake_quad("plan", "flat_walk", "--out", "plan", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "certified for every time" in done.stdout and "static margin at least" in done.stdout
+    told = json.loads((tmp_path / "plan" / "plan.json").read_text())["certificate"]
+    assert told["certified"] and told["proven"]["margin"] > 0.09
+
+    def check(robot: str) -> subprocess.CompletedProcess[str]:
+        path = str(tmp_path / "plan" / "certificate.json")
+        return subprocess.run(
+            [sys.executable, CHECKER, path, "--robot", robot],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    assert check(URDF).returncode == 0
+    other = tmp_path / "other.urdf"
+    other.write_text(Path(URDF).read_text().replace('mass value="38.0"', 'mass value="39.0"'))
+    wrong = check(str(other))
+    assert wrong.returncode == 1 and "trunk_mass" in wrong.stdout
+
+
+def test_plan_without_a_certificate_says_when_and_why(tmp_path: Path) -> None:
+    """More margin than there is: the time is told, an old certificate goes, the plan counts."""
+    (tmp_path / "certificate.json").write_text("{}")
+    done = drake_quad(
+        "plan", "flat_walk", "--set", "certify.margin=0.11", "--out", ".", cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert "not certified: the static margin" in done.stdout and " s on, in '" in done.stdout
+    assert not (tmp_path / "certificate.json").exists()
+    told = json.loads((tmp_path / "plan.json").read_text())["certificate"]
+    assert not told["certified"] and told["time"] > 1.0 and told["segment"]
+
+
+def test_a_negative_demand_is_refused(tmp_path: Path) -> None:
+    """In one line, by its field."""
+    line = refused(drake_quad("plan", "flat_walk", "--set", "certify.clearance=-1", cwd=tmp_path))
+    assert "certify.clearance" in line
