@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from drake_quad.errors import InputError, PlanningError
+from drake_quad.errors import DrakeQuadError, InputError, PlanningError
 
 if TYPE_CHECKING:  # Drake takes a second to import: --help need not wait for it
     from drake_quad.diagram import Visualize
@@ -285,6 +285,69 @@ def chart(
 
 
 @app.command()
+def sweep(
+    study: Annotated[Path, typer.Argument(help="A study's YAML file (see docs/sweeps.md).")],
+    out: Annotated[
+        Path | None, typer.Option(help="Directory for the files; sweeps/<study> unless told.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; as many as there are cores unless told.")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to use.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with what is there.")] = False,
+    limit: Annotated[int | None, typer.Option(help="Do only the first so many trials.")] = None,
+    replays: Annotated[int, typer.Option(help="Run the worst so many again, for replays.")] = 0,
+    page: Annotated[
+        Path | None, typer.Option(help="Markdown page to write the study's section of.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Carry out a study: many runs, their rate of success, and where it breaks.
+
+    Leaves trials.parquet, clock.parquet, sweep.json and report.html in the directory, also after
+    Ctrl-C. Exit status 1 if fewer succeed than the study's gate asks for.
+    """
+    from drake_quad.sweep.command import Asked, print_sweep, run_sweep
+
+    directory = out if out is not None else Path("sweeps") / _stem(str(study))
+    _claim(directory)
+    cores = os.cpu_count() or 1
+    asked = Asked(
+        study, directory, workers if workers is not None else cores, dask, resume, limit, replays,
+        page,
+    )  # fmt: skip
+    with _interruptible() as interrupted:
+        told = run_sweep(asked, _err, interrupted)
+    if as_json:
+        print(json.dumps({**told, "directory": str(directory)}))
+    else:
+        print_sweep(told, directory, Console())
+    raise typer.Exit(1 if told["passed"] is False or told["interrupted"] else 0)
+
+
+@app.command()
+def compare(
+    before: Annotated[Path, typer.Argument(help="A sweep's directory.")],
+    after: Annotated[Path, typer.Argument(help="Another's, for example of a later commit.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Is one sweep worse than another? Rates, causes, and tests of significance.
+
+    Exit status 1 if the second is worse, significantly.
+    """
+    from drake_quad.sweep.compare import compare_sweeps, print_comparison
+
+    told = compare_sweeps(before, after)
+    if as_json:
+        print(json.dumps(told))
+    else:
+        print_comparison(told, Console())
+    raise typer.Exit(1 if told["verdict"] == "worse" else 0)
+
+
+@app.command()
 def scenarios(as_json: JsonOption = False) -> None:
     """List the scenarios that are shipped."""
     from drake_quad.scenario import shipped_scenarios
@@ -305,6 +368,8 @@ def main() -> None:
         _fail(str(error), 2)
     except PlanningError as error:
         _fail(f"no plan: {error.reason}", 1)
+    except DrakeQuadError as error:
+        _fail(str(error), 1)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _fail(f"{where}{error.strerror or error}", 2)

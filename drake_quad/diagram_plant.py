@@ -61,8 +61,8 @@ def AddSimulatedPlant(
         stance: In which it stands at first.
         config: Drake's.
         friction: Coulomb's coefficient between feet and ground.
-        disturbances: Of which the payload, the centre of mass and the drives' strength are the
-            plant's.
+        disturbances: Of which the payload, the masses, the centre of mass and the drives' strength
+            are the plant's.
 
     Raises:
         InputError: If the robot cannot stand so.
@@ -71,6 +71,7 @@ def AddSimulatedPlant(
     instance = AddRobot(plant, robot.url)
     trunk = plant.GetBodyByName(robot.trunk, instance)
     _AddPayload(plant, trunk, disturbances)
+    _ScaleMass(plant, instance, disturbances)
     _ShiftCentreOfMass(plant, trunk, disturbances)
     AddCourse(plant, world, friction=friction)
     _WeakenMotors(plant, disturbances)
@@ -100,6 +101,7 @@ def MakeTrueModel(robot: RobotModel, disturbances: Disturbances) -> MultibodyPla
     instance = AddRobot(plant, robot.url)
     trunk = plant.GetBodyByName(robot.trunk, instance)
     _AddPayload(plant, trunk, disturbances)
+    _ScaleMass(plant, instance, disturbances)
     _ShiftCentreOfMass(plant, trunk, disturbances)
     plant.Finalize()
     return plant
@@ -148,6 +150,30 @@ def _AddPayload(plant: MultibodyPlant, trunk: RigidBody, disturbances: Disturban
         )
 
 
+def _ScaleMass(
+    plant: MultibodyPlant, instance: ModelInstanceIndex, disturbances: Disturbances
+) -> None:
+    """Makes every link of the robot heavier or lighter, as if of another density.
+
+    As for `_ShiftCentreOfMass`: each link gets what it has more, or less, welded to it.
+    """
+    more = disturbances.mass_factor - 1.0
+    if more == 0.0:
+        return
+    added = plant.AddModelInstance("mass_factor")
+    for index in plant.GetBodyIndices(instance):
+        link = plant.get_body(index)
+        own = link.default_spatial_inertia()
+        inertia = SpatialInertia(
+            more * own.get_mass(),
+            own.get_com(),
+            own.get_unit_inertia(),
+            skip_validity_check=True,
+        )
+        body = plant.AddRigidBody(f"more_{link.name()}", added, inertia)
+        plant.WeldFrames(link.body_frame(), body.body_frame())
+
+
 def _ShiftCentreOfMass(plant: MultibodyPlant, trunk: RigidBody, disturbances: Disturbances) -> None:
     """Moves the trunk's mass by the offset, its inertia about its own centre unchanged.
 
@@ -158,7 +184,7 @@ def _ShiftCentreOfMass(plant: MultibodyPlant, trunk: RigidBody, disturbances: Di
     offset = np.array(disturbances.com_offset)
     if not offset.any():
         return
-    mass, p_BScm = trunk.default_mass(), trunk.default_com()
+    mass, p_BScm = disturbances.mass_factor * trunk.default_mass(), trunk.default_com()
     instance = plant.AddModelInstance("com_offset")
     for name, m, p in (("from", -mass, p_BScm), ("to", mass, p_BScm + offset)):
         inertia = SpatialInertia(m, p, UnitInertia.PointMass(p), skip_validity_check=True)

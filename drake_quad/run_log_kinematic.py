@@ -75,7 +75,8 @@ def kinematic_logs(
     state[:, layout.v_base + 3 : layout.v_base + 6] = rate[:, :3]
     q = np.concatenate([s.q for s in samples]).reshape(n, 12)
     state[:, layout.q_joints] = q
-    state[:, layout.v_joints] = np.gradient(q, period, axis=0)
+    if n > 1:  # a single sample has no speed
+        state[:, layout.v_joints] = np.gradient(q, period, axis=0)
     nan = np.full((n, 1), np.nan)
     contact = feet.copy()
     contact[..., 2] -= robot.foot_radius

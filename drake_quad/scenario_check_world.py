@@ -11,6 +11,7 @@ _LONGEST_PUSH = 10.0  # [s]
 _HARDEST_PUSH = 10.0  # [m/s]
 _LONGEST_DELAY = 1.0  # [s]
 _HEAVIEST = 1000.0  # [kg]
+_MASS_FACTORS = (0.2, 5.0)
 _FARTHEST = 2.0  # [m] of a payload or a centre of mass from the trunk's middle
 _MOST_ERROR = {
     "rise_error": 0.1,
@@ -46,6 +47,7 @@ def check_disturbances(scenario: Scenario, *, source: str) -> None:
         if motor.joint in seen:
             raise checker.error("joint", "is given twice")
         seen.add(motor.joint)
+    _Checker(given, "disturbances", source).within("mass_factor", *_MASS_FACTORS)
     for name in ("sensor_delay", "command_delay"):
         checker = _Checker(given, "disturbances", source)
         checker.within(name, 0.0, _LONGEST_DELAY)

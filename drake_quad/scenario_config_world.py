@@ -82,6 +82,7 @@ class DisturbancesConfig:
         pushes: Forces from outside.
         payload: A box on the trunk.
         com_offset: The trunk's centre of mass.
+        mass_factor: By which every link's mass and inertia differs from the robot's file.
         motor_strength: Weak drives.
         sensor_delay: By which all that the controller senses is late [s]: whole plant steps.
         command_delay: By which its commands reach the drives late [s]: whole plant steps.
@@ -90,6 +91,7 @@ class DisturbancesConfig:
     pushes: list[PushConfig] = field(default_factory=list)
     payload: PayloadConfig = field(default_factory=PayloadConfig)
     com_offset: OffsetConfig = field(default_factory=OffsetConfig)
+    mass_factor: float = 1.0
     motor_strength: list[MotorStrengthConfig] = field(default_factory=list)
     sensor_delay: float = 0.0
     command_delay: float = 0.0

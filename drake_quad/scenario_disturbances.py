@@ -93,6 +93,7 @@ def disturbances_of(
         payload_mass=payload.mass,
         p_BPayload=(payload.x, payload.y, payload.z),
         com_offset=(offset.x, offset.y, offset.z),
+        mass_factor=given.mass_factor,
         motor_strength={m.joint: float(m.factor or 0.0) for m in given.motor_strength},
         sensor_delay=given.sensor_delay,
         command_delay=given.command_delay,

@@ -42,8 +42,9 @@ FLOORS = {
     "inspect": 4,
     "simulation": 4,
     "report": 4,
-    "cli": 5,
-    "main": 5,  # drake_quad/__main__.py
+    "sweep": 5,
+    "cli": 6,
+    "main": 6,  # drake_quad/__main__.py
 }
 
 # Beyond the floors: who may import whom on one floor, and who may not although it is below.

@@ -38,6 +38,7 @@ class Disturbances:
         payload_mass: Of a box fixed to the trunk [kg].
         p_BPayload: Of its middle, in B [m].
         com_offset: Of the trunk's own centre of mass from where the model has it, in B [m].
+        mass_factor: By which every link's mass and inertia is that of the model.
         motor_strength: By the joint's name the part in [0, 1] of the commanded torque, and of the
             effort limit, that its drive delivers.
         sensor_delay: By which all that the controller senses reaches it late [s].
@@ -49,6 +50,7 @@ class Disturbances:
     payload_mass: float = 0.0
     p_BPayload: Vector = (0.0, 0.0, 0.0)
     com_offset: Vector = (0.0, 0.0, 0.0)
+    mass_factor: float = 1.0
     motor_strength: dict[str, float] = field(default_factory=dict)
     sensor_delay: float = 0.0
     command_delay: float = 0.0

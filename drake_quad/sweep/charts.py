@@ -1,0 +1,90 @@
+"""Draws a sweep: curves of success over what varies, and heat maps."""
+
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from drake_quad.report.style import BAD, GOOD, INK, MUTED, WIDTH
+from drake_quad.report.svg import report_style, to_svg
+
+COLUMNS = 3  # curves side by side
+ROW_HEIGHT = 2.5  # [in]
+COLOURS = "RdYlGn"
+
+
+def curves_svg(bands: dict[str, list[dict[str, Any]]]) -> str:
+    """A panel for each thing that varies: the rate of each band, with its exact bounds.
+
+    Args:
+        bands: As `tell` has them, by what varies.
+    """
+    rows = -(-len(bands) // COLUMNS)
+    with report_style():
+        figure = Figure(figsize=(WIDTH, ROW_HEIGHT * rows), layout="constrained")
+        axes = figure.subplots(rows, COLUMNS, squeeze=False, sharey=True).flat
+        for ax, (name, own) in zip(axes, bands.items(), strict=False):
+            draw_curve(ax, name, own)
+        for ax in list(axes)[len(bands) :]:
+            ax.set_visible(False)
+        told = ", ".join(bands)
+        return to_svg(figure, name="curves", label=f"Rate of success over {told}")
+
+
+def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
+    """The rates of one thing's bands; numbers at their place, words side by side."""
+    known = [band for band in bands if band["trials"]]
+    numbers = all(band["low"] is not None for band in known)
+    if numbers:
+        x = np.array([0.5 * (band["low"] + band["high"]) for band in known])
+        half = np.array([0.5 * (band["high"] - band["low"]) for band in known])
+    else:
+        x, half = np.arange(len(known), dtype=float), np.zeros(len(known))
+        ax.set_xticks(x, [band["label"] for band in known])
+        ax.set_xlim(-0.5, len(known) - 0.5)
+    rate = np.array([band["good"] / band["trials"] for band in known])
+    low = np.array([band["bound_low"] for band in known])
+    high = np.array([band["bound_high"] for band in known])
+    ax.plot(x, rate, color=MUTED, linewidth=0.8)
+    for k in range(len(known)):
+        colour = GOOD if rate[k] == 1.0 else BAD
+        ax.errorbar(
+            x[k], rate[k], xerr=half[k], yerr=[[rate[k] - low[k]], [high[k] - rate[k]]],
+            fmt="o", markersize=4, color=colour, elinewidth=1.0, capsize=2,
+        )  # fmt: skip
+        ax.annotate(
+            f"{known[k]['good']}/{known[k]['trials']}", (x[k], rate[k]), xytext=(4, -9),
+            textcoords="offset points", fontsize=6.5, color=INK,
+        )  # fmt: skip
+    ax.set_ylim(-0.03, 1.05)
+    ax.set_yticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
+    ax.set_title(name)
+
+
+def map_svg(told: dict[str, Any], number: int) -> str:
+    """A heat map of the rate over two things, each cell with its good and all trials.
+
+    Args:
+        told: One of the maps that `tell` has.
+        number: Of the map on its page.
+    """
+    good, trials = np.array(told["good"], dtype=float), np.array(told["trials"], dtype=float)
+    rate = np.divide(good, trials, out=np.full_like(good, np.nan), where=trials > 0)
+    with report_style():
+        size = (min(WIDTH, 2.2 + 0.9 * len(told["x_labels"])), 1.2 + 0.42 * len(told["y_labels"]))
+        figure = Figure(figsize=size, layout="constrained")
+        ax = figure.subplots()
+        ax.pcolormesh(rate, cmap=matplotlib.colormaps[COLOURS], vmin=0.0, vmax=1.0, alpha=0.8)
+        for (j, i), all_of in np.ndenumerate(trials):
+            if all_of:
+                text = f"{good[j, i]:.0f}/{all_of:.0f}"
+                ax.text(i + 0.5, j + 0.5, text, ha="center", va="center", fontsize=7.5)
+        ax.set_xticks(np.arange(len(told["x_labels"])) + 0.5, told["x_labels"], rotation=20)
+        ax.set_yticks(np.arange(len(told["y_labels"])) + 0.5, told["y_labels"])
+        ax.set_xlabel(told["x"])
+        ax.set_ylabel(told["y"])
+        ax.grid(visible=False)
+        label = f"Rate of success over {told['x']} and {told['y']}"
+        return to_svg(figure, name=f"map{number}", label=label)

@@ -1,0 +1,129 @@
+"""Carries out trials on a Dask cluster, each in a process beside the worker that has it."""
+
+import multiprocessing
+import threading
+import uuid
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
+from concurrent.futures import TimeoutError as TimeIsUp
+from typing import Any
+
+from drake_quad.errors import DrakeQuadError, InputError
+from drake_quad.sweep.isolated import Isolated, Work
+from drake_quad.sweep.study_config import Limits
+from drake_quad.sweep.trials import Trial
+from drake_quad.sweep.work import lost, work
+
+CONNECT_TIME = 10.0  # [s]
+LOOK_PERIOD = 0.5  # [s] between looks at whether to stop
+
+Result = dict[str, Any]
+_own = threading.local()  # of each thread of a worker
+
+
+class ClusterGoneError(DrakeQuadError):
+    """The scheduler went away; what was done is in the journal."""
+
+
+def connect(address: str) -> Any:
+    """Connects to a cluster, before anything is begun.
+
+    Args:
+        address: Of the scheduler, for example `tcp://127.0.0.1:8786`.
+
+    Returns:
+        A distributed.Client.
+
+    Raises:
+        InputError: If Dask is not installed, or nobody answers at `address`.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise _error(address, 'Dask is not installed: pip install "drake_quad[dask]"') from None
+    try:
+        return Client(address, timeout=CONNECT_TIME)
+    except (OSError, ValueError) as problem:
+        reason = (str(problem) or type(problem).__name__).splitlines()[0]
+        raise _error(address, f"no scheduler answers: {reason}") from None
+
+
+def carry_out_on(
+    client: Any,
+    trials: Iterable[Trial],
+    *,
+    limits: Limits,
+    stop: Callable[[], bool] = lambda: False,
+    work: Work = work,
+) -> Iterator[tuple[int, Result]]:
+    """Carries out the trials on the cluster; what comes of each is as on one machine.
+
+    A trial whose worker dies is given to another, as often as the scheduler's `allowed-failures`.
+
+    Args:
+        client: Of `connect`; it is closed at the end.
+        trials: In the order in which they are to begin.
+        limits: Of tries, and of a process's age.
+        stop: Whether to stop: those under way are then given up.
+        work: Of one trial: a module's own function.
+
+    Yields:
+        The index of each trial and what came of it, as they end.
+
+    Raises:
+        ClusterGoneError: If the scheduler does not answer any more, or a worker can do no trial.
+    """
+    from distributed import wait
+    from distributed.scheduler import KilledWorker
+
+    name = uuid.uuid4().hex  # on the cluster a key is another sweep's result if both have it
+    with client:
+        pending = {
+            client.submit(do, trial, limits, work, pure=False, key=f"{name}-{trial.index}"): trial
+            for trial in trials
+        }
+        try:
+            while pending and not stop():
+                try:
+                    ready = wait(list(pending), timeout=LOOK_PERIOD, return_when="FIRST_COMPLETED")
+                except TimeIsUp:
+                    continue
+                for future in ready.done:
+                    trial = pending.pop(future)
+                    try:
+                        result: Result = future.result()
+                    except KilledWorker as error:
+                        result = lost(trial, "killed", str(error))
+                    except (CancelledError, OSError):
+                        raise
+                    except Exception as error:  # no drake_quad there, or another one
+                        told = " ".join(f"{type(error).__name__}: {error}".split())
+                        raise ClusterGoneError(f"a worker can do no trial: {told}") from None
+                    yield trial.index, result
+        except (CancelledError, OSError) as problem:
+            if stop():
+                return
+            raise ClusterGoneError(
+                f"the Dask scheduler went away ({type(problem).__name__}); what was done is kept: "
+                "go on with --resume"
+            ) from None
+        finally:
+            client.cancel(list(pending), force=True)
+
+
+def do(trial: Trial, limits: Limits, work: Work) -> Result:
+    """What a worker does: the trial, in the process that belongs to this thread of it."""
+    isolated: Isolated | None = getattr(_own, "isolated", None)
+    if isolated is None or _own.of != (limits, work):
+        # Dask's workers are daemons, to which multiprocessing allows no children of their own; but
+        # these end with them (`begin_process`).
+        multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
+        if isolated is not None:
+            isolated.end()
+        isolated = Isolated(recycle=limits.recycle, retries=limits.retries, work=work)
+        _own.isolated, _own.of = isolated, (limits, work)
+    return isolated.run(trial)
+
+
+def _error(address: str, remedy: str) -> InputError:
+    return InputError(source="--dask", field="address", value=address, remedy=remedy)

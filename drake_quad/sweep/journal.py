@@ -1,0 +1,128 @@
+"""The journal of a sweep: a line a finished trial, whole after every one, whatever happens.
+
+A file of JSON lines. The first says what the study is and of which sources. A sweep that is killed
+leaves half a line at most; whoever goes on with it drops that line and does its trial again.
+"""
+
+import fcntl
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TextIO
+
+from drake_quad.errors import InputError
+from drake_quad.whole_files import write_whole
+
+NAME = "journal.jsonl"
+SAID = {
+    "study": "of another study, or of this one before it was changed",
+    "sources": "of other sources of drake_quad",
+    "versions": "of other versions of the libraries",
+}
+
+Result = dict[str, Any]
+
+
+@dataclass
+class Journal:
+    """The journal in a directory.
+
+    Attributes:
+        directory: Of the sweep.
+        study: What it is of, by the keys of SAID: any other's is refused.
+        done: What came of the trials so far, by index.
+    """
+
+    directory: Path
+    study: dict[str, Any]
+    done: dict[int, Result] = field(default_factory=dict)
+    _file: TextIO | None = None
+
+    def open(self, *, resume: bool) -> None:
+        """Begins the journal, or goes on with it; holds it alone until `close`.
+
+        Raises:
+            InputError: There is one and `resume` is not asked for, it is another study's, or
+                another sweep is at work on it.
+        """
+        path = self.directory / NAME
+        self.directory.mkdir(parents=True, exist_ok=True)
+        lock = (self.directory / ".lock").open("w")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.close()
+            raise self._error("another sweep is at work there: wait, or give another") from None
+        self._lock = lock
+        try:
+            if path.exists() and path.stat().st_size:
+                if not resume:
+                    raise self._error("holds a sweep: go on with it by --resume, or give another")
+                self._take(*read_journal(self.directory))
+            # Written anew: the last line may be half of one.
+            lines = [json.dumps(self.study), *(json.dumps(one) for one in self.done.values())]
+            write_whole(path, lambda to: to.write_text("\n".join(lines) + "\n", "utf-8"))
+            self._file = path.open("a", encoding="utf-8")
+        except BaseException:
+            self.close()
+            raise
+
+    def add(self, index: int, result: Result) -> None:
+        """Appends what came of a trial; once it returns no end of this process loses it."""
+        assert self._file is not None and index not in self.done
+        whole = {"index": index, **result}
+        self._file.write(json.dumps(whole) + "\n")
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self.done[index] = whole
+
+    def close(self) -> None:
+        """Gives it free."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        self._lock.close()
+
+    def _take(self, study: dict[str, Any], done: dict[int, Result]) -> None:
+        own = json.loads(json.dumps(self.study))
+        for key, said in SAID.items():
+            if study.get(key) != own.get(key):
+                raise self._error(f"holds a sweep {said}: its trials would not match; give another")
+        self.done = done
+
+    def _error(self, remedy: str) -> InputError:
+        return InputError(
+            source="--out", field="directory", value=str(self.directory), remedy=remedy
+        )
+
+
+def read_journal(directory: Path) -> tuple[dict[str, Any], dict[int, Result]]:
+    """What the journal in `directory` says of its study, and its whole lines by index.
+
+    Raises:
+        InputError: There is none, or it is not one.
+    """
+
+    def error(remedy: str) -> InputError:
+        path = str(directory / NAME)
+        return InputError(source=str(directory), field=NAME, value=path, remedy=remedy)
+
+    try:
+        lines = (directory / NAME).read_bytes().split(b"\n")
+    except OSError:
+        raise error("not there; give the directory of a `drake-quad sweep`") from None
+    read: list[dict[str, Any]] = []
+    for line in lines:
+        try:
+            value = json.loads(line)
+        except ValueError:
+            break
+        if not isinstance(value, dict):
+            break
+        read.append(value)
+    if not read or not set(SAID) <= read[0].keys():
+        raise error("is not the journal of a sweep")
+    if any(not isinstance(one.get("index"), int) or "outcome" not in one for one in read[1:]):
+        raise error("has lines that are no trials: it was written by something else")
+    return read[0], {one["index"]: one for one in read[1:]}

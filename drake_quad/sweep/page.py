@@ -1,0 +1,112 @@
+"""What a sweep leaves for people: report.html, and a section of a Markdown page."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from drake_quad.report.templates import read_css
+from drake_quad.sweep.charts import curves_svg, map_svg
+from drake_quad.sweep.study import as_plain
+from drake_quad.sweep.study_config import Study
+from drake_quad.sweep.trials import directory_of, repeat_into
+from drake_quad.whole_files import write_whole
+
+REPORT = "report.html"
+TITLE = """\
+# Success maps
+
+How often it works, and where it stops working. Each section is written by the command that it names
+and holds figures of that command alone, at the commit that it names.
+"""
+
+
+def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
+    """Writes report.html into `out`, the sweep's directory.
+
+    Trials that were run again into the directory that their command names are linked.
+    """
+    worst = []
+    for row in told["worst"]:
+        replay = directory_of(row["index"], out) / "report.html"
+        link = replay.relative_to(out).as_posix() if replay.is_file() else ""
+        command = repeat_into(row["command"], row["index"], out)
+        worst.append({**row, "link": link, "repeat": command})
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True,
+        undefined=StrictUndefined, trim_blocks=True,
+    )  # fmt: skip
+    bands = {name: own for name, own in told["bands"].items() if any(b["trials"] for b in own)}
+    text = environment.get_template("sweep.html").render(
+        told=told,
+        name=out.resolve().name,
+        grade=grade(told),
+        css=Markup(read_css("report.css")),
+        curves=Markup(curves_svg(bands)) if bands else "",
+        maps=[Markup(map_svg(one, k)) for k, one in enumerate(told["maps"])] if bands else [],
+        worst=worst,
+        definition=_definition(study),
+    )
+    write_whole(out / REPORT, lambda to: to.write_text(text, encoding="utf-8"))
+
+
+def grade(told: dict[str, Any]) -> str:
+    """The colour of the page's head: good, warn or bad."""
+    if told["passed"] is False or not told["rate"]["good"]:
+        return "bad"
+    return "good" if told["passed"] and told["complete"] and not told["kinematic"] else "warn"
+
+
+def write_section(page: Path, told: dict[str, Any], command: str, name: str) -> None:
+    """Writes the study's section of a Markdown page; all else on it stays.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
+    text = page.read_text(encoding="utf-8") if page.exists() else TITLE
+    if begin not in text:
+        text = text.rstrip("\n") + f"\n\n{begin}\n{end}\n"
+    pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+    written = f"{begin}\n{section(told, command, name)}\n{end}"
+    text = pattern.sub(lambda _: written, text, count=1)
+    write_whole(page, lambda to: to.write_text(text, encoding="utf-8"))
+
+
+def section(told: dict[str, Any], command: str, name: str) -> str:
+    """The section in Markdown: rate, bands, causes, and the commands that repeat failures."""
+    versions = ", ".join(f"{library} {number}" for library, number in told["versions"].items())
+    rate = told["rate"]
+    lines = [
+        f"## {name}", "", f"{told['description']}.", "", "```", command, "```", "",
+        f"commit {told['commit'] or 'unknown'}; {versions}.", "",
+        f"**{rate['good']} of {rate['trials']}** trials succeeded: {rate['text']}, exact bounds at"
+        " 95 %." + ("" if told["complete"] else f" The study asks for {told['asked']} trials."),
+    ]  # fmt: skip
+    for title, bands in told["bands"].items():
+        if len(bands) > 1:
+            lines += ["", f"| {title} | trials | succeeded | with bounds at 95 % |"]
+            lines += ["| --- | ---: | ---: | ---: |"]
+            lines += [
+                f"| {b['label']} | {b['trials']} | {b['good']} | {b['text']} |" for b in bands
+            ]
+    if told["causes"]:
+        lines += ["", "Those that failed:", ""]
+        lines += [f"- {row['trials']} × {row['cause']}" for row in told["causes"]]
+        failed = [row for row in told["worst"] if row["outcome"] != "goal_reached"]
+        lines += ["", "The first of them again:", "", "```", failed[0]["command"], "```"]
+    return "\n".join(lines)
+
+
+def _definition(study: Study) -> str:
+    """The study as YAML, without what it leaves at the defaults."""
+    plain, default = as_plain(study), as_plain(Study())
+    plain["vary"] = [
+        {key: value for key, value in vary.items() if value not in (None, "", [])}
+        for vary in plain["vary"]
+    ]
+    shown = {key: value for key, value in plain.items() if value != default[key]}
+    return str(yaml.safe_dump(shown, sort_keys=False, allow_unicode=True, width=100))

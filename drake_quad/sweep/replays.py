@@ -1,0 +1,35 @@
+"""Runs the worst trials of a sweep again, each with its report, which the sweep's links to."""
+
+from pathlib import Path
+from typing import Any
+
+from drake_quad.report.build import build_report
+from drake_quad.report.scene_log import write_scene_log
+from drake_quad.simulation import run, write_files
+from drake_quad.sweep.study import Base
+from drake_quad.sweep.study_config import Study
+from drake_quad.sweep.trials import directory_of, make_trials
+
+# Trials with these outcomes had no run, or would take this process with them.
+NO_RUN = ("refused", "infeasible", "crashed", "killed", "memory", "timeout", "error")
+
+
+def make_replays(
+    study: Study, base: Base, told: dict[str, Any], out: Path, count: int
+) -> list[int]:
+    """Runs the worst `count` trials again that are not there yet; their indices.
+
+    Raises:
+        InputError: If their files cannot be written.
+    """
+    worst = [row["index"] for row in told["worst"] if row["outcome"] not in NO_RUN][:count]
+    missing = [k for k in worst if not (directory_of(k, out) / "report.html").is_file()]
+    for index in missing:
+        (trial,) = make_trials(study, base, first=index, last=index + 1)
+        directory = directory_of(index, out)
+        directory.mkdir(parents=True, exist_ok=True)
+        result = run(base.load(list(trial.overrides)), source=base.name)
+        write_files(result, result.scenario, directory)
+        build_report(directory)
+        write_scene_log(directory)
+    return missing

@@ -1,0 +1,187 @@
+"""Studies: read from YAML, and checked against the scenario that they vary."""
+
+import dataclasses
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_quad.errors import InputError
+from drake_quad.scenario import load_scenario, parse_scenario
+from drake_quad.scenario_config import Scenario
+from drake_quad.scenario_schema import conform, parse_yaml
+from drake_quad.sweep.draws import Value, extremes
+from drake_quad.sweep.study_check import check_study
+from drake_quad.sweep.study_config import Bound, Gate, Limits, Study, Vary
+
+_PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
+# What conform cannot know the types of: they are checked here, or by the scenario itself.
+FREE = ("choice", "values", "cases")
+
+
+@dataclass(frozen=True)
+class Base:
+    """The scenario that a study varies, so that any process has it.
+
+    Attributes:
+        name: As on the command line.
+        text: The file's; None of a shipped scenario.
+        directory: From which the robot's file is looked up.
+    """
+
+    name: str
+    text: str | None = None
+    directory: str | None = None
+
+    def load(self, overrides: list[str]) -> Scenario:
+        """The scenario with these overrides.
+
+        Raises:
+            InputError: If it cannot be used.
+        """
+        if self.text is None:
+            return load_scenario(self.name, overrides)
+        directory = None if self.directory is None else Path(self.directory)
+        return parse_scenario(self.text, source=self.name, base=directory, overrides=overrides)
+
+
+def load_study(path: str | Path) -> tuple[Study, Base]:
+    """Reads and checks a study.
+
+    Raises:
+        InputError: It cannot be read, or anything in it or in its scenario cannot be used.
+    """
+    source = str(path)
+    try:
+        text = Path(path).expanduser().read_text(encoding="utf-8")
+    except (OSError, ValueError) as problem:
+        reason = problem.strerror if isinstance(problem, OSError) else "not a text file"
+        remedy = f"cannot be read: {reason}; give a study in YAML, see docs/sweeps.md"
+        raise InputError(source=source, field="study", value=source, remedy=remedy) from None
+    study = parse_study(text, source=source)
+    base = find_base(study, directory=Path(path).expanduser().parent)
+    check_against(study, base, source=source)
+    return study, base
+
+
+def parse_study(text: str, *, source: str) -> Study:
+    """A study from its YAML text, checked by itself.
+
+    Raises:
+        InputError: Anything in it that cannot be used.
+    """
+    if not text.strip():
+        remedy = "empty: a study needs a scenario at least"
+        raise InputError(source=source, field="document", value="", remedy=remedy)
+    data = parse_yaml(text, source=source)
+    free = _take_free(data, source=source)
+    plain = conform(data, Study, path="", source=source)
+    varies = plain.pop("vary", [])
+    study = Study(
+        vary=[Vary(**{**one, **more}) for one, more in zip(varies, free, strict=True)],
+        success=[Bound(**bound) for bound in plain.pop("success", [])],
+        limits=Limits(**plain.pop("limits", {})),
+        gate=Gate(**plain.pop("gate", {})),
+        **plain,
+    )
+    check_study(study, source=source)
+    return study
+
+
+def find_base(study: Study, *, directory: Path) -> Base:
+    """The study's scenario: a file relative to the study's, or a shipped one."""
+    path = directory / Path(study.scenario).expanduser()
+    if not path.is_file():
+        return Base(study.scenario)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return Base(str(path))  # whose loading says what is wrong with it
+    return Base(str(path), text, str(path.parent.resolve()))
+
+
+def check_against(study: Study, base: Base, *, source: str) -> None:
+    """Loads the scenario as it is, and with each thing that varies at its ends.
+
+    Two values that each can be and together cannot are found by the trials that have them.
+
+    Raises:
+        InputError: The first that cannot be loaded, with what the scenario says of it.
+    """
+    base.load(study.set)
+    for k, vary in enumerate(study.vary):
+        for value in extremes(vary):
+            try:
+                base.load([*study.set, *overrides_of(vary, value)])
+            except InputError as error:
+                raise InputError(
+                    source=source,
+                    field=f"vary[{k}]",
+                    value=value,
+                    remedy=f"{error.field} = {error.value!r}: {error.remedy}",
+                ) from None
+
+
+def overrides_of(vary: Vary, value: Value) -> list[str]:
+    """The overrides that give a trial this value."""
+    if vary.cases is not None:
+        return list(vary.cases[value])
+    return [f"{path}={value_text(value)}" for path in (vary.path, *vary.also)]
+
+
+def value_text(value: Value) -> str:
+    """A value as an override has it: YAML in one line, every digit of a number."""
+    if isinstance(value, str) and value.isidentifier() and yaml.safe_load(value) == value:
+        return value
+    # JSON has the rarer letters as two surrogates each, of which YAML knows nothing.
+    return _PAIR.sub(_as_one, json.dumps(value))
+
+
+def _as_one(pair: re.Match[str]) -> str:
+    letter = json.loads('"' + pair[0] + '"')
+    return f"\\U{ord(letter):08x}"
+
+
+def as_plain(study: Study) -> dict[str, Any]:
+    """The study as plain data, all fields written."""
+    return dataclasses.asdict(study)
+
+
+def _take_free(data: dict[str, Any], *, source: str) -> list[dict[str, Any]]:
+    """Takes the fields FREE out of every element of `vary`, checked to be what JSON can hold."""
+    varies = data.get("vary")
+    if not isinstance(varies, list):
+        return []
+    taken: list[dict[str, Any]] = []
+    for k, vary in enumerate(varies):
+        own = {}
+        if isinstance(vary, dict):
+            own = {name: vary[name] for name in FREE if vary.get(name) is not None}
+            varies[k] = {name: value for name, value in vary.items() if name not in FREE}
+        for name, value in own.items():
+            path = f"vary[{k}].{name}"
+
+            def error(remedy: str, path: str = path, value: Any = value) -> InputError:
+                return InputError(source=source, field=path, value=value, remedy=remedy)
+
+            if name == "cases":
+                _check_cases(value, error)
+            elif not isinstance(value, list):
+                raise error("must be a list")
+            try:
+                json.dumps(value, allow_nan=False)
+            except (TypeError, ValueError, RecursionError):
+                raise error("must be finite numbers, text, lists and mappings") from None
+        taken.append(own)
+    return taken
+
+
+def _check_cases(value: Any, error: Any) -> None:
+    if not (isinstance(value, dict) and all(isinstance(name, str) for name in value)):
+        raise error("must be a mapping: a name, and its list of overrides, each")
+    for overrides in value.values():
+        if not (isinstance(overrides, list) and all(isinstance(o, str) for o in overrides)):
+            raise error("each case must be a list of overrides, path=value")

@@ -1,0 +1,160 @@
+"""What a study's values must be: checked once, after reading, by their paths."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from drake_quad.errors import InputError
+from drake_quad.scenario_override import parse_override
+from drake_quad.sweep.draws import DRAWN, GRID, Draws
+from drake_quad.sweep.study_config import Study, Vary
+
+MOST_TRIALS = 1_000_000
+MOST_BANDS = 50
+LONGEST_AXIS = 10_000
+# Figures that are not the same in two runs of one trial: they have a table of their own.
+WALL_CLOCK = ("wall_time", "real_time_factor", "planning_time")
+
+Fail = Callable[[str, Any, str], InputError]
+
+
+def check_study(study: Study, *, source: str) -> None:
+    """Raises `InputError` at the first value that no study can have.
+
+    Args:
+        study: As read; its types are right.
+        source: What the error names as the holder of the field, the file.
+    """
+
+    def fail(field: str, value: Any, remedy: str) -> InputError:
+        return InputError(source=source, field=field, value=value, remedy=remedy)
+
+    if not study.scenario:
+        raise fail("scenario", "", "must say which scenario: a shipped one's name, or a file")
+    for path, words in (("sampling", ("random", "sobol")), ("draws", ("independent", "common"))):
+        if getattr(study, path) not in words:
+            raise fail(path, getattr(study, path), f"must be {' or '.join(words)}")
+    if study.seed < 0:
+        raise fail("seed", study.seed, "must not be negative")
+    for k, text in enumerate(study.set):
+        _check_override(text, f"set[{k}]", fail)
+    for k, vary in enumerate(study.vary):
+        _check_vary(vary, f"vary[{k}]", fail)
+    _check_names(study, fail)
+    _check_counts(study, fail)
+    _check_figures(study, fail)
+    for name, least, most in (
+        ("wall_time", 0.1, 1e6),
+        ("memory", 0.25, 1024.0),
+        ("retries", 0, 100),
+        ("recycle", 1, 100_000),
+    ):
+        value = getattr(study.limits, name)
+        if not least <= value <= most:
+            raise fail(f"limits.{name}", value, f"must be from {least:g} to {most:g}")
+    rate = study.gate.rate
+    if rate is not None and not 0.0 <= rate <= 1.0:
+        raise fail("gate.rate", rate, "must be from 0 to 1")
+
+
+def _check_vary(vary: Vary, at: str, fail: Fail) -> None:
+    given = [way for way in (*DRAWN, *GRID) if getattr(vary, way) is not None]
+    if len(given) != 1:
+        words = ", ".join((*DRAWN, *GRID))
+        told = " and ".join(given) or "none of them"
+        raise fail(at, vary.title, f"must have one of {words}; has {told}")
+    (way,) = given
+    value = getattr(vary, way)
+    if way == "cases":
+        if vary.path or vary.also or not vary.name:
+            raise fail(f"{at}.cases", list(value), "has a name, and neither path nor also")
+        for name, overrides in value.items():
+            for k, text in enumerate(overrides):
+                _check_override(text, f"{at}.cases.{name}[{k}]", fail)
+    else:
+        for k, path in enumerate((vary.path, *vary.also)):
+            field = f"{at}.path" if k == 0 else f"{at}.also[{k - 1}]"
+            if "=" in path:
+                raise fail(field, path, "must be a field's path alone, such as simulation.friction")
+            _check_override(f"{path}=0", field, fail)
+    if not value or (isinstance(value, list | dict) and len(value) > LONGEST_AXIS):
+        raise fail(f"{at}.{way}", value, f"must have from 1 to {LONGEST_AXIS} elements")
+    _check_numbers(vary, way, f"{at}.{way}", fail)
+    if vary.step is not None and (
+        way not in ("uniform", "log_uniform", "normal") or not vary.step > 0.0
+    ):
+        raise fail(f"{at}.step", vary.step, "must be more than 0, of a drawn number")
+    if not 1 <= vary.bands <= MOST_BANDS:
+        raise fail(f"{at}.bands", vary.bands, f"must be from 1 to {MOST_BANDS}")
+
+
+def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
+    """The numbers of those ways that have two or three."""
+    value = getattr(vary, way)
+    if way in ("uniform", "log_uniform", "integers"):
+        if len(value) != 2 or not value[0] < value[1]:
+            raise fail(field, value, "must be two numbers, the lesser first")
+        if not math.isfinite(float(value[1]) - float(value[0])):
+            raise fail(field, value, "are too far apart")
+        if way == "log_uniform" and not value[0] > 0.0:
+            raise fail(field, value, "must be more than 0")
+    elif way == "normal" and (len(value) != 2 or not 0.0 < value[1] < 1e300):
+        raise fail(field, value, "must be mean and standard deviation, the latter more than 0")
+    elif way == "linspace":
+        whole = len(value) == 3 and value[2] == int(value[2]) and 1 <= value[2] <= LONGEST_AXIS
+        if not whole:
+            raise fail(field, value, f"must be from, to, and how many: 1 to {LONGEST_AXIS}")
+
+
+def _check_override(text: str, field: str, fail: Fail) -> None:
+    try:
+        parse_override(text)
+    except InputError as error:
+        raise fail(field, text, error.remedy) from None
+
+
+def _check_names(study: Study, fail: Fail) -> None:
+    """Nothing is varied twice, and maps name what varies."""
+    seen: set[str] = set()
+    for k, vary in enumerate(study.vary):
+        own = [path for path in (vary.path, *vary.also) if path]
+        for name in {vary.title, *own}:
+            if name in seen:
+                raise fail(f"vary[{k}]", name, "is given twice")
+        if len(set(own)) != len(own):
+            raise fail(f"vary[{k}].also", vary.also, "names a path twice")
+        seen |= {vary.title, *own}
+    known = {name for vary in study.vary for name in (vary.title, vary.path) if name}
+    for k, pair in enumerate(study.maps):
+        if len(pair) != 2 or pair[0] == pair[1] or not set(pair) <= known:
+            remedy = f"must be two of {', '.join(sorted(known)) or 'what varies'}"
+            raise fail(f"maps[{k}]", pair, remedy)
+
+
+def _check_counts(study: Study, fail: Fail) -> None:
+    """Trials are neither none nor too many."""
+    if study.trials < 1:
+        raise fail("trials", study.trials, "must be 1 or more")
+    cells = math.prod(len(v.values or v.cases or "x") for v in study.vary)
+    cells *= math.prod(int(v.linspace[2]) for v in study.vary if v.linspace)
+    if cells * study.trials > MOST_TRIALS:
+        remedy = f"makes {cells * study.trials} trials; at most {MOST_TRIALS}"
+        raise fail("trials", study.trials, remedy)
+    if study.sampling == "sobol" and len(Draws(study).drawn) > 1000:
+        raise fail("sampling", study.sampling, "takes at most 1000 draws")
+
+
+def _check_figures(study: Study, fail: Fail) -> None:
+    """Figures are named, once each, and are the same whenever a trial is run."""
+    for k, bound in enumerate(study.success):
+        if not bound.figure:
+            raise fail(f"success[{k}].figure", "", "must name a figure of summary.json")
+        if bound.least is None and bound.most is None:
+            raise fail(f"success[{k}]", bound.figure, "must say least or most")
+    named = [(f"success[{k}].figure", bound.figure) for k, bound in enumerate(study.success)]
+    named += [(f"figures[{k}]", figure) for k, figure in enumerate(study.figures)]
+    for field, figure in named:
+        if not figure or figure in WALL_CLOCK:
+            raise fail(field, figure, "must be a figure that a trial has again when run again")
+    if len(set(study.figures)) != len(study.figures):
+        raise fail("figures", study.figures, "names one twice")

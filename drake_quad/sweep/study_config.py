@@ -1,0 +1,126 @@
+"""A study's fields, as its YAML file fills them: what varies, how often, and what counts.
+
+docs/sweeps.md lists them. Plain dataclasses, checked by `study_check` once; after that nobody
+writes to them.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass
+class Vary:
+    """One thing that differs between trials: exactly one of the ways from `uniform` to `cases`.
+
+    Attributes:
+        path: The scenario's field, for example `course[1].rise`; none with `cases`.
+        also: Further fields that get the same value.
+        name: What reports call it; the path if none.
+        uniform: Drawn evenly between two numbers.
+        log_uniform: The same, but evenly in the logarithm.
+        normal: Drawn by mean and standard deviation, within four of them.
+        integers: A whole number, from the first to the last, both counted.
+        choice: One of these, each as likely.
+        values: All of these in turn: an axis of the grid.
+        linspace: From, to, how many: an axis of the grid.
+        cases: By name, overrides that go together: an axis of the grid.
+        step: A drawn number is rounded to whole multiples of it.
+        bands: Into how many bands a drawn number is parted in reports.
+    """
+
+    path: str = ""
+    also: list[str] = field(default_factory=list)
+    name: str = ""
+    uniform: list[float] | None = None
+    log_uniform: list[float] | None = None
+    normal: list[float] | None = None
+    integers: list[int] | None = None
+    choice: list[Any] | None = None
+    values: list[Any] | None = None
+    linspace: list[float] | None = None
+    cases: dict[str, list[str]] | None = None
+    step: float | None = None
+    bands: int = 5
+
+    @property
+    def title(self) -> str:
+        """What to call it."""
+        return self.name or self.path
+
+
+@dataclass
+class Bound:
+    """A bound on a figure that a trial must keep to count as a success.
+
+    Attributes:
+        figure: Dotted path in summary.json, for example `margin.minimum`.
+        least: It must be at least this.
+        most: It must be at most this.
+    """
+
+    figure: str = ""
+    least: float | None = None
+    most: float | None = None
+
+
+@dataclass
+class Limits:
+    """What a trial may take before it is ended, and counted as such.
+
+    Attributes:
+        wall_time: [s]
+        memory: Of its process [GiB].
+        retries: How often a trial is tried again whose process somebody else ended.
+        recycle: After so many trials a process is replaced by a new one.
+    """
+
+    wall_time: float = 1800.0
+    memory: float = 4.0
+    retries: int = 3
+    recycle: int = 25
+
+
+@dataclass
+class Gate:
+    """What `drake-quad sweep` asks of the study to exit with 0.
+
+    Attributes:
+        rate: Least part of the trials that succeed, in [0, 1]; none: nothing is asked.
+    """
+
+    rate: float | None = None
+
+
+@dataclass
+class Study:
+    """Which runs, and what of them counts.
+
+    Attributes:
+        description: What it asks, in a line.
+        scenario: A shipped scenario's name, or a file, relative to the study's.
+        set: Overrides of every trial, `path=value` each.
+        vary: What differs between trials.
+        trials: How many to each cell of the grid; in all if there is no grid.
+        seed: Of all draws.
+        sampling: `random`, or `sobol` for draws that fill their space evenly.
+        draws: `independent`, or `common`: each cell of the grid has the same draws and seeds.
+        success: What a trial must keep besides reaching the goal.
+        figures: Which figures of summary.json the table keeps, by dotted path.
+        maps: Pairs of what varies, by path or name, to draw a heat map of.
+        limits: Of each trial.
+        gate: Of the whole study.
+    """
+
+    description: str = ""
+    scenario: str = ""
+    set: list[str] = field(default_factory=list)
+    vary: list[Vary] = field(default_factory=list)
+    trials: int = 1
+    seed: int = 0
+    sampling: str = "random"
+    draws: str = "independent"
+    success: list[Bound] = field(default_factory=list)
+    figures: list[str] = field(default_factory=list)
+    maps: list[list[str]] = field(default_factory=list)
+    limits: Limits = field(default_factory=Limits)
+    gate: Gate = field(default_factory=Gate)

@@ -1,0 +1,107 @@
+"""A sweep from end to end: trials, journal, tables, findings."""
+
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from drake_quad.errors import DrakeQuadError
+from drake_quad.sweep.isolated import Work
+from drake_quad.sweep.journal import Journal
+from drake_quad.sweep.provenance import commit, describe
+from drake_quad.sweep.study import Base, as_plain
+from drake_quad.sweep.study_config import Study
+from drake_quad.sweep.table import CLOCK, TRIALS, write_tables
+from drake_quad.sweep.told import tell
+from drake_quad.sweep.trials import Trial, count_trials, make_trials
+from drake_quad.sweep.work import work
+from drake_quad.whole_files import write_whole
+
+FINDINGS, STUDY, REPORT = "sweep.json", "study.json", "report.html"
+
+Result = dict[str, Any]
+# Carries out trials: yields the index of each and what came of it, as they end.
+CarryOut = Callable[[Iterable[Trial], Work], Iterator[tuple[int, Result]]]
+# Told of each trial that is done: its index, what came of it, and of how many it is which.
+Note = Callable[[int, Result, int, int], object]
+
+
+class SourcesChangedError(DrakeQuadError):
+    """Trials of two versions of the program are no study."""
+
+
+def sweep(
+    study: Study,
+    base: Base,
+    out: Path,
+    carry_out: CarryOut,
+    *,
+    resume: bool = False,
+    limit: int | None = None,
+    begin: Callable[[int, int], object] = lambda _done, _of: None,
+    note: Note = lambda _index, _result, _done, _of: None,
+    work: Work = work,
+) -> dict[str, Any]:
+    """Carries out what of the study is not done, and writes its tables and findings into `out`.
+
+    Args:
+        study: Checked.
+        base: Its scenario.
+        out: The sweep's directory.
+        carry_out: Here, or on a cluster.
+        resume: Whether to go on with what is there.
+        limit: Do only the study's first so many trials.
+        begin: Told how many of how many trials are done before, once nothing is refused any more.
+        note: Told of each trial that is done.
+        work: Of one trial: a module's own function.
+
+    Returns:
+        The findings, as in sweep.json.
+
+    Raises:
+        InputError: `out` cannot be used, or holds another study's sweep.
+        SourcesChangedError: The program was changed while the sweep ran; what was done is kept.
+    """
+    told = describe(study, base)
+    journal = Journal(out, told)
+    journal.open(resume=resume)
+    begun = time.perf_counter()
+    try:
+        # Until all is written anew, nothing old is there that could be read as this sweep's.
+        for name in (TRIALS, CLOCK, FINDINGS, REPORT):
+            with suppress(FileNotFoundError):
+                (out / name).unlink()
+        _write(out / STUDY, {"definition": as_plain(study), "base": base.name, **told})
+        of = min(count_trials(study), limit or count_trials(study))
+        pending = (
+            trial
+            for trial in make_trials(study, base, first=0, last=of)
+            if trial.index not in journal.done
+        )
+        begin(len(journal.done), max(of, len(journal.done)))
+        for index, result in carry_out(pending, work):
+            if result["sources"] not in (None, told["sources"]):
+                raise SourcesChangedError(
+                    "the sources of drake_quad were changed while the sweep ran; what was done "
+                    "before is kept, and --resume goes on with it once they are as they were"
+                )
+            journal.add(index, result)
+            note(index, result, len(journal.done), max(of, len(journal.done)))
+        trials, clock = write_tables(study, base, journal.done, out)
+        findings = {
+            **tell(study, trials, clock),
+            "elapsed": time.perf_counter() - begun,
+            "commit": commit(),
+            **told,
+        }
+        _write(out / FINDINGS, findings)
+    finally:
+        journal.close()
+    return findings
+
+
+def _write(path: Path, plain: dict[str, Any]) -> None:
+    text = json.dumps(plain, indent=1) + "\n"
+    write_whole(path, lambda to: to.write_text(text, encoding="utf-8"))

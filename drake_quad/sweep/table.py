@@ -1,0 +1,117 @@
+"""The tables of a sweep: trials.parquet, the same whoever carried them out, and clock.parquet."""
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from drake_quad.errors import InputError
+from drake_quad.sweep.draws import way_of
+from drake_quad.sweep.study import Base
+from drake_quad.sweep.study_config import Study, Vary
+from drake_quad.sweep.trials import count_trials, figures_of, make_trials, repeat
+from drake_quad.whole_files import write_whole
+
+TRIALS, CLOCK = "trials.parquet", "clock.parquet"
+CLOCK_COLUMNS = {
+    "wall": pa.float64(),
+    "simulating": pa.float64(),
+    "memory": pa.float64(),
+    "process": pa.int64(),
+    "tried": pa.int64(),
+}
+
+Result = dict[str, Any]
+
+
+def make_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
+    """One row a trial that is done, by index, of nothing that another run would have otherwise.
+
+    Args:
+        study: Checked.
+        base: Its scenario.
+        done: What came of the trials, by index.
+    """
+    names = {"index": pa.int64(), "seed": pa.int64(), "success": pa.bool_()}
+    names |= dict.fromkeys(("outcome", "reason", "mode"), pa.string())
+    varied = [f"vary.{vary.title}" for vary in study.vary]
+    types = {name: _type_of(vary) for name, vary in zip(varied, study.vary, strict=True)}
+    figures = figures_of(study)
+    names |= types | {f"figure.{name}": pa.float64() for name in figures}
+    names |= {"overrides": pa.list_(pa.string()), "scenario": pa.string(), "command": pa.string()}
+    columns: dict[str, list[Any]] = {name: [] for name in names}
+    for trial in make_trials(study, base, first=0, last=max(done, default=-1) + 1):
+        if trial.index not in done:
+            continue
+        result = done[trial.index]
+        columns["index"].append(trial.index)
+        columns["seed"].append(trial.seed)
+        for name in ("success", "outcome", "reason", "mode", "scenario"):
+            columns[name].append(result[name])
+        for name, value in zip(varied, trial.values, strict=True):
+            columns[name].append(json.dumps(value) if types[name] == pa.string() else value)
+        for name in figures:
+            columns[f"figure.{name}"].append(result["figures"][name])
+        columns["overrides"].append(list(trial.overrides))
+        columns["command"].append(repeat(trial))
+    complete = len(done) == count_trials(study)
+    return pa.Table.from_arrays(
+        [pa.array(columns[name], type=kind) for name, kind in names.items()],
+        schema=pa.schema(list(names.items()), metadata={"complete": json.dumps(complete)}),
+    )
+
+
+def make_clock(done: dict[int, Result]) -> pa.Table:
+    """Seconds, memory [GiB], process and tries of each trial: of this sweep alone."""
+    order = sorted(done)
+    columns = {"index": pa.array(order, type=pa.int64())}
+    for name, kind in CLOCK_COLUMNS.items():
+        columns[name] = pa.array([done[k]["clock"][name] for k in order], type=kind)
+    return pa.table(columns)
+
+
+def write_tables(
+    study: Study, base: Base, done: dict[int, Result], out: Path
+) -> tuple[pa.Table, pa.Table]:
+    """Writes both tables into `out`; neither is ever half."""
+    trials, clock = make_table(study, base, done), make_clock(done)
+    for name, table in ((CLOCK, clock), (TRIALS, trials)):
+        write_whole(out / name, partial(pq.write_table, table, compression="zstd"))
+    return trials, clock
+
+
+def read_table(directory: Path) -> pa.Table:
+    """The trials of a sweep.
+
+    Raises:
+        InputError: If there are none in `directory`, or they are cut short.
+    """
+
+    def error(remedy: str) -> InputError:
+        path = str(directory / TRIALS)
+        return InputError(source=str(directory), field=TRIALS, value=path, remedy=remedy)
+
+    try:
+        table = pq.read_table(directory / TRIALS)
+    except OSError:
+        raise error("not there; give the directory of a finished `drake-quad sweep`") from None
+    except ValueError:  # Arrow's own errors are ValueErrors
+        raise error("is cut short or not Parquet") from None
+    if not {"index", "success", "outcome", "reason"} <= set(table.column_names):
+        raise error("is not a sweep's table")
+    return table
+
+
+def _type_of(vary: Vary) -> pa.DataType:
+    """Of the column; what is not a number is written as JSON."""
+    way = way_of(vary)
+    if way in ("uniform", "log_uniform", "normal", "linspace"):
+        return pa.float64()
+    if way == "integers":
+        return pa.int64()
+    values = vary.values if vary.values is not None else vary.choice
+    numbers = values is not None and all(type(value) in (int, float) for value in values)
+    return pa.float64() if numbers else pa.string()

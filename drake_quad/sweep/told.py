@@ -1,0 +1,139 @@
+"""What a sweep's tables say, as plain values: what is printed, written as JSON, and drawn."""
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from drake_quad.sweep.draws import way_of
+from drake_quad.sweep.rates import Band, Rate, bands_of, causes_of, places_of, rate_of
+from drake_quad.sweep.study_config import Study, Vary
+from drake_quad.sweep.trials import count_trials
+
+WORST = 12  # trials that are listed
+RANKED_BY = "figure.margin.minimum"  # among those that succeeded, the least is the worst
+
+
+def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
+    """The findings of a sweep.
+
+    Args:
+        study: Checked.
+        table: Of `make_table`.
+        clock: Of `make_clock`.
+    """
+    success = table["success"].to_pylist()
+    outcomes, reasons = table["outcome"].to_pylist(), table["reason"].to_pylist()
+    total = rate_of(sum(success), len(success))
+    asked = count_trials(study)
+    gate = study.gate.rate
+    return {
+        "description": study.description,
+        "trials": len(success),
+        "asked": asked,
+        "complete": len(success) == asked,
+        "kinematic": "kinematic" in table["mode"].to_pylist(),
+        "rate": rate_told(total),
+        "gate": gate,
+        "passed": None if gate is None or not success else total.rate >= gate,
+        "bands": {vary.title: [_band(b) for b in _bands(vary, table)] for vary in study.vary},
+        "maps": [_map(study, pair, table) for pair in maps_of(study)],
+        "causes": [{"cause": c, "trials": n} for c, n in causes_of(outcomes, reasons)],
+        "figures": {
+            name.removeprefix("figure."): _spread(table[name])
+            for name in table.column_names
+            if name.startswith("figure.")
+        },
+        "worst": worst_of(table),
+        "clock": _clock(clock),
+    }
+
+
+def rate_told(rate: Rate) -> dict[str, Any]:
+    """A rate as plain values."""
+    return {**asdict(rate), "rate": None if not rate.trials else rate.rate, "text": rate.text()}
+
+
+def values_of(vary: Vary, table: pa.Table) -> list[Any]:
+    """What the trials have of it, as it was before it was written."""
+    column = table[f"vary.{vary.title}"]
+    values = column.to_pylist()
+    return [json.loads(value) for value in values] if column.type == pa.string() else values
+
+
+def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
+    """The pairs to draw maps of: those asked for, else the grid's first two axes."""
+    by_name = {name: vary for vary in study.vary for name in (vary.path, vary.title) if name}
+    if study.maps:
+        return [(by_name[one], by_name[other]) for one, other in study.maps]
+    axes = [vary for vary in study.vary if way_of(vary) in ("values", "linspace", "cases")]
+    return [(axes[0], axes[1])] if len(axes) > 1 else []
+
+
+def worst_of(table: pa.Table) -> list[dict[str, Any]]:
+    """The trials that failed, then those with the least margin."""
+    ranked = (
+        table[RANKED_BY].to_pylist() if RANKED_BY in table.column_names else [None] * len(table)
+    )
+    success = table["success"].to_pylist()
+    order = sorted(
+        range(len(table)),
+        key=lambda k: (success[k], np.inf if ranked[k] is None else ranked[k], k),
+    )
+    names = ("index", "outcome", "reason", "command")
+    return [
+        {**{name: table[name][k].as_py() for name in names}, "margin": ranked[k]}
+        for k in order[:WORST]
+    ]
+
+
+def _bands(vary: Vary, table: pa.Table) -> list[Band]:
+    return bands_of(vary, values_of(vary, table), table["success"].to_pylist())
+
+
+def _band(band: Band) -> dict[str, Any]:
+    told = rate_told(band.rate)
+    bounds = {"bound_low": told.pop("low"), "bound_high": told.pop("high")}
+    return {"label": band.label, "low": band.low, "high": band.high, **told, **bounds}
+
+
+def _map(study: Study, pair: tuple[Vary, Vary], table: pa.Table) -> dict[str, Any]:
+    """Good and all trials of each cell; rows are the second's bands."""
+    (x_labels, x, _), (y_labels, y, _) = (places_of(vary, values_of(vary, table)) for vary in pair)
+    good = np.asarray(table["success"].to_pylist(), dtype=bool)
+    cells = [[(y == j) & (x == i) for i in range(len(x_labels))] for j in range(len(y_labels))]
+    return {
+        "x": pair[0].title,
+        "y": pair[1].title,
+        "x_labels": x_labels,
+        "y_labels": y_labels,
+        "good": [[int(good[cell].sum()) for cell in row] for row in cells],
+        "trials": [[int(cell.sum()) for cell in row] for row in cells],
+    }
+
+
+def _spread(column: pa.ChunkedArray) -> dict[str, float | None]:
+    """Least, 5 %, median, 95 % and greatest of what was measured."""
+    values = np.array([v for v in column.to_pylist() if v is not None], dtype=float)
+    names = ("least", "percentile_5", "median", "percentile_95", "greatest")
+    if not len(values):
+        return dict.fromkeys(names)
+    found = np.percentile(values, [0, 5, 50, 95, 100])
+    return dict(zip(names, map(float, found), strict=True))
+
+
+def _clock(clock: pa.Table) -> dict[str, Any]:
+    """What the trials took, together."""
+
+    def known(name: str) -> list[float]:
+        return [v for v in clock[name].to_pylist() if v is not None]
+
+    return {
+        "wall": float(sum(known("wall"))),
+        "simulating": float(sum(known("simulating"))),
+        "memory_max": max(known("memory"), default=None),
+        "tried_again": sum(tried - 1 for tried in known("tried")),
+        "processes": len(set(known("process"))),
+    }

@@ -1,0 +1,114 @@
+"""A study's trials: what any process needs to carry one out, and the command that repeats it."""
+
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drake_quad.sweep.draws import Draws
+from drake_quad.sweep.study import Base, overrides_of
+from drake_quad.sweep.study_config import Bound, Study
+
+FIGURES = (
+    "margin.minimum",
+    "zmp_margin.minimum",
+    "base_error_max",
+    "torque_ratio_max",
+    "slip_max",
+    "nonfoot_contact_samples",
+    "nonfoot_force_max",
+    "clock_waited",
+    "simulated_time",
+)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One trial, whole: it can be sent to any process.
+
+    Attributes:
+        index: In its study, from 0.
+        seed: Its `simulation.seed`, unless the study sets that.
+        values: What it has of each thing that varies, in the study's order.
+        base: The scenario.
+        overrides: Of the scenario's fields, those of the study first.
+        figures: Of summary.json, to keep.
+        success: What it must keep besides reaching the goal.
+        wall_time: After which it is ended [s].
+        memory: Of its process [GiB].
+    """
+
+    index: int
+    seed: int
+    values: tuple[Any, ...]
+    base: Base
+    overrides: tuple[str, ...]
+    figures: tuple[str, ...]
+    success: tuple[Bound, ...]
+    wall_time: float
+    memory: float
+
+
+def figures_of(study: Study) -> tuple[str, ...]:
+    """The figures that the study keeps: its own, and those that it judges by."""
+    kept = dict.fromkeys(study.figures or FIGURES)
+    kept.update(dict.fromkeys(bound.figure for bound in study.success))
+    return tuple(kept)
+
+
+def make_trials(study: Study, base: Base, *, first: int, last: int) -> Iterator[Trial]:
+    """The trials from `first` until before `last`, in order, each made as it is asked for."""
+    draws, figures = Draws(study), figures_of(study)
+    seeded = any(text.split("=")[0].strip() == "simulation.seed" for text in _texts(study))
+    for index in range(first, min(last, draws.count)):
+        values = draws.values(index)
+        overrides = list(study.set)
+        for vary, value in zip(study.vary, values, strict=True):
+            overrides += overrides_of(vary, value)
+        seed = draws.seed(index)
+        if not seeded:
+            overrides.append(f"simulation.seed={seed}")
+        yield Trial(
+            index=index,
+            seed=seed,
+            values=tuple(values),
+            base=base,
+            overrides=tuple(overrides),
+            figures=figures,
+            success=tuple(study.success),
+            wall_time=study.limits.wall_time,
+            memory=study.limits.memory,
+        )
+
+
+def count_trials(study: Study) -> int:
+    """Of the whole study."""
+    return Draws(study).count
+
+
+def directory_of(index: int, out: Path) -> Path:
+    """Where the files of a trial go that is run again."""
+    return out / "trials" / f"{index:06d}"
+
+
+def repeat(trial: Trial) -> str:
+    """The command that runs the trial again, with its report."""
+    words = ["drake-quad", "run", trial.base.name]
+    for override in trial.overrides:
+        words += ["--set", override]
+    return shlex.join(words)
+
+
+def repeat_into(command: str, index: int, out: Path) -> str:
+    """The same, with the directory where the sweep's report looks for it."""
+    return f"{command} --out {shlex.quote(str(directory_of(index, out)))}"
+
+
+def _texts(study: Study) -> Iterator[str]:
+    """Everything in the study that names a field."""
+    yield from study.set
+    for vary in study.vary:
+        yield from (vary.path, *vary.also)
+        for overrides in (vary.cases or {}).values():
+            yield from overrides

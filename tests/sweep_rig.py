@@ -1,0 +1,129 @@
+"""Made-up trials for the tests of sweeps: functions of a module, so that any process finds them."""
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from drake_quad.sweep.crew import carry_out
+from drake_quad.sweep.isolated import Work
+from drake_quad.sweep.provenance import own_sources
+from drake_quad.sweep.study import Base, load_study
+from drake_quad.sweep.study_config import Limits, Study
+from drake_quad.sweep.sweep import sweep
+from drake_quad.sweep.trials import Trial, make_trials
+
+# A stand of 0.4 s, moved along its plan: the whole way of a trial, in a tenth of a second.
+PLUMBING = """\
+description: Nothing but plumbing
+scenario: flat_walk
+set:
+  - simulation.mode=kinematic
+  - "mission=[{kind: stand, duration: 0.4}]"
+trials: 4
+vary:
+  - {path: simulation.friction, uniform: [0.5, 1.25]}
+  - {path: gait.cycle_time, values: [7.0, 8.0]}
+"""
+
+
+def study_file(directory: Path, text: str = PLUMBING) -> Path:
+    path = directory / "study.yaml"
+    path.write_text(text)
+    return path
+
+
+def made(directory: Path, text: str = PLUMBING) -> tuple[Study, Base]:
+    return load_study(study_file(directory, text))
+
+
+def trials_of(directory: Path, text: str = PLUMBING, **limits: Any) -> list[Trial]:
+    study, base = made(directory, text)
+    for name, value in limits.items():
+        setattr(study.limits, name, value)
+    return list(make_trials(study, base, first=0, last=1000))
+
+
+def here(workers: int = 1, stop: Callable[[], bool] = lambda: False, **limits: Any) -> Any:
+    """Carries out on this machine."""
+
+    def all_of(trials: Iterable[Trial], work: Work) -> Any:
+        given = Limits(**{"recycle": 1000, **limits})
+        return carry_out(trials, workers=workers, limits=given, stop=stop, work=work)
+
+    return all_of
+
+
+def sweep_made_up(directory: Path, out: Path, text: str = PLUMBING, **more: Any) -> dict[str, Any]:
+    """Sweeps with `made_up` in place of runs."""
+    study, base = made(directory, text)
+    more = {"work": made_up, **more}
+    return sweep(study, base, out, more.pop("carry_out", here()), **more)
+
+
+def result(trial: Trial, outcome: str = "goal_reached", reason: str = "") -> dict[str, Any]:
+    figures = dict.fromkeys(trial.figures, 0.5 / (1 + trial.index))
+    clock = {"wall": 0.01, "simulating": 0.009, "memory": 0.1, "process": os.getpid()}
+    return {
+        "outcome": outcome,
+        "reason": reason,
+        "success": outcome == "goal_reached",
+        "mode": "physics",
+        "figures": figures,
+        "scenario": "",
+        "sources": own_sources(),
+        "clock": clock,
+    }
+
+
+def made_up(trial: Trial) -> dict[str, Any]:
+    """Falls on slippery ground."""
+    friction = float(trial.values[0])
+    if friction < 0.7:
+        return result(trial, "fell", f"the trunk is tilted by {40 * friction:.1f}°")
+    return result(trial)
+
+
+def slow(trial: Trial) -> dict[str, Any]:
+    """The same, with time to be killed in."""
+    time.sleep(0.03)
+    return made_up(trial)
+
+
+def mishap(trial: Trial) -> dict[str, Any]:
+    """What a trial can do to its process; by its index."""
+    what = ("well", "raise", "abort", "hang", "hog", "spin", "well", "exit")[trial.index % 8]
+    if what == "raise":
+        raise ValueError("no\nplan")
+    if what == "abort":
+        os.abort()
+    if what == "hang":
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
+        time.sleep(1000.0)
+    if what == "spin":  # holds the interpreter, so that nothing of Python's can end it
+        sum(range(10**12))
+    if what == "hog":
+        held = []
+        while True:
+            held.append(bytearray(1 << 26))
+    if what == "exit":
+        os._exit(3)
+    return result(trial)
+
+
+def killed_once(trial: Trial) -> dict[str, Any]:
+    """The first try of the trial 1 is killed from outside; `seed` of it is the parent's file."""
+    mark = Path(os.environ["SWEEP_TEST_MARK"])
+    if trial.index == 1 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return result(trial)
+
+
+def killed_always(trial: Trial) -> dict[str, Any]:
+    """Whoever tries the trial 1 is killed from outside."""
+    if trial.index == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return result(trial)

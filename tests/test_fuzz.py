@@ -1,0 +1,202 @@
+"""Whatever is given, there is a run or one clear line: no traceback, crash, hang or half result."""
+
+import re
+import shutil
+import tempfile
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sweep_rig as rig
+import yaml
+from fuzz_cases import KINDS, Case, make_case, pick
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_quad.errors import DrakeQuadError, InputError
+from drake_quad.scenario import parse_scenario
+from drake_quad.sweep.compare import compare_sweeps
+from drake_quad.sweep.crew import carry_out
+from drake_quad.sweep.study import Base, load_study, parse_study
+from drake_quad.sweep.study_config import Limits
+from drake_quad.sweep.trials import Trial, make_trials
+
+LONGEST = 240.0  # [s] that a case may take before it counts as a hang; kernels compile once
+# A case that could be is carried out on a course that is planned at once, for a moment.
+MOMENT = ("mission=[{kind: stand, duration: 0.1}]", "simulation.log_period=0.05")
+MOST_PLACES = 40.0  # [m] of a course; planning more is no hang, but takes long
+
+
+def survive(case: Case, folder: Path) -> str:
+    """Gives the case to the program as a person would.
+
+    Returns:
+        `refused`, `no plan`, or `run`.
+
+    Raises:
+        Exception: Whatever is no error on purpose: a finding.
+    """
+    try:
+        _do(case, folder)
+    except InputError as error:
+        line = str(error)
+        if "\n" in line or not error.remedy or not line.startswith(" ".join(error.source.split())):
+            raise AssertionError(f"no clear line: {line!r}") from None
+        return "refused"
+    except DrakeQuadError:
+        return "no plan"
+    return "run"
+
+
+def _do(case: Case, folder: Path) -> None:
+    if case.kind == "result":
+        _do_result(case, folder)
+    elif case.kind.startswith("study"):
+        path = folder / "study.yaml"
+        path.write_text(case.text, encoding="utf-8")
+        study, base = load_study(path)
+        for trial in make_trials(study, base, first=0, last=3):
+            try:
+                base.load(list(trial.overrides))
+            except InputError as error:
+                assert "\n" not in str(error)
+    elif case.kind.startswith("robot"):
+        path = folder / "robot.urdf"
+        path.write_text(case.text, encoding="utf-8")
+        text = f"robot: {{model: {path}}}\ndesign: given\ncourse: [{{kind: floor, length: 6.0}}]\n"
+        _run(text, folder, MOMENT, physics=case.physics)
+    else:
+        _run(case.text, folder, case.overrides, physics=case.physics)
+
+
+def _run(text: str, folder: Path, overrides: tuple[str, ...], *, physics: bool) -> None:
+    from drake_quad.simulation import run, write_files
+
+    scenario = parse_scenario(text, source="mine.yaml", base=folder, overrides=overrides)
+    length = sum((e.length or 0.0) + (e.count or 0) * (e.run or 0.0) for e in scenario.course)
+    if length + sum(sum(e.runs or []) for e in scenario.course) > MOST_PLACES:
+        return
+    if scenario.design == "auto":
+        return  # minutes, of which other tests have some
+    if physics:
+        scenario = parse_scenario(
+            text, source="mine.yaml", base=folder, overrides=(*overrides, *MOMENT)
+        )
+    else:
+        scenario.simulation.mode = "kinematic"
+        scenario.simulation.log_period = max(scenario.simulation.log_period, 0.5)
+    scenario.simulation.realtime_rate = 0.0  # who asks for a slow pace gets it
+    result = run(scenario, source="mine.yaml")
+    fault = re.search(r"simulation failed: \w+(Error|Exception|Warning):", result.reason)
+    assert not fault, result.reason
+    write_files(result, result.scenario, folder / "run")
+
+
+def _do_result(case: Case, folder: Path) -> None:
+    """A sweep's files, one of them cut or spoilt: they are refused, or they are still whole."""
+    rng = np.random.default_rng(case.number)
+    whole = Path(str(folder) + "_whole")
+    try:
+        for name in ("a", "b"):
+            rig.sweep_made_up(folder, whole / name, carry_out=_at_once)
+        told = compare_sweeps(whole / "a", whole / "b")
+        path = whole / "a" / pick(rng, ("trials.parquet", "sweep.json", "journal.jsonl"))
+        kept = path.read_bytes()
+        path.write_bytes(kept[: int(rng.integers(0, len(kept)))])
+        if path.name == "journal.jsonl":
+            again = rig.sweep_made_up(folder, whole / "a", carry_out=_at_once, resume=True)
+            assert again["complete"]
+        elif path.name == "trials.parquet" or _loads(path) is None:
+            with pytest.raises(InputError):
+                compare_sweeps(whole / "a", whole / "b")
+        else:
+            assert compare_sweeps(whole / "a", whole / "b") == told
+    finally:
+        shutil.rmtree(whole, ignore_errors=True)
+
+
+def _loads(path: Path) -> Any:
+    try:
+        return yaml.safe_load(path.read_text()) if path.read_text().rstrip().endswith("}") else None
+    except yaml.YAMLError:
+        return None
+
+
+def _at_once(trials: Any, work: Callable[[Trial], Any]) -> Any:
+    for trial in trials:
+        result = work(trial)
+        yield trial.index, {**result, "clock": {**result["clock"], "tried": 1}}
+
+
+def fuzz(trial: Trial) -> dict[str, Any]:
+    """A case in a process of its own; its number is the trial's index."""
+    import os
+
+    folder = Path(tempfile.mkdtemp(prefix="fuzz"))
+    os.environ["DRAKE_QUAD_CACHE"] = str(folder / "cache")
+    try:
+        came = survive(make_case(trial.index), folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    return {**rig.result(trial), "reason": came}
+
+
+def fuzz_all(numbers: range) -> Counter[tuple[str, str]]:
+    """Carries out the cases of these numbers; by kind what came of them.
+
+    Raises:
+        AssertionError: With every finding, if there is one.
+    """
+    trials = [
+        Trial(k, 0, (), Base("flat_walk"), (), (), (), wall_time=LONGEST, memory=4.0)
+        for k in numbers
+    ]
+    limits = Limits(recycle=400, retries=0)
+    found = dict(carry_out(trials, workers=2, limits=limits, work=fuzz))
+    bad = {
+        k: f"{one['outcome']}: {one['reason']}" for k, one in found.items() if not one["success"]
+    }
+    listed = "\n".join(f"{k} ({KINDS[k % len(KINDS)]}): {bad[k]}" for k in sorted(bad))
+    assert not bad, f"{len(bad)} of {len(found)} cases:\n{listed}"
+    return Counter((KINDS[k % len(KINDS)], one["reason"]) for k, one in found.items())
+
+
+def check_counts(counts: Counter[tuple[str, str]]) -> None:
+    """The cases are worth something: every kind is there, some are refused, and some can be."""
+    assert {kind for kind, _ in counts} == set(KINDS)
+    assert {"refused", "run"} <= {came for _, came in counts}
+
+
+def test_some_cases() -> None:
+    """A few of each kind."""
+    check_counts(fuzz_all(range(64)))
+
+
+@pytest.mark.slow
+def test_two_thousand_cases() -> None:
+    """The same, of more."""
+    check_counts(fuzz_all(range(64, 2200)))
+
+
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner),
+    max_leaves=8,
+)
+WORDS = st.sampled_from(
+    ["course", "vary", "scenario", "trials", "set", "gait", "success", "limits"]
+)
+
+
+@pytest.mark.parametrize("parse", [parse_scenario, parse_study])
+@given(data=st.dictionaries(WORDS | st.text(max_size=6), PLAIN, max_size=5) | PLAIN)
+def test_data_of_any_shape_is_read_or_refused(parse: Callable[..., Any], data: Any) -> None:
+    """Nested lists and mappings of anything, at any place, as YAML: an error is one line."""
+    text = yaml.safe_dump(data)
+    try:
+        parse(text, source="mine.yaml")
+    except InputError as error:
+        assert "\n" not in str(error) and error.remedy

@@ -1,0 +1,179 @@
+"""Studies: what is refused and how, and that a trial is of study and index alone."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sweep_rig as rig
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import kstest
+
+from drake_quad.errors import InputError
+from drake_quad.scenario import load_scenario
+from drake_quad.sweep.draws import Draws, axis_values
+from drake_quad.sweep.study import load_study, parse_study, value_text
+from drake_quad.sweep.study_config import Study, Vary
+from drake_quad.sweep.trials import make_trials, repeat
+
+ROOT = Path(__file__).resolve().parents[1]
+HEAD = "scenario: flat_walk\n"
+
+BAD = [
+    ("", "document", "empty"),
+    ("scenario: [\n", "document", "not YAML"),
+    ("description: x\n", "scenario", "must say which"),
+    (HEAD + "trails: 3\n", "trails", "trials"),
+    (HEAD + "trials: 0\n", "trials", "1 or more"),
+    (HEAD + "trials: 2000000\n", "trials", "at most"),
+    (HEAD + "seed: -1\n", "seed", "negative"),
+    (HEAD + "sampling: halton\n", "sampling", "random or sobol"),
+    (HEAD + "vary: [{path: simulation.friction}]\n", "vary[0]", "one of"),
+    (
+        HEAD + "vary: [{path: simulation.friction, uniform: [0, 1], values: [1]}]\n",
+        "vary[0]",
+        "uniform and values",
+    ),
+    (HEAD + "vary: [{path: simulation.friction, uniform: [1, 0]}]\n", "vary[0].uniform", "lesser"),
+    (HEAD + "vary: [{path: simulation.friction, uniform: [.nan, 1]}]\n", "uniform", "finite"),
+    (HEAD + "vary: [{path: simulation.friction, values: []}]\n", "vary[0].values", "1 to"),
+    (HEAD + "vary: [{path: simulation.friction, values: [.inf]}]\n", "vary[0].values", "finite"),
+    (HEAD + "vary: [{path: simulation.friction, values: 3}]\n", "vary[0].values", "list"),
+    (HEAD + "vary: [{path: 'a=b', values: [1]}]\n", "vary[0].path", "path"),
+    (HEAD + "vary: [{path: simulation.fricton, values: [1]}]\n", "vary[0]", "friction"),
+    (HEAD + "vary: [{path: simulation.friction, values: [-1]}]\n", "vary[0]", "more than 0"),
+    (HEAD + "vary: [{path: 'course[7].rise', values: [1]}]\n", "vary[0]", "elements"),
+    (HEAD + "vary: [{name: robot, cases: {a: [x]}}]\n", "vary[0].cases.a[0]", "path=value"),
+    (HEAD + "vary: [{path: x, cases: {a: []}}]\n", "vary[0].cases", "neither path"),
+    (
+        HEAD + "vary: [{path: simulation.friction, values: [1]}, {path: simulation.friction, "
+        "values: [2]}]\n",
+        "vary[1]",
+        "twice",
+    ),
+    (HEAD + "figures: [wall_time]\n", "figures[0]", "again"),
+    (HEAD + "success: [{figure: margin.minimum}]\n", "success[0]", "least or most"),
+    (HEAD + "maps: [[a, b]]\n", "maps[0]", "varies"),
+    (HEAD + "gate: {rate: 2}\n", "gate.rate", "from 0 to 1"),
+    (HEAD + "limits: {wall_time: 0}\n", "limits.wall_time", "from"),
+    ("scenario: case_studdy\n", "scenario", "case_study"),
+]
+
+
+@pytest.mark.parametrize(("text", "field", "also"), BAD)
+def test_a_bad_study_gets_one_line(tmp_path: Path, text: str, field: str, also: str) -> None:
+    """It names file or scenario, field and value, and says what would be right."""
+    with pytest.raises(InputError) as caught:
+        load_study(rig.study_file(tmp_path, text))
+    line = str(caught.value)
+    assert "\n" not in line and field in line and also in line
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.stem)
+def test_shipped_studies_load(path: Path) -> None:
+    """Each can be read, its scenario too, and its first trials' scenarios are as they say."""
+    study, base = load_study(path)
+    assert study.description and len({t.index for t in make_trials(study, base, first=0, last=9)})
+    for trial in make_trials(study, base, first=0, last=3):
+        base.load(list(trial.overrides))
+
+
+def study_of(*varies: Vary, **fields: Any) -> Study:
+    return Study(scenario="flat_walk", vary=list(varies), **fields)
+
+
+ONE = Vary(path="a", uniform=[2.0, 4.0])
+WAYS = [
+    ONE,
+    Vary(path="b", log_uniform=[0.1, 10.0]),
+    Vary(path="c", normal=[1.0, 0.5]),
+    Vary(path="d", integers=[3, 5]),
+    Vary(path="e", choice=["x", "y"]),
+    Vary(path="f", uniform=[0.0, 0.01], step=0.002),
+]
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+@settings(max_examples=20)
+@given(seed=st.integers(0, 2**40), index=st.integers(0, 255))
+def test_a_trial_is_of_study_and_index_alone(sampling: str, seed: int, index: int) -> None:
+    """Whoever asks for it, whenever, after what others: its values and its seed are the same."""
+    one = Draws(study_of(*WAYS, trials=256, seed=seed, sampling=sampling))
+    other = Draws(study_of(*WAYS, trials=256, seed=seed, sampling=sampling))
+    for k in (3, 200, 0):
+        other.values(k)
+        other.seed(k)
+    assert one.values(index) == other.values(index) and one.seed(index) == other.seed(index)
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol"])
+def test_draws_have_their_distributions(sampling: str) -> None:
+    """Kolmogorov and Smirnov find nothing; whole steps, both ends of integers, all of a choice."""
+    draws = Draws(study_of(*WAYS, trials=1024, sampling=sampling))
+    columns = list(zip(*(draws.values(k) for k in range(1024)), strict=True))
+    laws = [("uniform", (2.0, 2.0)), ("loguniform", (0.1, 10.0)), ("norm", (1.0, 0.5))]
+    for column, (law, arguments) in zip(columns, laws, strict=False):
+        assert kstest(column, law, args=arguments).pvalue > 0.01
+    assert set(columns[3]) == {3, 4, 5} and set(columns[4]) == {"x", "y"}
+    assert set(columns[5]) == {0.0, 0.002, 0.004, 0.006, 0.008, 0.01}
+    assert len({draws.seed(k) for k in range(1024)}) > 1020
+
+
+def test_sobol_fills_the_space_more_evenly() -> None:
+    """The mean of 256 draws is nearer to its limit than chance has it."""
+    draws = Draws(study_of(ONE, trials=256, sampling="sobol"))
+    assert abs(np.mean([draws.values(k)[0] for k in range(256)]) - 3.0) < 1e-3
+
+
+def test_the_first_trials_cover_the_grid() -> None:
+    """All cells come before any comes again; common draws are those of every cell."""
+    axes = (Vary(path="g", values=[1, 2, 3]), Vary(path="h", linspace=[0.0, 1.0, 2]))
+    for common in ("independent", "common"):
+        draws = Draws(study_of(*axes, ONE, trials=4, draws=common))
+        assert draws.cells == 6 and draws.count == 24
+        rows = [draws.values(k) for k in range(24)]
+        for start in range(0, 24, 6):
+            block = rows[start : start + 6]
+            assert len({(row[0], row[1]) for row in block}) == 6
+            assert len({row[2] for row in block}) == (1 if common == "common" else 6)
+            assert len({draws.seed(start + k) for k in range(6)}) == len({r[2] for r in block})
+    assert axis_values(axes[1]) == [0.0, 1.0]
+
+
+def test_a_trial_has_the_scenario_that_its_values_say(tmp_path: Path) -> None:
+    """To the last digit; the study's own overrides and the seed too; the command says the same."""
+    study, base = rig.made(tmp_path)
+    for trial in make_trials(study, base, first=0, last=8):
+        scenario = base.load(list(trial.overrides))
+        assert (scenario.simulation.friction, scenario.gait.cycle_time) == trial.values
+        assert scenario.simulation.mode == "kinematic"
+        assert scenario.simulation.seed == trial.seed
+        assert f"simulation.friction={trial.values[0]!r}" in repeat(trial)
+
+
+@given(st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.integers(), st.booleans(),
+                 st.text(max_size=8), st.lists(st.floats(0.01, 1), max_size=3)))  # fmt: skip
+def test_a_value_survives_its_text(value: Any) -> None:
+    """An override's text gives the very value again, words that YAML takes for others included."""
+    from drake_quad.scenario_override import parse_override
+
+    read = parse_override(f"a={value_text(value)}").value
+    if isinstance(value, float) and isinstance(read, str):  # YAML 1.1 and 1e-05: conform reads it
+        read = float(read)
+    assert read == value
+
+
+def test_a_studys_own_seed_is_kept(tmp_path: Path) -> None:
+    """Where the study sets the seed, or varies it, the trials have that."""
+    text = rig.PLUMBING.replace("set:", "set:\n  - simulation.seed=7")
+    assert all("simulation.seed=7" in t.overrides and t.overrides.count("simulation.seed=7") == 1
+               and not t.overrides[-1].startswith("simulation.seed") for t in
+               rig.trials_of(tmp_path, text))  # fmt: skip
+
+
+def test_parse_study_fills_in_defaults() -> None:
+    """What is left out has the documented default."""
+    study = parse_study("scenario: flat_walk\n", source="mine.yaml")
+    assert study == Study(scenario="flat_walk")
+    assert load_scenario("flat_walk").simulation.friction == 0.8
