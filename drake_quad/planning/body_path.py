@@ -31,7 +31,8 @@ DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
 DYNAMIC_PASSES = 3
 ROUGH = 1e-3  # [m] by which rows may be broken by a path that is corrected anyway
-LIMIT_PASSES = 4  # besides, where legs come to their limits
+LIMIT_PASSES = 6  # besides, where legs come to their limits
+DAMPED = 0.6  # of the way to the next path, in these
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 
 
@@ -101,6 +102,7 @@ def plan_body(
     gain = response[0] if settings.dynamic else com_gain(robot, spline, contacts)
     passes = DYNAMIC_PASSES if settings.dynamic else PASSES
     limits: LegLimits | None = None
+    least: tuple[float, BodySpline] | None = None
     frame: BodyFrame | None = None
     solution: BodySolution | None = None
     for k in range(passes + LIMIT_PASSES):
@@ -108,6 +110,7 @@ def plan_body(
             limits = _limits(robot, places[0], spline, times, route, settings)
             if limits is None:
                 break
+            least = min(least or (limits.short, spline), (limits.short, spline), key=_short)
         if settings.dynamic:
             zmp = sample_zmp(robot, contacts, spline, ZMP_PERIOD * tempo)
             share = zmp_share(zmp, times, response)
@@ -138,11 +141,22 @@ def plan_body(
         solution = solve_body(
             problem, frame=frame, start=solution, broken=BROKEN if last else ROUGH
         )
-        spline = BodySpline(knot, _control(solution.control, yaw_knots, route, settings))
+        xy = solution.control
+        if k > passes:  # what holds here need not there: not all the way
+            xy = spline.control[:, :2] + DAMPED * (xy - spline.control[:, :2])
+        spline = BodySpline(knot, _control(xy, yaw_knots, route, settings))
+    else:
+        limits = _limits(robot, places[0], spline, times, route, settings)
+    if limits is not None and least is not None and least[0] < limits.short:
+        spline = least[1]  # it went to and fro
     if settings.dynamic:
         zmp = sample_zmp(robot, contacts, spline, ZMP_PERIOD * tempo)
         return spline, float(zmp.margin.min())
     return spline, _margin(robot, places, spline, times)
+
+
+def _short(found: tuple[float, BodySpline]) -> float:
+    return found[0]
 
 
 def _limits(

@@ -35,12 +35,15 @@ class LegLimits:
         normal: (K, 2); not of unit length.
         offset: (K,) [m].
         shank: Whether the side is for a shank's room; else it is for a leg's limits (K,).
+        short: By how much the path that they are of falls short of all room, legs' limits first:
+            the sum of the worst of either kind, that of the legs counting tenfold [m].
     """
 
     sample: NDArray[np.intp]
     normal: FloatArray
     offset: FloatArray
     shank: BoolArray
+    short: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,4 +132,6 @@ def find_limits(
     here = np.einsum("ij,ij->i", normal, body[k, :2])
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
-    return LegLimits(k, normal, keep - room[k, leg, which] + here, shank)
+    worst = np.minimum(room.min(axis=(0, 1)), 0.0)
+    short = -10.0 * float(worst[:LIMITS].min()) - float(np.min(worst[LIMITS:], initial=0.0))
+    return LegLimits(k, normal, keep - room[k, leg, which] + here, shank, short)
