@@ -65,7 +65,7 @@ class BodySolution:
         margin: The static margin that the program believes in [m].
         zmp_margin: The same for the zero-moment point [m].
         path: Value, velocity, acceleration at the sampled times, (N, 3, 2).
-        scalars: The program's scalars, see `body_rows` (4,) [m].
+        scalars: The program's scalars, see `body_rows` (5,) [m].
     """
 
     control: FloatArray
