@@ -1,6 +1,7 @@
 """Designs are tried no longer than their answer needs, and the answer stays what it was."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ from drake_quad import designer
 from drake_quad.check_stairs import check_stairs, stairs_scenario
 from drake_quad.design.shape import read_shape
 from drake_quad.designer import Designed, design_scenario
+from drake_quad.errors import PlanningError
 from drake_quad.planning.plan_mission import initial_stance, join_plans, plan_mission, plan_tasks
 from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
+from drake_quad.scenario_config import Scenario
 
 MODEL = "package://drake_quad_models/paper_quadruped.urdf"
 
@@ -59,3 +62,28 @@ def test_tasks_planned_one_by_one_make_the_mission() -> None:
     for a, b in zip(joined.plans, whole.plans, strict=True):
         np.testing.assert_array_equal(a.body.control, b.body.control)
     assert joined.starts[-1] == pytest.approx(sum(p.duration for p in plans[:-1]))
+
+
+@pytest.mark.parametrize(("ratio", "slower"), [(1.3, True), (5.0, False)])
+def test_joints_that_would_turn_too_fast_are_given_time(
+    monkeypatch: pytest.MonkeyPatch, ratio: float, slower: bool
+) -> None:
+    """Planned once more, slower by more than asked for; but not many times as slow."""
+    asked = []
+
+    def plan(scenario: Scenario, *_: object, **__: object) -> None:
+        asked.append((scenario.gait.cycle_time, scenario.transition.swing_time))
+        if len(asked) == 1:
+            raise PlanningError("too fast", too_fast=ratio)
+
+    monkeypatch.setattr(designer, "_plan", plan)
+    given: tuple[Any, ...] = (Scenario(), None, None, None)
+    if slower:
+        designer._plan_slower(*given, source="test", beat=None)
+        (cycle, swing), (cycle_after, swing_after) = asked
+        assert ratio < cycle_after / cycle < 1.5 * ratio
+        assert swing_after / swing == pytest.approx(cycle_after / cycle)
+    else:
+        with pytest.raises(PlanningError, match="too fast"):
+            designer._plan_slower(*given, source="test", beat=None)
+        assert len(asked) == 1
