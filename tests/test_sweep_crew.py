@@ -2,8 +2,10 @@
 
 import os
 import signal
+import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,32 @@ def test_what_a_trial_does_to_its_process_is_a_finding(tmp_path: Path) -> None:
     assert "2.5 s" in found[3]["reason"] and "1 GiB" in found[4]["reason"]
     assert "exit code 3" in found[7]["reason"] and "2 times" in found[7]["reason"]
     assert all(found[k]["success"] == (outcomes[k] == "goal_reached") for k in range(8))
+
+
+def test_how_a_process_ended_is_known_however_late_one_looks(tmp_path: Path) -> None:
+    """One that ends as soon as it has its trial is told of with its exit code.
+
+    Another thread keeps the interpreter busy, so that what the process said and that it ended are
+    there to be seen at once.
+    """
+    trials = rig.trials_of(tmp_path, rig.PLUMBING.replace("trials: 4", "trials: 12"))
+    over, interval = threading.Event(), sys.getswitchinterval()
+
+    def be_busy() -> None:
+        while not over.is_set():
+            pass
+
+    busy = threading.Thread(target=be_busy)
+    sys.setswitchinterval(0.1)
+    busy.start()
+    try:
+        found = crew(trials[7::8], rig.mishap, workers=1, limits={"retries": 0})
+    finally:
+        over.set()
+        busy.join()
+        sys.setswitchinterval(interval)
+    assert [one["outcome"] for one in found.values()] == ["killed"] * 3
+    assert all("exit code 3" in one["reason"] for one in found.values())
 
 
 def test_a_killed_process_is_no_finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -82,10 +110,11 @@ def test_processes_killed_at_any_moment_lose_nothing(tmp_path: Path) -> None:
             if over.wait(moment):
                 break
             for child in psutil.Process().children():
-                if "spawn_main" in " ".join(child.cmdline()):
-                    os.kill(child.pid, signal.SIGKILL)
-                    kills += 1
-                    break
+                with suppress(psutil.NoSuchProcess, ProcessLookupError):  # it ended just now
+                    if "spawn_main" in " ".join(child.cmdline()):
+                        os.kill(child.pid, signal.SIGKILL)
+                        kills += 1
+                        break
 
     killer = threading.Thread(target=kill)
     killer.start()

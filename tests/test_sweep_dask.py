@@ -4,9 +4,10 @@ import os
 import signal
 from pathlib import Path
 
+import pytest
 import sweep_rig as rig
 from command import drake_quad, refused
-from distributed import LocalCluster
+from distributed import Client, LocalCluster
 
 from drake_quad.sweep.cluster import carry_out_on, connect
 from drake_quad.sweep.study_config import Limits
@@ -14,21 +15,26 @@ from drake_quad.sweep.study_config import Limits
 TEXT = rig.PLUMBING.replace("trials: 4", "trials: 20")
 
 
-def test_a_worker_that_is_killed_costs_no_trial(tmp_path: Path) -> None:
-    """Each trial is in the table once, and the table is that of a sweep by one process here."""
+@pytest.mark.parametrize("workers", [2, pytest.param(4, marks=pytest.mark.slow)])
+def test_a_worker_that_is_killed_costs_no_trial(tmp_path: Path, workers: int) -> None:
+    """Nor does one that is restarted: each is in the table once, which is that of a sweep here."""
     with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
         host="127.0.0.1",
     ) as cluster:  # fmt: skip
         seen: list[int] = []
 
-        def kill_one(index: int, *_: object) -> None:
+        def meddle(index: int, *_: object) -> None:
             seen.append(index)
+            nannies = list(cluster.workers.values())
             if len(seen) == 8:
-                os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
+                os.kill(nannies[0].pid, signal.SIGKILL)
+            if len(seen) == 12 and workers > 2:
+                with Client(cluster.scheduler_address) as client:
+                    client.restart_workers([nannies[1].worker_address])
 
         rig.sweep_made_up(
-            tmp_path, tmp_path / "dask", TEXT, work=rig.slow, note=kill_one,
+            tmp_path, tmp_path / "dask", TEXT, work=rig.slow, note=meddle,
             carry_out=lambda trials, work: carry_out_on(
                 connect(cluster.scheduler_address), trials, limits=Limits(recycle=1000), work=work
             ),

@@ -5,31 +5,20 @@ and each worker of a Dask cluster. So what becomes of a trial is the same everyw
 """
 
 import signal
-import time
 from collections.abc import Callable
-from concurrent.futures import CancelledError
-from concurrent.futures import TimeoutError as TimeIsUp
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
-from multiprocessing import get_context
 from typing import Any
 
-from pebble import ProcessExpired, ProcessPool
-
+from drake_quad.sweep.process import Interrupted, Process, ProcessLost, Work
 from drake_quad.sweep.trials import Trial
-from drake_quad.sweep.work import begin_process, guarded, lost, work
+from drake_quad.sweep.work import lost, work
+
+__all__ = ["Interrupted", "Isolated", "Work"]
 
 # The signals by which a process ends itself. Any other comes from outside, and is no trial's fault.
 OWN_END = (signal.SIGABRT, signal.SIGSEGV, signal.SIGFPE, signal.SIGBUS, signal.SIGILL)
-LOOK_PERIOD = 0.2  # [s] between looks at whether to stop
-SILENCE = 120.0  # [s] beyond a trial's time, in which its process may begin and end
+BEGIN_TIME = 120.0  # [s] that a process may take to begin: it imports Drake
 
 Result = dict[str, Any]
-Work = Callable[[Trial], Result]
-
-
-class Interrupted(Exception):  # noqa: N818  (it is no error)
-    """The sweep was told to stop while a trial was under way."""
 
 
 class Isolated:
@@ -43,7 +32,7 @@ class Isolated:
 
     def __init__(self, *, recycle: int, retries: int, work: Work = work) -> None:
         self._recycle, self._retries, self._work = recycle, retries, work
-        self._pool: ProcessPool | None = None
+        self._process: Process | None = None
 
     def run(self, trial: Trial, stop: Callable[[], bool] = lambda: False) -> Result:
         """Carries out the trial; what comes of it says how often it was `tried` under `clock`.
@@ -62,53 +51,40 @@ class Isolated:
 
     def end(self) -> None:
         """Ends the process, whatever it does."""
-        if self._pool is not None:
-            pool, self._pool = self._pool, None
-            pool.stop()  # type: ignore[no-untyped-call]
-            with suppress(RuntimeError, OSError):  # one that broke has nothing left to end
-                pool.join()
+        if self._process is not None:
+            process, self._process = self._process, None
+            process.end()
 
     def _try(self, trial: Trial, stop: Callable[[], bool]) -> tuple[Result | None, str]:
         """What came of it; or None and why, if the process was ended from outside."""
-        if self._pool is None:
-            self._pool = ProcessPool(
-                max_workers=1,
-                max_tasks=self._recycle,
-                initializer=begin_process,
-                context=get_context("spawn"),  # Drake and forks do not mix
-            )
+        if self._process is None:
+            self._process = Process()
+        process, late = self._process, f"not done after {trial.wall_time:g} s of wall time"
         try:
-            future = self._pool.schedule(guarded, args=(self._work, trial), timeout=trial.wall_time)
-        except RuntimeError:  # the idle process was killed, and the pool with it
+            process.give(self._work, trial)
+            # What passes before it has the trial, its start and its imports, is no trial's time.
+            if not process.wait(BEGIN_TIME, stop):
+                self.end()
+                return None, "its process did not answer"
+            process.take()
+            if not process.wait(trial.wall_time, stop):
+                self.end()
+                return lost(trial, "timeout", late), ""
+            result: Result = process.take()
+        except ProcessLost as error:
             self.end()
-            return None, "its process was ended from outside"
-        given_up = time.monotonic() + trial.wall_time + SILENCE
-        try:
-            while not stop():
-                if time.monotonic() > given_up:
-                    self.end()
-                    return None, "its process did not answer"
-                with suppress(TimeIsUp):
-                    return future.result(timeout=LOOK_PERIOD), ""
-                if future.done() and isinstance(future.exception(), TimeIsUp):
-                    self.end()  # the time that was up is the trial's
-                    reason = f"not done after {trial.wall_time:g} s of wall time"
-                    return lost(trial, "timeout", reason), ""
-        except ProcessExpired as error:
-            self.end()
-            code = error.exitcode or 0
-            if code == -signal.SIGALRM:
-                reason = f"not done after {trial.wall_time:g} s of wall time"
-                return lost(trial, "timeout", reason), ""
-            if -code in OWN_END:
-                name = signal.Signals(-code).name
+            if error.code == -signal.SIGALRM:
+                return lost(trial, "timeout", late), ""
+            if -error.code in OWN_END:
+                name = signal.Signals(-error.code).name
                 return lost(trial, "crashed", f"its process ended itself by {name}"), ""
-            return None, f"its process was ended from outside (exit code {code})"
-        except (BrokenProcessPool, CancelledError):
+            return None, f"its process was ended from outside (exit code {error.code})"
+        except Interrupted:
             self.end()
-            return None, "its process was ended from outside"
-        self.end()
-        raise Interrupted
+            raise
+        if process.given == self._recycle:
+            self.end()
+        return result, ""
 
 
 def _tried(result: Result, times: int) -> Result:

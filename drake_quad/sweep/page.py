@@ -66,13 +66,21 @@ def write_section(page: Path, told: dict[str, Any], command: str, name: str) -> 
     Raises:
         InputError: If it cannot be written.
     """
+    put_section(page, name, section(told, command, name))
+
+
+def put_section(page: Path, name: str, written: str) -> None:
+    """Writes `written` as the section `name` of a Markdown page; all else on it stays.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
     begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
     text = page.read_text(encoding="utf-8") if page.exists() else TITLE
     if begin not in text:
         text = text.rstrip("\n") + f"\n\n{begin}\n{end}\n"
     pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
-    written = f"{begin}\n{section(told, command, name)}\n{end}"
-    text = pattern.sub(lambda _: written, text, count=1)
+    text = pattern.sub(lambda _: f"{begin}\n{written}\n{end}", text, count=1)
     write_whole(page, lambda to: to.write_text(text, encoding="utf-8"))
 
 

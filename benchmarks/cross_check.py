@@ -1,0 +1,215 @@
+"""The same trials under Drake's contact solvers, under CENIC and in MuJoCo: do they agree?
+
+Trials are those of studies/solvers.yaml, three steps up on grounds from slippery to rough, so that
+some fail. Run it from the repository's top:
+
+    python -m benchmarks.cross_check --trials 20 --page docs/success_maps.md
+
+Results go to a file of JSON lines as they come; `--resume` goes on with it after an interrupt.
+"""
+
+import argparse
+import shlex
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.common import markdown_table
+from benchmarks.crew import carry_on
+from benchmarks.cross_trials import ENGINES, work
+from benchmarks.run_trials import text
+from benchmarks.study import Records, Result, Trial, describe, rate_text, sources_digest
+from drake_quad.errors import DrakeQuadError
+from drake_quad.sweep.page import put_section
+from drake_quad.sweep.provenance import study_digest
+from drake_quad.sweep.study import Base, load_study
+from drake_quad.sweep.study_config import Study
+from drake_quad.sweep.trials import make_trials
+
+SOLVERS = Path(__file__).resolve().parents[1] / "studies" / "solvers.yaml"
+SOLVER = "simulation.plant.discrete_contact_approximation"
+FRICTION = "simulation.friction"
+NAME = "cross_check"
+RATES = (
+    "engine",
+    "reached the goal, with exact bounds at 95 %",
+    "of these: smallest margin at once [m]",
+    "longest slip of a foot in a stance [mm]",
+)
+
+SECTION = """\
+## {name}
+
+The same {trials} trials, the first of `studies/solvers.yaml`, under three contact solvers of Drake
+(lagged, similar, sap; 1 ms), under its error-controlled integrator CENIC (accuracy 1e-3, with the
+sign of the joints' speeds put right, see [contact solvers](contact_solvers.md)) and in
+[MuJoCo](mujoco.md) (1 ms). What is drawn is the same under each: friction, masses, centre of mass,
+rises. The controller is told none of it, and has the true state. Margins are the smallest that last
+10 ms: on slippery ground feet chatter under some engines, and bear nothing for single samples
+between others under load. *At once* is the smallest of all samples.
+
+{description}
+{rates}
+
+*Agree* is the part of the trials in which both reach the goal or both do not; *failed in both* of
+those that failed in either; margins are compared where both reach the goal.
+
+{pairs}
+
+Trial by trial, in order of friction: the smallest margin [m] of those that reached the goal, and
+what became of the others.
+
+{trials_table}
+"""
+
+
+def trials_of(study: Study, base: Base, count: int, engines: Sequence[str]) -> list[Trial]:
+    """The study's first draws under each engine, all engines before the next draw."""
+    axis = next(k for k, vary in enumerate(study.vary) if vary.path == SOLVER)
+    friction = next(k for k, vary in enumerate(study.vary) if vary.path == FRICTION)
+    solvers = study.vary[axis].values or []
+    study = replace(study, trials=max(study.trials, count))
+    found: list[Trial] = []
+    for trial in make_trials(study, base, first=0, last=count * len(solvers)):
+        if trial.values[axis] != solvers[0]:  # common draws: the others' are the same
+            continue
+        overrides = [text for text in trial.overrides if not text.startswith(SOLVER)]
+        for engine in engines:
+            found.append(
+                {
+                    "number": len(found),
+                    "draw": trial.index // len(solvers),
+                    "friction": trial.values[friction],
+                    "engine": engine,
+                    "scenario": base.name,
+                    "overrides": overrides,
+                }
+            )
+    return found
+
+
+def good(result: Result) -> bool:
+    """Whether the goal was reached."""
+    return bool(result["outcome"] == "goal_reached")
+
+
+def engine_row(engine: str, results: Sequence[Result]) -> list[str]:
+    """How it went under one engine."""
+    count = sum(map(good, results))
+    at_once = [r["margin_at_once"] for r in results if good(r)]
+    slips = [r["slip_max"] for r in results if good(r) and r.get("slip_max") is not None]
+    return [
+        engine,
+        f"{count} of {len(results)}: {rate_text(count, len(results))}",
+        text(min(at_once, default=None), ".3f"),
+        text(max(slips, default=None), ".0f", 1e3),
+    ]
+
+
+def pair_row(one: Sequence[Result], other: Sequence[Result]) -> list[str]:
+    """How far two engines agree on the same draws."""
+    both = [(a, b) for a, b in zip(one, other, strict=True)]
+    same = sum(good(a) == good(b) for a, b in both)
+    either = [(a, b) for a, b in both if not (good(a) and good(b))]
+    in_both = sum(not good(a) and not good(b) for a, b in either)
+    margins = [abs(a["margin"] - b["margin"]) for a, b in both if good(a) and good(b)]
+    spread = [float(f(margins)) if margins else None for f in (np.median, np.max)]
+    return [
+        f"{one[0]['engine']}, {other[0]['engine']}",
+        f"{same} of {len(both)}: {rate_text(same, len(both))}",
+        f"{in_both} of {len(either)}" if either else "-",
+        *(text(value, ".1f", 1e3) for value in spread),
+    ]
+
+
+def section(results: Sequence[Result], engines: Sequence[str], words: Sequence[str]) -> str:
+    """The page's section, of the draws that are done under every engine."""
+    by_engine = {e: {r["draw"]: r for r in results if r["engine"] == e} for e in engines}
+    draws = sorted(set.intersection(*(set(done) for done in by_engine.values())))
+    draws.sort(key=lambda draw: by_engine[engines[0]][draw]["friction"])
+    done = {engine: [by_engine[engine][draw] for draw in draws] for engine in engines}
+    rates = [engine_row(engine, done[engine]) for engine in engines]
+    pairs = [pair_row(done[a], done[b]) for a, b in combinations(engines, 2)] if draws else []
+    rows = [
+        [
+            str(draw),
+            f"{by_engine[engines[0]][draw]['friction']:.3f}",
+            *(_cell(by_engine[engine][draw]) for engine in engines),
+        ]
+        for draw in draws
+    ]
+    header = ("engines", "agree", "failed in both", "margins differ, median [mm]", "at most [mm]")
+    return SECTION.format(
+        name=NAME,
+        trials=len(draws),
+        description=describe(["python -m benchmarks.cross_check", shlex.join(words)]),
+        rates=markdown_table(RATES, rates),
+        pairs=markdown_table(header, pairs),
+        trials_table=markdown_table(("trial", "friction", *engines), rows),
+    ).rstrip("\n")
+
+
+def _cell(result: Result) -> str:
+    return text(result["margin"], ".3f") if good(result) else str(result["outcome"])
+
+
+def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--study", type=Path, default=SOLVERS)
+    parser.add_argument("--trials", type=int, default=20, help="draws, each under every engine")
+    parser.add_argument("--engines", nargs="+", choices=list(ENGINES), default=list(ENGINES))
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    parser.add_argument("--recycle", type=int, default=10, help="runs to a process")
+    parser.add_argument(
+        "--lines", type=Path, default=Path("runs/cross_check.jsonl"), help="records"
+    )
+    parser.add_argument("--resume", action="store_true", help="go on with --lines")
+    parser.add_argument("--page", type=Path, help="the Markdown page to write a section of")
+    options = parser.parse_args(arguments)
+    # What the figures depend on; where they are kept, and in how many parts, is not told.
+    options.words = ["--trials", str(options.trials)]
+    if options.study != SOLVERS:
+        options.words += ["--study", str(options.study)]
+    if options.engines != list(ENGINES):
+        options.words += ["--engines", *options.engines]
+    for name in ("trials", "workers", "recycle"):
+        if getattr(options, name) < 1:
+            parser.error(f"--{name} must be 1 or more")
+    return options
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Carries out the trials that are not done, prints the section and writes it."""
+    options = parse(arguments)
+    options.lines.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        study, base = load_study(options.study)
+        told = {"study": study_digest(study, base), "engines": options.engines}
+        records = Records(options.lines, {**told, "sources": sources_digest()})
+        trials = trials_of(study, base, options.trials, options.engines)
+        records.open(resume=options.resume)
+        pending = deque(trial for trial in trials if trial["number"] not in records.done)
+        carry_on(
+            work,
+            [pending] * options.workers,
+            records,
+            recycle=options.recycle,
+            name=lambda result: f"trial {result['draw']}, {result['engine']}",
+        )
+    except (DrakeQuadError, RuntimeError) as error:
+        raise SystemExit(f"benchmarks.cross_check: {error}") from None
+    except KeyboardInterrupt:
+        raise SystemExit("benchmarks.cross_check: interrupted; go on with --resume") from None
+    written = section(records.in_order(), options.engines, options.words)
+    if options.page is not None:
+        put_section(options.page, NAME, written)
+    print(written)
+
+
+if __name__ == "__main__":
+    main()
