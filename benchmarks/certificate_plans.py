@@ -11,10 +11,12 @@ from drake_quad.gait.legs import LEGS, FloatArray
 from drake_quad.gait.swing import Swing, plan_swing
 from drake_quad.gait.transition import Transition
 from drake_quad.planning.body_spline import BodySpline, knot_count
-from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.contact_plan import ContactPlan, Step, sample_times
+from drake_quad.planning.foot_roll import FootRoll
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Segment
 from drake_quad.planning.plan_mission import initial_stance, plan_mission
+from drake_quad.planning.roll_feet import roll_along
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.leg_kinematics import LegGeometry
 from drake_quad.robot.robot_model import RobotModel
@@ -76,11 +78,11 @@ def random_plan(
     except (DrakeQuadError, ValueError, TypeError):
         return None
     if rng.random() < 1.0 / 3.0:
-        plans = tuple(_spoiled(plan, rng) for plan in plans)
+        plans = tuple(_spoiled(robot, plan, rng) for plan in plans)
     return robot, course, plans
 
 
-def _spoiled(plan: MotionPlan, rng: np.random.Generator) -> MotionPlan:
+def _spoiled(robot: RobotModel, plan: MotionPlan, rng: np.random.Generator) -> MotionPlan:
     """The plan with a bump in the body's path, and one apex lower."""
     control = np.array(plan.body.control)
     at, wide = rng.uniform(5, len(control) - 5), rng.uniform(1.0, 6.0)
@@ -92,9 +94,15 @@ def _spoiled(plan: MotionPlan, rng: np.random.Generator) -> MotionPlan:
         lower = rng.uniform(0.0, 0.02)
         swing = replace(steps[k].swing, apex_z=steps[k].swing.apex_z - lower)
         steps[k] = replace(steps[k], swing=swing)
-    contacts = ContactPlan(plan.contacts.feet, tuple(steps), plan.duration)
     body = BodySpline(plan.body.knot, control + bump[:, None] * size)
-    return replace(plan, contacts=contacts, body=body)
+    contacts = ContactPlan(plan.contacts.feet, tuple(steps), plan.duration)
+    return replace(plan, contacts=_rolling(robot, contacts, body), body=body)
+
+
+def _rolling(robot: RobotModel, contacts: ContactPlan, body: BodySpline) -> ContactPlan:
+    """The contacts with feet that roll as they do under that body, from rest."""
+    begin = np.zeros((4, 2))
+    return roll_along(robot, contacts, body, sample_times(contacts), begin)
 
 
 def transition_plan(
@@ -131,9 +139,10 @@ def transition_plan(
         control[:, axis] = np.interp(knots, [m[0] for m in moves], [m[1][axis] for m in moves])
     control[:, 2] = height
     start_feet = np.column_stack([transition.start, np.full(4, robot.foot_radius)])
-    contacts = ContactPlan(start_feet, tuple(steps), t)
+    body = BodySpline(knot, control)
+    contacts = _rolling(robot, ContactPlan(start_feet, tuple(steps), t), body)
     segment = Segment("transition", "transition", 0.0, t)
-    return MotionPlan(0, contacts, BodySpline(knot, control), (segment,), float("nan"))
+    return MotionPlan(0, contacts, body, (segment,), float("nan"))
 
 
 def massless_legs(robot: RobotModel) -> RobotModel:
@@ -178,7 +187,8 @@ def read_record(record: dict[str, Any]) -> tuple[RobotModel, Shank, list[MotionP
         segments = tuple(
             Segment(s["name"], s["kind"], s["start"], s["end"]) for s in task["segments"]
         )
-        contacts = ContactPlan(np.array(task["feet"]), steps, task["duration"])
+        roll = FootRoll(np.array(task["roll"]["times"]), np.array(task["roll"]["offset"]))
+        contacts = ContactPlan(np.array(task["feet"]), steps, task["duration"], roll)
         body = BodySpline(task["knot"], np.array(task["control"]))
         plans.append(MotionPlan(k, contacts, body, segments, float("nan")))
     return robot, shank, plans

@@ -21,7 +21,7 @@ import piqp
 from benchmarks.common import markdown_table, provenance, stopwatch
 from benchmarks.quadratic import QuadraticProgram, Recorder, compare
 from drake_quad.planning import (
-    body_path,
+    body_search,
     plan_mission,
     plan_task,
     plan_transition,
@@ -38,8 +38,8 @@ WATCHED = (
     ("transitions", plan_transition, "plan_transition"),
     ("swings", step_builder, "plan_swing"),
     ("body", plan_task, "plan_body"),
-    ("frame", body_path, "make_frame"),
-    ("program", body_path, "solve_body"),
+    ("frame", body_search, "make_frame"),
+    ("program", body_search, "solve_body"),
 )
 
 

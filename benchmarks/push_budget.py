@@ -1,214 +1,144 @@
 """The push budget against pushes in the simulation: how much of what it says do stances take?
 
-    python -m benchmarks.push_budget --trials 200
+    python -m benchmarks.push_budget --trials 200 --lines runs/push_budget.jsonl
 
 Each trial stands the robot on four feet, its feet and its body somewhere, on level ground or on
 stairs, and pushes it through its centre of mass, somewhere to. Catching steps are switched off.
-The push that topples it is sought by halving. `ratio` is predicted over actual: 1 is exact, less is
-on the safe side. A push is survived if at the end the robot stands on three feet at least, within
-0.15 m of its place and 10° of upright. How far a foot slid or hopped at 90 % of the budget is told
-beside it.
+It is pushed by 90 % of its budget; then, of the first `--sought` trials, the push that topples it
+is sought by halving. `ratio` is predicted over actual: 1 is exact, less is on the safe side. What
+counts as survived, and as toppled, `push_stances` says. How far a foot slid or hopped is told
+beside.
+Each trial has a generator of its own, so that they can be run in pieces: with `--lines` those
+that are in the file already are not run again.
 """
 
 import argparse
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.systems.analysis import Simulator, SimulatorStatus
+from scipy.stats import binomtest
 
 from benchmarks.common import markdown_table, provenance
-from drake_quad.diagram import MakeStairClimb
-from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.mission import Task
-from drake_quad.planning.motion_plan import Stance, pose_robot, rotations
+from benchmarks.push_stances import LEAST, SCENARIO, End, Trial, draw, push_in
 from drake_quad.robot.load_robot import load_robot
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.scenario import Scenario, control_settings, course_of, parse_scenario, plan_settings
-from drake_quad.stability.contacts import make_contacts
-from drake_quad.stability.pendulum import Pendulum, find_pressure_area
-from drake_quad.stability.push_budget import push_budget
-from drake_quad.stability.region import find_region
-from drake_quad.stability.torque import joint_limits
-from drake_quad.systems.disturbances import Disturbances, Push
-from drake_quad.terrain import Course
+from drake_quad.scenario import course_of, parse_scenario
 
-SCENARIO = """
-course:
-  - {kind: floor, length: 4.0}
-  - {kind: stairs, going: up, rise: 0.13, run: 0.50, count: 6}
-  - {kind: floor, length: 4.0}
-controller: {catch_pushes: false}
-monitor: {margins: hull}
-"""
-STAIRS = 5.5  # [m] where the body is among the stairs
-PUSHED_AT, PUSH, LASTS = 0.4, 0.05, 3.0  # [s] when, how long, and when it is over
-FARTHEST, UPRIGHT = 0.15, 0.985  # [m] of the base, and its z axis's z, of a push survived
-LEAST = 0.05  # [m/s] a budget too small to ask about
 SHARE = 0.9  # of the budget that no push may topple by
 HALVINGS = 5
+CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A stance and the way in which it is pushed.
+class Bench:
+    """The robot on its course."""
 
-    Attributes:
-        stance: In which it stands.
-        way: (2,) unit vector in W.
-        p_BScm: Its centre of mass in B [m].
-        budget: What the law says [m/s].
-        on_stairs: Where.
-    """
+    def __init__(self, kind: str, seed: int) -> None:
+        overrides = [f"controller.kind={kind}"]
+        self._scenario = parse_scenario(SCENARIO, source="push_budget", overrides=overrides)
+        self._robot = load_robot(self._scenario.robot.model)
+        self._course = course_of(self._scenario, foot_radius=self._robot.foot_radius)
+        self._seed = seed
 
-    stance: Stance
-    way: FloatArray
-    p_BScm: FloatArray
-    budget: float
-    on_stairs: bool
+    def trial(self, index: int) -> Trial:
+        """A trial by its number."""
+        random = np.random.default_rng([self._seed, index])
+        return draw(random, self._robot, self._course, self._scenario.simulation.friction)
 
+    def push(self, trial: Trial, share: float) -> End:
+        """How a push by such a share of its budget ends."""
+        v = share * trial.budget
+        return push_in(self._scenario, self._robot, self._course, trial, v)
 
-def draw(random: np.random.Generator, robot: RobotModel, course: Course, mu: float) -> Trial:
-    """A random stance that the legs can take, and its budget."""
-    while True:
-        on_stairs = bool(random.random() < 0.5)
-        x = STAIRS if on_stairs else 2.0
-        feet = np.empty((4, 3))
-        feet[:, 0] = x + 0.375 * np.array([1, 1, -1, -1]) + random.uniform(-0.15, 0.15, 4)
-        feet[:, 1] = 0.3 * np.array([1, -1, 1, -1]) + random.uniform(-0.08, 0.08, 4)
-        if on_stairs:  # on a tread's middle, whole
-            feet[:, 0] = 4.0 + 0.5 * (np.floor((feet[:, 0] - 4.0) / 0.5) + 0.5)
-        ground = course.height(feet[:, 0], feet[:, 1])
-        feet[:, 2] = ground + robot.foot_radius
-        shift = random.uniform([-0.2, -0.12], [0.2, 0.12])
-        body = np.array([x + shift[0], shift[1], ground.mean() + random.uniform(0.75, 0.88), 0, 0])
-        q, excess, com = (part[0] for part in pose_robot(robot, body[None], feet[None]))
-        inside = np.all((q.ravel() > robot.q_lower) & (q.ravel() < robot.q_upper))
-        if excess.max() > 0.0 or not inside:
-            continue
-        turn = random.uniform(0.0, 2.0 * np.pi)
-        way = np.array([np.cos(turn), np.sin(turn)])
-        R = rotations(body)
-        places = feet - [0.0, 0.0, robot.foot_radius]
-        contacts = make_contacts(places, friction=mu)
-        limits = joint_limits(robot, R, q, np.ones(4, dtype=bool))
-        pendulum = Pendulum(*com.tolist(), ground=float(places[:, 2].mean()))
-        budget = push_budget(
-            find_region(contacts, limits=limits),
-            find_pressure_area(contacts, pendulum, limits=limits),
-            pendulum,
-            way[None],
-        )[0]
-        if budget > LEAST:
-            p_BScm = R.T @ (com - body[:3])
-            return Trial(Stance(body, feet), way, p_BScm, float(budget), on_stairs)
-
-
-def survives(
-    scenario: Scenario, robot: RobotModel, course: Course, trial: Trial, v: float
-) -> tuple[bool, float]:
-    """Whether the robot stands after a push worth `v` [m/s], and how far a foot slid [m]."""
-    force = robot.mass * v / PUSH * trial.way
-    push = Push(
-        time=PUSHED_AT,
-        duration=PUSH,
-        force_H=(float(force[0]), float(force[1]), 0.0),
-        body=robot.trunk,
-        p_BP=tuple(trial.p_BScm.tolist()),
-        speed=v,
-    )
-    climb = MakeStairClimb(
-        robot=robot,
-        course=course,
-        settings=plan_settings(scenario),
-        mission=(Task(kind="stand", name="stand", lane=0, duration=2.0 * LASTS),),
-        control=control_settings(scenario),
-        stance=trial.stance,
-        plant_config=scenario.simulation.plant,
-        friction=scenario.simulation.friction,
-        log_period=0.02,
-        disturbances=Disturbances(pushes=(push,)),
-    )
-    simulator = Simulator(climb.diagram)
-    status = simulator.AdvanceTo(LASTS)
-    if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
-        return False, float("nan")
-    context = simulator.get_context()
-    monitor = climb.diagram.GetSubsystemByName("contact_monitor")
-    own = monitor.GetMyContextFromRoot(context)
-    bearing = monitor.GetOutputPort("contact_state_measured").Eval(own)
-    places = monitor.GetOutputPort("foot_contact_position").Eval(own).reshape(4, 3)
-    state = climb.plant.get_state_output_port().Eval(climb.plant.GetMyContextFromRoot(context))
-    base = climb.layout.read(state)
-    slid = np.linalg.norm((places - trial.stance.feet)[:, :2], axis=1).max()
-    off = np.linalg.norm(base.p_WB - trial.stance.body[:3])
-    stands = np.sum(bearing > 0.5) >= 3 and off < FARTHEST and base.R_WB[2, 2] > UPRIGHT
-    return bool(stands), float(slid)
-
-
-def measure(trials: int, *, kind: str, seed: int = 0) -> list[dict[str, Any]]:
-    """Of each trial the budget, the greatest push survived, and whether 90 % of the budget was."""
-    scenario = parse_scenario(SCENARIO, source="push_budget", overrides=[f"controller.kind={kind}"])
-    robot = load_robot(scenario.robot.model)
-    course = course_of(scenario, foot_radius=robot.foot_radius)
-    random, rows = np.random.default_rng(seed), []
-    for _ in range(trials):
-        trial = draw(random, robot, course, scenario.simulation.friction)
-
-        def holds(share: float, trial: Trial = trial) -> bool:
-            return survives(scenario, robot, course, trial, share * trial.budget)[0]
-
-        safe, slid = survives(scenario, robot, course, trial, SHARE * trial.budget)
-        low, high = (SHARE, 2.0) if safe else (0.0, SHARE)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if holds(middle) else (low, middle)
-        actual = 0.5 * (low + high) * trial.budget
+    def measure(self, index: int, *, sought: bool) -> dict[str, Any]:
+        """What a trial's budget is, whether 90 % of it was survived, and what would not be."""
+        trial = self.trial(index)
+        end = self.push(trial, SHARE)
         row = {
+            "trial": index,
             "on_stairs": trial.on_stairs,
             "direction": float(np.degrees(np.arctan2(trial.way[1], trial.way[0]))),
             "budget": trial.budget,
-            "actual": actual,
-            "ratio": trial.budget / actual,
-            "safe": safe,
-            "slid": slid,
+            "pendulums": trial.pendulums,
+            "toppled": end.toppled,
+            "feet": end.feet,
+            "survived": end.survived,
+            "slid": end.slid,
         }
-        rows.append(row)
-        print(json.dumps(row), flush=True)
-    return rows
+        if sought:
+            low, high = (SHARE, 2.0) if end.survived else (0.0, SHARE)
+            for _ in range(HALVINGS):
+                middle = 0.5 * (low + high)
+                holds = self.push(trial, middle).survived
+                low, high = (middle, high) if holds else (low, middle)
+            row["ratio"] = 2.0 / (low + high)
+        return row
+
+
+def read_lines(path: Path | None) -> dict[int, dict[str, Any]]:
+    """The trials of a file, by their number."""
+    if path is None or not path.exists():
+        return {}
+    rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    return {row["trial"]: row for row in rows}
+
+
+def table(rows: Sequence[dict[str, Any]]) -> str:
+    """By ground: how many toppled under 90 %, with exact bounds, and predicted over actual."""
+    found = []
+    for name, mine in (
+        ("level", [r for r in rows if not r["on_stairs"]]),
+        ("stairs", [r for r in rows if r["on_stairs"]]),
+        ("all", list(rows)),
+    ):
+        if not mine:
+            continue
+        toppled = sum(r["toppled"] for r in mine)
+        lost = sum(not r["survived"] for r in mine)
+        most = binomtest(toppled, len(mine)).proportion_ci(CONFIDENCE, method="exact").high
+        ratios = [r["ratio"] for r in mine if "ratio" in r]
+        told = ["", ""]
+        if ratios:
+            told = [f"{np.median(ratios):.2f}", f"{min(ratios):.2f} to {max(ratios):.2f}"]
+        found.append(
+            [name, str(len(mine)), str(toppled), f"{100 * most:.1f} %", str(lost),
+             str(len(ratios)), *told]
+        )  # fmt: skip
+    header = ("ground", "trials", "toppled at 90 %", "at most (95 %)", "not survived",
+              "sought", "median predicted "
+              "/ actual", "range")  # fmt: skip
+    return markdown_table(header, found)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measures and prints."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--trials", type=int, default=10)
+    parser.add_argument(
+        "--sought", type=int, default=10, help="of them, to be pushed till they fall"
+    )
     parser.add_argument("--kind", default="ik", choices=("ik", "whole_body"), help="of controller")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--lines", type=Path, help="file to go on with, a line a trial")
     options = parser.parse_args(arguments)
-    rows = measure(options.trials, kind=options.kind, seed=options.seed)
-    table = []
-    for name, mine in (
-        ("level", [r for r in rows if not r["on_stairs"]]),
-        ("stairs", [r for r in rows if r["on_stairs"]]),
-        ("all", rows),
-    ):
-        if mine:
-            ratios = [r["ratio"] for r in mine]
-            table.append(
-                [
-                    name,
-                    str(len(mine)),
-                    str(sum(not r["safe"] for r in mine)),
-                    f"{np.median(ratios):.2f}",
-                    f"{min(ratios):.2f} to {max(ratios):.2f}",
-                ]
-            )
-    header = ("ground", "trials", "toppled under 90 %", "median predicted / actual", "range")
-    print(markdown_table(header, table))
+    bench = Bench(options.kind, options.seed)
+    known = read_lines(options.lines)
+    for index in range(options.trials):
+        sought = index < options.sought
+        if index in known and not (sought and "ratio" not in known[index]):
+            continue
+        known[index] = row = bench.measure(index, sought=sought)
+        print(json.dumps(row), flush=True)
+        if options.lines is not None:
+            options.lines.parent.mkdir(parents=True, exist_ok=True)
+            with options.lines.open("a", encoding="utf-8") as lines:
+                lines.write(json.dumps(row) + "\n")
+    print(table([known[k] for k in sorted(known) if k < options.trials]))
     print(f"\ncontroller {options.kind}; {provenance()}")
 
+
+__all__ = ["LEAST", "SCENARIO", "Bench", "draw", "main", "read_lines", "table"]
 
 if __name__ == "__main__":
     main()

@@ -12,6 +12,7 @@ from drake_quad.errors import InputError, PlanningError
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import Scenario, course_of, load_scenario
+from drake_quad.stability.kinds import HULL
 
 RISE_MOST, RUN_MOST, COUNT_MOST = 2.0, 5.0, 100
 SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
@@ -39,7 +40,15 @@ def check_numbers(rise: float, run: float, count: int) -> None:
         raise InputError(source="--count", field="count", value=count, remedy=remedy)
 
 
-def ask_stairs(model: str, *, rise: float, run: float, count: int, nearest: bool = True) -> Check:
+def ask_stairs(
+    model: str,
+    *,
+    rise: float,
+    run: float,
+    count: int,
+    nearest: bool = True,
+    margin: str = HULL,
+) -> Check:
     """Whether a robot climbs a flight up and down.
 
     Args:
@@ -48,6 +57,7 @@ def ask_stairs(model: str, *, rise: float, run: float, count: int, nearest: bool
         run: Of the treads [m].
         count: Steps of the flight.
         nearest: Whether to say which rise would work if this one does not; it takes a while.
+        margin: Over what the plan's margin is measured, see `stability.kinds`.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
@@ -59,7 +69,7 @@ def ask_stairs(model: str, *, rise: float, run: float, count: int, nearest: bool
     try:
         unfit = _no_pattern(robot, scenario, source="check")
         return unfit or check_stairs(
-            model, rise=rise, run=run, count=count, nearest=nearest, robot=robot
+            model, rise=rise, run=run, count=count, nearest=nearest, robot=robot, margin=margin
         )
     except InputError as error:
         # The course's fields are the options' here.
@@ -71,12 +81,13 @@ def ask_stairs(model: str, *, rise: float, run: float, count: int, nearest: bool
         ) from None
 
 
-def ask_course(model: str, scenario: str) -> Check:
+def ask_course(model: str, scenario: str, *, margin: str = HULL) -> Check:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
     Args:
         model: A robot's file or name.
         scenario: A shipped scenario's name or a file; its robot and its gait do not count.
+        margin: Over what the plan's margin is measured, see `stability.kinds`.
 
     Raises:
         InputError: If robot or scenario cannot be used.
@@ -93,6 +104,7 @@ def ask_course(model: str, scenario: str) -> Check:
         design="auto",
     )
     asked.robot.model = whole_path(model)
+    asked.gait.margin = margin
     unfit = _no_pattern(robot, asked, source=scenario)
     if unfit is not None:
         return unfit

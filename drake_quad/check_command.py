@@ -11,6 +11,7 @@ from drake_quad.check_report import describe_check
 from drake_quad.errors import InputError
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import save_scenario
+from drake_quad.stability.kinds import HULL, KINDS
 from drake_quad.whole_files import write_whole
 
 RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
@@ -26,6 +27,7 @@ class Asked:
         run: Of the treads [m].
         count: Steps of the flight.
         scenario: Whose course to walk instead of a flight.
+        margin: Over what the plan's margin is measured, one of `stability.kinds.KINDS`.
     """
 
     robot: str
@@ -33,6 +35,7 @@ class Asked:
     run: float | None = None
     count: int | None = None
     scenario: str | None = None
+    margin: str = HULL
 
 
 def run_check(
@@ -54,6 +57,9 @@ def run_check(
         InputError: If anything given cannot be used, before any long work.
     """
     check_picture(picture)
+    if asked.margin not in KINDS:
+        remedy = "give hull, friction or feasible"
+        raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
     if save is not None and save.is_dir():
         remedy = "is a directory; give a file in it, such as stairs.yaml"
         raise InputError(source="--save", field="save", value=str(save), remedy=remedy)
@@ -65,18 +71,20 @@ def run_check(
                 remedy = "leave it out: with --scenario the stairs are the scenario's"
                 raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
         question: dict[str, Any] = {"scenario": asked.scenario}
-        check = ask_course(asked.robot, asked.scenario)
+        check = ask_course(asked.robot, asked.scenario, margin=asked.margin)
     else:
         rise = RISE if asked.rise is None else asked.rise
         run = RUN if asked.run is None else asked.run
         count = COUNT if asked.count is None else asked.count
         check_numbers(rise, run, count)
         question = {"rise": rise, "run": run, "count": count}
-        check = ask_stairs(asked.robot, rise=rise, run=run, count=count)
+        check = ask_stairs(asked.robot, rise=rise, run=run, count=count, margin=asked.margin)
         if not check.feasible:
             note("not these; looking for the nearest stairs that it can climb")
             nearest = nearest_stairs(
-                lambda r, d, n: ask_stairs(asked.robot, rise=r, run=d, count=n, nearest=False),
+                lambda r, d, n: ask_stairs(
+                    asked.robot, rise=r, run=d, count=n, nearest=False, margin=asked.margin
+                ),
                 check, rise=rise, run=run, count=count,
             )  # fmt: skip
     robot = load_robot(asked.robot)

@@ -9,6 +9,7 @@ from drake_quad.design.evaluate import NAMES, wanted_for
 from drake_quad.designer import Designed
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.kinds import HULL
 
 PERIOD = 0.05  # [s] between the samples of the plan that are looked at
 
@@ -101,6 +102,7 @@ def describe_check(
         told["plan"] = {
             "duration": designed.plan.duration,
             "margin": designed.margin,
+            "margin_kind": gait.margin,
             "quality": designed.quality,
             "nearest_part": designed.room.part,
             "nearest_task": designed.room.task,
@@ -129,8 +131,9 @@ def _answer(told: dict[str, Any]) -> str:
     )
     if told["feasible"]:
         plan = told["plan"]
+        kind = "static" if plan["margin_kind"] == HULL else plan["margin_kind"]
         return (
-            f"Yes: {told['name']} walks {stairs} up and down with a static margin of at least "
+            f"Yes: {told['name']} walks {stairs} up and down with a {kind} margin of at least "
             f"{1e3 * plan['margin']:.0f} mm"
         ).replace(" up and down", "" if "scenario" in asked else " up and down")
     # The design's own guess of what would work is of endless stairs; the one here is planned.

@@ -11,6 +11,7 @@ from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import Scenario
 from drake_quad.scenario_config import CourseElement, RobotConfig, StartConfig
+from drake_quad.stability.kinds import HULL
 
 TURN = 90.0  # [deg]
 LEAST_LANDING = 1.5  # [m]
@@ -81,6 +82,7 @@ def check_stairs(
     source: str = "check",
     nearest: bool = True,
     robot: RobotModel | None = None,
+    margin: str = HULL,
 ) -> Check:
     """Designs a gait for a flight up and down.
 
@@ -92,12 +94,14 @@ def check_stairs(
         source: What an error names.
         nearest: Whether to say which rise would work if this one does not; it takes a while.
         robot: The same robot, if it is at hand: to read it takes a while, too.
+        margin: Over what the plan's margin is measured, see `stability.kinds`.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     robot = robot or load_robot(model)
     scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count)
+    scenario.gait.margin = margin
     try:
         designed = design_scenario(scenario, source=source, nearest=nearest, robot=robot)
     except PlanningError as error:

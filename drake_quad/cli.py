@@ -104,6 +104,7 @@ def plan(
     """Plan a scenario, check it on paper and certify it for every time, without physics."""
     from drake_quad.plan_certificate import certify_plan, print_certificate, write_certificate
     from drake_quad.plan_report import describe_failure, describe_plan
+    from drake_quad.planning.footing import footing_of
     from drake_quad.scenario import load_scenario
     from drake_quad.simulation import prepare
 
@@ -112,7 +113,12 @@ def plan(
         _claim(out)
     try:
         p = prepare(loaded, source=scenario)
-        result = describe_plan(p.robot, p.plan, massless_legs=p.settings.uniform_body)
+        result = describe_plan(
+            p.robot,
+            p.plan,
+            massless_legs=p.settings.uniform_body,
+            footing=footing_of(p.robot, p.course, p.settings),
+        )
         result["certificate"], certificate = certify_plan(p)
         if out is not None:
             write_certificate(certificate, out)
@@ -211,6 +217,10 @@ def check(
     scenario: Annotated[
         str | None, typer.Option(help="The course of this scenario instead of a flight.")
     ] = None,
+    margin: Annotated[
+        str,
+        typer.Option(help="Of the plan: over the feet's `hull`, within `friction`, `feasible`."),
+    ] = "hull",
     save: Annotated[
         Path | None, typer.Option(help="Write the designed scenario into this file.")
     ] = None,
@@ -222,7 +232,7 @@ def check(
     """Can this robot climb these stairs? Designs a gait, and plans it up and down in full."""
     from drake_quad.check_command import Asked, run_check
 
-    asked = Asked(robot, rise=rise, run=run, count=count, scenario=scenario)
+    asked = Asked(robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin)
     with _err.status("designing a gait") as status:
         told = run_check(asked, save=save, picture=picture, note=status.update)
     if as_json:
@@ -546,12 +556,24 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
     planned = summary["margin_planned"] if isinstance(summary.get("margin_planned"), dict) else {}
     seen = "replayed" if summary.get("simulation") == "kinematic" else "measured"
+    kind = summary.get("margin_kind", "hull")
+    names = (
+        [] if kind == "hull" else [(seen, f"margin_{kind}"), ("planned", f"margin_{kind}_planned")]
+    )
+    beyond = [
+        (
+            f"smallest {kind} margin {word}",
+            text((summary.get(name) or {}).get("minimum"), "{:.3f} m"),
+        )
+        for word, name in names
+    ]
     return [
         (f"smallest margin {seen}", text(margin.get("minimum"), "{:.3f} m")),
         (
             "smallest margin planned",
             text(planned.get("minimum"), "{:.3f} m"),
         ),
+        *beyond,
         ("time on fewer than three feet", text(summary.get("time_under_three_feet"), "{:.3f} s")),
         ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),
         ("a standing foot slipped at most", text(summary.get("slip_max"), "{:.4f} m")),
@@ -563,15 +585,21 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _print_plan(result: dict[str, Any]) -> None:
-    table = Table("segment", "kind", "from [s]", "to [s]", "smallest margin [m]", "steps", box=None)
+    kind = result["margin_kind"]
+    beyond = [] if kind == "hull" else [f"margin_{kind}_min"]
+    titles = ["smallest margin [m]", *(f"{kind} [m]" for _ in beyond)]
+    table = Table("segment", "kind", "from [s]", "to [s]", *titles, "steps", box=None)
     for s in result["segments"]:
         steps = "-".join(str(step["leg"]) for step in s.get("steps", []))
-        margin = "-" if s["margin_min"] is None else f"{s['margin_min']:.3f}"
-        table.add_row(s["name"], s["kind"], f"{s['start']:.1f}", f"{s['end']:.1f}", margin, steps)
+        found = [s[key] for key in ("margin_min", *beyond)]
+        margins = ["-" if m is None else f"{m:.3f}" for m in found]
+        times = [f"{s['start']:.1f}", f"{s['end']:.1f}"]
+        table.add_row(s["name"], s["kind"], *times, *margins, steps)
     console = Console()
     console.print(table)
+    least = f", {kind} {result[f'planned_margin_{kind}_min']:.3f} m" if beyond else ""
     console.print(
         f"feasible: {result['duration']:.1f} s, smallest margin "
-        f"{result['planned_margin_min']:.3f} m, planned in {result['planning_time']:.2f} s",
+        f"{result['planned_margin_min']:.3f} m{least}, planned in {result['planning_time']:.2f} s",
         highlight=False,
     )

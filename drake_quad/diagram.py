@@ -28,7 +28,7 @@ from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.scenario import control_settings, sensor_errors
-from drake_quad.stability.measured import HULL
+from drake_quad.stability.kinds import HULL, stricter
 from drake_quad.systems.disturbances import Disturbances
 from drake_quad.terrain import Course
 
@@ -112,7 +112,7 @@ def MakeStairClimb(
         plant_config: Drake's.
         friction: Coulomb's coefficient between feet and ground.
         log_period: Between samples of the log [s].
-        margins: Which are measured, one of `drake_quad.stability.measured.KINDS`.
+        margins: Which are measured, one of `drake_quad.stability.kinds.KINDS`.
         world: The course as it is; as the map has it if none is given.
         disturbances: What the controller is not told; none if not given.
         sensors: Those that the controller estimates its state from; none: it is told its state.
@@ -237,7 +237,7 @@ def stair_climb_of(preparation: Preparation, *, visualize: Visualize | None = No
         plant_config=scenario.simulation.plant,
         friction=scenario.simulation.friction,
         log_period=scenario.simulation.log_period,
-        margins=scenario.monitor.margins,
+        margins=stricter(scenario.monitor.margins, scenario.gait.margin),
         world=preparation.world,
         disturbances=preparation.disturbances,
         sensors=sensor_errors(scenario),

@@ -42,7 +42,7 @@ def AddMonitors(
         disturbances: What makes it another robot than that.
         period: Between measurements [s].
         height_limit: Of the trunk over its feet [m], below which the robot fell.
-        margins: Which are measured, one of `drake_quad.stability.measured.KINDS`.
+        margins: Which are measured, one of `drake_quad.stability.kinds.KINDS`.
         friction: Coulomb's coefficient between feet and ground.
     """
     plant = simulated.plant

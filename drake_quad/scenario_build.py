@@ -79,6 +79,8 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         dynamic=body.balance == "dynamic",
         margin_desired=body.margin_desired,
         zmp_margin=body.zmp_margin,
+        margin=gait.margin,
+        friction=scenario.controller.friction,
     )
 
 

@@ -12,11 +12,13 @@ from drake_quad.errors import InputError
 from drake_quad.scenario_build import course_of, mission_of
 from drake_quad.scenario_check_world import check_disturbances
 from drake_quad.scenario_config import MissionElement, Scenario
+from drake_quad.stability.kinds import HULL, KINDS
 
 MULTIPLE_TOLERANCE = 1e-9  # relative: 0.005 is five times 0.001 only up to rounding
 
 _WORDS: dict[str, tuple[str, ...]] = {
     "gait.pitch": ("level", "slope"),
+    "gait.margin": KINDS,
     "transition.mode": ("still", "shift"),
     "body.path": ("optimised", "uniform"),
     "body.balance": ("static", "dynamic"),
@@ -24,7 +26,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "estimator.kind": ("truth", "ekf"),
     "design": ("given", "auto"),
     "sensors.noise": ("none", "realistic"),
-    "monitor.margins": ("hull", "friction", "feasible"),
+    "monitor.margins": KINDS,
     "simulation.mode": ("physics", "kinematic"),
     "simulation.plant.contact_model": ("point", "hydroelastic", "hydroelastic_with_fallback"),
     # not tamsi: it ignores the joints' gains without a word, and the robot collapses
@@ -166,6 +168,10 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         )
         if swing < _SHORTEST_SWING:
             raise fail(f"{gait}.duty_factor", f"leaves {swing:.3g} s of the cycle to swing a leg")
+    if scenario.gait.margin != HULL and scenario.body.balance == "dynamic":
+        raise fail(
+            "gait.margin", "must be hull with body.balance dynamic, which asks for no static margin"
+        )
     if scenario.gait.stance_stagger >= scenario.gait.stance_width:
         raise fail("gait.stance_stagger", "must be less than gait.stance_width")
     if scenario.simulation.simulator.target_realtime_rate != 0.0:

@@ -131,6 +131,8 @@ class GaitConfig:
         body_height: Of the body's centre over the mean ground under the feet [m].
         pitch: `level`, or `slope` to tilt the body with the stairs.
         pitch_share: With `slope`: how much of the stairs' slope, 0 to 1.
+        margin: Over what the plan's static margin is measured: `hull`, of the feet; `friction`, the
+            region of balance within controller.friction; `feasible`, within the torque limits too.
     """
 
     duty_factor: float = 0.85
@@ -160,6 +162,7 @@ class GaitConfig:
     body_height: float = 0.85
     pitch: str = "level"
     pitch_share: float = 1.0
+    margin: str = "hull"
 
 
 @dataclass
@@ -245,7 +248,8 @@ class ControllerConfig:
             for, before it is lost [m]; 0: it does not.
         stance_stiffness: Share of the joints' stiffness and damping that a loaded leg keeps under
             the whole-body controller, whose forces do the rest.
-        friction: Coefficient that the whole-body controller's forces stay within.
+        friction: Coefficient that the whole-body controller's forces stay within, and that plans
+            count on whose margin is not the hull's.
         pressure_margin: Of the centre of pressure from the support's sides that it keeps [m].
         load_time: Time over which the whole-body controller learns of an unknown load [s]; 0: it
             does not.

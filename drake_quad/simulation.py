@@ -249,6 +249,7 @@ def _summary(
         "simulation": p.scenario.simulation.mode,
         **figures,
         "planning_time": p.plan.planning_time,
+        "margin_kind": p.settings.margin,
         **summarize(table, p.robot),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,

@@ -38,8 +38,27 @@ def move_body(body, task, a, b):
     return value, half * (np.abs(rate) + half * bend)
 
 
-def move_foot(phases, phase, leg, a, b):
+def roll_at(roll, task, leg, t):
+    """How far feet (K,) have rolled at times (K,), within which no knot divides them (K, 2)."""
+    when, found = roll.start[task] + t, np.empty((len(leg), 2))
+    for k in range(4):
+        mine = leg == k
+        for axis in range(2):
+            found[mine, axis] = np.interp(when[mine], roll.when, roll.offset[:, k, axis])
+    return found
+
+
+def move_foot(phases, roll, phase, leg, a, b):
     """Where a foot is in the middle of [a, b] (K, 3), and how far from there it may be (K,)."""
+    task = phases.task[phase]
+    begin, end = (roll_at(roll, task, leg, t) for t in (a, b))
+    at, away = swing_foot(phases, phase, leg, a, b)
+    at[:, :2] += 0.5 * (begin + end)
+    return at, away + 0.5 * np.linalg.norm(end - begin, axis=1)
+
+
+def swing_foot(phases, phase, leg, a, b):
+    """The same of feet that do not roll."""
     at, away = phases.feet[phase, leg], np.zeros(len(leg))
     k = np.flatnonzero(phases.swing[phase] == leg)
     p, begin = phase[k], at[k]

@@ -8,37 +8,51 @@ less, and whether a shank's part is to be halved next, not time. numpy alone, no
 from types import SimpleNamespace as Bag
 
 import numpy as np
-from certificate_bounds import GRAVITY, masses, move_body, move_foot, move_leg, torques, turn
+from certificate_bounds import (
+    GRAVITY,
+    masses,
+    move_body,
+    move_foot,
+    move_leg,
+    roll_at,
+    torques,
+    turn,
+)
 from certificate_course import distance
-from certificate_reading import SLOPE, STANDS, require
+from certificate_reading import SAME, SLOPE, STANDS, require
+
+ROLLS = 1e-3  # [m] to which feet roll as their shanks turn
 
 
-def supports(phases):
-    """Of each phase: shares of the weight from (1, com), normals and offsets of its sides."""
-    n = len(phases.start)
-    inverse, normal, offset = np.zeros((n, 4, 3)), np.zeros((n, 12, 2)), np.full((n, 12), -1e3)
-    for k in range(n):
-        mine = [leg for leg in range(4) if leg != phases.swing[k]]
-        p = phases.feet[k, mine, :2]
-        inverse[k, mine] = np.linalg.pinv(np.vstack([np.ones(len(p)), p.T]))
-        sides = 0
-        for i in range(len(p)):
-            for j in range(len(p)):
-                way = p[j] - p[i]
-                if i == j or not np.hypot(*way) > 0.0:
-                    continue
-                inward = np.array([-way[1], way[0]]) / np.hypot(*way)
-                if np.all((p - p[i]) @ inward >= -1e-12):
-                    normal[k, sides], offset[k, sides] = inward, inward @ p[i]
-                    sides += 1
-        require(sides > 2, "standing feet are in a line")
-    return inverse, normal, offset
+def supports(feet, stands):
+    """What feet (N, 4, 2), of which some stand, make of a centre of mass, with them as they are.
+
+    Returns what turns (1, com) about `middle` into shares of the weight, `middle`, and normals and
+    offsets of the polygon's sides.
+    """
+    middle = np.einsum("nk,nki->ni", stands / stands.sum(axis=1)[:, None], feet)
+    p = (feet - middle[:, None]) * stands[..., None]
+    balance = np.stack([stands.astype(float), p[..., 0], p[..., 1]], axis=1)
+    square = balance @ np.swapaxes(balance, 1, 2)
+    require(np.all(np.linalg.det(square) > 1e-9), "standing feet are in a line")
+    inverse = np.swapaxes(np.linalg.inv(square) @ balance, 1, 2)
+    normal, offset = np.zeros((len(feet), 12, 2)), np.full((len(feet), 12), -1e3)
+    pairs = [(i, j) for i in range(4) for j in range(4) if i != j]
+    for side, (i, j) in enumerate(pairs):
+        way = feet[:, j] - feet[:, i]
+        inward = np.stack([-way[:, 1], way[:, 0]], axis=1) / np.hypot(*way.T)[:, None]
+        left = np.einsum("nki,ni->nk", feet - feet[:, i, None], inward)
+        is_side = stands[:, i] & stands[:, j] & np.all((left >= -1e-12) | ~stands, axis=1)
+        normal[is_side, side] = inward[is_side]
+        offset[is_side, side] = np.einsum("ni,ni->n", inward, feet[:, i])[is_side]
+    require(np.all((offset > -1e3).sum(axis=1) > 2), "standing feet are in a line")
+    return inverse, middle, normal, offset
 
 
 def legs_of(work, items, leg):
     """Body, feet and legs of items, one leg each."""
     body, off = move_body(work.body, items.task, items.a, items.b)
-    foot, foot_off = move_foot(work.phases, items.phase, leg, items.a, items.b)
+    foot, foot_off = move_foot(work.phases, work.roll, items.phase, leg, items.a, items.b)
     return body, off, move_leg(work.robot, leg, body, off, foot, foot_off)
 
 
@@ -58,20 +72,22 @@ def statics(work, items):
     away = np.linalg.norm(spread[:, :3], axis=1)
     away += (spread[:, 3] + spread[:, 4]) * np.linalg.norm(com_B, axis=1)
     away += (moments * state.off).sum(axis=1).reshape(n, 4).sum(axis=1) / robot.mass
-    sides = np.einsum("ksi,ki->ks", work.normal[items.phase], com[:, :2])
-    margin = (sides - work.offset[items.phase]).min(axis=1)
-    # Forces: the witness of the cell, moved on so that it balances here.
-    inverse = work.inverse[items.phase]
-    shares = work.cells.shares[items.cell]
-    feet = work.phases.feet[items.phase][..., :2]
+    # Feet that stand roll a little; the polygon's reach in any direction changes by no more.
+    feet = state.foot.reshape(n, 4, 3)[..., :2]
     stands = work.phases.swing[items.phase][:, None] != np.arange(4)
+    rolls = np.where(stands, state.foot_off.reshape(n, 4), 0.0).max(axis=1)
+    inverse, centre, normal, offset = supports(feet, stands)
+    margin = (np.einsum("ksi,ki->ks", normal, com[:, :2]) - offset).min(axis=1)
+    # Forces: the witness of the cell, moved on so that it balances here.
+    shares = work.cells.shares[items.cell]
     require(not np.any(shares[~stands]), "a foot in the air bears")
-    balance = np.concatenate(
-        [1.0 - shares.sum(axis=1)[:, None], com[:, :2] - np.einsum("kl,kli->ki", shares, feet)],
-        axis=1,
-    )
-    shares = shares + np.einsum("kls,ks->kl", inverse, balance)
-    moved = np.linalg.norm(inverse[..., 1:], axis=2) * away[:, None]
+    missing = 1.0 - shares.sum(axis=1)[:, None]
+    lever = com[:, :2] - centre - np.einsum("kl,kli->ki", shares, feet - centre[:, None])
+    shares = shares + np.einsum("kls,ks->kl", inverse, np.concatenate([missing, lever], axis=1))
+    size = np.linalg.norm(inverse, axis=2)
+    kept = 1.0 - rolls * size.sum(axis=1)
+    moment = (away + rolls * np.abs(shares).sum(axis=1)) / np.where(kept > 0.0, kept, np.nan)
+    moved = size * moment[:, None]
     weight = GRAVITY * robot.mass
     load = (weight * shares).ravel()
     torque, torque_off = torques(
@@ -91,7 +107,7 @@ def statics(work, items):
          np.where(stands, shares, 1.0).min(axis=1)], axis=1,
     )  # fmt: skip
     low = np.stack(
-        [margin - away - claim[:, 0], each(angle - state.off) - claim[:, 3],
+        [margin - away - rolls - claim[:, 0], each(angle - state.off) - claim[:, 3],
          each(room - torque_off / effort) - claim[:, 4],
          np.where(stands, shares - moved, 1.0).min(axis=1)], axis=1,
     )  # fmt: skip
@@ -114,7 +130,10 @@ def feet_items(work, cuts):
     items = Bag(**{k: v[rows] for k, v in vars(cuts).items()})
     items.obstacle = np.tile(np.arange(count), len(swinging))
     leg = phases.swing[items.phase]
-    ends = np.stack([phases.feet[items.phase, leg], phases.to[items.phase]])
+    begin = phases.feet[items.phase, leg].copy()
+    task, start = phases.task[items.phase], phases.start[items.phase]
+    begin[:, :2] += roll_at(work.roll, task, leg, start)
+    ends = np.stack([begin, phases.to[items.phase]])
     room = np.stack([distance(course, items.obstacle, p)[0] - radius for p in ends])
     box = ~course.face[items.obstacle]
     level = np.abs(ends[..., 2] - radius - course.top[items.obstacle]) <= STANDS
@@ -129,7 +148,7 @@ def feet_items(work, cuts):
 def feet(work, items):
     """Distances of swing feet from obstacles."""
     leg = work.phases.swing[items.phase]
-    at, off = move_foot(work.phases, items.phase, leg, items.a, items.b)
+    at, off = move_foot(work.phases, work.roll, items.phase, leg, items.a, items.b)
     room = distance(work.course, items.obstacle, at)[0] - items.keep
     what = np.full(len(room), "the room of a swing foot is")
     return room - off, room, what, np.zeros(len(room), dtype=bool)
@@ -188,3 +207,29 @@ def shanks(work, items):
     room = room - thick - work.segments.claims[items.segment, 2]
     what = np.full(len(room), "the room of a shank is")
     return room - off - half, np.where(np.isnan(room), -1.0, room), what, half > off
+
+
+def rolling(work):
+    """Refuses feet that do not roll as their shanks turn, to ROLLS, from touchdown to lift-off.
+
+    A ball of radius r under a shank whose direction u turns goes by r (du (u . z) - u (du . z)).
+    """
+    roll, radius = work.roll, work.robot.foot_radius
+    for k, t in enumerate(roll.times):
+        mine = np.flatnonzero(work.phases.task == k)
+        start = work.phases.start[mine]
+        # A knot at a switch belongs to what follows it; the last one to what it ends.
+        phase = mine[np.clip(np.searchsorted(start, t + SAME, side="right") - 1, 0, None)]
+        four = Bag(task=np.full(4 * len(t), k), phase=np.repeat(phase, 4), a=np.repeat(t, 4))
+        four.b = four.a
+        _, _, state = legs_of(work, four, np.tile(np.arange(4), len(t)))
+        u = (state.knee - state.foot).reshape(-1, 4, 3) / work.robot.shanks[:, None]
+        du, middle = np.diff(u, axis=0), 0.5 * (u[1:] + u[:-1])
+        goes = radius * (du * middle[..., 2:] - middle * du[..., 2:])[..., :2]
+        first = np.searchsorted(roll.when, roll.start[k] - SAME)
+        off = np.diff(roll.offset[first : first + len(t)], axis=0) - goes
+        for leg in range(4):
+            total, stands = np.zeros(2), work.phases.swing[phase] != leg
+            for i in range(len(t) - 1):
+                total = total + off[i, leg] if stands[i] else np.zeros(2)
+                require(np.abs(total).max() <= ROLLS, "a foot does not roll as its shank turns")

@@ -6,7 +6,7 @@ numpy alone, and nothing of drake_quad.
 from types import SimpleNamespace as Bag
 
 import numpy as np
-from certificate_bounds import move_body
+from certificate_bounds import move_body, roll_at
 from certificate_course import distance, make_course
 
 CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room")
@@ -14,6 +14,8 @@ SAME = 1e-9  # [s], [m] by which what is to be the same may differ: rounding
 JUMP = 1e-4  # [m], [rad] by which the body may be off where a task begins: the planner's tolerance
 STANDS = 1e-6  # [m] from the ground where a foot stands
 SLOPE = 5e-3  # [m] by which its sphere may dip into a slope
+ROLLED = 1e-6  # [m] that a foot may have rolled where it is set down
+GAP = 1.0  # [s] between tasks, where all of them are laid out on one axis
 _PHASE = ("task", "start", "end", "feet", "swing", "to", "lasts", "apex_time", "apex_z")
 
 
@@ -66,7 +68,7 @@ def read_course(boxes):
 
 
 def read_plan(tasks, course, radius):
-    """Tasks, contact phases, segments and cells as flat arrays.
+    """Tasks, the feet's rolling, contact phases, segments and cells as flat arrays.
 
     Refuses a plan that is not one motion from the first to the last moment.
     """
@@ -84,6 +86,7 @@ def read_plan(tasks, course, radius):
     )
     jumps = np.abs(start[1:] - end[:-1])
     require(jumps.max(initial=0.0) <= JUMP, "the body jumps where a task begins")
+    roll = read_roll(tasks, body.lasts)
     phases, segments, cells, feet = [], [], [], None
     for k, task in enumerate(tasks):
         begin = numbers(task["feet"], 4, 3)
@@ -93,6 +96,7 @@ def read_plan(tasks, course, radius):
         require(all(stands(course, p, radius) for p in begin), "a foot stands on no ground")
         own, feet = read_steps(k, task, begin, course, radius)
         phases += own
+        require_roll(roll, k, task, own, course, radius)
         edges = [(s["start"], s["end"]) for s in task["segments"]]
         covers(numbers(edges, -1, 2), body.lasts[k], "segments")
         segments += [
@@ -104,6 +108,7 @@ def read_plan(tasks, course, radius):
         cells += list(zip([k] * len(shares), cuts[:-1], cuts[1:], shares, strict=True))
     return (
         body,
+        roll,
         columns(phases, _PHASE),
         columns(segments, ("task", "start", "end", "claims")),
         columns(cells, ("task", "start", "end", "shares")),
@@ -130,6 +135,48 @@ def read_steps(k, task, feet, course, radius):
     return rows, feet
 
 
+def read_roll(tasks, lasts):
+    """How far feet have rolled from where they were set down, of all tasks on one axis of time."""
+    times = [numbers(t["roll"]["times"], -1) for t in tasks]
+    offsets = [
+        numbers(t["roll"]["offset"], len(v), 4, 2) for t, v in zip(tasks, times, strict=True)
+    ]
+    for t, end in zip(times, lasts, strict=True):
+        good = len(t) > 1 and np.all(np.diff(t) > 0.0) and t[0] == 0.0
+        require(good and abs(t[-1] - end) <= SAME, "feet roll from a task's begin to its end")
+    start = np.cumsum([0.0, *(lasts[:-1] + GAP)])
+    return Bag(
+        start=start,
+        times=times,
+        when=np.concatenate([t + s for t, s in zip(times, start, strict=True)]),
+        offset=np.concatenate(offsets),
+    )
+
+
+def roll_now(roll, k, t):
+    """How far the four feet have rolled at a time of task k (4, 2)."""
+    return roll_at(roll, np.full(4, k), np.arange(4), np.full(4, t))
+
+
+def require_roll(roll, k, task, phases, course, radius):
+    """Refuses feet that have rolled where they are set down, or off the ground."""
+    before = 0.0 if k == 0 else roll_now(roll, k - 1, roll.times[k - 1][-1])
+    jump = np.abs(roll_now(roll, k, 0.0) - before).max()
+    require(jump <= ROLLED, "a foot has rolled before it begins to, or jumps")
+    for step in task["steps"]:
+        at = roll_now(roll, k, float(step["touchdown"]))[step["leg"] - 1]
+        require(np.abs(at).max() <= ROLLED, "a foot has rolled as it is set down")
+    own = columns(phases, _PHASE)
+    t = roll.times[k]
+    phase = np.clip(np.searchsorted(own.start, t, side="right") - 1, 0, len(own.start) - 1)
+    mine = np.abs(roll.when - roll.start[k] - t[:, None]).argmin(axis=1)
+    feet = own.feet[phase].copy()
+    feet[..., :2] += roll.offset[mine]
+    stand = own.swing[phase][:, None] != np.arange(4)
+    good = all(stands(course, p, radius, SLOPE) for p in np.unique(feet[stand], axis=0))
+    require(good, "a foot rolls off its ground")
+
+
 def covers(edges, lasts, what):
     """Refuses stretches (n, 2) that do not follow one another from 0 to the end."""
     good = len(edges) and np.all(edges[:, 1] > edges[:, 0])
@@ -145,9 +192,13 @@ def columns(rows, names):
     return Bag(**{n: np.array(c) for n, c in zip(names, zip(*rows, strict=True), strict=True)})
 
 
-def stands(course, p, radius):
-    """Whether a foot's sphere at p (3,) rests on a box, and is in none."""
+def stands(course, p, radius, above=STANDS):
+    """Whether a foot's sphere at p (3,) rests on a box, and is in none.
+
+    On a slope it may be `above` it, as rolling is told along the level.
+    """
     boxes = np.flatnonzero(~course.face)
     d, up = distance(course, boxes, np.tile(p, (len(boxes), 1)))
-    dip = np.where(course.axes[boxes, 2, 2] < 1.0, SLOPE, STANDS)
-    return np.any((d - radius <= STANDS) & (up > 0.7)) and np.all(d - radius >= -dip)
+    tilted = course.axes[boxes, 2, 2] < 1.0
+    rests = (d - radius <= np.where(tilted, above, STANDS)) & (up > 0.7)
+    return np.any(rests) and np.all(d - radius >= -np.where(tilted, SLOPE, STANDS))

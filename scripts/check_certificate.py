@@ -16,7 +16,7 @@ from pathlib import Path
 from types import SimpleNamespace as Bag
 
 import numpy as np
-from certificate_claims import feet, feet_items, shank_items, shanks, statics, supports
+from certificate_claims import feet, feet_items, rolling, shank_items, shanks, statics
 from certificate_reading import (
     CLAIMS,
     SAME,
@@ -49,21 +49,22 @@ def check_hash(record):
 
 def check_content(record):
     """The same but for the hash."""
-    require(record["format"] == "drake_quad certificate" and record["version"] == 1, "the format")
+    require(record["format"] == "drake_quad certificate" and record["version"] == 2, "the format")
     robot, course = read_robot(record["robot"]), read_course(record["course"])
-    body, phases, segments, cells = read_plan(record["tasks"], course, robot.foot_radius)
+    body, roll, phases, segments, cells = read_plan(record["tasks"], course, robot.foot_radius)
     least, asked = segments.claims.min(axis=0), [record["demanded"][c] for c in CLAIMS]
     claimed = numbers([record["claimed"][c] for c in CLAIMS], 5)
     require(np.all(claimed <= least), "a segment claims less than the whole")
     require(np.all(claimed >= numbers(asked, 5)), "less is claimed than was asked for")
     require(claimed.min() >= 0.0, "a claim is negative")
-    work = Bag(robot=robot, course=course, body=body, phases=phases, segments=segments, cells=cells)
-    work.inverse, work.normal, work.offset = supports(phases)
+    work = Bag(robot=robot, course=course, body=body, roll=roll)
+    work.phases, work.segments, work.cells = phases, segments, cells
     cuts = cut(work)
     with np.errstate(divide="ignore", invalid="ignore"):
         settle(work, cuts, statics)
         settle(work, feet_items(work, cuts), feet)
         settle(work, shank_items(work, cuts), shanks)
+        rolling(work)
 
 
 def cut(work):
@@ -76,7 +77,9 @@ def cut(work):
         swings = mine[0][work.phases.swing[mine[0]] >= 0]
         apexes = work.phases.start[swings] + work.phases.apex_time[swings]
         knots = np.arange(work.body.pieces[k]) * work.body.knot[k]
-        t = np.unique(np.clip(np.concatenate([*ends, apexes, knots]), 0.0, lasts))
+        t = np.unique(
+            np.clip(np.concatenate([*ends, apexes, knots, work.roll.times[k]]), 0.0, lasts)
+        )
         t = t[np.append(np.diff(t) > SAME, True)]
         t[0] = 0.0
         middle = 0.5 * (t[1:] + t[:-1])

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 
 from drake_quad.gait.legs import SHORT_NAMES
 from drake_quad.gait.support import stability_margins
-from drake_quad.planning.body_path import level_pose, robot_stance
 from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
 from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.route import level_pose, robot_stance
 from drake_quad.robot.load_robot import MakeModelPlant, load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import make_layout

@@ -10,19 +10,14 @@ from rig import flat_course, paper_robot, rotations, stairs_course, stance_at, w
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.gait.workspace import Workspace
-from drake_quad.planning.body_path import (
-    Route,
-    level_pose,
-    plan_body,
-    robot_stance,
-    sample_times,
-)
+from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.body_zmp import sample_zmp
-from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_walk import lay_walk
+from drake_quad.planning.route import Route, level_pose, robot_stance
 from drake_quad.planning.settings import PlanSettings
 
 SETTINGS = PlanSettings()
@@ -52,13 +47,18 @@ def laid(settings: PlanSettings) -> tuple[ContactPlan, Route]:
 
 
 @cache
-def planned(settings: PlanSettings) -> tuple[BodySpline, float]:
+def rolled(settings: PlanSettings) -> tuple[BodySpline, ContactPlan, float]:
     return plan_body(paper_robot(), *laid(settings), settings)
+
+
+def planned(settings: PlanSettings) -> tuple[BodySpline, float]:
+    path, _, margin = rolled(settings)
+    return path, margin
 
 
 def margins(settings: PlanSettings, times: FloatArray) -> FloatArray:
     """Of the whole robot's centre of mass."""
-    contacts, _ = laid(settings)
+    _, contacts, _ = rolled(settings)
     feet, standing = contacts.feet_at(times)
     _, _, com = pose_robot(paper_robot(), planned(settings)[0].samples(times)[:, 0], feet)
     return stability_margins(com[:, :2], feet[..., :2], standing)
@@ -180,8 +180,7 @@ def test_level_pose_is_upright_at_the_bodys_height() -> None:
 
 def test_dynamic_path_keeps_the_zero_moment_point_inside_at_any_instant() -> None:
     """Sampled five times as densely as it was planned, within 5 mm of the margin returned."""
-    contacts, _ = laid(QUICK)
-    path, margin = planned(QUICK)
+    path, contacts, margin = rolled(QUICK)
     assert margin > 0.05
     zmp = sample_zmp(paper_robot(), contacts, path, 0.002)
     assert zmp.margin.min() > margin - 5e-3
@@ -191,10 +190,9 @@ def test_dynamic_path_lets_the_centre_of_mass_leave_the_feet() -> None:
     """That is what it gives up for the speed, and a static one of the same gait does not."""
     static = replace(QUICK, dynamic=False)
     assert margins(QUICK, dense(QUICK)).min() < 0.0
-    contacts, _ = laid(static)
-    path, _ = planned(static)
+    path, contacts, _ = rolled(static)
     assert margins(static, dense(static)).min() > margins(QUICK, dense(QUICK)).min()
-    quick = sample_zmp(paper_robot(), laid(QUICK)[0], planned(QUICK)[0], 0.005).margin.min()
+    quick = sample_zmp(paper_robot(), rolled(QUICK)[1], planned(QUICK)[0], 0.005).margin.min()
     assert sample_zmp(paper_robot(), contacts, path, 0.005).margin.min() < quick
 
 

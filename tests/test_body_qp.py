@@ -13,10 +13,9 @@ from drake_quad.gait.support import stability_margins
 from drake_quad.gait.swing import Swing
 from drake_quad.gait.workspace import Workspace, wave_desired_configuration
 from drake_quad.planning import body_qp
-from drake_quad.planning.body_path import sample_times
 from drake_quad.planning.body_qp import GRAVITY, BodyProblem, BodySolution, solve_body
 from drake_quad.planning.body_spline import BodySpline
-from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.contact_plan import ContactPlan, Step, sample_times
 
 TABLE_I = Workspace(R_x=0.76, R_y=0.5, P_x=0.8, P_y=0.54)
 STRIDE, CYCLE, CYCLES, WAIT = 1.0, 8.0, 2, 2.0  # the paper's speed: 1 m in 8 s

@@ -9,9 +9,8 @@ from rig import flat_course, walk_plan
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.support import stability_margins
-from drake_quad.planning.body_path import sample_times
 from drake_quad.planning.body_sides import CROSSING_TIME, make_sides
-from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.settings import PlanSettings
 
 

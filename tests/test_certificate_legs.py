@@ -64,9 +64,11 @@ def moved(cells: Cells, place: float) -> tuple[FloatArray, FloatArray]:
     return cells.body @ powers[:4], cells.foot @ powers
 
 
-def feet_at(pieces: Pieces, cells: Cells, swing_foot: FloatArray) -> FloatArray:
-    """All feet (N, 4, 3), given where the swing foot is."""
+def feet_at(pieces: Pieces, cells: Cells, swing_foot: FloatArray, place: float) -> FloatArray:
+    """All feet (N, 4, 3) at one place of every cell, given where the swing foot is."""
     feet = np.array(pieces.feet[cells.piece])
+    w = 0.5 * (cells.low + cells.high) + place * 0.5 * (cells.high - cells.low)
+    feet[..., :2] += w[:, None, None] * pieces.roll[cells.piece]
     rows = np.flatnonzero(pieces.swing[cells.piece] >= 0)
     feet[rows, pieces.swing[cells.piece][rows]] = swing_foot[rows]
     return feet
@@ -84,7 +86,7 @@ def test_values_at_any_time_are_in_the_enclosures(kind: str, name: str) -> None:
     com = enclose_moments(robot, frame, legs).com
     for place in PLACES:
         body, swing_foot = moved(cells, place)
-        places = feet_at(pieces, cells, swing_foot)
+        places = feet_at(pieces, cells, swing_foot, place)
         q, excess, c = pose_robot(robot, body, places)
         assert excess.max() == 0.0
         R = rotations(body)
@@ -112,10 +114,11 @@ def test_checker_bounds_hold_the_same_values(kind: str) -> None:
     )
     count = len(cells.half)
     middle, swing_foot = moved(cells, 0.0)
-    places = feet_at(pieces, cells, swing_foot)
-    grid = [moved(cells, p) for p in np.linspace(-1.0, 1.0, 21)]
+    places = feet_at(pieces, cells, swing_foot, 0.0)
+    at = np.linspace(-1.0, 1.0, 21)
+    grid = [moved(cells, p) for p in at]
     body_off = np.max([np.abs(b - middle) for b, _ in grid], axis=0)
-    feet = [feet_at(pieces, cells, f) for _, f in grid]
+    feet = [feet_at(pieces, cells, f, p) for (_, f), p in zip(grid, at, strict=True)]
     for leg in range(4):
         off = np.max([np.linalg.norm(f[:, leg] - places[:, leg], axis=1) for f in feet], axis=0)
         state = bounds.move_leg(theirs, np.full(count, leg), middle, body_off, places[:, leg], off)
@@ -137,8 +140,7 @@ def test_torques_are_drakes() -> None:
     frame, feet = enclose_frame(cells), enclose_feet(pieces, cells)
     legs = enclose_legs(robot, frame, feet)
     moments = enclose_moments(robot, frame, legs)
-    phase = pieces.phase[cells.piece]
-    statics = enclose_statics(robot, find_support(pieces), phase, frame, legs, moments)
+    statics = enclose_statics(robot, find_support(pieces, cells), frame, legs, moments)
     plant = model_plant()
     context = plant.CreateDefaultContext()
     joints = [plant.GetJointByName(name) for name in robot.joint_names]
@@ -177,7 +179,7 @@ def test_points_of_shanks_move_no_farther_than_told() -> None:
     moves = chain.moves()
     for place in PLACES:
         body, swing_foot = moved(cells, place)
-        places = feet_at(pieces, cells, swing_foot)
+        places = feet_at(pieces, cells, swing_foot, place)
         q, _, _ = pose_robot(robot, body, places)
         R = rotations(body)
         knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))

@@ -122,7 +122,10 @@ def untrue(record: dict[str, Any], kind: str) -> str:
         record["demanded"]["margin"] = record["claimed"]["margin"] + 0.01
         return "asked"
     if kind == "flying":
-        task["shares"][len(task["shares"]) // 3] = [0.25, 0.25, 0.25, 0.25]
+        step = task["steps"][3]
+        middle = 0.5 * (step["lift_off"] + step["touchdown"])
+        cell = next(k for k, t in enumerate(task["partition"]) if t > middle) - 1
+        task["shares"][cell] = [0.25, 0.25, 0.25, 0.25]
         return "bears"
     raise ValueError(kind)
 

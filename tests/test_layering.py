@@ -51,6 +51,7 @@ FLOORS = {
 # No two rooms of a floor may import each other, not even by way of others (a test says so).
 NEIGHBOURS = {
     ("planning", "robot"),
+    ("planning", "stability"),
     ("control", "planning"),
     ("control", "robot"),
     ("stability", "robot"),

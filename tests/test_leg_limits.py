@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_path import plan_body, sample_times
+from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_spline import BodySpline
-from drake_quad.planning.leg_limits import SAFE, find_limits, leg_room
+from drake_quad.planning.contact_plan import sample_times
+from drake_quad.planning.leg_limits import SAFE, find_limits, leg_room, tilt_arm
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_walk import lay_walk
@@ -58,23 +59,26 @@ def test_room_is_negative_just_where_joints_pass_their_limits(seed: int) -> None
 
 @given(st.integers(0, 2**32 - 1), st.floats(-0.6, 0.6))
 def test_sides_are_the_first_order_of_the_room(seed: int, slope: float) -> None:
-    """A small shift, rising with the slope, changes the room as the side says."""
+    """A small shift, rising with the slope, with a lift and a tilt changes the room as it says."""
     robot = limited()
     body, feet = poses(seed)
     rise = np.tile([slope, 0.0], (len(body), 1))
-    limits = find_limits(robot, body, feet, rise)
+    extra = np.random.default_rng(seed).uniform(-0.1, 0.1, (len(body), 2))  # these poses have it
+    limits = find_limits(robot, body, feet, rise, extra)
     room = leg_room(robot, body, feet)
     if limits is None:
         assert room.min() >= 0.0
         return
     assert room.min() < 0.0
-    shift = 1e-4 * np.random.default_rng(seed).uniform(-1.0, 1.0, 2)
+    shift = 1e-4 * np.random.default_rng(seed).uniform(-1.0, 1.0, 4)
     moved = np.array(body)
-    moved[:, :2] += shift
-    moved[:, 2] += slope * shift[0]
+    moved[:, :2] += shift[:2]
+    moved[:, 2] += slope * shift[0] + shift[2]
+    moved[:, 3] += shift[3] / tilt_arm(robot)
+    path = np.column_stack([moved[:, :2], extra + shift[2:]])
     after = leg_room(robot, moved, feet)
     reach = robot.geometry.reach
-    kept = np.einsum("ij,ij->i", limits.normal, moved[limits.sample, :2]) - limits.offset
+    kept = np.einsum("ij,ij->i", limits.normal, path[limits.sample]) - limits.offset
     least = np.full(room.shape[0], np.inf)
     np.minimum.at(least, limits.sample, kept)
     for k in np.unique(limits.sample):
@@ -85,7 +89,8 @@ def test_sides_are_the_first_order_of_the_room(seed: int, slope: float) -> None:
 def test_a_path_within_the_limits_has_no_sides() -> None:
     """So that plans that were possible are as they were."""
     body, feet = poses(0, shift=0.0)
-    assert find_limits(paper_robot(), body, feet, np.zeros((len(body), 2))) is None
+    none = np.zeros((len(body), 2))
+    assert find_limits(paper_robot(), body, feet, none, none) is None
 
 
 def test_a_path_is_bent_until_legs_keep_their_limits() -> None:
@@ -101,11 +106,35 @@ def test_a_path_is_bent_until_legs_keep_their_limits() -> None:
         q, _, _ = pose_robot(robot, spline.samples(times)[:, 0], feet)
         return float(np.abs(q[..., 0]).max())
 
-    usual, _ = plan_body(robot, contacts, route, settings)
+    usual, _, _ = plan_body(robot, contacts, route, settings)
     most = most_abducted(usual) - 0.03
     lower, upper = np.array(robot.q_lower), np.array(robot.q_upper)
     lower[0::3], upper[0::3] = -most, most
     narrow = replace(robot, q_lower=lower, q_upper=upper)
-    bent, margin = plan_body(narrow, contacts, route, settings)
+    bent, _, margin = plan_body(narrow, contacts, route, settings)
     assert most_abducted(bent) <= most
+    assert margin > 0.03
+
+
+def test_a_body_rises_where_its_legs_are_folded_too_far() -> None:
+    """Knees that may not bend as far as the usual path has them: it lifts, and keeps its way."""
+    robot, settings = paper_robot(), PlanSettings(body_height=0.70)
+    course = stairs_course()
+    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
+    contacts, route, _ = lay_walk(robot, course, settings, task, stance_at(course, settings))
+    usual, _, _ = plan_body(robot, contacts, route, settings)
+    times = sample_times(contacts)
+    feet, _ = contacts.feet_at(times)
+    body = usual.samples(times)[:, 0]
+    q, _, _ = pose_robot(robot, body, feet)
+    most = float(np.abs(q[..., 2]).max()) - 0.05
+    bent = np.sort(robot.geometry.knee_sign[:, None] * np.array([0.0, most]), axis=1)
+    lower, upper = np.array(robot.q_lower), np.array(robot.q_upper)
+    lower[2::3], upper[2::3] = bent[:, 0], bent[:, 1]
+    stiff = replace(robot, q_lower=lower, q_upper=upper)
+    path, _, margin = plan_body(stiff, contacts, route, settings)
+    raised = path.samples(times)[:, 0]
+    assert leg_room(stiff, body, feet).min() < 0.0 <= leg_room(stiff, raised, feet).min()
+    assert np.max(raised[:, 2] - body[:, 2]) > 0.01
+    np.testing.assert_allclose(raised[[0, -1]], body[[0, -1]], atol=2e-3)
     assert margin > 0.03

@@ -45,6 +45,12 @@ def samples(name: str) -> PlanSamples:
     return evaluate(paper_robot(), plan_of(name), grid(plan_of(name)))
 
 
+def rolled(plan: MotionPlan, t: float) -> FloatArray:
+    """By how much feet are off where they were set down (4, 3)."""
+    assert plan.contacts.roll is not None
+    return np.column_stack([plan.contacts.roll.at(np.array([t]))[0], np.zeros(4)])
+
+
 @pytest.mark.parametrize("name", MOVING)
 def test_margin_is_kept_at_any_time(name: str) -> None:
     """Between the times that the program looked at it is at most 3 mm less than claimed."""
@@ -88,25 +94,25 @@ def test_margin_of_a_sample_is_the_margin_over_its_standing_feet(name: str) -> N
 
 @pytest.mark.parametrize("name", PLANS)
 def test_standing_feet_do_not_move_and_no_foot_jumps(name: str) -> None:
-    """A foot that stands at two times and in between is in one place; others move smoothly."""
+    """A foot that stands at two times and in between is in one place, or rolls; others swing."""
     plan, s = plan_of(name), samples(name)
     phase = np.array([plan.contacts.phase_index(t) for t in s.times])
     same = np.diff(phase) == 0
     still = s.standing[1:] & s.standing[:-1] & same[:, None]
     moved = np.linalg.norm(np.diff(s.feet, axis=0), axis=-1)
-    assert np.all(moved[still] == 0.0)
+    assert moved[still].max() <= 0.02 * np.diff(s.times).max()  # rolling by 2 cm/s at most
     assert moved.max() <= 2.5 * np.diff(s.times).max()  # no foot is faster than 2.5 m/s
 
 
 @pytest.mark.parametrize("name", PLANS)
 def test_one_time_is_many_times_at_once(name: str) -> None:
-    """`sample` and `evaluate` agree, and the feet's velocity is the derivative of their place."""
+    """`sample` and `evaluate` agree but for the rolling; velocities are the places' derivatives."""
     plan, s, h = plan_of(name), samples(name), 1e-5
     for k in range(1, len(s.times) - 1, 61):
         t = float(s.times[k])
         one = plan.sample(t)
         np.testing.assert_allclose(one.body, s.body[k], atol=1e-9)
-        np.testing.assert_allclose(one.feet, s.feet[k], atol=1e-12)
+        np.testing.assert_allclose(one.feet + rolled(plan, t), s.feet[k], atol=1e-12)
         np.testing.assert_array_equal(one.standing, s.standing[k])
         assert np.isnan(one.swing_phase) == bool(np.all(one.standing))
         if plan.contacts.phase_index(t - h) == plan.contacts.phase_index(t + h):
@@ -142,11 +148,12 @@ def test_segments_follow_one_another_without_gaps(name: str) -> None:
 
 @pytest.mark.parametrize("name", PLANS)
 def test_plan_ends_in_its_end_stance(name: str) -> None:
-    """`end` is where the last sample is, and the plan stays there afterwards."""
+    """`end` is where the last sample is, rolled feet too; the plan stays there afterwards."""
     plan = plan_of(name)
     last, later = plan.sample(plan.duration), plan.sample(plan.duration + 5.0)
     np.testing.assert_array_equal(plan.end.body, last.body[0])
     np.testing.assert_allclose(plan.end.feet, last.feet, atol=1e-12)
+    np.testing.assert_allclose(plan.end.roll, rolled(plan, plan.duration)[:, :2], atol=1e-12)
     np.testing.assert_allclose(later.feet, last.feet, atol=1e-12)
     np.testing.assert_allclose(later.body[0], last.body[0], atol=1e-3)
     np.testing.assert_allclose(later.body[1:], 0.0, atol=1e-9)

@@ -9,7 +9,6 @@ from rig import course_of, flat_course, paper_robot, stairs_course, stance_at
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_path import robot_stance
 from drake_quad.planning.mission import END_CLEARANCE, Task, derive_mission
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.plan_mission import (
@@ -18,6 +17,7 @@ from drake_quad.planning.plan_mission import (
     initial_stance,
     plan_mission,
 )
+from drake_quad.planning.route import robot_stance
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.terrain import Course, Element
 
@@ -129,7 +129,7 @@ def test_first_stance_stands_on_the_ground_around_the_start() -> None:
 def test_steps_out_of_reach_are_refused_with_the_leg_and_by_how_much() -> None:
     """A rise that the legs are too short for: the error's data name the foot and the excess."""
     with pytest.raises(PlanningError) as caught:
-        check_mission(paper_robot(), climb(0.35))
+        check_mission(paper_robot(), climb(0.55))
     data = caught.value.data
     assert "too short" in caught.value.reason or "beyond its limits" in caught.value.reason
     assert data["excess"] > 0.0

@@ -22,11 +22,11 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import LEGS, WAVE_ORDER, FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.gait.workspace import Workspace
-from drake_quad.planning.body_path import robot_stance
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.route import robot_stance
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.terrain import Element, Lane
 

@@ -59,3 +59,34 @@ def test_drawn_stances_can_be_stood_in(load: Any) -> None:
         _, excess, _ = pose_robot(robot, trial.stance.body[None], feet[None])
         assert excess.max() == 0.0 and trial.budget >= push_budget.LEAST
     assert seen == {True, False}
+
+
+def test_table_counts_toppled_and_not_survived_apart(load: Any) -> None:
+    """By ground, with the exact bound: none of 20 is at most 16.8 %, two-sided at 95 %."""
+    push_budget = load("push_budget")
+    rows = [
+        {"on_stairs": k % 2 == 0, "toppled": False, "survived": k != 4, "ratio": 0.5 + 0.01 * k}
+        for k in range(40)
+    ]
+    level, stairs, every = push_budget.table(rows).splitlines()[2:]
+    assert level == "| level | 20 | 0 | 16.8 % | 0 | 20 | 0.70 | 0.51 to 0.89 |"
+    assert stairs.startswith("| stairs | 20 | 0 | 16.8 % | 1 | 20 |")
+    assert every.startswith("| all | 40 | 0 | 8.8 % | 1 | 40 |")
+
+
+def test_end_is_survived_upright_on_three_feet_only(load: Any) -> None:
+    """Not on two, and not toppled."""
+    End = load("push_stances").End
+    assert End(toppled=False, feet=3, slid=0.0).survived
+    assert not End(toppled=False, feet=2, slid=0.0).survived
+    assert not End(toppled=True, feet=4, slid=0.0).survived
+
+
+def test_a_trial_is_the_same_whichever_were_drawn_before(load: Any) -> None:
+    """So that they can be run in pieces."""
+    push_budget = load("push_budget")
+    one, other = push_budget.Bench("ik", 3), push_budget.Bench("ik", 3)
+    one.trial(0)
+    first, second = one.trial(1), other.trial(1)
+    assert first.budget == second.budget and np.array_equal(first.way, second.way)
+    assert 0.0 < first.budget <= first.pendulums

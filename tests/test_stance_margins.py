@@ -23,8 +23,9 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margin
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.run_log_margins import Ground, plan_regions
+from drake_quad.stability.kinds import FEASIBLE, FRICTION, HULL
 from drake_quad.stability.level import is_hull, static_region
-from drake_quad.stability.measured import FEASIBLE, FRICTION, HULL, Gauge, Margins, demand_of
+from drake_quad.stability.measured import Gauge, Margins, demand_of
 from drake_quad.stability.region import AT_REST, find_region
 from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
 from drake_quad.terrain import Element

@@ -74,10 +74,11 @@ def base_columns() -> tuple[list[str], list[str]]:
 
 
 def test_a_run_just_as_planned_has_no_errors() -> None:
-    """No base error, no slip, no waiting, all feet that should bear do."""
+    """No base error, no slip, no waiting, all feet that should bear do; they roll as planned."""
     found = summary(log())
-    for key in ("base_error_max", "base_tilt_error_max_deg", "slip_max", "foot_roll_max"):
+    for key in ("base_error_max", "base_tilt_error_max_deg", "slip_max"):
         assert found[key] == pytest.approx(0.0, abs=1e-5), key
+    assert 0.003 < found["foot_roll_max"] < 0.012
     for key in ("samples_under_three_feet", "time_under_three_feet", "nonfoot_contact_samples"):
         assert found[key] == 0, key
     assert found["margin_within_20mm"] == 1.0 and found["margin"] == found["margin_planned"]
@@ -159,10 +160,11 @@ def test_slip_is_the_way_slid_in_one_stance() -> None:
 
 def test_roll_is_how_far_a_contact_moves_in_one_stance() -> None:
     """A contact that wanders by 3-4 mm has rolled 5 mm; a new stance begins anew."""
-    x, y = values("RL_position_x"), values("RL_position_y")
-    x[20:] += 0.003
-    y[20:] += 0.004
-    found = summary(changed(RL_position_x=x, RL_position_y=y))
+    still = {f"{leg}_position_{axis}": 0.0 * values("RL_position_x")
+             for leg in ("FL", "FR", "RL", "RR") for axis in "xy"}  # fmt: skip
+    still["RL_position_x"][20:] += 0.003
+    still["RL_position_y"][20:] += 0.004
+    found = summary(changed(**still))
     assert found["foot_roll_max"] == pytest.approx(0.005)
     assert found["slip_max"] == 0.0
 

@@ -20,7 +20,7 @@ from drake_quad.certificate.obstacles import Obstacles
 from drake_quad.certificate.pieces import IntArray, Pieces
 from drake_quad.certificate.shank_room import shank_room
 from drake_quad.certificate.statics import enclose_statics
-from drake_quad.certificate.support import Support, enclose_margin, find_support
+from drake_quad.certificate.support import enclose_margin, find_support
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_model import RobotModel
 
@@ -41,7 +41,6 @@ class Problem:
         shank: Its shanks.
         pieces: The plan.
         obstacles: The course.
-        support: What the standing feet make of the centre of mass.
         rule: What a swing owes the obstacles.
     """
 
@@ -49,7 +48,6 @@ class Problem:
     shank: Shank
     pieces: Pieces
     obstacles: Obstacles
-    support: Support
     rule: SwingRule
 
 
@@ -60,7 +58,6 @@ def pose_problem(robot: RobotModel, shank: Shank, pieces: Pieces, obstacles: Obs
         shank=shank,
         pieces=pieces,
         obstacles=obstacles,
-        support=find_support(pieces),
         rule=find_swing_rule(pieces, obstacles, robot.foot_radius),
     )
 
@@ -111,7 +108,7 @@ def _bound(
     demand: FloatArray,
 ) -> Bounds:
     robot, pieces = problem.robot, problem.pieces
-    phase, segment = pieces.phase[cells.piece], pieces.segment[cells.piece]
+    segment = pieces.segment[cells.piece]
     frame, feet = enclose_frame(cells), enclose_feet(pieces, cells)
     legs = enclose_legs(robot, frame, feet)
     moments = enclose_moments(robot, frame, legs)
@@ -126,11 +123,12 @@ def _bound(
         low[:, column] = lows.min(axis=1)
         sample[:, column] = np.where(np.isnan(samples), np.inf, samples).min(axis=1)
 
-    margin = enclose_margin(problem.support, phase, moments)
+    support = find_support(pieces, cells)
+    margin = enclose_margin(support, moments)
     put(MARGIN, margin.lower, margin.centre)
     put(JOINTS, *_joint_room(robot, legs))
     put(REACH, *_reach_room(robot, legs))
-    statics = enclose_statics(robot, problem.support, phase, frame, legs, moments)
+    statics = enclose_statics(robot, support, frame, legs, moments)
     effort = robot.effort.reshape(4, 3).T
     room = [
         1.0 - np.maximum(t.upper, -t.lower) / e

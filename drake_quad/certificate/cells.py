@@ -40,16 +40,27 @@ class Cells:
         """One coordinate of all four feet, (N, 4)."""
         swing = np.arange(4) == pieces.swing[self.piece][:, None]
         moving = self._enclose(self.foot[:, axis])
-        place = pieces.feet[self.piece][:, :, axis]
-        still = np.zeros_like(place)
+        place, rate = pieces.feet[self.piece][:, :, axis], np.zeros((len(self.piece), 4))
+        if axis < 2:
+            on, lasts = pieces.roll[self.piece][:, :, axis], pieces.end - pieces.start
+            place = place + 0.5 * (self.low + self.high)[:, None] * on
+            rate = on / lasts[self.piece][:, None]
+        pad = 8.0 * UNIT * (1.0 + np.abs(place))
         return Enclosure(
             np.where(swing, moving.centre, place),
-            np.where(swing, moving.error, still),
-            np.where(swing, moving.radius, still),
-            np.where(swing, moving.rate, still),
-            np.where(swing, moving.rate_radius, still),
+            np.where(swing, moving.error, pad),
+            np.where(swing, moving.radius, pad + np.abs(rate) * moving.half),
+            np.where(swing, moving.rate, rate),
+            np.where(swing, moving.rate_radius, 8.0 * UNIT * np.abs(rate)),
             moving.half,
         )
+
+    def standing_feet(self, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
+        """Where the feet are in the middle (N, 4, 2), and how far off they may be (N, 4) [m]."""
+        on = pieces.roll[self.piece]
+        middle = 0.5 * (self.low + self.high)[:, None, None]
+        away = 0.5 * (self.high - self.low)[:, None] * np.linalg.norm(on, axis=-1)
+        return pieces.feet[self.piece][..., :2] + middle * on, away
 
     def _enclose(self, powers: FloatArray) -> Enclosure:
         """Polynomials (N, n) in tau as enclosures (N, 1)."""

@@ -184,6 +184,13 @@ class Enclosure:
         )
 
 
+def widen(g: Enclosure, away: FloatArray, rate: FloatArray) -> Enclosure:
+    """Of a function that is g in the middle, and off it by `away`, its rate by `rate`, at most."""
+    return Enclosure(
+        g.centre, g.error, (g.radius + away) * _GROW, g.rate, (g.rate_radius + rate) * _GROW, g.half
+    )
+
+
 def angle_of(y: Enclosure, x: Enclosure) -> Enclosure:
     """The angle of (x, y) from the x axis; nothing is known where that may be the origin.
 

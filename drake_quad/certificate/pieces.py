@@ -1,7 +1,7 @@
 """A mission's plan cut into pieces of time on which everything that moves is a polynomial.
 
-A piece ends at every knot of the body's spline, every lift-off, touchdown and apex, and every end
-of a segment.
+A piece ends at every knot of the body's spline and of the feet's rolling, every lift-off, touchdown
+and apex, and every end of a segment.
 """
 
 from collections.abc import Sequence
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from drake_quad.certificate.polynomials import compose
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.contact_plan import Step
+from drake_quad.planning.foot_roll import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 
 IntArray = NDArray[np.int_]
@@ -39,7 +40,8 @@ class Pieces:
         body: Coefficients of x, y, z, pitch, yaw (P, 5, BODY).
         swing: Row of the swing leg, -1 for none (P,).
         foot: Coefficients of the swing foot's x, y, z (P, 3, FOOT); 0 where nobody swings.
-        feet: Where each foot stands, or stood last (P, 4, 3) [m] in W.
+        feet: Where each foot stands as the piece begins, or stood last (P, 4, 3) [m] in W.
+        roll: How far each rolls on in the piece, evenly (P, 4, 2) [m]; of the swing foot in `foot`.
         standing: Who stands (P, 4).
         landing: Where the swing foot comes down (P, 3); `feet` of FL where nobody swings.
     """
@@ -53,6 +55,7 @@ class Pieces:
     swing: IntArray
     foot: FloatArray
     feet: FloatArray
+    roll: FloatArray
     standing: BoolArray
     landing: FloatArray
 
@@ -62,25 +65,34 @@ def cut_pieces(plans: Sequence[MotionPlan]) -> Pieces:
     rows: list[tuple[object, ...]] = []
     segments = phases = 0
     for task, plan in enumerate(plans):
-        ends = [s.end for s in plan.segments]
+        ends, roll = [s.end for s in plan.segments], plan.contacts.roll
         for phase in plan.contacts.phases:
             step = phase.step
             cuts = [phase.start, phase.end]
             if step is not None:
                 cuts.append(step.lift_off + step.swing.apex_time)
-            cuts += [t for t in ends if phase.start + SLIVER < t < phase.end - SLIVER]
+            inner = [*ends] if roll is None else [*ends, *roll.times]
+            cuts += [t for t in inner if phase.start + SLIVER < t < phase.end - SLIVER]
             cuts = _with_knots(cuts, plan.body.knot)
             for a, b in pairwise(cuts):
+                begin, on = _roll(roll, a, b)
+                feet = np.array(phase.feet)
+                feet[:, :2] += begin
+                foot = np.zeros((3, FOOT)) if step is None else _foot(step, a, b)
+                if step is not None:
+                    foot[:2, 0] += begin[step.leg.row]
+                    foot[:2, 1] += on[step.leg.row]
                 segment = segments + min(int(np.searchsorted(ends, 0.5 * (a + b))), len(ends) - 1)
                 rows.append(
                     (
                         a, b, task, segment, phases,
                         _body(plan, a, b),
                         -1 if step is None else step.leg.row,
-                        np.zeros((3, FOOT)) if step is None else _foot(step, a, b),
-                        phase.feet,
+                        foot,
+                        feet,
+                        on,
                         phase.standing,
-                        phase.feet[0] if step is None else step.swing.p_end,
+                        feet[0] if step is None else step.swing.p_end,
                     )
                 )  # fmt: skip
             phases += 1
@@ -89,13 +101,24 @@ def cut_pieces(plans: Sequence[MotionPlan]) -> Pieces:
     return Pieces(*columns)
 
 
+def _roll(roll: FootRoll | None, a: float, b: float) -> tuple[FloatArray, FloatArray]:
+    """How far the feet have rolled at a, and roll on until b, (4, 2) each [m]."""
+    if roll is None:
+        return np.zeros((4, 2)), np.zeros((4, 2))
+    begin, end = roll.at(np.array([a, b]))
+    return begin, end - begin
+
+
 def _with_knots(cuts: list[float], knot: float) -> list[float]:
-    """The cuts in order, and the knots between them."""
-    cuts = sorted(set(cuts))
-    first, last = int(np.ceil(cuts[0] / knot)), int(np.floor(cuts[-1] / knot))
-    knots = np.arange(first, last + 1) * knot
-    apart = np.abs(knots[:, None] - np.array(cuts)).min(axis=1) > SLIVER
-    return sorted([*cuts, *knots[apart].tolist()])
+    """The cuts in order, and the knots between them; of what is a sliver apart, the first."""
+    ends = [min(cuts), max(cuts)]
+    first, last = int(np.ceil(ends[0] / knot)), int(np.floor(ends[1] / knot))
+    found = np.array(ends)
+    for more in (np.array(cuts), np.arange(first, last + 1) * knot):
+        apart = np.abs(more[:, None] - found).min(axis=1) > SLIVER
+        found = np.sort(np.concatenate([found, more[apart]]))
+        found = found[np.append(True, np.diff(found) > SLIVER)]
+    return [*found.tolist()[:-1], ends[1]]
 
 
 def _body(plan: MotionPlan, a: float, b: float) -> FloatArray:

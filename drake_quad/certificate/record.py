@@ -16,12 +16,13 @@ from drake_quad.certificate.chain import Shank
 from drake_quad.certificate.pieces import Pieces
 from drake_quad.certificate.prove import Proof
 from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.foot_roll import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain_box import Box
 
 FORMAT = "drake_quad certificate"
-VERSION = 1
+VERSION = 2
 CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room")
 
 
@@ -118,6 +119,7 @@ def _tasks(plans: Sequence[MotionPlan], pieces: Pieces, proof: Proof) -> list[di
                 "knot": float(plan.body.knot),
                 "control": _plain(plan.body.control),
                 "feet": _plain(plan.contacts.feet),
+                "roll": _roll(plan),
                 "steps": [
                     {
                         "leg": int(step.leg),
@@ -137,6 +139,12 @@ def _tasks(plans: Sequence[MotionPlan], pieces: Pieces, proof: Proof) -> list[di
             }
         )
     return tasks
+
+
+def _roll(plan: MotionPlan) -> dict[str, Any]:
+    """How far the feet have rolled from where they were set down, linear between its times."""
+    roll = plan.contacts.roll or FootRoll(np.array([0.0, plan.duration]), np.zeros((2, 4, 2)))
+    return {"times": _plain(roll.times), "offset": _plain(roll.offset)}
 
 
 def _plain(values: FloatArray) -> Any:

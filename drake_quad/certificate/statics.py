@@ -1,16 +1,21 @@
 """Static forces and torques, enclosed over stretches of time.
 
 Vertical forces that balance the robot's weight are linear in its centre of mass: shares of the
-weight f(t) = witness + K (com(t) - com at the stretch's middle) balance it at every time.
+weight f(t) = witness + K (com(t) - com at the stretch's middle) balance it at every time, if the
+feet stay. Where they roll, by D(t) from the matrix B of their balance (B K = 1), the shares
+
+    f - K (1 + D K)^-1 D f
+
+balance the weight: with no foot off by more than `away`, |D f| <= away |f|, the sum of shares, and
+|D K| <= k = away times the sum of K's rows, they are off by at most |K_i| away |f| / (1 - k).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.enclosure import Enclosure
+from drake_quad.certificate.enclosure import Enclosure, widen
 from drake_quad.certificate.legs import Frame, Legs, Moments
-from drake_quad.certificate.pieces import IntArray
 from drake_quad.certificate.support import Support
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_model import RobotModel
@@ -37,7 +42,6 @@ class Statics:
 def enclose_statics(
     robot: RobotModel,
     support: Support,
-    phase: IntArray,
     frame: Frame,
     legs: Legs,
     moments: Moments,
@@ -47,18 +51,34 @@ def enclose_statics(
     Where four feet stand one of the forces may be chosen: it is so that the torques are the
     smallest part of their limits.
     """
-    share, free = support.share[phase], support.free[phase]
+    share, free = support.share, support.free
     x, y = moments.com
     shares = x * share[..., 1] + y * share[..., 2] + share[..., 0]
     empty, loaded = _torques(robot, frame, legs, moments)
     freedom = _choose(robot, shares, free, empty, loaded)
-    shares = shares + freedom[:, None] * free
+    shares = _roll(shares + freedom[:, None] * free, support)
     torques = (
         empty[0] + loaded[0] * shares,
         empty[1] + loaded[1] * shares,
         empty[2] + loaded[2] * shares,
     )
     return Statics(shares.centre, shares, torques)
+
+
+def _roll(shares: Enclosure, support: Support) -> Enclosure:
+    """The shares with feet that roll, see above."""
+    away, half = support.away[:, None], shares.half
+    size = np.linalg.norm(support.share, axis=2)  # of K's rows; the first column only adds to it
+    k = away * size.sum(axis=1, keepdims=True)
+    left = np.where(k < 1.0, 1.0 - k, np.nan)
+    total = (np.abs(shares.centre) + shares.radius).sum(axis=1, keepdims=True)
+    speed = (np.abs(shares.rate) + shares.rate_radius).sum(axis=1, keepdims=True)
+    moved = size * away * total / left
+    # The rate of each factor in turn: of (1 + D K)^-1, of D, of f.
+    rate = size * (
+        (k / half) * away * total / left**2 + (away / half * total + away * speed) / left
+    )
+    return widen(shares, moved, rate)
 
 
 def _torques(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import gcd
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_quad.design.candidate import Grid
 from drake_quad.design.staircase import Staircase
@@ -23,12 +24,14 @@ class Cycle:
         feet: (C, N, 4, 3) foot sphere centres [m].
         standing: (N, 4).
         swing: (N,) row of the leg in the air.
+        landed: (N, 4) the moment at which each foot was set down last; cycles follow one another.
     """
 
     body: FloatArray
     feet: FloatArray
     standing: BoolArray
     swing: FloatArray
+    landed: NDArray[np.intp]
 
 
 def make_cycle(
@@ -98,4 +101,19 @@ def make_cycle(
                 z = {0.0: from_tread * stairs.rise, 1.0: tread * stairs.rise}.get(s, z + clearance)
             feet[:, k, row, 2] = z + foot_radius
     swing = np.array([float(leg.row) for _, leg, _ in moments])
-    return Cycle(body, feet, standing, swing)
+    return Cycle(body, feet, standing, swing, _landed(cycles))
+
+
+def _landed(cycles: int) -> NDArray[np.intp]:
+    """See Cycle; the end of each leg's swing, or of its swing in the cycle before."""
+    last = len(PHASES) - 1
+    landed = np.empty((cycles, 4, len(PHASES), 4), dtype=np.intp)
+    for c in range(cycles):
+        for beat in range(4):
+            for other, leg in enumerate(WAVE_ORDER):
+                earlier = other < beat
+                before = c if earlier else (c - 1) % cycles
+                landed[c, beat, :, leg.row] = (4 * before + other) * len(PHASES) + last
+            own = (4 * c + beat) * len(PHASES) + last
+            landed[c, beat, last, WAVE_ORDER[beat].row] = own
+    return landed.reshape(-1, 4)

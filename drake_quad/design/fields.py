@@ -18,7 +18,8 @@ Fields = dict[str, dict[str, float | int | str]]
 MASS, LEG = 60.0, 1.22  # of the robot that the numbers below are of [kg], [m]
 CYCLE_TIME = 8.0  # [s]
 TREADS_TIME = {1: 0.9, 2: 1.1, 3: 1.35}  # of it: a shorter step takes less time
-SHANK_ROOM = {1: 0.015, 2: 0.015}  # of a leg, by places a tread
+SHANK_ROOM = {1: 0.025, 2: 0.025}  # of a leg, by places a tread
+MOST_AHEAD = 0.15  # of a leg: that the body may be ahead of its place, or behind
 SWING_TIME, SHIFT_TIME = 1.2, 1.3  # [s]
 WIDEST = {1: 0.25, 2: 0.36}  # of a leg: that they sway, by places a tread
 SWITCH_WAIT = 0.75  # [s] where treads have several places: small robots sway far for their margin
@@ -56,7 +57,7 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
         "body_shift_down": float(c.shift_down[0]),
         "lift_down": float(c.lift_down[0]),
         "shank_room": SHANK_ROOM[c.pattern.per_tread] * leg,
-        "max_ahead": 0.04 * leg + float(c.surge[0]),
+        "max_ahead": MOST_AHEAD * leg + float(c.surge[0]),
         "stance_length": hip_length(robot),
         "stance_width": float(c.width[0]),
         "stance_stagger": c.stagger,

@@ -3,6 +3,7 @@
 from math import acos, atan2, cos, pi, sin, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
@@ -38,8 +39,10 @@ def slacks(
     body: FloatArray,
     feet: FloatArray,
     swing: FloatArray,
+    landed: NDArray[np.intp],
     rise: float,
     run: float,
+    radius: float,
     legs: FloatArray,
     limits: FloatArray,
     masses: FloatArray,
@@ -57,8 +60,10 @@ def slacks(
         body: (C, N, 5) x, y, z, pitch, yaw (0) of B.
         feet: (C, N, 4, 3) [m].
         swing: (N,) row of the leg in the air.
+        landed: (N, 4) at which moment each foot was set down, from where it rolls.
         rise: Of the staircase [m].
         run: Of the staircase [m].
+        radius: Of the feet [m].
         legs: (4, 7) hip x, y, z, offset, thigh, shank, knee sign.
         limits: (3, 12) least and greatest angles [rad], torques [Nm].
         masses: (13,) of the trunk, then of the links leg by leg [kg].
@@ -73,18 +78,27 @@ def slacks(
             more no further moments are looked at.
     """
     q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
+    f, tilts = np.empty((4, 3)), np.empty((body.shape[1], 4))
     forces, com = np.zeros(4), np.empty(3)
     weight = masses.sum() * GRAVITY
     for c in range(body.shape[0]):
         row = found[c]
+        for n in range(body.shape[1]):
+            for k in range(4):
+                if landed[n, k] == n:
+                    tilts[n, k] = _tilt(legs[k], body[c, n], feet[c, n, k], q[k])
         for i in range(body.shape[1]):
             if lacking(row, wanted) > enough[c]:
                 break
             n = i * STRIDE % body.shape[1]
-            b, f, air = body[c, n], feet[c, n], int(swing[n])
+            b, air = body[c, n], int(swing[n])
             cp, sp = cos(b[3]), sin(b[3])
             for k in range(4):
-                _angles(legs[k], b, f[k], 0.0, cp, sp, q[k])
+                # A foot is a ball, which its shank rolls on.
+                tilt = _tilt(legs[k], b, feet[c, n, k], q[k])
+                f[k, :] = feet[c, n, k]
+                if k != air:
+                    f[k, 0] += radius * (tilt - tilts[landed[n, k], k])
             _centre(b, q, legs, masses, coms, cp, sp, com)
             sway, margin = _sway(com, f, air, widest, wanted[MARGIN])
             row[MARGIN] = min(row[MARGIN], margin)
@@ -110,6 +124,13 @@ def slacks(
                 x, low = trunk[0, 0] + i / 6.0 * (trunk[1, 0] - trunk[0, 0]), trunk[0, 2]
                 s, z = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
                 row[TRUNK] = min(row[TRUNK], _from_stairs(s, z, rise, run))
+
+
+@compiled
+def _tilt(leg: FloatArray, b: FloatArray, foot: FloatArray, q: FloatArray) -> float:
+    """How far a shank leans ahead [rad], the body not swaying; writes its leg's angles."""
+    _angles(leg, b, foot, 0.0, cos(b[3]), sin(b[3]), q)
+    return b[3] + q[1] + q[2]
 
 
 @compiled

@@ -13,6 +13,9 @@ GRAVITY = 9.81
 class BodyProblem:
     """What the quadratic program is given. Arrays over `times` have one row a time.
 
+    Where legs are at their limits, the body may also lift and tilt: rise above its route, and pitch
+    more than that asks for, the angle times a leg's length [m]. Both are 0 at both ends.
+
     Attributes:
         contacts: Who stands where, when.
         times: Sampled times (N,) [s].
@@ -34,6 +37,7 @@ class BodyProblem:
         guard: For how long before lift-off and after touchdown three feet have to do already [s].
         knot: Knot spacing [s].
         limits: Of the legs, where they are in the way.
+        max_lift: The most lift, up or down, and the most tilt, (2,) [m].
     """
 
     contacts: ContactPlan
@@ -54,6 +58,12 @@ class BodyProblem:
     guard: float = 0.15
     knot: float = 0.2
     limits: LegLimits | None = None
+    max_lift: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def axes(self) -> int:
+        """Of the path: x and y, or these and lift and tilt."""
+        return 2 if self.limits is None else 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +71,10 @@ class BodySolution:
     """What the program found.
 
     Attributes:
-        control: The control points (n, 2) [m].
+        control: The control points (n, axes) [m].
         margin: The static margin that the program believes in [m].
         zmp_margin: The same for the zero-moment point [m].
-        path: Value, velocity, acceleration at the sampled times, (N, 3, 2).
+        path: Value, velocity, acceleration at the sampled times, (N, 3, axes).
         scalars: The program's scalars, see `body_rows` (5,) [m].
     """
 

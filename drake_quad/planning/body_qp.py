@@ -1,6 +1,7 @@
 """The body's horizontal path as one quadratic program.
 
-Unknown are the control points of x(t) and y(t), the smallest static margin m and the smallest
+Unknown are the control points of x(t) and y(t), where legs are at their limits also those of the
+body's lift and tilt (see BodyProblem), the smallest static margin m and the smallest
 margin of the zero-moment point. For every sampled time t and every side (inward unit normal n
 through p) of the support polygon,
 
@@ -18,7 +19,7 @@ program with all rows (an outer approximation; Kelley, "The cutting-plane method
 programs", 1960).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import piqp
@@ -45,6 +46,7 @@ from drake_quad.planning.body_sides import Sides, make_sides
 from drake_quad.planning.body_spline import knot_count
 
 FOLLOW = 0.02  # what a distance from the nominal path costs; an acceleration costs 1 [1/s^4]
+SETTLE = 1.0  # the same of lift and tilt
 # The scalars' costs: of both margins, of the excess of reach, of legs beyond their limits and of
 # shanks too near to the stairs. The last two are hard if they can be kept.
 PRICES = (-200.0, -100.0, 400.0, 4000.0, 1500.0)
@@ -63,9 +65,10 @@ class BodyFrame:
         basis: The spline at the sampled times.
         sides: Of the support polygons.
         limits: Rows of reach and shift.
-        P: The quadratic cost, (2n + 5, 2n + 5).
-        c: The linear cost, (2n + 5,).
-        A: Picks the control points at both ends, which are given, (12, 2n + 5).
+        P: The quadratic cost, (axes n + 5, axes n + 5).
+        c: The linear cost, (axes n + 5,).
+        A: Picks the control points at both ends, which are given, (6 axes, axes n + 5).
+        axes: Of the path, see BodyProblem.
     """
 
     basis: Basis
@@ -74,6 +77,7 @@ class BodyFrame:
     P: sparse.csc_matrix
     c: FloatArray
     A: sparse.csc_matrix
+    axes: int
 
 
 def make_frame(problem: BodyProblem) -> BodyFrame:
@@ -87,9 +91,18 @@ def make_frame(problem: BodyProblem) -> BodyFrame:
     P, c = _cost(p, basis)
     limits = join([*reach_rows(p), *shift_rows(p)])
     ends = np.array([0, 1, 2, basis.count - 3, basis.count - 2, basis.count - 1])
-    columns = (2 * ends[:, None] + np.arange(2)).ravel()
-    A = sparse.csc_matrix((np.ones(12), (np.arange(12), columns)), shape=(12, len(c)))
-    return BodyFrame(basis, make_sides(p.contacts, p.times, p.guard), limits, P, c, A)
+    columns = (p.axes * ends[:, None] + np.arange(p.axes)).ravel()
+    many = len(columns)
+    A = sparse.csc_matrix((np.ones(many), (np.arange(many), columns)), shape=(many, len(c)))
+    sides = make_sides(p.contacts, p.times, p.guard)
+    return BodyFrame(basis, sides, limits, P, c, A, p.axes)
+
+
+def with_sides(frame: BodyFrame, problem: BodyProblem) -> BodyFrame:
+    """The same program where the feet have rolled by another path."""
+    if frame.axes != problem.axes:
+        return make_frame(problem)
+    return replace(frame, sides=make_sides(problem.contacts, problem.times, problem.guard))
 
 
 def solve_body(
@@ -114,7 +127,7 @@ def solve_body(
     parts = [margin_rows(problem, frame.sides), frame.limits]
     if problem.limits is not None:
         parts.append(limit_rows(problem.limits))
-    rows = join(parts)
+    rows = join([part.with_axes(problem.axes) for part in parts])
     if start is None:
         chosen = np.zeros(len(rows.sample), dtype=bool)
         chosen[: len(frame.sides.sample)] = frame.sides.sample % SEED_STRIDE == 0
@@ -122,7 +135,7 @@ def solve_body(
         chosen = rows.excess(start.path, start.scalars) < NEAR
     for k in range(ROUNDS):
         x = _solve(problem, frame, rows, np.flatnonzero(chosen))
-        control, scalars = x[:-SCALARS].reshape(-1, 2), x[-SCALARS:]
+        control, scalars = x[:-SCALARS].reshape(-1, problem.axes), x[-SCALARS:]
         path = frame.basis.at(control)
         excess = rows.excess(path, scalars)
         if np.all(excess[~chosen] >= -broken):
@@ -135,13 +148,18 @@ def solve_body(
 
 
 def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: Indices) -> FloatArray:
-    """The path's control points, x and y in turn, and the scalars (2n + 5,)."""
-    total = len(frame.c)
+    """The path's control points, their axes in turn, and the scalars (axes n + 5,)."""
+    total, axes = len(frame.c), p.axes
     G, lower = rows.matrix(chosen, frame.basis)
-    b = np.repeat([p.nominal[0], p.nominal[-1]], 3, axis=0).ravel()
+    still = np.zeros(axes - 2)
+    ends = [np.append(p.nominal[0], still), np.append(p.nominal[-1], still)]
+    b = np.repeat(ends, 3, axis=0).ravel()
     x_lower, x_upper = np.full(total, -np.inf), np.full(total, np.inf)
     x_upper[-SCALARS : -SCALARS + 2] = p.margin_desired, p.zmp_margin_desired
     x_lower[-SCALARS + 2 :] = 0.0
+    for axis in range(2, axes):
+        mine, most = slice(axis, total - SCALARS, axes), p.max_lift[axis - 2]
+        x_lower[mine], x_upper[mine] = -most, most
     solver = piqp.SparseSolver()
     solver.settings.eps_abs = 1e-5
     solver.settings.eps_rel = 1e-5
@@ -160,28 +178,48 @@ def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
     """The acceleration squared and some of the distance from the nominal path, over time."""
     gaps = np.diff(p.times)
     weight = 0.5 * (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0))  # the trapezoidal rule
+    follow = basis.weights[:, 0]
+    n, axes = basis.count, p.axes
+    at = basis.first[:, None] + np.arange(4)
+    ways = [_bands(basis, at, weight, pull) for pull in (FOLLOW, SETTLE)]
+    bands = []
+    for d in range(4):  # above the diagonal; the same below
+        band = np.stack([ways[axis >= 2][d] for axis in range(axes)], axis=-1).ravel()
+        bands.append(np.append(band, np.full(SCALARS, 1e-6 if d == 0 else 0.0)))
+    offsets = [axes * d for d in (0, 1, 2, 3, -1, -2, -3)]
+    P = sparse.diags_array([*bands, *bands[1:]], offsets=offsets, format="csc")
+    pull = weight[:, None, None] * follow[:, :, None] * p.nominal[:, None, :]
+    c = np.zeros((n, axes))
+    for axis in range(2):
+        c[:, axis] = -2.0 * FOLLOW * np.bincount(at.ravel(), pull[..., axis].ravel(), minlength=n)
+    return P, np.append(c.ravel(), PRICES)
+
+
+def _bands(basis: Basis, at: Indices, weight: FloatArray, pull: float) -> list[FloatArray]:
+    """The diagonals of one axis's cost on and above the main one; the d-th is n - d long."""
     follow, accelerate = basis.weights[:, 0], basis.weights[:, 2]
     square = (
         2.0
         * weight[:, None, None]
         * (
             accelerate[:, :, None] * accelerate[:, None, :]
-            + FOLLOW * follow[:, :, None] * follow[:, None, :]
+            + pull * follow[:, :, None] * follow[:, None, :]
         )
     )
-    n = basis.count
-    at = basis.first[:, None] + np.arange(4)
     bands = []
-    for d in range(4):  # above the diagonal; the same below
+    for d in range(4):
         pairs = np.stack([square[:, a, a + d] for a in range(4 - d)], axis=-1)
-        band = np.bincount(at[:, : 4 - d].ravel(), pairs.ravel(), minlength=n)[: n - d]
-        bands.append(np.repeat(band, 2))
-    bands[0] = np.append(bands[0], np.full(SCALARS, 1e-6))
-    bands[1:] = [np.append(band, np.zeros(SCALARS)) for band in bands[1:]]
-    P = sparse.diags_array([*bands, *bands[1:]], offsets=[0, 2, 4, 6, -2, -4, -6], format="csc")
-    pull = weight[:, None, None] * follow[:, :, None] * p.nominal[:, None, :]
-    c = [np.bincount(at.ravel(), pull[..., k].ravel(), minlength=n) for k in range(2)]
-    return P, np.append(-2.0 * FOLLOW * np.stack(c, axis=-1).ravel(), PRICES)
+        band = np.bincount(at[:, : 4 - d].ravel(), pairs.ravel(), minlength=basis.count)
+        bands.append(np.asarray(band[: basis.count - d], dtype=np.float64))
+    return bands
 
 
-__all__ = ["GRAVITY", "BodyFrame", "BodyProblem", "BodySolution", "make_frame", "solve_body"]
+__all__ = [
+    "GRAVITY",
+    "BodyFrame",
+    "BodyProblem",
+    "BodySolution",
+    "make_frame",
+    "solve_body",
+    "with_sides",
+]

@@ -1,14 +1,14 @@
 """The inequalities of the body's program, kept small: a side's normal and a sampled time each.
 
-A row says of the body's centre p at one sampled time
+A row says of the body's centre p at one sampled time, or of p with the body's lift and tilt,
 
     n · (p - lean p̈) + weight * slack >= lower
 
-where `slack` is one of the program's scalars. Written out it has nine coefficients; here it
+where `slack` is one of the program's scalars. Written out it has 9 or 17 coefficients; here it
 has none until it is asked for, for most rows are never near to holding anything.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ class Rows:
 
     Attributes:
         sample: Index of the sampled time, (r,).
-        normal: n, (r, 2).
+        normal: n, (r, axes), axes being 2 or 4.
         lean: In s^2, (r,).
         scalar: Which scalar, (r,).
         weight: Its coefficient, (r,).
@@ -50,28 +50,36 @@ class Rows:
     lower: FloatArray
 
     def excess(self, path: FloatArray, scalars: FloatArray) -> FloatArray:
-        """By how much each is kept (r,) [m] by a path (N, 3, 2): value and two derivatives."""
+        """By how much each is kept (r,) [m] by a path (N, 3, axes): value and two derivatives."""
         kept = self.weight * scalars[self.scalar] - self.lower
-        for axis in range(2):
+        for axis in range(min(path.shape[2], self.normal.shape[1])):
             at = path[self.sample, 0, axis] - self.lean * path[self.sample, 2, axis]
             kept += self.normal[:, axis] * at
         return np.asarray(kept)
 
     def matrix(self, chosen: Indices, basis: "Basis") -> tuple[sparse.csc_matrix, FloatArray]:
-        """The chosen rows written out, (k, 2n + SCALARS), and their lower bounds (k,)."""
-        k, size = self.sample[chosen], len(chosen)
+        """The chosen rows written out, (k, axes n + SCALARS), and their lower bounds (k,)."""
+        k, size, axes = self.sample[chosen], len(chosen), self.normal.shape[1]
         along = basis.weights[k, 0] - self.lean[chosen, None] * basis.weights[k, 2]
-        data = np.empty((size, 9))
-        data[:, :8] = (along[:, :, None] * self.normal[chosen, None, :]).reshape(size, 8)
-        data[:, 8] = self.weight[chosen]
-        columns = np.empty((size, 9), dtype=np.int32)
-        columns[:, :8] = 2 * basis.first[k, None] + np.arange(8)
-        columns[:, 8] = 2 * basis.count + self.scalar[chosen]
-        starts = np.arange(0, 9 * size + 1, 9, dtype=np.int32)
+        many = 4 * axes
+        data = np.empty((size, many + 1))
+        data[:, :many] = (along[:, :, None] * self.normal[chosen, None, :]).reshape(size, many)
+        data[:, many] = self.weight[chosen]
+        columns = np.empty((size, many + 1), dtype=np.int32)
+        columns[:, :many] = axes * basis.first[k, None] + np.arange(many)
+        columns[:, many] = axes * basis.count + self.scalar[chosen]
+        starts = np.arange(0, (many + 1) * size + 1, many + 1, dtype=np.int32)
         rows = sparse.csr_matrix(
-            (data.ravel(), columns.ravel(), starts), shape=(size, 2 * basis.count + SCALARS)
+            (data.ravel(), columns.ravel(), starts), shape=(size, axes * basis.count + SCALARS)
         )
+        if axes > 2:
+            rows.eliminate_zeros()
         return rows.tocsc(), self.lower[chosen]
+
+    def with_axes(self, axes: int) -> "Rows":
+        """The same rows of a path with more axes, which they do not mind."""
+        more = np.zeros((len(self.normal), axes - self.normal.shape[1]))
+        return replace(self, normal=np.concatenate([self.normal, more], axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +91,7 @@ class Basis:
     count: int
 
     def at(self, control: FloatArray) -> FloatArray:
-        """Value, velocity and acceleration (N, 3, 2) of control points (n, 2)."""
+        """Value, velocity and acceleration (N, 3, axes) of control points (n, axes)."""
         return np.asarray(self.weights @ control[self.first[:, None] + np.arange(4)])
 
 

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import support_polygon
-from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.contact_plan import ContactPlan, Phase
 
+NARROW = 1e-5  # [m] beside such a diagonal: an interior-point solver needs an inside
 CROSSING_TIME = 0.5  # [s] to either side of such a switch in which the margin is to be reached
 
 
@@ -27,12 +29,14 @@ class Sides:
         normal: Inward unit normal, (k, 2).
         offset: Inward distance of the side from W's origin [m].
         weight: Of the margin asked for, in [0, 1].
+        phase: Index of the contact phase whose feet it is of.
     """
 
-    sample: FloatArray
+    sample: NDArray[np.intp]
     normal: FloatArray
     offset: FloatArray
     weight: FloatArray
+    phase: NDArray[np.intp]
 
 
 def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
@@ -49,7 +53,7 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
     crossings = _crossings(contacts)
     hulls, spans = [], []
     for phase in contacts.phases:
-        hull = support_polygon(phase.feet[phase.standing, :2])
+        hull = _hull_legs(phase)
         if len(hull) < 3:
             raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
         wide = 0.0 if phase.step is None else guard
@@ -57,13 +61,10 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
         after = 0.0 if phase.end in crossings else wide
         hulls.append(hull)
         spans.append((phase.start - before - 1e-9, phase.end + after + 1e-9))
-    corner, following = (
+    leg, following = (
         np.concatenate(hulls),
-        np.concatenate([np.roll(h, -1, axis=0) for h in hulls]),
+        np.concatenate([np.roll(h, -1) for h in hulls]),
     )
-    edge = following - corner
-    normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1) / np.hypot(*edge.T)[:, None]
-    inward = np.sum(normal * corner, axis=1)
     # Of every phase, sample by sample, all of its sides.
     begin, end = np.array(spans).T
     first, last = times.searchsorted(begin), times.searchsorted(end, side="right")
@@ -73,10 +74,30 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
     within = np.arange(len(phase_of)) - np.repeat(np.cumsum(rows) - rows, rows)
     sample = first[phase_of] + within // corners[phase_of]
     side = (np.cumsum(corners) - corners)[phase_of] + within % corners[phase_of]
+    feet = np.stack([phase.feet[:, :2] for phase in contacts.phases])
+    corner, next_corner = (feet[phase_of, which[side]] for which in (leg, following))
+    if contacts.roll is not None:
+        roll = contacts.roll.at(times)
+        corner, next_corner = (
+            at + roll[sample, which[side]]
+            for at, which in ((corner, leg), (next_corner, following))
+        )
+    edge = next_corner - corner
+    normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1) / np.hypot(*edge.T)[:, None]
+    inward = np.sum(normal * corner, axis=1)
     weight = np.ones(len(times))
     for crossing in crossings:
         weight = np.minimum(weight, np.abs(times - crossing) / CROSSING_TIME)
-    return Sides(sample, normal[side], inward[side], weight[sample])
+    weight = weight[sample]
+    return Sides(sample, normal, inward - np.where(weight > 0.0, 0.0, NARROW), weight, phase_of)
+
+
+def _hull_legs(phase: Phase) -> NDArray[np.intp]:
+    """Rows of the legs at the corners of a phase's support polygon, counterclockwise."""
+    rows = np.flatnonzero(phase.standing)
+    at = phase.feet[rows, :2]
+    hull = support_polygon(at)
+    return rows[[int(np.argmin(np.abs(at - corner).sum(axis=1))) for corner in hull]]
 
 
 def _crossings(contacts: ContactPlan) -> set[float]:

@@ -1,6 +1,7 @@
 """Who stands when and where: the feet's part of a motion plan."""
 
 from bisect import bisect_right
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +9,9 @@ from numpy.typing import NDArray
 
 from drake_quad.gait.legs import BoolArray, FloatArray, Leg, read_only
 from drake_quad.gait.swing import Swing, swing_positions
+from drake_quad.planning.foot_roll import FootRoll
+
+SAMPLE_PERIOD = 0.1  # [s] at which plans are looked at, and the body's program has its rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +51,14 @@ class ContactPlan:
         feet: Where the feet stand at first, (4, 3) [m], in W.
         steps: The steps.
         duration: When the plan ends [s].
+        roll: How far the feet roll from where they are set down; None: not at all.
         phases: The same as a gapless sequence of phases.
     """
 
     feet: FloatArray
     steps: tuple[Step, ...]
     duration: float
+    roll: FootRoll | None = None
     phases: tuple[Phase, ...] = field(init=False)
     _starts: tuple[float, ...] = field(init=False)
     _swings: NDArray[np.intp] = field(init=False)  # of each phase: which step's, -1 for none
@@ -77,9 +83,15 @@ class ContactPlan:
         object.__setattr__(self, "_swings", np.where(swinging, np.cumsum(swinging) - 1, -1))
         object.__setattr__(self, "feet", read_only(self.feet))
 
+    def rolled(self, roll: FootRoll) -> "ContactPlan":
+        """The same plan with feet that roll."""
+        plan = copy(self)
+        object.__setattr__(plan, "roll", roll)
+        return plan
+
     @property
     def final_feet(self) -> FloatArray:
-        """Where the feet stand at the end, (4, 3) [m]."""
+        """Where the feet were set down that stand at the end, (4, 3) [m]."""
         feet = np.array(self.feet)
         for step in self.steps:
             feet[step.leg.row] = step.swing.p_end
@@ -98,6 +110,8 @@ class ContactPlan:
         index = np.maximum(np.searchsorted(self._starts, times, side="right") - 1, 0)
         feet = np.stack([p.feet for p in self.phases])[index]
         standing = np.stack([p.standing for p in self.phases])[index]
+        if self.roll is not None:
+            feet[..., :2] += self.roll.at(times)
         if not self.steps:
             return feet, standing
         swing = self._swings[index]
@@ -105,7 +119,17 @@ class ContactPlan:
         swing = swing[mine]
         starts = np.array([step.lift_off for step in self.steps])
         legs = np.array([step.leg.row for step in self.steps])
-        feet[mine, legs[swing]] = swing_positions(
+        legs = legs[swing]
+        feet[mine, legs] = swing_positions(
             [step.swing for step in self.steps], swing, times[mine] - starts[swing]
         )
+        if self.roll is not None:
+            feet[mine, legs, :2] += self.roll.at(times[mine])[np.arange(len(mine)), legs]
         return feet, standing
+
+
+def sample_times(contacts: ContactPlan, period: float = SAMPLE_PERIOD) -> FloatArray:
+    """An even grid, `period` [s] apart at most, and every lift-off and touchdown, sorted [s]."""
+    even = np.linspace(0.0, contacts.duration, int(np.ceil(contacts.duration / period)) + 1)
+    switches = [p.start for p in contacts.phases] + [contacts.duration]
+    return np.unique(np.round(np.concatenate([even, switches]), 9))

@@ -2,8 +2,8 @@
 
 The body's program knows the legs as boxes about the feet. Where that lets a leg stretch or fold
 too far, a joint come to its limit, or a shank too near to the stairs, the room that is left is
-linear enough in a shift of the body that a path solved once more, within these sides, leaves it
-(sequential linearisation).
+linear enough in how the body shifts, rises and pitches that a path solved once more, within these
+sides, leaves it (sequential linearisation).
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from drake_quad.robot.leg_kinematics import solve_legs
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Lane
 
-SAFE = 0.008  # of a leg's length: room that the sides keep, for what is between the samples
+SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
 NEAR = 0.12  # of a leg's length: limits that are farther away are let be
 SHANK_SAFE = 0.002  # the same of the room between shanks and stairs
 LIMITS = 6  # of a leg: see `leg_room`
@@ -28,11 +28,11 @@ WEIGHT = 0.5  # of a leg's length, that a radian counts as
 
 @dataclass(frozen=True, eq=False)
 class LegLimits:
-    """Sides n · (x, y) >= offset of the body's place, (K,) of them.
+    """Sides n · (x, y, lift, tilt) >= offset, (K,) of them; see BodyProblem for lift and tilt.
 
     Attributes:
         sample: Index of the sampled time (K,).
-        normal: (K, 2); not of unit length.
+        normal: (K, 4); not of unit length.
         offset: (K,) [m].
         shank: Whether the side is for a shank's room; else it is for a leg's limits (K,).
         short: By how much the path that they are of falls short of all room, legs' limits first:
@@ -91,11 +91,17 @@ def leg_room(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArra
     return np.concatenate([ends, angles], axis=-1)
 
 
+def tilt_arm(robot: RobotModel) -> float:
+    """By which a tilt [rad] is a length, as all else in the body's program is [m]."""
+    return float(np.mean(robot.geometry.reach))
+
+
 def find_limits(
     robot: RobotModel,
     body: FloatArray,
     feet: FloatArray,
     rise: FloatArray,
+    extra: FloatArray,
     shanks: Shanks | None = None,
 ) -> LegLimits | None:
     """The sides for a body path that takes some leg beyond a limit; None if it takes none there.
@@ -105,6 +111,7 @@ def find_limits(
         body: (N, 5) poses in W at the sampled times.
         feet: (N, 4, 3) in W [m].
         rise: (N, 2) how much the body rises by a shift along x and y of W.
+        extra: (N, 2) lift and tilt of the path [m].
         shanks: The room that shanks are to have; None: they are let be.
     """
 
@@ -120,16 +127,21 @@ def find_limits(
     room = room_at(body)
     if room.min() >= 0.0:
         return None
-    gradient = np.empty((*room.shape, 2))
-    for axis in range(2):
-        moved = np.array(body)
-        moved[:, axis] += STEP
-        moved[:, 2] += STEP * rise[:, axis]
-        gradient[..., axis] = (room_at(moved) - room) / STEP
     reach = robot.geometry.reach
+    gradient = np.empty((*room.shape, 4))
+    for axis in range(4):
+        moved = np.array(body)
+        if axis < 2:
+            moved[:, axis] += STEP
+            moved[:, 2] += STEP * rise[:, axis]
+        elif axis == 2:
+            moved[:, 2] += STEP
+        else:
+            moved[:, 3] += STEP / tilt_arm(robot)
+        gradient[..., axis] = (room_at(moved) - room) / STEP
     k, leg, which = np.nonzero(room < NEAR * reach[:, None])
     normal = gradient[k, leg, which]
-    here = np.einsum("ij,ij->i", normal, body[k, :2])
+    here = np.einsum("ij,ij->i", normal, np.column_stack([body[k, :2], extra[k]]))
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
     worst = np.minimum(room.min(axis=(0, 1)), 0.0)

@@ -12,6 +12,7 @@ from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.plan_table import phase_table, sample_body, sample_feet
 from drake_quad.planning.pose_kernel import constants, pose
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.kinds import HULL
 
 SEGMENT_KINDS = ("stand", "transition", "wave", "spin")
 
@@ -23,10 +24,13 @@ class Stance:
     Attributes:
         body: x, y, z [m], pitch, yaw [rad] of B in W.
         feet: (4, 3) [m].
+        roll: By how much they are off that, as they have rolled since they were set down there
+            (4, 2) [m].
     """
 
     body: FloatArray
     feet: FloatArray
+    roll: FloatArray = field(default_factory=lambda: np.zeros((4, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +55,8 @@ class Segment:
 @dataclass(frozen=True, eq=False)
 class PlanSample:
     """What is desired at one gait time. Angles [rad], lengths [m], in W.
+
+    The feet as the controller is to set them down; it lets them roll, which `evaluate` foresees.
 
     Attributes:
         body: (3, 5) value, velocity and acceleration of x, y, z, pitch, yaw.
@@ -83,6 +89,7 @@ class MotionPlan:
         margin: Smallest static margin that the body's program found [m] (sampled; `evaluate`
             gives it at any time).
         revision: How often the task was planned anew while it was under way.
+        margin_kind: Over what that margin is, see `drake_quad.stability.kinds`.
         phases: The contacts as a table, see `phase_table`.
     """
 
@@ -92,6 +99,7 @@ class MotionPlan:
     segments: tuple[Segment, ...]
     margin: float
     revision: int = 0
+    margin_kind: str = HULL
     phases: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -110,7 +118,10 @@ class MotionPlan:
     def end(self) -> Stance:
         """The stance that it ends in."""
         body = sample_body(self.body.control, self.body.knot, self.duration)[0]
-        return Stance(body, self.contacts.final_feet)
+        roll = np.zeros((4, 2))
+        if self.contacts.roll is not None:
+            roll = self.contacts.roll.at(np.array([self.duration]))[0]
+        return Stance(body, self.contacts.final_feet, roll)
 
     def segment_index(self, t: float) -> int:
         """Index of the segment at time `t` [s]."""

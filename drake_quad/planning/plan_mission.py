@@ -9,13 +9,14 @@ import numpy as np
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import LEGS
-from drake_quad.planning.body_path import level_pose, robot_stance
 from drake_quad.planning.body_zmp import sample_zmp
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
 from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.route import level_pose, robot_stance
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.kinds import HULL
 from drake_quad.terrain import Course
 
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
@@ -141,7 +142,7 @@ def check_plan(
     _check_joints(robot, plan, s)
     if dynamic:
         _check_zmp(robot, plan)
-    elif not uniform_body:
+    elif not uniform_body and plan.margin_kind == HULL:  # of others `plan_task` sees to it
         _check_margin(plan, s)
     return s
 

@@ -7,7 +7,9 @@ import numpy as np
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_spline import BodySpline, knot_count
 from drake_quad.planning.body_zmp import ZmpSamples, sample_zmp
-from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.contact_plan import ContactPlan, sample_times
+from drake_quad.planning.foot_roll import FootRoll
+from drake_quad.planning.footing import Footing, footing_of, refuse
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
 from drake_quad.planning.plan_spin import lay_spin
@@ -43,19 +45,29 @@ def plan_task(
     Raises:
         PlanningError: If there is no plan, with the reason.
     """
+    footing = footing_of(robot, course, settings)
     if task.kind == "stand":
-        contacts = ContactPlan(stance.feet, (), task.duration)
+        ends = np.array([0.0, task.duration])
+        still = FootRoll(ends, np.stack([stance.roll, stance.roll]))
+        contacts = ContactPlan(stance.feet, (), task.duration, still)
         control = np.tile(stance.body, (knot_count(task.duration, KNOT), 1))
         segment = Segment(task.name, "stand", 0.0, task.duration)
         spline = BodySpline(KNOT, control)
-        return MotionPlan(index, contacts, spline, (segment,), float("nan"))
-    plan = _plan_gait(robot, course, settings, task, stance, index)
+        plan = MotionPlan(
+            index, contacts, spline, (segment,), float("nan"), margin_kind=settings.margin
+        )
+        if footing is not None:
+            _check(footing, plan)
+        return plan
+    plan = _plan_gait(robot, course, settings, task, stance, index, footing)
     if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
         # The fewest steps leave little margin: the paper's way, through the centres, takes more
         # steps and may leave more.
         by_centres = replace(settings, via_centres=True)
-        other = _plan_gait(robot, course, by_centres, task, stance, index)
+        other = _plan_gait(robot, course, by_centres, task, stance, index, footing)
         plan = max(plan, other, key=lambda p: p.margin)
+    if footing is not None and not settings.uniform_body and plan.margin <= 0.0:
+        _check(footing, plan)
     return plan
 
 
@@ -66,13 +78,30 @@ def _plan_gait(
     task: Task,
     stance: Stance,
     index: int,
+    footing: Footing | None,
 ) -> MotionPlan:
     lay = lay_walk if task.kind == "walk" else lay_spin
     contacts, route, segments = lay(robot, course, settings, task, stance)
-    body, margin = plan_body(robot, contacts, route, settings)
+    body, contacts, margin = plan_body(robot, contacts, route, settings, footing, stance.roll)
     if settings.dynamic:
         segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_PERIOD))
-    return MotionPlan(index, contacts, body, segments, margin)
+    return MotionPlan(index, contacts, body, segments, margin, margin_kind=settings.margin)
+
+
+def _check(footing: Footing, plan: MotionPlan) -> None:
+    """The margin of the region of balance is positive.
+
+    Raises:
+        PlanningError: With where it is not.
+    """
+    times = sample_times(plan.contacts)
+    feet, standing = plan.contacts.feet_at(times)
+    margins = footing.stances(plan.body.samples(times)[:, 0], feet, standing).margins()
+    k = int(np.argmin(margins))
+    if margins[k] <= 0.0:
+        t = float(times[k])
+        where = f"in '{plan.segments[plan.segment_index(t)].name}', {t:.1f} s into its task"
+        raise refuse(footing, float(margins[k]), standing[k], where)
 
 
 def _with_zmp(segments: tuple[Segment, ...], zmp: ZmpSamples) -> tuple[Segment, ...]:

@@ -5,12 +5,12 @@ import numpy as np
 from drake_quad.errors import PlanningError
 from drake_quad.gait.contact_table import wave_table
 from drake_quad.gait.legs import LEGS, SIGNS, FloatArray, Leg
-from drake_quad.planning.body_path import Route, robot_stance
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.lattice import Lattice, make_lattice
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import Segment, Stance
 from drake_quad.planning.plan_transition import lay_transition
+from drake_quad.planning.route import Route, robot_stance
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.planning.step_builder import StepBuilder
 from drake_quad.planning.tread_phase import (

@@ -7,10 +7,10 @@ import numpy as np
 
 from drake_quad.gait.legs import FloatArray, read_only
 from drake_quad.gait.quintic import quintic
-from drake_quad.planning.body_path import Ground, Route
 from drake_quad.planning.body_spline import BodySpline, greville
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
+from drake_quad.planning.route import Ground, Route
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.terrain import Course, Lane
 

@@ -12,7 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.errors import PlanningError
-from drake_quad.planning.body_path import plan_body, sample_times
+from drake_quad.planning.body_path import plan_body
+from drake_quad.planning.contact_plan import sample_times
+from drake_quad.planning.footing import footing_of
 from drake_quad.planning.motion_plan import MotionPlan, Stance, evaluate
 from drake_quad.planning.resume_rest import (
     find_lane,
@@ -152,12 +154,18 @@ def _resume(
     lay_rest(builder, rest, join=join, duration=duration)
     contacts = builder.finish()
     route = rest_route(plan, rest, lane, stance, settings, join=join, duration=duration)
-    body, believed = plan_body(robot, contacts, route, settings)
+    footing = footing_of(robot, course, settings)
+    body, contacts, believed = plan_body(robot, contacts, route, settings, footing)
     body = join_pose(body, stance, duration=duration, join=join)
     segments = rest_segments(plan, rest, recovery)
-    resumed = MotionPlan(plan.index, contacts, body, segments, np.nan, plan.revision + 1)
+    resumed = MotionPlan(
+        plan.index, contacts, body, segments, np.nan, plan.revision + 1, settings.margin
+    )
     samples = evaluate(robot, resumed, sample_times(contacts))
-    margin = believed if settings.dynamic else float(samples.margin.min())
+    margins = samples.margin
+    if footing is not None:
+        margins = footing.stances(samples.body[:, 0], samples.feet, samples.standing).margins()
+    margin = believed if settings.dynamic else float(margins.min())
     q = samples.q.reshape(-1, 12)
     over = np.maximum(robot.q_lower - q, q - robot.q_upper)
     excess = max(float(samples.reach_excess.max()), float(over.max()), 0.0)

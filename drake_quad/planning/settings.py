@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.pattern import Pattern
+from drake_quad.stability.kinds import HULL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +51,8 @@ class PlanSettings:
             moving; else the centre of mass too.
         margin_desired: Static margin beyond which the body path is not asked for more [m].
         zmp_margin: The same for the zero-moment point [m].
+        margin: Over what the static margin is measured, one of `stability.kinds.KINDS`.
+        friction: Coulomb's coefficient that a margin beyond the hull's counts on.
     """
 
     duty_factor: float = 0.85
@@ -87,3 +90,5 @@ class PlanSettings:
     dynamic: bool = False
     margin_desired: float = 0.10
     zmp_margin: float = 0.08
+    margin: str = HULL
+    friction: float = 0.5

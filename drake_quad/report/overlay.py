@@ -13,7 +13,7 @@ from drake_quad.report.motion import touchdowns
 from drake_quad.report.regions import Regions
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
-from drake_quad.stability.measured import FEASIBLE
+from drake_quad.stability.kinds import FEASIBLE
 
 OVERLAY = "/replay"
 NEWTONS_PER_METRE = 600.0  # of a force arrow

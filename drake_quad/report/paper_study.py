@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.gait.workspace import PAPER_WORKSPACE, Workspace
-from drake_quad.planning.body_path import level_pose, robot_stance
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
 from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.route import level_pose, robot_stance
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel

@@ -7,8 +7,9 @@ import numpy as np
 from drake_quad.gait.legs import FloatArray
 from drake_quad.report.motion import BaseMotion, base_motion
 from drake_quad.report.run_files import Run
+from drake_quad.stability.kinds import FEASIBLE, FRICTION, HULL, stricter
 from drake_quad.stability.level import static_region
-from drake_quad.stability.measured import FEASIBLE, FRICTION, HULL, Gauge, Posture
+from drake_quad.stability.measured import Gauge, Posture
 from drake_quad.stability.region import Region, find_region
 from drake_quad.stability.torque import joint_limits
 
@@ -24,7 +25,8 @@ class Regions:
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        wanted = HULL if run.kinematic else run.scenario.monitor.margins
+        asked = stricter(run.scenario.monitor.margins, run.scenario.gait.margin)
+        wanted = HULL if run.kinematic else asked
         self.kind = wanted if MEASURED[wanted] in run.log.columns else HULL
         self._bearing = run.log.flags("bearing")
         self._places = run.log.feet("position")

@@ -19,6 +19,7 @@ from math import hypot
 
 import numpy as np
 
+from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.gait.support import support_polygon
 from drake_quad.stability.contacts import Contacts
 from drake_quad.stability.region import Region, find_region
@@ -40,6 +41,21 @@ def is_hull(contacts: Contacts) -> bool:
         if abs(area) < FLAT or rise > steepest * abs(area):
             return False
     return True
+
+
+def are_hulls(
+    places: FloatArray, normals: FloatArray, standing: BoolArray, friction: float
+) -> BoolArray:
+    """`is_hull` of many stances: places and normals (N, 4, 3), who stands (N, 4); (N,)."""
+    level = np.all((normals[..., 2] >= 1.0 - LEVEL) | ~standing, axis=1)
+    found = level & (standing.sum(axis=1) >= 3)
+    for three in combinations(range(4), 3):
+        a, b, c = (places[:, k] for k in three)
+        normal = np.cross(b - a, c - a)
+        area, rise = np.abs(normal[:, 2]), np.hypot(normal[:, 0], normal[:, 1])
+        good = (area >= FLAT) & (max(friction, 1e-9) * rise <= area)
+        found &= good | ~standing[:, three].all(axis=1)
+    return found
 
 
 def static_region(contacts: Contacts) -> Region:

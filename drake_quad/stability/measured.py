@@ -11,13 +11,19 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import LegConstants, foot_and_jacobian, leg_constants
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.contacts import Contacts, make_contacts
+from drake_quad.stability.kinds import FEASIBLE, HULL
+from drake_quad.stability.leg_way import leg_way
 from drake_quad.stability.level import NEARLY, static_region
 from drake_quad.stability.pendulum import GRAVITY, Pendulum, find_pressure_area
-from drake_quad.stability.push_budget import capture_margin, directions, push_budget
+from drake_quad.stability.push_budget import (
+    SWING_BACK,
+    capture_margin,
+    directions,
+    push_budget,
+)
 from drake_quad.stability.region import Demand, find_region
 from drake_quad.stability.torque import joint_limits
 
-HULL, FRICTION, FEASIBLE = KINDS = ("hull", "friction", "feasible")
 WAYS = directions(16)
 BEARING = 0.5
 
@@ -103,7 +109,17 @@ class Gauge:
         body = Pendulum(x, y, z, vx, vy, ground)
         region = static_region(contacts)
         area = find_pressure_area(contacts, body)
-        budget = push_budget(region, area, body, WAYS)
+        free = push_budget(region, area, body, WAYS)
+        ahead = WAYS @ (np.array(body.capture) - [x, y])
+        legs = leg_way(
+            self.robot,
+            posture.R_WB,
+            posture.q,
+            standing,
+            WAYS,
+            2.0 * (free / body.rate + np.maximum(ahead, 0.0)),
+        )
+        budget = push_budget(region, area, body, WAYS, legs, swing_back=SWING_BACK)
         weakest = int(np.argmin(budget))
         found[Margins.FRICTION] = region.margin(x, y)
         found[Margins.CAPTURE] = capture_margin(region, area, body)

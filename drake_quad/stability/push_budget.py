@@ -9,6 +9,14 @@ to that of rest over ξ, and what the feet can give is convex. So the two ends d
 - in the static region, to rest there;
 - in the area where the pressure can be at first, which friction makes smaller.
 
+On its way it is not to stretch a leg too far. With the pressure held at a place P beyond ξ it turns
+back before it is there: from a pendulum's energy, v² - ω² (c - P)² constant, at P - √(P² - ξ²), all
+counted from where it was pushed. So legs that let it go R < P allow ξ = √(2 P R - R²).
+
+What is thrown comes back. A robot of stiff joints rocks back over its place, by some part of the
+throw, and needs that much room behind it: `swing_back`. How much is the controller's, not the
+pendulum's; SWING_BACK is what pushes in the simulation ask for (`benchmarks/push_budget.py`).
+
 The law is exact for the pendulum that holds its pressure there, with the forces' own limits,
 friction (and torque) on uneven ground. What a robot does beyond a pendulum, by turning its trunk
 or its legs, could add to it; what its controller does not do takes away from it.
@@ -21,6 +29,9 @@ import numpy as np
 from drake_quad.gait.legs import FloatArray
 from drake_quad.stability.pendulum import Pendulum
 from drake_quad.stability.region import Region
+
+SWING_BACK = 0.4  # of a throw, that the robot may come back beyond its place by
+BEHIND = pi / 3.0  # [rad] to either side of straight back, in which there is to be so much room
 
 
 def directions(count: int) -> FloatArray:
@@ -53,7 +64,15 @@ def way_out(region: Region, x: float, y: float, ways: FloatArray) -> FloatArray:
     )
 
 
-def push_budget(region: Region, area: Region, body: Pendulum, ways: FloatArray) -> FloatArray:
+def push_budget(
+    region: Region,
+    area: Region,
+    body: Pendulum,
+    ways: FloatArray,
+    legs: FloatArray | None = None,
+    *,
+    swing_back: float = 0.0,
+) -> FloatArray:
     """The largest pushes by direction that need no step, as speeds of the whole robot (m,) [m/s].
 
     Args:
@@ -61,10 +80,37 @@ def push_budget(region: Region, area: Region, body: Pendulum, ways: FloatArray) 
         area: From `find_pressure_area` of the same feet and this body.
         body: The robot.
         ways: (m, 2) unit vectors in W, which way it is pushed.
+        legs: (m,) how far the legs let the centre of mass go [m], see `leg_way`; None: anywhere.
+        swing_back: Of a throw, by which the robot may come back beyond its place.
     """
     x, y = body.capture
     far = np.minimum(way_out(region, x, y, ways), way_out(area, x, y, ways))
+    thrown = ways @ np.array([x - body.x, y - body.y])  # already, by its own velocity
+    if legs is not None:
+        far = np.minimum(far, np.maximum(held_back(far + thrown, legs) - thrown, 0.0))
+    if swing_back > 0.0:
+        most = way_behind(region, body.x, body.y, ways) / swing_back
+        far = np.minimum(far, np.maximum(most - thrown, 0.0))
     return np.asarray(body.rate * far)
+
+
+def way_behind(region: Region, x: float, y: float, ways: FloatArray) -> FloatArray:
+    """The least way out against unit vectors (m, 2), and up to BEHIND to either side of it [m]."""
+    turns = np.linspace(-BEHIND, BEHIND, 7)
+    c, s = -np.cos(turns)[:, None], -np.sin(turns)[:, None]
+    turned = np.stack([c * ways[:, 0] - s * ways[:, 1], s * ways[:, 0] + c * ways[:, 1]], axis=-1)
+    return way_out(region, x, y, turned.reshape(-1, 2)).reshape(len(turns), -1).min(axis=0)
+
+
+def held_back(pressure: FloatArray, legs: FloatArray) -> FloatArray:
+    """How far ξ may be thrown if the pressure can be so far away, and the robot go so far (m,) [m].
+
+    Args:
+        pressure: (m,) from the robot [m].
+        legs: (m,) from there [m].
+    """
+    short = np.sqrt(np.maximum(2.0 * pressure * legs - legs**2, 0.0))
+    return np.where(legs < pressure, short, pressure)
 
 
 def capture_margin(region: Region, area: Region, body: Pendulum) -> float:

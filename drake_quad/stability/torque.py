@@ -12,15 +12,15 @@ GRAVITY = 9.81
 
 
 def calc_holding(robot: RobotModel, q: FloatArray, up: FloatArray) -> FloatArray:
-    """Torques that hold the legs' own links up, the feet in the air, (4, 3) [Nm].
+    """Torques that hold the legs' own links up, the feet in the air, (..., 4, 3) [Nm].
 
     Args:
         robot: The robot.
-        q: (4, 3) joint angles [rad].
-        up: (3,) the upward unit vector in B.
+        q: (..., 4, 3) joint angles [rad].
+        up: (..., 3) the upward unit vector in B.
     """
     g, m = robot.geometry, robot.link_mass
-    a, hip, knee = q[:, 0], q[:, 1], q[:, 1] + q[:, 2]
+    a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
     zero = np.zeros(4)
     plane = np.stack([zero, g.offset, zero], axis=-1)
     down = np.stack([zero, zero, -g.thigh], axis=-1)
@@ -31,11 +31,12 @@ def calc_holding(robot: RobotModel, q: FloatArray, up: FloatArray) -> FloatArray
     shank = plane + at_knee + _pitched(knee, robot.link_com[:, 2])
     # `up` seen from there; joints turn about x, y, y.
     ca, sa = np.cos(a), np.sin(a)
-    ux, uy, uz = up[0] + zero, ca * up[1] + sa * up[2], ca * up[2] - sa * up[1]
+    x, y, z = up[..., 0, None], up[..., 1, None], up[..., 2, None]
+    ux, uy, uz = x + zero, ca * y + sa * z, ca * z - sa * y
     seen = np.stack([ux, uy, uz], axis=-1)
 
     def about(axis: int, arms: FloatArray, mass: FloatArray) -> FloatArray:
-        return np.asarray(GRAVITY * mass * np.cross(arms, seen)[:, axis])
+        return np.asarray(GRAVITY * mass * np.cross(arms, seen)[..., axis])
 
     first = about(0, hip_link, m[:, 0]) + about(0, thigh, m[:, 1]) + about(0, shank, m[:, 2])
     second = about(1, thigh - plane, m[:, 1]) + about(1, shank - plane, m[:, 2])
@@ -65,15 +66,31 @@ def joint_limits(
         effort: (12,) torque limits, if they are others than the model's [Nm].
     """
     who = np.asarray(standing, dtype=np.bool_)
+    legs = leg_limits(robot, R_WB, q, mass=mass, effort=effort)
+    return ForceLimits(legs.rows[who], legs.lower[who], legs.upper[who])
+
+
+def leg_limits(
+    robot: RobotModel,
+    R_WB: FloatArray,
+    q: FloatArray,
+    *,
+    mass: float | None = None,
+    effort: FloatArray | None = None,
+) -> ForceLimits:
+    """The same of all four legs, for any number of poses: R_WB (..., 3, 3), q (..., 4, 3).
+
+    Its arrays are (..., 4, 3, 3) and (..., 4, 3).
+    """
     weight = GRAVITY * (robot.mass if mass is None else mass)
-    most = (robot.effort if effort is None else effort).reshape(4, 3)[who]
-    hold = calc_holding(robot, q, R_WB[2])[who]
-    rows = np.swapaxes(R_WB @ calc_jacobians(robot.geometry, q)[who], -1, -2)
+    most = (robot.effort if effort is None else effort).reshape(4, 3)
+    hold = calc_holding(robot, q, R_WB[..., 2, :])
+    rows = np.swapaxes(R_WB[..., None, :, :] @ calc_jacobians(robot.geometry, q), -1, -2)
     return ForceLimits(rows, (hold - most) / weight, (hold + most) / weight)
 
 
 def _pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
-    """Points (4, 3) turned about y by angles (4,)."""
+    """Points (..., 4, 3) turned about y by angles (..., 4)."""
     c, s = np.cos(angle), np.sin(angle)
-    x, y, z = p.T
+    x, y, z = p[..., 0], np.broadcast_to(p[..., 1], angle.shape), p[..., 2]
     return np.stack([c * x + s * z, y, c * z - s * x], axis=-1)

@@ -9,7 +9,8 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_quad.control.stability import judge
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.stability.measured import HULL, Gauge, Margins, Posture, demand_of
+from drake_quad.stability.kinds import HULL
+from drake_quad.stability.measured import Gauge, Margins, Posture, demand_of
 from drake_quad.stability.region import AT_REST
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 from drake_quad.systems.state_output import DeclareStateOutput

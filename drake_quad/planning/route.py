@@ -1,0 +1,55 @@
+"""Where the body is to be if margins did not matter."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.settings import PlanSettings
+from drake_quad.terrain import Lane
+
+
+class Ground(Protocol):
+    """Mean height of the ground under the body [m] and its slope, along places (N, 2) in W."""
+
+    def __call__(self, p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns heights (N,) [m] and slopes (N,) (rise over run along the heading)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """Where the body is to be if margins did not matter: piecewise linear in time.
+
+    Attributes:
+        times: (k,) [s].
+        xy: (k, 2) in W [m].
+        yaw: (k,) [rad].
+        ground: The ground under the body.
+        lane: Whose ground shanks are to keep clear of; None: they are let be.
+    """
+
+    times: FloatArray
+    xy: FloatArray
+    yaw: FloatArray
+    ground: Ground
+    lane: Lane | None = None
+
+    def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns places (N, 2) and yaws (N,) at `times` (N,)."""
+        xy = np.stack([np.interp(times, self.times, self.xy[:, k]) for k in range(2)], axis=-1)
+        return xy, np.interp(times, self.times, self.yaw)
+
+
+def robot_stance(settings: PlanSettings) -> FloatArray:
+    """Where the feet stand in B at rest: the workspaces' centres, staggered, (4, 2) [m]."""
+    stance = np.array(settings.workspace.centres)
+    half = 0.5 * settings.stance_stagger
+    stance[:, 1] += np.sign(stance[:, 1]) * np.array([-half, -half, half, half])
+    return stance
+
+
+def level_pose(p_xy: FloatArray, yaw: float, ground: float, settings: PlanSettings) -> FloatArray:
+    """The body's pose (5,) at rest on level ground."""
+    return np.array([*p_xy, ground + settings.body_height, 0.0, yaw])
