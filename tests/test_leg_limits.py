@@ -17,6 +17,8 @@ from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_walk import lay_walk
 from drake_quad.planning.settings import PlanSettings
+from drake_quad.planning.shank_room import trunk_room
+from drake_quad.robot.leg_kinematics import calc_feet, calc_knees
 from drake_quad.robot.robot_model import RobotModel
 
 
@@ -138,3 +140,22 @@ def test_a_body_rises_where_its_legs_are_folded_too_far() -> None:
     assert np.max(raised[:, 2] - body[:, 2]) > 0.01
     np.testing.assert_allclose(raised[[0, -1]], body[[0, -1]], atol=2e-3)
     assert margin > 0.03
+
+
+def test_trunk_room_is_the_distance_from_a_box() -> None:
+    """Outside of it from its surface, inside negative; less the shank's radius."""
+    robot = paper_robot()
+    far = replace(robot, trunk_box=np.array([[-0.1, -0.02, 0.2], [0.1, 0.02, 0.3]]))
+    q = np.zeros((1, 4, 3))
+    p_BF = calc_feet(robot.geometry, q)
+    room = trunk_room(far, p_BF, q)
+    knee = calc_knees(robot.geometry, q)[0]
+    for leg in range(4):
+        low, high = far.trunk_box
+        beyond = np.maximum(np.maximum(low - knee[leg], knee[leg] - high), 0.0)
+        near = room[0, leg, 0] + robot.shank_radii[leg, 0]
+        assert near == pytest.approx(
+            np.linalg.norm(beyond), abs=0.05
+        )  # the outline is not the line
+    around = replace(robot, trunk_box=np.array([[-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]]))
+    assert trunk_room(around, p_BF, q).max() < -3.0

@@ -37,7 +37,7 @@ class BodyProblem:
         guard: For how long before lift-off and after touchdown three feet have to do already [s].
         knot: Knot spacing [s].
         limits: Of the legs, where they are in the way.
-        max_lift: The most lift, up or down, and the most tilt, (2,) [m].
+        lift_range: Least and most lift, and least and most tilt [m].
     """
 
     contacts: ContactPlan
@@ -58,7 +58,7 @@ class BodyProblem:
     guard: float = 0.15
     knot: float = 0.2
     limits: LegLimits | None = None
-    max_lift: tuple[float, float] = (0.0, 0.0)
+    lift_range: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
 
     @property
     def axes(self) -> int:

@@ -158,8 +158,8 @@ def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: Indices) -> Flo
     x_upper[-SCALARS : -SCALARS + 2] = p.margin_desired, p.zmp_margin_desired
     x_lower[-SCALARS + 2 :] = 0.0
     for axis in range(2, axes):
-        mine, most = slice(axis, total - SCALARS, axes), p.max_lift[axis - 2]
-        x_lower[mine], x_upper[mine] = -most, most
+        mine = slice(axis, total - SCALARS, axes)
+        x_lower[mine], x_upper[mine] = p.lift_range[axis - 2]
     solver = piqp.SparseSolver()
     solver.settings.eps_abs = 1e-5
     solver.settings.eps_rel = 1e-5

@@ -35,7 +35,9 @@ UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a f
 GUARD = 0.15  # [s] for which three feet have to do already on either side of a swing
 DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
-MOST_LIFT, MOST_TILT = 0.12, 0.25  # of a leg, and [rad]: of a body whose legs are at their limits
+# Of a body whose legs are at their limits, of a leg and [rad]. It does not sink as far as it rises:
+# nobody looks here how near the trunk comes to the stairs.
+MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
 
 
 class BodySearch:
@@ -154,7 +156,10 @@ class BodySearch:
             guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
             knot=self._knot,
             limits=self._limits,
-            max_lift=(MOST_LIFT * self._arm, MOST_TILT * self._arm),
+            lift_range=(
+                (-MOST_SINK * self._arm, MOST_LIFT * self._arm),
+                (-MOST_TILT * self._arm, MOST_TILT * self._arm),
+            ),
         )
 
     def _points(self, path: FloatArray) -> FloatArray:

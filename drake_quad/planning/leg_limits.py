@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.motion_plan import pose_robot, rotations
-from drake_quad.planning.shank_room import shank_room
+from drake_quad.planning.shank_room import shank_room, trunk_room
 from drake_quad.robot.leg_kinematics import solve_legs
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Lane
 
 SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
 NEAR = 0.12  # of a leg's length: limits that are farther away are let be
+TRUNK_SHARE = 0.5  # of the room between shanks and stairs, that there is to be to the trunk
 SHANK_SAFE = 0.002  # the same of the room between shanks and stairs
 LIMITS = 6  # of a leg: see `leg_room`
 STEP = 1e-5  # [m] of the differences
@@ -52,7 +53,7 @@ class Shanks:
 
     Attributes:
         lane: The ground.
-        room: Between them and it [m].
+        room: Between them and it; half of that between them and the trunk [m].
     """
 
     lane: Lane
@@ -116,13 +117,15 @@ def find_limits(
     """
 
     def room_at(poses: FloatArray) -> FloatArray:
-        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 13) with the shanks' [m]."""
+        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 20) with the shanks' [m]."""
         room = leg_room(robot, poses, feet)
         if shanks is None:
             return room
         q, _, _ = pose_robot(robot, poses, feet)
         clear = shank_room(robot, shanks.lane, poses, feet, q) - shanks.room
-        return np.concatenate([room, clear], axis=-1)
+        p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
+        apart = trunk_room(robot, p_BF, q) - TRUNK_SHARE * shanks.room
+        return np.concatenate([room, clear, apart], axis=-1)
 
     room = room_at(body)
     if room.min() >= 0.0:

@@ -6,14 +6,16 @@ it moves by r (du (u · z) - u (du · z)), some millimetres in the course of a s
 knee goes forward. The controller lets feet roll, and sets each down where the plan has it.
 """
 
+from math import cos, sin
+
 import numpy as np
 
+from drake_quad.compiled import compiled
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.foot_roll import FootRoll
-from drake_quad.planning.motion_plan import pose_robot, rotations
-from drake_quad.robot.leg_kinematics import calc_feet, calc_knees
+from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.robot_model import RobotModel
 
 LET_GO = 1.5  # a swing foot is back on its planned way at 1 / LET_GO of its swing
@@ -37,26 +39,56 @@ def roll_feet(
         standing: (N, 4), from each time to the next.
         begin: How far they have rolled before (4, 2) [m].
     """
-    g = robot.geometry
-    u = (calc_knees(g, q) - calc_feet(g, q)) / g.shank[:, None]
-    u = np.einsum("nij,nlj->nli", rotations(body), u)
-    du, middle = np.diff(u, axis=0), 0.5 * (u[1:] + u[:-1])
-    step = robot.foot_radius * (du * middle[..., 2:] - middle * du[..., 2:])[..., :2]
-    offset = np.zeros((len(times), 4, 2))
-    for leg in range(4):
-        stands = standing[:-1, leg]
-        total = np.cumsum(np.where(stands[:, None], step[:, leg], 0.0), axis=0)
-        offset[:, leg] = begin[leg]
-        offset[1:, leg] += total
-        # Where it is set down and where it lifts off; it may do so in the middle of a plan alone.
-        change = np.flatnonzero(np.diff(stands.astype(np.int8))) + 1
-        if len(change) % 2:  # the plan ends as it lands
-            change = np.append(change, len(stands))
-        for lift_off, touchdown in change.reshape(-1, 2):
-            offset[touchdown:, leg] -= offset[touchdown, leg]
-            s = (times[lift_off:touchdown] - times[lift_off]) / (times[touchdown] - times[lift_off])
-            offset[lift_off:touchdown, leg] = offset[lift_off, leg] * _rest(s)[:, None]
+    offset = np.empty((len(times), 4, 2))
+    _roll(robot.foot_radius, times, body, q, standing, begin, offset)
     return FootRoll(times, offset)
+
+
+@compiled
+def _roll(
+    radius: float,
+    times: FloatArray,
+    body: FloatArray,
+    q: FloatArray,
+    standing: BoolArray,
+    begin: FloatArray,
+    offset: FloatArray,
+) -> None:
+    """The arithmetic of `roll_feet`, into `offset`."""
+    size = len(times)
+    for k in range(4):
+        x, y, lifted, since = begin[k, 0], begin[k, 1], 0, False
+        u0, u1, u2 = _shank(body[0], q[0, k])
+        offset[0, k, 0], offset[0, k, 1] = x, y
+        for n in range(1, size):
+            v0, v1, v2 = _shank(body[n], q[n, k])
+            if standing[n - 1, k]:
+                d0, d1, d2 = v0 - u0, v1 - u1, v2 - u2
+                m0, m1, m2 = 0.5 * (u0 + v0), 0.5 * (u1 + v1), 0.5 * (u2 + v2)
+                x += radius * (d0 * m2 - m0 * d2)
+                y += radius * (d1 * m2 - m1 * d2)
+            elif not since:
+                lifted, since = n - 1, True
+            if since and (standing[n, k] or n == size - 1):  # it lands here
+                for i in range(lifted, n):
+                    s = (times[i] - times[lifted]) / (times[n] - times[lifted])
+                    r = min(LET_GO * s, 1.0)
+                    rest = 1.0 - r * r * (3.0 - 2.0 * r)
+                    offset[i, k, 0], offset[i, k, 1] = rest * x, rest * y
+                x, y, since = 0.0, 0.0, False
+            offset[n, k, 0], offset[n, k, 1] = x, y
+            u0, u1, u2 = v0, v1, v2
+
+
+@compiled
+def _shank(body: FloatArray, q: FloatArray) -> tuple[float, float, float]:
+    """Unit vector from a foot to its knee in W, for a body pose (5,) and a leg's angles (3,)."""
+    both = q[1] + q[2]
+    x, up = sin(both), cos(both)
+    y, z = -sin(q[0]) * up, cos(q[0]) * up
+    cp, sp, cy, sy = cos(body[3]), sin(body[3]), cos(body[4]), sin(body[4])
+    ahead = cp * x + sp * z
+    return cy * ahead - sy * y, sy * ahead + cy * y, -sp * x + cp * z
 
 
 def roll_along(
@@ -81,9 +113,3 @@ def roll_along(
     roll = roll_feet(robot, times, body, q, standing, begin)
     fewer = sample_times(contacts, path.knot)  # a certificate's pieces end at each
     return contacts.rolled(FootRoll(fewer, roll.at(fewer)))
-
-
-def _rest(s: FloatArray) -> FloatArray:
-    """How much of what it had rolled a swing foot is still off at phases `s` (n,): see tracking."""
-    x = np.minimum(LET_GO * s, 1.0)
-    return np.asarray(1.0 - x * x * (3.0 - 2.0 * x))

@@ -30,6 +30,22 @@ def shank_room(
     return distance(lane, middles) - robot.shank_radii
 
 
+def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
+    """Between knees and shanks and the trunk's box at SHANK_POINTS, negative inside (N, 4, 7) [m].
+
+    Args:
+        robot: The robot.
+        p_BF: (N, 4, 3) feet in B [m].
+        q: (N, 4, 3) the joints' angles there [rad].
+    """
+    knees = calc_knees(robot.geometry, q)
+    middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
+    lower, upper = robot.trunk_box
+    beyond = np.maximum(lower - middles, middles - upper)
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
+    return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0) - robot.shank_radii)
+
+
 def shank_middles(
     offsets: FloatArray, knees: FloatArray, feet: FloatArray, across: FloatArray
 ) -> FloatArray:

@@ -12,10 +12,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint, RigidBody
 
 from drake_quad.errors import InputError
-from drake_quad.gait.legs import SHORT_NAMES, read_only
+from drake_quad.gait.legs import SHORT_NAMES, FloatArray, read_only
 from drake_quad.robot.leg_kinematics import LegGeometry
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import read_sides
+from drake_quad.robot.shank_outline import bounding_box, read_sides
 
 
 @dataclass(frozen=True)
@@ -144,6 +144,11 @@ def read_model(
         raise refuse("transmission", missing, "these joints have no actuator")
     bodies = [joint.child_body() for joint in joints]
     back, ahead = np.stack(sides, axis=1)
+    hips: FloatArray = np.array(rows["hip"], dtype=float)
+    collisions = plant.GetCollisionGeometriesForBody(trunk)
+    box: FloatArray = np.stack([hips.min(axis=0), hips.max(axis=0)])
+    if collisions:
+        box = bounding_box(inspector, collisions)
     return RobotModel(
         name=plant.GetModelInstanceName(instance),
         url=url,
@@ -169,6 +174,7 @@ def read_model(
         foot_geometry=tuple(str(n) for n in rows["name"]),
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),
+        trunk_box=read_only(box),
     )
 
 

@@ -36,6 +36,8 @@ class RobotModel:
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
             middle of its shank is at SHANK_POINTS, (4, 7) [m].
         shank_radii: How far it reaches from there to either side, (4, 7) [m].
+        trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
+            its hips where it has none.
     """
 
     name: str
@@ -56,6 +58,7 @@ class RobotModel:
     foot_geometry: tuple[str, ...]
     shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
     shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
+    trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
 
 
 def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """How far shanks reach from the line from knee to foot, by their collision shapes."""
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, GeometryId
 from pydrake.geometry import Shape as DrakeShape
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
@@ -69,6 +69,17 @@ def half_sizes(shape: DrakeShape) -> FloatArray:
         return np.array([shape.a(), shape.b(), shape.c()])
     radius = getattr(shape, "radius", None)
     return np.full(3, float(radius()) if radius else 0.0)
+
+
+def bounding_box(inspector: object, geometries: list[GeometryId]) -> FloatArray:
+    """Least and greatest coordinates of geometries in their body's frame (2, 3) [m]."""
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    corners = [
+        inspector.GetPoseInFrame(g).multiply(s * half_sizes(inspector.GetShape(g)))  # type: ignore[attr-defined]
+        for g in geometries
+        for s in signs
+    ]
+    return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
 
 
 def _rod(shape: DrakeShape) -> tuple[FloatArray, float, float]:
