@@ -144,9 +144,9 @@ def read_model(
         raise refuse("transmission", missing, "these joints have no actuator")
     bodies = [joint.child_body() for joint in joints]
     back, ahead = np.stack(sides, axis=1)
-    hips: FloatArray = np.array(rows["hip"], dtype=float)
+    p_BH: FloatArray = np.array(rows["hip"], dtype=float)
     collisions = plant.GetCollisionGeometriesForBody(trunk)
-    box: FloatArray = np.stack([hips.min(axis=0), hips.max(axis=0)])
+    box: FloatArray = np.stack([p_BH.min(axis=0), p_BH.max(axis=0)])
     if collisions:
         box = bounding_box(inspector, collisions)
     return RobotModel(
