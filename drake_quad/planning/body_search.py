@@ -38,6 +38,8 @@ DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short ti
 # Of a body whose legs are at their limits, of a leg and [rad]. It does not sink as far as it rises:
 # nobody looks here how near the trunk comes to the stairs.
 MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
+STEEPEST = 0.60  # [rad] a body that is steeper in all counts as fallen soon
+LEAST_TILT = 0.02  # [rad] that is free all the same
 
 
 class BodySearch:
@@ -156,11 +158,18 @@ class BodySearch:
             guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
             knot=self._knot,
             limits=self._limits,
-            lift_range=(
-                (-MOST_SINK * self._arm, MOST_LIFT * self._arm),
-                (-MOST_TILT * self._arm, MOST_TILT * self._arm),
-            ),
+            lift_range=self._lift_range(),
         )
+
+    def _lift_range(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and most lift and tilt [m], see BodyProblem; a steep body does not tilt further."""
+        nominal, _ = self._route.at(self._times)
+        _, slope = self._route.ground(nominal)
+        pitch = -self._settings.pitch_along_slope * np.arctan(slope)
+        back = min(MOST_TILT, max(STEEPEST + float(pitch.min()), LEAST_TILT))
+        ahead = min(MOST_TILT, max(STEEPEST - float(pitch.max()), LEAST_TILT))
+        arm = self._arm
+        return (-MOST_SINK * arm, MOST_LIFT * arm), (-back * arm, ahead * arm)
 
     def _points(self, path: FloatArray) -> FloatArray:
         """Control points of all five splines (n, 5): z and pitch follow the ground under a path."""
