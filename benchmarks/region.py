@@ -47,9 +47,9 @@ def random_stance(random: np.random.Generator) -> Contacts:
     return make_contacts(places, normals, random.uniform(0.2, 1.2, n))
 
 
-def independent_reach(contacts: Contacts, pyramid: Pyramid) -> FloatArray | None:
-    """How far the static region goes along WAYS (32,) [m]; None of an empty one."""
-    columns, caps = [], []
+def edge_wrenches(contacts: Contacts, pyramid: Pyramid) -> tuple[FloatArray, FloatArray]:
+    """Wrenches of the pyramids' edges about W's origin (k, 6), and whose they are (k, feet)."""
+    columns, owners = [], []
     for i, (p, n, mu) in enumerate(
         zip(contacts.places, contacts.normals, contacts.friction, strict=True)
     ):
@@ -58,15 +58,21 @@ def independent_reach(contacts: Contacts, pyramid: Pyramid) -> FloatArray | None
             turn = 2.0 * np.pi * (k + 0.5) / pyramid.sides
             f = n + mu * (np.cos(turn) * along + np.sin(turn) * left)
             columns.append([*f, *np.cross(p, f)])
-            caps.append(np.eye(len(contacts))[i])
-    W = np.array(columns).T
+            owners.append(np.eye(len(contacts))[i])
+    return np.array(columns), np.array(owners)
+
+
+def independent_reach(contacts: Contacts, pyramid: Pyramid) -> FloatArray | None:
+    """How far the static region goes along WAYS (32,) [m]; None of an empty one."""
+    edges, caps = edge_wrenches(contacts, pyramid)
+    W = edges.T
     reach = []
     for x, y in WAYS:
         found = linprog(
             x * W[4] - y * W[3],  # c = (-My, Mx)
             A_eq=W[[0, 1, 2, 5]],
             b_eq=[0.0, 0.0, 1.0, 0.0],
-            A_ub=np.array(caps).T,
+            A_ub=caps.T,
             b_ub=np.full(len(contacts), MOST_FORCE),
             bounds=(0.0, None),
         )

@@ -1,10 +1,14 @@
 """Makes the checkout importable without installing it, and quiets hypothesis."""
 
+import importlib
 import importlib.util
 import os
 import sys
 from pathlib import Path
+from types import ModuleType
+from typing import Protocol
 
+import pytest
 from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -28,3 +32,17 @@ if importlib.util.find_spec("drake_quad_models") is None:
 search = bool(os.environ.get("DRAKE_QUAD_SEARCH"))
 settings.register_profile("drake_quad", deadline=None, derandomize=not search)
 settings.load_profile("drake_quad")
+
+
+class Load(Protocol):
+    """Imports a module of benchmarks/ by its name."""
+
+    def __call__(self, name: str) -> ModuleType:
+        """The module; imported when a test asks for it, as some take a while."""
+        ...
+
+
+@pytest.fixture
+def load() -> Load:
+    """See Load."""
+    return lambda name: importlib.import_module(f"benchmarks.{name}")

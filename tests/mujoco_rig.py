@@ -1,11 +1,6 @@
 """The controller's Diagram in MuJoCo, for tests; they are skipped where MuJoCo is not installed."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))  # benchmarks/ is not installed
 
 mujoco = pytest.importorskip(
     "mujoco", reason="drives the controller in MuJoCo: install drake_quad[mujoco]"

@@ -3,7 +3,6 @@
 import importlib
 import json
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -11,17 +10,6 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = "mission=[{kind: stand, duration: 0.3}]"
-
-
-@pytest.fixture
-def load(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Imports a module of benchmarks/, which is not installed."""
-    monkeypatch.syspath_prepend(str(ROOT))
-
-    def imported(name: str) -> ModuleType:
-        return importlib.import_module(f"benchmarks.{name}")
-
-    return imported
 
 
 def test_margin_is_shapelys(load: Any) -> None:

@@ -1,22 +1,9 @@
 """The study of certificates runs, and what it says of the paper's transitions holds."""
 
-import importlib
-from pathlib import Path
-from types import ModuleType
-
-import pytest
-
-ROOT = Path(__file__).resolve().parents[1]
+from benchmarks import certificates as study
 
 
-@pytest.fixture
-def study(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """benchmarks/certificates.py, which is not installed."""
-    monkeypatch.syspath_prepend(str(ROOT))
-    return importlib.import_module("benchmarks.certificates")
-
-
-def test_paper_transitions_in_four_steps_are_certified(study: ModuleType) -> None:
+def test_paper_transitions_in_four_steps_are_certified() -> None:
     """With the body shifting by at most 0.1 m: 0.10 m to the wave gait, 0.045 m to the spin."""
     rows = {(r["transition"], r["masses"]): r for r in study.certify_transitions()}
     for name, asked in (("wave", 0.10), ("spin", 0.045)):
@@ -25,7 +12,7 @@ def test_paper_transitions_in_four_steps_are_certified(study: ModuleType) -> Non
         assert rows[name, "all"]["margin"] < row["margin"]
 
 
-def test_no_certificate_of_a_few_random_plans_is_false(study: ModuleType) -> None:
+def test_no_certificate_of_a_few_random_plans_is_false() -> None:
     """No sample is below what is claimed, and every certificate is accepted; a few times here."""
     told = study.study_falsehood(3, 5, rate=200.0)
     assert told["plans"] == 3 and told["certified"] >= 1
@@ -34,7 +21,7 @@ def test_no_certificate_of_a_few_random_plans_is_false(study: ModuleType) -> Non
     assert "refused, no sample at fault" not in told
 
 
-def test_no_changed_certificate_is_accepted(study: ModuleType) -> None:
+def test_no_changed_certificate_is_accepted() -> None:
     """Nor one that is untrue, with its hash made right."""
     told = study.study_tampering(6, 5, scenario="spin_both_ways")
     assert told["changed"] == 6 and told["accepted"] == 0

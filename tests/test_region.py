@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from benchmarks.region import edge_wrenches
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margin, support_polygon
-from drake_quad.stability.contacts import Contacts, Pyramid, make_contacts, tangents
+from drake_quad.stability.contacts import Contacts, Pyramid, make_contacts
 from drake_quad.stability.project import EXACT
 from drake_quad.stability.region import MOST_FORCE, Demand, Region, find_region
 
@@ -43,28 +44,19 @@ def reach_by_edges(
     Independent of the package: the unknowns are shares of the pyramids' edges and the centre of
     mass itself, and moments are about W's origin.
     """
-    columns, caps = [], []
-    for i, (p, n, mu) in enumerate(
-        zip(contacts.places, contacts.normals, contacts.friction, strict=True)
-    ):
-        along, left = tangents(n, pyramid.heading)
-        for k in range(pyramid.sides):
-            turn = 2.0 * np.pi * (k + 0.5) / pyramid.sides
-            f = n + mu * (np.cos(turn) * along + np.sin(turn) * left)
-            columns.append([*f, *np.cross(p, f)])
-            caps.append(np.eye(len(contacts))[i])
+    edges, caps = edge_wrenches(contacts, pyramid)
     # M - c × F = L, with c = (cx, cy, height): of cx and cy two more columns.
     Fx, Fy, Fz = F = np.array(demand.force)
     of_cx, of_cy = [0, 0, 0, 0, Fz, -Fy], [0, 0, 0, -Fz, 0, Fx]
-    A = np.column_stack([np.array(columns).T, of_cx, of_cy])
+    A = np.column_stack([edges.T, of_cx, of_cy])
     b = [*F, *(np.array(demand.moment) + np.cross([0.0, 0.0, demand.height], F))]
     found = linprog(
-        [*np.zeros(len(columns)), *-way],
+        [*np.zeros(len(edges)), *-way],
         A_eq=A,
         b_eq=b,
-        A_ub=np.column_stack([np.array(caps).T, np.zeros((len(contacts), 2))]),
+        A_ub=np.column_stack([caps.T, np.zeros((len(contacts), 2))]),
         b_ub=np.full(len(contacts), MOST_FORCE),
-        bounds=[(0.0, None)] * len(columns) + [(None, None)] * 2,
+        bounds=[(0.0, None)] * len(edges) + [(None, None)] * 2,
     )
     return None if found.status == 2 else -float(found.fun)
 

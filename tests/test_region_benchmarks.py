@@ -1,6 +1,5 @@
 """The benchmarks of the regions run, and say what they are there to say."""
 
-import importlib
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +9,6 @@ import pytest
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import course_of, parse_scenario
-
-
-@pytest.fixture
-def load(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Imports a benchmark by its name: they are beside the package, not in it."""
-    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[1]))
-    return lambda name: importlib.import_module(f"benchmarks.{name}")
 
 
 def test_no_stance_disagrees(load: Any) -> None:

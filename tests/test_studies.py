@@ -8,7 +8,7 @@ import time
 from collections import deque
 from itertools import chain
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -27,17 +27,6 @@ CONTROL = ("controller.kind=whole_body", "controller.period=0.002")
 WALK = "mission=[{kind: stand, duration: 1.0}, {kind: walk, distance: 2.0}]"
 STAND = "mission=[{kind: stand, duration: 0.4}]"
 LONGER = "mission=[{kind: stand, duration: 6.0}]"
-
-
-@pytest.fixture
-def load(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Imports a module of benchmarks/, which is not installed."""
-    monkeypatch.syspath_prepend(str(ROOT))
-
-    def imported(name: str) -> ModuleType:
-        return importlib.import_module(f"benchmarks.{name}")
-
-    return imported
 
 
 def trial(when: float, speed: float, direction: float, **more: Any) -> dict[str, Any]:

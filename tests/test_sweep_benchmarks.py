@@ -1,9 +1,7 @@
 """What the benchmarks of sweeps measure is what they say they measure."""
 
-import importlib
 import json
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -14,17 +12,6 @@ from drake_quad.sweep.study import load_study
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = "mission=[{kind: stand, duration: 0.3}]"
-
-
-@pytest.fixture
-def load(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Imports a module of benchmarks/, which is not installed."""
-    monkeypatch.syspath_prepend(str(ROOT))
-
-    def imported(name: str) -> ModuleType:
-        return importlib.import_module(f"benchmarks.{name}")
-
-    return imported
 
 
 def test_every_engine_has_the_same_trials(load: Any) -> None:
