@@ -2,8 +2,9 @@
 
 import copy
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 
 from drake_quad.design.candidate import leg_length
@@ -98,13 +99,14 @@ def design_scenario(
         if not design.feasible or (best is not None and design.score <= best.quality):
             continue  # what leaves less room on endless stairs is not the better gait on these
         filled = fill_in(scenario, robot, design, [s.run for s in flights])
+        plan = partial(_plan, design=design, robot=robot, shape=shape, source=source, beat=best)
         for lower in LOWER:
             # At a flight's ends, and as it sways, the body is not quite where it is on endless
             # stairs: legs that are then too short are long enough for a body that is lower.
             tried = copy.deepcopy(filled)
             tried.gait.body_height -= lower * leg_length(robot)
             try:
-                found = _plan_slower(tried, design, robot, shape, source=source, beat=best)
+                found = _or_slower(tried, plan)
             except PlanningError as error:
                 refused = refused or error
                 continue
@@ -133,22 +135,14 @@ def fill_in(
     return filled
 
 
-def _plan_slower(
-    scenario: Scenario,
-    design: Design,
-    robot: RobotModel,
-    shape: Shape,
-    *,
-    source: str,
-    beat: Designed | None,
-) -> Designed | None:
-    """Plans a scenario in full, slower if joints would have to turn faster than they can.
+def _or_slower(scenario: Scenario, plan: Callable[[Scenario], Designed | None]) -> Designed | None:
+    """What `plan` makes of a scenario; of it slower, if joints would turn faster than they can.
 
     Raises:
-        PlanningError: As `_plan`.
+        PlanningError: As `plan`.
     """
     try:
-        return _plan(scenario, design, robot, shape, source=source, beat=beat)
+        return plan(scenario)
     except PlanningError as error:
         too_fast = error.data.get("too_fast")
         if too_fast is None or too_fast > SLOWEST:
@@ -159,15 +153,15 @@ def _plan_slower(
             setattr(
                 scenario.transition, name, SLOWER * too_fast * getattr(scenario.transition, name)
             )
-        return _plan(scenario, design, robot, shape, source=source, beat=beat)
+        return plan(scenario)
 
 
 def _plan(
     scenario: Scenario,
+    *,
     design: Design,
     robot: RobotModel,
     shape: Shape,
-    *,
     source: str,
     beat: Designed | None,
 ) -> Designed | None:

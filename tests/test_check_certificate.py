@@ -127,12 +127,25 @@ def untrue(record: dict[str, Any], kind: str) -> str:
         cell = next(k for k, t in enumerate(task["partition"]) if t > middle) - 1
         task["shares"][cell] = [0.25, 0.25, 0.25, 0.25]
         return "bears"
+    if kind == "rolled":  # 1 mm as it is set down
+        step, roll = task["steps"][3], task["roll"]
+        at = min(range(len(roll["times"])), key=lambda k: abs(roll["times"][k] - step["touchdown"]))
+        roll["offset"][at][step["leg"] - 1][0] += 1e-3
+        return "set down"
+    if kind == "ice":  # nothing is claimed but that feet stand on balls, which do not roll
+        segments = [s for t in record["tasks"] for s in t["segments"]]
+        for claims in (record["demanded"], record["claimed"], *segments):
+            claims.update(dict.fromkeys(record["claimed"], 0.0))
+        for t in record["tasks"]:
+            t["roll"]["offset"] = [[[0.0, 0.0]] * 4] * len(t["roll"]["times"])
+        return "roll"
     raise ValueError(kind)
 
 
 KINDS = (
     "margin", "foot", "shank", "joints", "torque", "body", "mass", "foothold", "jump", "body jump",
     "short", "segment", "overlap", "less", "asked", "flying",
+    "rolled", "ice",
 )  # fmt: skip
 
 

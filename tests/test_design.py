@@ -16,12 +16,13 @@ from drake_quad.design.candidate import (
     LOWER,
     UPPER,
     Grid,
+    bounds,
     make_grid,
     make_patterns,
 )
 from drake_quad.design.choose import choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
-from drake_quad.design.cycle import make_cycle
+from drake_quad.design.cycle import PHASES, make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
 from drake_quad.design.fields import control_fields
 from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape
@@ -277,3 +278,22 @@ def test_robot_and_course_are_enough_of_a_scenario() -> None:
     assert parse_scenario(robot + course + "gait: {stride: 0.5}", source="a").design == "given"
     assert parse_scenario(course + "design: auto", source="a").design == "auto"
     assert control_settings(parse_scenario(course, source="a")).kind == "ik"
+
+
+@pytest.mark.parametrize("rise", [0.15, -0.15])
+def test_feet_of_a_cycle_were_set_down_where_they_stand(rise: float) -> None:
+    """At the moment that `landed` names, or a whole round of cycles before."""
+    stairs = Staircase(rise, 0.3)
+    patterns = make_patterns(paper_robot(), [stairs.run])
+    patterns += make_patterns(paper_robot(), [stairs.run], per_tread=2)
+    for pattern in patterns:
+        parameters = np.stack([bounds(pattern)[2]] * 2)
+        grid = make_grid(paper_robot(), pattern, parameters)
+        cycle = make_cycle(grid, stairs, foot_radius=0.01, clearance=0.02)
+        x, n = cycle.feet[0, :, :, 0], len(cycle.swing)
+        rounds = n // (4 * len(PHASES))
+        way = rounds * pattern.treads * stairs.run / pattern.per_tread
+        ahead = x - np.take_along_axis(x, cycle.landed, axis=0)
+        at = np.arange(n)[:, None]
+        expected = np.where(cycle.landed > at, -way, 0.0)  # in the round before
+        np.testing.assert_allclose(ahead[cycle.standing], expected[cycle.standing], atol=1e-9)

@@ -1,7 +1,6 @@
 """Designs are tried no longer than their answer needs, and the answer stays what it was."""
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +27,9 @@ def designed() -> Designed:
 def tried_against(beat: Designed | None) -> Designed | None:
     found, robot = designed(), paper_robot()
     shape = read_shape(robot)
-    return designer._plan(found.scenario, found.design, robot, shape, source="test", beat=beat)
+    return designer._plan(
+        found.scenario, design=found.design, robot=robot, shape=shape, source="test", beat=beat
+    )
 
 
 def test_a_design_is_no_better_than_itself() -> None:
@@ -65,25 +66,21 @@ def test_tasks_planned_one_by_one_make_the_mission() -> None:
 
 
 @pytest.mark.parametrize(("ratio", "slower"), [(1.3, True), (5.0, False)])
-def test_joints_that_would_turn_too_fast_are_given_time(
-    monkeypatch: pytest.MonkeyPatch, ratio: float, slower: bool
-) -> None:
+def test_joints_that_would_turn_too_fast_are_given_time(ratio: float, slower: bool) -> None:
     """Planned once more, slower by more than asked for; but not many times as slow."""
     asked = []
 
-    def plan(scenario: Scenario, *_: object, **__: object) -> None:
+    def plan(scenario: Scenario) -> None:
         asked.append((scenario.gait.cycle_time, scenario.transition.swing_time))
         if len(asked) == 1:
             raise PlanningError("too fast", too_fast=ratio)
 
-    monkeypatch.setattr(designer, "_plan", plan)
-    given: tuple[Any, ...] = (Scenario(), None, None, None)
     if slower:
-        designer._plan_slower(*given, source="test", beat=None)
+        designer._or_slower(Scenario(), plan)
         (cycle, swing), (cycle_after, swing_after) = asked
         assert ratio < cycle_after / cycle < 1.5 * ratio
         assert swing_after / swing == pytest.approx(cycle_after / cycle)
     else:
         with pytest.raises(PlanningError, match="too fast"):
-            designer._plan_slower(*given, source="test", beat=None)
+            designer._or_slower(Scenario(), plan)
         assert len(asked) == 1

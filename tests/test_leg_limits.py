@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.gait.legs import FloatArray
+from drake_quad.planning import body_path
 from drake_quad.planning.body_path import plan_body
+from drake_quad.planning.body_search import LEAST_TILT, MOST_TILT, STEEPEST, BodySearch
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.leg_limits import SAFE, find_limits, leg_room, tilt_arm
+from drake_quad.planning.leg_limits import SAFE, Shanks, find_limits, leg_room, tilt_arm
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_walk import lay_walk
@@ -159,3 +161,66 @@ def test_trunk_room_is_the_distance_from_a_box() -> None:
         )  # the outline is not the line
     around = replace(robot, trunk_box=np.array([[-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]]))
     assert trunk_room(around, p_BF, q).max() < -3.0
+
+
+def test_a_leg_folded_onto_the_trunk_is_beyond_its_limits() -> None:
+    """Where shanks are looked after, the trunk's box counts; where they are not, it does not."""
+    (body, feet), none = poses(0, count=3, shift=0.0), np.zeros((3, 2))
+    lane = stairs_course().lanes[0]
+    body[:, 2] += 100.0  # far above any stairs
+    feet[..., 2] += 100.0
+    shanks, size = Shanks(lane, 0.02), np.array([[-1.0], [1.0]])
+    small = replace(paper_robot(), trunk_box=0.01 * size * np.ones(3))
+    large = replace(paper_robot(), trunk_box=1.0 * size * np.ones(3))
+    assert find_limits(small, body, feet, none, none, shanks) is None
+    assert find_limits(large, body, feet, none, none) is None
+    found = find_limits(large, body, feet, none, none, shanks)
+    assert found is not None and found.short > 0.5 and np.all(found.shank)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0, 2.5])
+def test_a_steep_body_is_free_to_tilt_back_but_hardly_further(share: float) -> None:
+    """It may reach STEEPEST and no more; of one that is steeper already a little is left."""
+    settings = PlanSettings(pitch_along_slope=share)
+    robot, course = paper_robot(), stairs_course()
+    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
+    contacts, route, _ = lay_walk(robot, course, settings, task, stance_at(course, settings))
+    search = BodySearch(robot, contacts, route, settings, None, np.zeros((4, 2)))
+    _, (back, ahead) = search._lift_range()
+    steepest = search.spline.samples(sample_times(contacts))[:, 0, 3].min()
+    room = STEEPEST + float(steepest)
+    expected = min(MOST_TILT, max(room, LEAST_TILT))
+    assert -back / tilt_arm(robot) == pytest.approx(expected, abs=0.03)
+    assert ahead / tilt_arm(robot) == pytest.approx(MOST_TILT)
+
+
+class Fake:
+    """A search whose paths are numbers, each short of all room by so much."""
+
+    def __init__(self, short: list[float]) -> None:
+        self.short, self.control, self.asked = short, np.zeros(1), 0
+
+    def solve(self, *, broken: float) -> FloatArray:
+        """The next path."""
+        self.asked += 1
+        return np.array([float(self.asked)])
+
+    def follow(self, control: FloatArray) -> None:
+        """Takes it."""
+        self.control = control
+
+    def find_limits(self) -> float:
+        """By how much it is short."""
+        return self.short.pop(0)
+
+
+def test_of_paths_that_go_to_and_fro_the_one_least_short_is_taken() -> None:
+    """And as soon as one is not short at all, no further is looked for."""
+    for shorts, best in (([5.0, 3.0, 1.0, 4.0, 2.0, 6.0, 7.0], 2), ([5.0, 3.0, 0.0], 2)):
+        fake, followed = Fake(list(shorts)), []
+        follow = fake.follow
+        fake.follow = lambda c, f=follow, seen=followed: (seen.append(c), f(c))[1]  # type: ignore
+        body_path._search(fake, PlanSettings(), feasible=False)  # type: ignore[arg-type]
+        after = followed[body_path.PASSES - 1 :]  # the first is what the limits are looked at of
+        assert fake.control is after[best]
+        assert not fake.short or shorts[best] == 0.0

@@ -64,14 +64,8 @@ class Stances:
     def margins(self) -> FloatArray:
         """The centre of mass's margin in every pose (N,) [m]; -inf of no region."""
         found = stability_margins(self.com[:, :2], self.places[..., :2], self.standing)
-        known: dict[bytes, Region] = {}  # without drives it is one as long as the feet stand still
-        for k in np.flatnonzero(~self.hulls).tolist():
-            who = self.standing[k]
-            key = who.tobytes() + self.places[k, who].tobytes()
-            region = known.get(key) if self.limits is None else None
-            if region is None:
-                region = known[key] = self.region(k)
-            found[k] = region.margin(*self.com[k, :2].tolist())
+        for k in np.flatnonzero(~self.hulls).tolist():  # each its own: the feet roll all the time
+            found[k] = self.region(k).margin(*self.com[k, :2].tolist())
         return found
 
 
