@@ -27,6 +27,7 @@ from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_roo
 from drake_quad.design.fields import control_fields
 from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape
 from drake_quad.design.staircase import Staircase
+from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.pattern import Pattern
@@ -297,3 +298,37 @@ def test_feet_of_a_cycle_were_set_down_where_they_stand(rise: float) -> None:
         at = np.arange(n)[:, None]
         expected = np.where(cycle.landed > at, -way, 0.0)  # in the round before
         np.testing.assert_allclose(ahead[cycle.standing], expected[cycle.standing], atol=1e-9)
+
+
+def test_the_search_knows_that_feet_roll() -> None:
+    """The margin of a candidate that does not sway is that of feet rolled since they landed."""
+    robot, stairs = paper_robot(), Staircase(0.13, 0.5)
+    pattern = make_patterns(robot, [stairs.run])[0]
+    grid = make_grid(robot, pattern, bounds(pattern)[2][None])
+    cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
+    body, feet, g = cycle.body[0], cycle.feet[0], robot.geometry
+    q, _, com = pose_robot(robot, body, feet)
+    tilt = body[:, 3, None] + q[..., 1] + q[..., 2]
+    roll = robot.foot_radius * (tilt - np.take_along_axis(tilt, cycle.landed, axis=0))
+    rolled = feet.copy()
+    rolled[..., 0] += roll
+
+    def least(places: FloatArray) -> float:
+        return min(
+            kernel._margin(*com[n, :2], places[n], int(cycle.swing[n])) for n in range(len(com))
+        )
+
+    assert abs(least(rolled) - least(feet)) > 1e-4
+    found = np.full((1, len(NAMES)), np.inf)
+    kernel.slacks(
+        cycle.body, cycle.feet, cycle.swing, cycle.landed, stairs.rise, stairs.run,
+        robot.foot_radius,
+        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign]),
+        np.stack([robot.q_lower, robot.q_upper, robot.effort]),
+        np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
+        np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
+        np.stack([shape().trunk_lower, shape().trunk_upper]),
+        np.stack([shape().shank_offsets, shape().shank_radii]),
+        0.0, wanted_room(robot), found, np.full(1, np.inf),
+    )  # fmt: skip
+    assert found[0, NAMES.index("margin")] == pytest.approx(least(rolled), abs=1e-9)

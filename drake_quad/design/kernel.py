@@ -42,7 +42,7 @@ def slacks(
     landed: NDArray[np.intp],
     rise: float,
     run: float,
-    radius: float,
+    foot_radius: float,
     legs: FloatArray,
     limits: FloatArray,
     masses: FloatArray,
@@ -63,7 +63,7 @@ def slacks(
         landed: (N, 4) at which moment each foot was set down, from where it rolls.
         rise: Of the staircase [m].
         run: Of the staircase [m].
-        radius: Of the feet [m].
+        foot_radius: [m].
         legs: (4, 7) hip x, y, z, offset, thigh, shank, knee sign.
         limits: (3, 12) least and greatest angles [rad], torques [Nm].
         masses: (13,) of the trunk, then of the links leg by leg [kg].
@@ -98,7 +98,7 @@ def slacks(
                 tilt = _tilt(legs[k], b, feet[c, n, k], q[k])
                 f[k, :] = feet[c, n, k]
                 if k != air:
-                    f[k, 0] += radius * (tilt - tilts[landed[n, k], k])
+                    f[k, 0] += foot_radius * (tilt - tilts[landed[n, k], k])
             _centre(b, q, legs, masses, coms, cp, sp, com)
             sway, margin = _sway(com, f, air, widest, wanted[MARGIN])
             row[MARGIN] = min(row[MARGIN], margin)
