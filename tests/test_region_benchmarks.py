@@ -53,6 +53,19 @@ def test_drawn_stances_can_be_stood_in(load: Any) -> None:
     assert seen == {True, False}
 
 
+@pytest.mark.parametrize(("kind", "seed", "index"), [("ik", 2, 114), ("whole_body", 1, 22)])
+def test_light_feet_keep_the_ground(load: Any, kind: str, seed: int, index: int) -> None:
+    """Pushed back till it all but stands on its rear feet, it ends where it was, on all four.
+
+    Front feet that press on what they find raise the robot's front until it falls: these two did.
+    """
+    bench = load("push_budget").Bench(kind, seed)
+    trial = bench.trial(index)
+    assert trial.on_stairs and trial.way[0] < 0.0
+    end = bench.push(trial, 0.9)
+    assert end.survived and end.feet == 4
+
+
 def test_table_counts_toppled_and_not_survived_apart(load: Any) -> None:
     """By ground, with the exact bound: none of 20 is at most 16.8 %, two-sided at 95 %."""
     push_budget = load("push_budget")

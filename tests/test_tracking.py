@@ -11,6 +11,7 @@ from pydrake.math import RollPitchYaw
 from rig import flat_walk, paper_robot
 
 from drake_quad.control.feet import leg_array
+from drake_quad.control.follow import _correct_load
 from drake_quad.control.tracking import (
     DEEPEST,
     DEPTH,
@@ -18,11 +19,14 @@ from drake_quad.control.tracking import (
     HOLD,
     LANDED,
     LIFTED,
-    MEMORY_SIZE,
+    LOST_LOAD,
+    REGAIN_TIME,
+    REGAINED,
     TOUCHDOWN,
     URGENT_SEARCH,
     Pace,
     joint_targets,
+    new_memory,
     place_feet,
 )
 from drake_quad.gait.legs import FloatArray
@@ -46,12 +50,6 @@ class Result(NamedTuple):
     memory: FloatArray
 
 
-def fresh_memory(feet: FloatArray = FEET) -> FloatArray:
-    memory = np.zeros(MEMORY_SIZE)
-    memory[HOLD : HOLD + 12] = feet.ravel()
-    return memory
-
-
 class Walk:
     """Calls of `place_feet` one after another; each keeps what it is not given."""
 
@@ -65,7 +63,7 @@ class Walk:
         self.feet = FEET.copy()
         self.bearing = self.standing.astype(float)
         self.catch, self.urgent = NOBODY.copy(), False
-        self.memory = fresh_memory()
+        self.memory = new_memory(FEET)
 
     def tick(self, count: int = 1) -> Result:
         """What the last of so many ticks returns."""
@@ -284,6 +282,35 @@ def test_standing_foot_that_loses_the_ground_goes_straight_down_after_it(
     assert DEEPEST - 1e-12 <= FEET[1, 2] - deep[2] <= DEEPEST + step
     walk.bearing[1] = 1.0
     np.testing.assert_allclose(walk.tick(2000).place[1], FEET[1], atol=1e-9)
+
+
+def test_foot_that_finds_the_ground_again_stands_there_and_takes_its_load_up_slowly() -> None:
+    """It does not press on to where it was aimed, and has all its load again after REGAIN_TIME."""
+    walk = Walk()
+    walk.bearing[1] = 0.0
+    assert walk.tick(100).place[1, 2] < FEET[1, 2] - 0.5 * DEEPEST
+    walk.bearing[1] = 1.0
+    np.testing.assert_allclose(walk.tick().place[1], FEET[1], atol=1e-12)
+    ticks = round(REGAIN_TIME / PACE.period)
+    regained = [walk.memory[REGAINED + 1]] + [
+        float(walk.tick().memory[REGAINED + 1]) for _ in range(ticks)
+    ]
+    np.testing.assert_allclose(np.diff(regained)[:-1], PACE.period / REGAIN_TIME, atol=1e-12)
+    assert regained[0] < 0.1 and regained[-1] == 1.0
+
+
+@pytest.mark.parametrize("bears", [False, True])
+def test_load_of_a_foot_that_was_lost_never_jumps_up(bears: bool) -> None:
+    """From LOST_LOAD it rises with what the foot has regained; the others keep theirs."""
+    loads = []
+    for regained in np.linspace(0.0, 1.0, 11):
+        load, back = np.array([1.0, 1.0, 0.8, 0.0]), np.array([1.0, regained, 1.0, 1.0])
+        bearing = np.array([1.0, float(bears), 1.0, 0.0])
+        _correct_load(load, np.array([True, True, True, False]), bearing, False, back)
+        np.testing.assert_array_equal(load[[0, 2, 3]], [1.0, 0.8, 0.0])
+        loads.append(load[1])
+    assert loads[0] == pytest.approx(LOST_LOAD) and loads[-1] == pytest.approx(1.0)
+    assert np.diff(loads) == pytest.approx(0.1 * (1.0 - LOST_LOAD))
 
 
 @pytest.mark.parametrize("height", [0.03, -0.02])

@@ -16,6 +16,7 @@ from drake_quad.control.tracking import (
     LANDED_LOAD,
     LEAD,
     LOST_LOAD,
+    REGAINED,
     joint_targets,
     place_feet,
     soften,
@@ -93,7 +94,7 @@ def follow(
     memory[:] = new
     if running:
         load = foot_load(phases, t, c.unload_time)
-        _correct_load(load, standing, bearing, new[LANDED] > 0.5)
+        _correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
     else:
         load = _caught_load(standing, bearing)
     body_rate = _body_rate(memory, t, rate, c.pace.period)
@@ -110,9 +111,9 @@ def follow(
     into.feet_acceleration[:, :] = acceleration
     found.place[:, :], found.velocity[:, :] = place, velocity
     found.soft[:] = load
-    # A foot that lost the ground in a push is to touch it again, not to thrust itself off.
+    # A foot that lost the ground is to touch it again, not to thrust itself off.
     for k in range(4):
-        if standing[k] and (not running or (rate == 0.0 and bearing[k] < 0.5)):
+        if standing[k] and (not running or bearing[k] < 0.5):
             found.soft[k] = 1.0
 
 
@@ -136,8 +137,18 @@ def _body_rate(memory: FloatArray, t: float, rate: float, period: float) -> floa
 
 
 @compiled
-def _correct_load(load: FloatArray, standing: BoolArray, bearing: FloatArray, landed: bool) -> None:
-    """Changes the plan's loads (4,) for a swing foot that has landed, and for lost ground."""
+def _correct_load(
+    load: FloatArray, standing: BoolArray, bearing: FloatArray, landed: bool, regained: FloatArray
+) -> None:
+    """Changes the plan's loads (4,) for a swing foot that has landed, and for lost ground.
+
+    Args:
+        load: Changed in place.
+        standing: Who is to stand (4,).
+        bearing: 1 where a foot is sensed to bear (4,).
+        landed: Whether the swing foot has landed before its time.
+        regained: See REGAINED (4,).
+    """
     held = 0
     for k in range(4):
         if landed and not standing[k]:
@@ -146,8 +157,8 @@ def _correct_load(load: FloatArray, standing: BoolArray, bearing: FloatArray, la
             held += 1
     if held > 1:
         for k in range(4):
-            if standing[k] and bearing[k] < 0.5:
-                load[k] = min(load[k], LOST_LOAD)
+            if standing[k]:
+                load[k] = min(load[k], LOST_LOAD + (1.0 - LOST_LOAD) * regained[k])
 
 
 @compiled

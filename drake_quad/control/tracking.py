@@ -14,15 +14,27 @@ from drake_quad.robot.leg_scalar import foot_and_jacobian, solve_leg, solve_rate
 # when it lifted off (12) [m]; how deep a foot has searched below the plan for ground [m]; whether
 # the swing foot found ground before its time; the standing feet's mean height over the plan's [m];
 # where a catching foot set out from (3) [m]; how fast the body follows its path, and how far it is
-# ahead of the gait clock there [s].
+# ahead of the gait clock there [s]; how far a foot that had lost the ground has come back to its
+# full load, 0 to 1, (4).
 HOLD, LIFTED, DEPTH, LANDED, HEIGHT, CAUGHT = 0, 12, 24, 25, 26, 27
-BODY_RATE, LEAD = 30, 31
-MEMORY_SIZE = 32
+BODY_RATE, LEAD, REGAINED = 30, 31, 32
+MEMORY_SIZE = 36
 URGENT_SEARCH = 0.3  # [m/s] downwards, of a foot that lost the ground in a push
 DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where it is
 TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for the ground
 LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
+# From then on it comes back slowly: at once it would thrust itself off, and patter.
+REGAIN_TIME = 0.2  # [s] in which a foot that found the ground again takes its load up
 LANDED_LOAD = 0.2  # how much of a full load a foot carries that landed before its time
+
+
+def new_memory(feet: FloatArray) -> FloatArray:
+    """What a controller remembers (MEMORY_SIZE,) as it begins, on its feet in W (4, 3) [m]."""
+    memory = np.zeros(MEMORY_SIZE)
+    memory[HOLD : HOLD + 12] = feet.ravel()
+    memory[BODY_RATE] = np.nan
+    memory[REGAINED : REGAINED + 4] = 1.0
+    return memory
 
 
 class Pace(NamedTuple):
@@ -92,6 +104,7 @@ def place_feet(
         lifted = new[LIFTED + 3 * k : LIFTED + 3 * k + 3]
         if k == caught:
             swinging = True
+            new[REGAINED + k] = 1.0
             if catch[5] <= pace.period:
                 new[CAUGHT : CAUGHT + 3] = feet[k]
             s = min(catch[5] / catch[4], 1.0)
@@ -111,6 +124,7 @@ def place_feet(
             continue
         if not standing[k] and not urgent and not np.isnan(swing_phase):
             swinging = True
+            new[REGAINED + k] = 1.0
             s = swing_phase
             if s < 0.5:
                 new[LANDED] = 0.0
@@ -139,12 +153,17 @@ def place_feet(
                 place[k, i] = hold[i]
             continue
         if bearing[k] > 0.5:
+            if new[REGAINED + k] == 0.0:
+                hold[:] = feet[k]  # it had been aimed below the ground
+            new[REGAINED + k] = min(new[REGAINED + k] + pace.period / REGAIN_TIME, 1.0)
             for i in range(3):
                 hold[i] += follow * (feet[k, i] - hold[i])
             error += hold[2] - planned[k, 2]
             count += 1
-        elif feet[k, 2] - hold[2] < DEEPEST:  # where it stood there is no ground: down after it
-            hold[2] -= (URGENT_SEARCH if urgent else pace.search_speed) * pace.period
+        else:
+            new[REGAINED + k] = 0.0
+            if feet[k, 2] - hold[2] < DEEPEST:  # where it stood there is no ground: down after it
+                hold[2] -= (URGENT_SEARCH if urgent else pace.search_speed) * pace.period
         for i in range(3):
             lifted[i] = hold[i] - planned[k, i]
             place[k, i] = hold[i]

@@ -14,7 +14,7 @@ from drake_quad.control.measured import measure
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
 from drake_quad.control.records import WORK, Records, new_record
 from drake_quad.control.settings import ControlSettings
-from drake_quad.control.tracking import BODY_RATE, HOLD, MEMORY_SIZE
+from drake_quad.control.tracking import MEMORY_SIZE, new_memory
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.robot_model import RobotModel
@@ -124,13 +124,11 @@ class TrackingController(LeafSystem):
         estimated, robot = self._state_port.Eval(context), self._robot
         legs = leg_array(robot.geometry)
         measured = measure(self._layout, legs, robot.foot_radius, estimated, last)
-        feet, order = measured.feet.place.ravel(), np.argsort(self._layout.actuators)
-        memory, balance = np.zeros(MEMORY_SIZE), np.zeros(BALANCE_SIZE)
-        memory[HOLD : HOLD + 12] = feet
-        memory[BODY_RATE] = np.nan
+        feet, order = measured.feet.place, np.argsort(self._layout.actuators)
+        balance = np.zeros(BALANCE_SIZE)
         balance[:3] = balance[Balance.BODY : Balance.BODY + 3] = measured.p
-        balance[Balance.FEET : Balance.BODY] = feet
-        state.set_value(self._memory, memory)
+        balance[Balance.FEET : Balance.BODY] = feet.ravel()
+        state.set_value(self._memory, new_memory(feet))
         state.set_value(self._last, measured.state)
         state.set_value(self._target, np.concatenate([measured.q[order], np.zeros(12)]))
         state.set_value(self._balance, balance)
