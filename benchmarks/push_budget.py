@@ -6,7 +6,9 @@ Each trial stands the robot on four feet, its feet and its body somewhere, on le
 stairs, and pushes it through its centre of mass, somewhere to. Catching steps are switched off.
 It is pushed by 90 % of its budget; then, of the first `--sought` trials, the push that topples it
 is sought by halving. `ratio` is predicted over actual: 1 is exact, less is on the safe side. What
-counts as survived, and as toppled, `push_stances` says. How far a foot slid or hopped is told
+counts as survived, and as toppled, `push_stances` says. A stance that the controller does not hold
+unpushed, with fewer than three feet on the ground as the push begins, has no budget: it is counted
+apart. How far a foot slid or hopped is told
 beside.
 Each trial has a generator of its own, so that they can be run in pieces: with `--lines` those
 that are in the file already are not run again.
@@ -61,6 +63,7 @@ class Bench:
             "direction": float(np.degrees(np.arctan2(trial.way[1], trial.way[0]))),
             "budget": trial.budget,
             "pendulums": trial.pendulums,
+            "stood": end.stood,
             "toppled": end.toppled,
             "feet": end.feet,
             "survived": end.survived,
@@ -94,6 +97,11 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     ):
         if not mine:
             continue
+        fallen = sum(not r["stood"] for r in mine)
+        mine = [r for r in mine if r["stood"]]
+        if not mine:
+            found.append([name, str(fallen), "0", *[""] * 5])
+            continue
         toppled = sum(r["toppled"] for r in mine)
         lost = sum(not r["survived"] for r in mine)
         most = binomtest(toppled, len(mine)).proportion_ci(CONFIDENCE, method="exact").high
@@ -102,12 +110,11 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
         if ratios:
             told = [f"{np.median(ratios):.2f}", f"{min(ratios):.2f} to {max(ratios):.2f}"]
         found.append(
-            [name, str(len(mine)), str(toppled), f"{100 * most:.1f} %", str(lost),
+            [name, str(fallen), str(len(mine)), str(toppled), f"{100 * most:.1f} %", str(lost),
              str(len(ratios)), *told]
         )  # fmt: skip
-    header = ("ground", "trials", "toppled at 90 %", "at most (95 %)", "not survived",
-              "sought", "median predicted "
-              "/ actual", "range")  # fmt: skip
+    header = ("ground", "not held unpushed", "pushed", "toppled at 90 %", "at most (95 %)",
+              "not survived", "sought", "median predicted / actual", "range")  # fmt: skip
     return markdown_table(header, found)
 
 

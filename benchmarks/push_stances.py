@@ -44,11 +44,13 @@ class End:
     """How a push ended.
 
     Attributes:
+        stood: Whether three feet or more bore when the push began: else there was no stance.
         toppled: Whether the robot fell, or is off its place or tilted.
         feet: How many feet bear at the last instant.
         slid: How far a foot is from where it stood at first [m]; nan if it fell.
     """
 
+    stood: bool
     toppled: bool
     feet: int
     slid: float
@@ -154,17 +156,20 @@ def push_in(scenario: Scenario, robot: RobotModel, course: Course, trial: Trial,
         disturbances=Disturbances(pushes=(push,)),
     )
     simulator = Simulator(climb.diagram)
-    status = simulator.AdvanceTo(LASTS)
-    if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
-        return End(True, 0, float("nan"))
     context = simulator.get_context()
     monitor = climb.diagram.GetSubsystemByName("contact_monitor")
     own = monitor.GetMyContextFromRoot(context)
-    bearing = monitor.GetOutputPort("contact_state_measured").Eval(own)
+    port = monitor.GetOutputPort("contact_state_measured")
+    simulator.AdvanceTo(PUSHED_AT)
+    stood = bool(np.sum(port.Eval(own) > 0.5) >= 3)
+    status = simulator.AdvanceTo(LASTS)
+    if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+        return End(stood, True, 0, float("nan"))
+    bearing = port.Eval(own)
     places = monitor.GetOutputPort("foot_contact_position").Eval(own).reshape(4, 3)
     state = climb.plant.get_state_output_port().Eval(climb.plant.GetMyContextFromRoot(context))
     base = climb.layout.read(state)
     slid = np.linalg.norm((places - trial.stance.feet)[:, :2], axis=1).max()
     off = np.linalg.norm(base.p_WB - trial.stance.body[:3])
     toppled = off >= FARTHEST or base.R_WB[2, 2] <= UPRIGHT
-    return End(bool(toppled), int(np.sum(bearing > 0.5)), float(slid))
+    return End(stood, bool(toppled), int(np.sum(bearing > 0.5)), float(slid))

@@ -154,7 +154,7 @@ def place_feet(
             continue
         if bearing[k] > 0.5:
             if new[REGAINED + k] == 0.0:
-                hold[:] = feet[k]  # it had been aimed below the ground
+                hold[2] = feet[k, 2]  # it had been aimed below the ground
             new[REGAINED + k] = min(new[REGAINED + k] + pace.period / REGAIN_TIME, 1.0)
             for i in range(3):
                 hold[i] += follow * (feet[k, i] - hold[i])

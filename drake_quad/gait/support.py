@@ -35,6 +35,17 @@ def support_polygon(points: ArrayLike) -> FloatArray:
     return read_only(np.array(hull).reshape(-1, 2))
 
 
+def support_order(points: ArrayLike) -> list[int]:
+    """Returns which of the feet are the support polygon's corners, in its order.
+
+    Args:
+        points: See `support_polygon`.
+    """
+    rows = np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist()
+    first = {(x, y): k for k, (x, y) in reversed(list(enumerate(rows)))}
+    return [first[corner] for corner in _hull(sorted(first))]
+
+
 def stability_margin(point: ArrayLike, points: ArrayLike) -> float:
     """Returns the signed static stability margin of one point over some feet.
 

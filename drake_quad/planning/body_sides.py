@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
-from drake_quad.gait.support import support_polygon
-from drake_quad.planning.contact_plan import ContactPlan, Phase
+from drake_quad.planning.contact_plan import ContactPlan
 
 NARROW = 1e-5  # [m] beside such a diagonal: an interior-point solver needs an inside
 CROSSING_TIME = 0.5  # [s] to either side of such a switch in which the margin is to be reached
@@ -53,7 +52,7 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
     crossings = _crossings(contacts)
     hulls, spans = [], []
     for phase in contacts.phases:
-        hull = _hull_legs(phase)
+        hull = phase.corners
         if len(hull) < 3:
             raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
         wide = 0.0 if phase.step is None else guard
@@ -61,19 +60,19 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
         after = 0.0 if phase.end in crossings else wide
         hulls.append(hull)
         spans.append((phase.start - before - 1e-9, phase.end + after + 1e-9))
-    leg, following = (
-        np.concatenate(hulls),
-        np.concatenate([np.roll(h, -1) for h in hulls]),
-    )
+    leg = np.concatenate(hulls)
+    corners = np.array([len(hull) for hull in hulls])
+    ends = np.cumsum(corners)
+    following = np.concatenate([leg[1:], leg[:1]])
+    following[ends - 1] = leg[ends - corners]
     # Of every phase, sample by sample, all of its sides.
     begin, end = np.array(spans).T
     first, last = times.searchsorted(begin), times.searchsorted(end, side="right")
-    corners = np.array([len(hull) for hull in hulls])
     rows = (last - first) * corners
     phase_of = np.repeat(np.arange(len(hulls)), rows)
     within = np.arange(len(phase_of)) - np.repeat(np.cumsum(rows) - rows, rows)
     sample = first[phase_of] + within // corners[phase_of]
-    side = (np.cumsum(corners) - corners)[phase_of] + within % corners[phase_of]
+    side = (ends - corners)[phase_of] + within % corners[phase_of]
     feet = np.stack([phase.feet[:, :2] for phase in contacts.phases])
     corner, next_corner = (feet[phase_of, which[side]] for which in (leg, following))
     if contacts.roll is not None:
@@ -90,14 +89,6 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
         weight = np.minimum(weight, np.abs(times - crossing) / CROSSING_TIME)
     weight = weight[sample]
     return Sides(sample, normal, inward - np.where(weight > 0.0, 0.0, NARROW), weight, phase_of)
-
-
-def _hull_legs(phase: Phase) -> NDArray[np.intp]:
-    """Rows of the legs at the corners of a phase's support polygon, counterclockwise."""
-    rows = np.flatnonzero(phase.standing)
-    at = phase.feet[rows, :2]
-    hull = support_polygon(at)
-    return rows[[int(np.argmin(np.abs(at - corner).sum(axis=1))) for corner in hull]]
 
 
 def _crossings(contacts: ContactPlan) -> set[float]:

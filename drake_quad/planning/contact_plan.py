@@ -3,11 +3,13 @@
 from bisect import bisect_right
 from copy import copy
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_quad.gait.legs import BoolArray, FloatArray, Leg, read_only
+from drake_quad.gait.support import support_order
 from drake_quad.gait.swing import Swing, swing_positions
 from drake_quad.planning.foot_roll import FootRoll
 
@@ -42,6 +44,12 @@ class Phase:
     feet: FloatArray
     step: Step | None
 
+    @cached_property
+    def corners(self) -> NDArray[np.intp]:
+        """Rows of the legs at the corners of its support polygon, counterclockwise."""
+        rows = np.flatnonzero(self.standing)
+        return rows[support_order(self.feet[rows, :2])]
+
 
 @dataclass(frozen=True, eq=False)
 class ContactPlan:
@@ -61,7 +69,10 @@ class ContactPlan:
     roll: FootRoll | None = None
     phases: tuple[Phase, ...] = field(init=False)
     _starts: tuple[float, ...] = field(init=False)
-    _swings: NDArray[np.intp] = field(init=False)  # of each phase: which step's, -1 for none
+    # Of each phase: which step's it is, -1 for none; the feet; who stands.
+    _swings: NDArray[np.intp] = field(init=False)
+    _feet: FloatArray = field(init=False)
+    _standing: BoolArray = field(init=False)
 
     def __post_init__(self) -> None:
         phases: list[Phase] = []
@@ -81,6 +92,8 @@ class ContactPlan:
         object.__setattr__(self, "_starts", tuple(p.start for p in phases))
         swinging = np.array([p.step is not None for p in phases], dtype=bool)
         object.__setattr__(self, "_swings", np.where(swinging, np.cumsum(swinging) - 1, -1))
+        object.__setattr__(self, "_feet", np.array([p.feet for p in phases]))
+        object.__setattr__(self, "_standing", np.array([p.standing for p in phases]))
         object.__setattr__(self, "feet", read_only(self.feet))
 
     def rolled(self, roll: FootRoll) -> "ContactPlan":
@@ -108,10 +121,10 @@ class ContactPlan:
     def feet_at(self, times: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Returns the feet's places (N, 4, 3) [m] and who stands (N, 4) at `times` (N,) [s]."""
         index = np.maximum(np.searchsorted(self._starts, times, side="right") - 1, 0)
-        feet = np.stack([p.feet for p in self.phases])[index]
-        standing = np.stack([p.standing for p in self.phases])[index]
-        if self.roll is not None:
-            feet[..., :2] += self.roll.at(times)
+        feet, standing = self._feet[index], self._standing[index]
+        roll = None if self.roll is None else self.roll.at(times)
+        if roll is not None:
+            feet[..., :2] += roll
         if not self.steps:
             return feet, standing
         swing = self._swings[index]
@@ -123,8 +136,8 @@ class ContactPlan:
         feet[mine, legs] = swing_positions(
             [step.swing for step in self.steps], swing, times[mine] - starts[swing]
         )
-        if self.roll is not None:
-            feet[mine, legs, :2] += self.roll.at(times[mine])[np.arange(len(mine)), legs]
+        if roll is not None:
+            feet[mine, legs, :2] += roll[mine, legs]
         return feet, standing
 
 

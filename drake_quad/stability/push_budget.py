@@ -30,7 +30,7 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.stability.pendulum import Pendulum
 from drake_quad.stability.region import Region
 
-SWING_BACK = 0.4  # of a throw, that the robot may come back beyond its place by
+SWING_BACK = 0.5  # of a throw, that the robot may come back beyond its place by
 BEHIND = pi / 3.0  # [rad] to either side of straight back, in which there is to be so much room
 
 
