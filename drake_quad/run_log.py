@@ -13,9 +13,16 @@ from drake_quad.robot.robot_state import StateLayout
 from drake_quad.run_log_estimate import AXES, Columns, estimate_columns, program_columns
 from drake_quad.run_log_kinematic import kinematic_logs
 from drake_quad.run_log_margins import Ground, margin_columns
-from drake_quad.run_log_plan import plan_margin, planned_margin, plans_by_turn, turns
+from drake_quad.run_log_plan import plan_margin, planned_figures, plans_by_turn, turns
 
-__all__ = ["Ground", "kinematic_logs", "make_table", "plan_margin", "planned_margin", "state_names"]
+__all__ = [
+    "Ground",
+    "kinematic_logs",
+    "make_table",
+    "plan_margin",
+    "planned_figures",
+    "state_names",
+]
 
 
 def make_table(
@@ -54,7 +61,7 @@ def make_table(
     for k, name in enumerate((*AXES, "pitch", "yaw")):
         columns[f"base_desired_{name}"] = logs["body_desired"][:, k]
     columns["margin"] = logs["margin"][:, 0]
-    columns["margin_planned"] = planned_margin(robot, phase, plans, massless_legs=massless_legs)
+    columns |= planned_figures(robot, phase, plans, massless_legs=massless_legs)
     columns["zmp_margin"] = logs["zmp_margin"][:, 0]
     columns |= margin_columns(logs, times, robot=robot, plans=plans, ground=ground)
     columns["nonfoot_contacts"] = logs["nonfoot"][:, 0].astype(np.int64)

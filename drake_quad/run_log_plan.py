@@ -1,4 +1,4 @@
-"""Which plan a sample of a log was following, and what margin that plan had."""
+"""Which plan a sample of a log was following, and what margin and torques that plan had."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,6 +8,7 @@ from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
+from drake_quad.planning.plan_torques import torque_ratio
 from drake_quad.robot.robot_model import RobotModel
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -41,14 +42,14 @@ def turns(phase: FloatArray) -> IntArray:
     ).astype(np.int64)
 
 
-def planned_margin(
+def planned_figures(
     robot: RobotModel,
     phase: FloatArray,
     plans: Sequence[MotionPlan],
     *,
     massless_legs: bool = False,
-) -> FloatArray:
-    """The static margin that the plan had at each sample's gait time, (N,) [m].
+) -> dict[str, FloatArray]:
+    """What the plan had at each sample's gait time: static margin [m] and torque ratio, (N,) each.
 
     Args:
         robot: The robot.
@@ -56,14 +57,15 @@ def planned_margin(
         plans: See `plans_by_turn`.
         massless_legs: See `plan_margin`.
     """
-    margin = np.full(len(phase), np.nan)
+    margin, ratio = np.full(len(phase), np.nan), np.full(len(phase), np.nan)
     followed = turns(phase)
     for turn, plan in plans_by_turn(plans).items():
         mine = np.all(followed == turn, axis=1)
         if np.any(mine):
             samples = evaluate(robot, plan, phase[mine, GaitPhase.TIME])
             margin[mine] = plan_margin(samples, massless_legs=massless_legs)
-    return margin
+            ratio[mine] = torque_ratio(robot, samples)
+    return {"margin_planned": margin, "torque_ratio_planned": ratio}
 
 
 def plan_margin(s: PlanSamples, *, massless_legs: bool) -> FloatArray:

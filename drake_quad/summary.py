@@ -55,6 +55,7 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "slip_max": float(max(slip)),
         "foot_roll_max": float(max(roll)),
         "torque_ratio_max": _largest(np.abs(tau) / robot.effort),
+        "torque_ratio_planned_max": _largest(c["torque_ratio_planned"]),
         "speed_ratio_max": _largest(np.abs(qd) / robot.speed),
         "position_ratio_max": _largest(np.abs(q - middle) / half),
         "cost_of_transport": _cost_of_transport(c, tau, qd, robot.mass, period),

@@ -26,7 +26,7 @@ from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
-from drake_quad.run_log import Ground, kinematic_logs, make_table, planned_margin, state_names
+from drake_quad.run_log import Ground, kinematic_logs, make_table, planned_figures, state_names
 from drake_quad.run_log_estimate import roll_pitch_yaw
 from drake_quad.scenario import load_scenario
 from drake_quad.simulation import run
@@ -244,8 +244,8 @@ def test_papers_margins_are_the_body_centres() -> None:
     feet = found["feet_desired"].reshape(-1, 4, 3)[..., :2]
     expected = stability_margins(body, feet, found["standing"] > 0.5)
     np.testing.assert_allclose(found["margin"][:, 0], expected, atol=1e-12)
-    planned = planned_margin(paper_robot(), found["gait_phase"], plans(), massless_legs=True)
-    np.testing.assert_allclose(planned, expected, atol=1e-12)
+    planned = planned_figures(paper_robot(), found["gait_phase"], plans(), massless_legs=True)
+    np.testing.assert_allclose(planned["margin_planned"], expected, atol=1e-12)
     assert np.abs(found["margin"] - logs()[1]["margin"]).max() > 0.01
 
 
@@ -266,7 +266,7 @@ def test_planned_margin_is_at_the_gait_clocks_time_and_not_the_walls() -> None:
     phase = np.zeros((3, SIZE))
     phase[:, GaitPhase.TASK] = 1
     phase[:, GaitPhase.TIME] = [4.0, 4.0, 4.1]
-    found = planned_margin(paper_robot(), phase, plans())
+    found = planned_figures(paper_robot(), phase, plans())["margin_planned"]
     expected = evaluate(paper_robot(), plans()[1], np.array([4.0, 4.0, 4.1])).margin
     np.testing.assert_array_equal(found, expected)
     assert found[0] == found[1] != found[2]
@@ -297,7 +297,7 @@ def revised_phase() -> FloatArray:
 
 def test_planned_margin_is_of_the_plan_that_was_followed_then() -> None:
     """Of several plans of a task each counts in its own time; while one is made, the one before."""
-    found = planned_margin(paper_robot(), revised_phase(), REVISED)
+    found = planned_figures(paper_robot(), revised_phase(), REVISED)["margin_planned"]
     for margin, (*_, time, _, plan) in zip(found, revised_rows().tolist(), strict=True):
         own = evaluate(paper_robot(), REVISED[int(plan)], np.array([time])).margin[0]
         assert margin == own

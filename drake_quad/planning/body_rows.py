@@ -78,6 +78,8 @@ class Rows:
 
     def with_axes(self, axes: int) -> "Rows":
         """The same rows of a path with more axes, which they do not mind."""
+        if axes == self.normal.shape[1]:
+            return self
         more = np.zeros((len(self.normal), axes - self.normal.shape[1]))
         return replace(self, normal=np.concatenate([self.normal, more], axis=1))
 
