@@ -87,6 +87,9 @@ def _rules(plan: MotionPlan, obstacles: Obstacles, radius: float) -> list[FloatA
             rules.append(None)
             continue
         ends = np.stack([phase.step.swing.p_start, phase.step.swing.p_end])
+        if plan.contacts.roll is not None:  # it lifts off where it has rolled to
+            rolled = plan.contacts.roll.at(np.array([phase.start]))[0]
+            ends[0, :2] += rolled[phase.step.leg.row]
         d = _distances(ends, obstacles.centre, obstacles.axes, obstacles.half) - radius
         tilted = obstacles.axes[:, 2, 2] < 1.0
         level = np.abs(ends[:, 2, None] - radius - obstacles.top) <= LEVEL
