@@ -30,7 +30,8 @@ from drake_quad.scenario import Scenario, course_of, mission_of, plan_settings
 LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lowered for a plan
 SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
-GOOD_ROOM = 0.8  # of the room wanted, a gait is taken, and no other tried
+GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
+TAKEN = 0.7  # quality with which a gait is taken, and no other tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,19 +84,11 @@ def design_scenario(
     shape = read_shape(robot)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course)
-    designs = choose_gaits(robot, shape, flights)
-    if not designs:
-        runs = ", ".join(f"{s.run:g}" for s in flights)
-        raise PlanningError(
-            f"no pattern of footprints on runs of {runs} m fits between its hips: for 1, 2 or 3 "
-            "treads a cycle front and rear feet would be too near or too far apart",
-            runs=[s.run for s in flights],
-        )
-    if not designs[0].feasible:
-        raise _hopeless(robot, shape, flights, designs[0], nearest=nearest)
     best: Designed | None = None
     refused: PlanningError | None = None
-    for design in designs:
+    first: Design | None = None
+    for design in choose_gaits(robot, shape, flights):
+        first = first or design
         if not design.feasible or (best is not None and design.score <= best.quality):
             continue  # what leaves less room on endless stairs is not the better gait on these
         filled = fill_in(scenario, robot, design, [s.run for s in flights])
@@ -112,8 +105,17 @@ def design_scenario(
                 continue
             best = found or best
             break
-        if best is not None and best.quality >= 1.0:
+        if best is not None and best.quality >= TAKEN:
             break
+    if first is None:
+        runs = ", ".join(f"{s.run:g}" for s in flights)
+        raise PlanningError(
+            f"no pattern of footprints on runs of {runs} m fits between its hips: for 1, 2 or 3 "
+            "treads a cycle front and rear feet would be too near or too far apart",
+            runs=[s.run for s in flights],
+        )
+    if best is None and refused is None:
+        raise _hopeless(robot, shape, flights, first, nearest=nearest)
     if best is None:
         assert refused is not None
         raise PlanningError(

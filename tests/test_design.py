@@ -194,11 +194,11 @@ def test_higher_steps_are_never_easier() -> None:
     scores = []
     for rise in (0.05, 0.15, 0.3, 0.6):
         flights = [Staircase(rise, 0.35), Staircase(-rise, 0.35)]
-        scores.append(choose_gaits(robot, shape(), flights)[0].score)
+        scores.append(max(d.score for d in choose_gaits(robot, shape(), flights)))
     assert scores[0] > 0.5 > 0.0 > scores[-1]
     highest = highest_rise(robot, shape(), 0.35, below=0.6)
     assert highest is not None and 0.1 < highest < 0.6
-    assert choose_gaits(robot, shape(), [Staircase(highest, 0.35)])[0].feasible
+    assert any(d.feasible for d in choose_gaits(robot, shape(), [Staircase(highest, 0.35)]))
 
 
 def test_design_and_plan_agree_on_the_room() -> None:

@@ -1,6 +1,6 @@
 """Chooses the gait for a robot and its flights of stairs, or says what is in the way."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,11 +67,12 @@ def swing_clearance(robot: RobotModel) -> float:
     return CLEARANCE * min(leg_length(robot), 1.0)
 
 
-def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> list[Design]:
-    """The best gait of every pattern for all of the flights together, best first.
+def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> Iterator[Design]:
+    """The best gaits of the most promising patterns for all of the flights together.
 
-    For each pattern the other parameters are found by differential evolution (Storn and Price
-    1997), from a fixed seed.
+    The most promising of all comes first, if it is good enough, before the others are looked at;
+    they come best first. For each pattern the other parameters are found by differential evolution
+    (Storn and Price 1997), from a fixed seed.
 
     Args:
         robot: The robot.
@@ -80,25 +81,30 @@ def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) 
     """
     runs = [stairs.run for stairs in flights]
     patterns = make_patterns(robot, runs) if flights else LEVEL_PATTERNS
-    found = _search(robot, shape, patterns, flights)
+    searches = _search(robot, shape, patterns, flights)
+    early = next(searches, None)
+    if early is not None and early.score >= ENOUGH:
+        yield early
+    found = [*([] if early is None else [early]), *searches]
     if flights and max((d.score for d in found), default=0.0) < ENOUGH:
         found += _search(robot, shape, make_patterns(robot, runs, per_tread=2), flights)
-    found.sort(key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d)), reverse=True)
-    return found
+    found.sort(
+        key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d.gait.pattern)), reverse=True
+    )
+    yield from (d for d in found if d is not early or d.score < ENOUGH)
 
 
-def _pace(design: Design) -> float:
+def _pace(pattern: Pattern) -> float:
     """How many treads more than one a cycle takes."""
-    pattern = design.gait.pattern
     return pattern.treads / pattern.per_tread - 1
 
 
 def _search(
     robot: RobotModel, shape: Shape, patterns: Sequence[Pattern], flights: Sequence[Staircase]
-) -> list[Design]:
+) -> Iterator[Design]:
     """The best gait of each of the most promising patterns; all have as many places a tread."""
     if not patterns:
-        return []
+        return
     # On level ground a stride that is sought for every gait anyway must be possible.
     leg, wanted = leg_length(robot), wanted_room(robot)
     searches = [
@@ -106,12 +112,12 @@ def _search(
     ]
     lower, upper, _ = bounds(patterns[0])
     first = lower + qmc.LatinHypercube(len(lower), rng=SEED).random(MEMBERS) * (upper - lower)
-    ranked = sorted(zip(patterns, searches, strict=True), key=lambda pair: pair[1](first.T).min())
-    found = []
-    for pattern, search in ranked[:LOOKED_AT]:
+    lacks = [float(search(first.T).min()) for search in searches]
+    ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
+    ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))
+    for _, pattern, search in ranked:
         best = make_grid(robot, pattern, search.least(first))
-        found.append(_with_level(robot, shape, best, flights, wanted))
-    return found
+        yield _with_level(robot, shape, best, flights, wanted)
 
 
 def highest_rise(
