@@ -53,7 +53,7 @@ def level_run(name: str) -> str:
 
 def stairs_run(name: str, rise: float, run_: float, *, physics: bool) -> str:
     """A flight up, a turn and down again: planned, and in physics if asked for."""
-    check = check_stairs(name, rise=rise, run=run_, count=COUNT)
+    check = check_stairs(name, rise=rise, run=run_, count=COUNT, nearest=False)
     if check.designed is None:
         return "no plan"
     planned = f"planned {check.designed.margin:.3f} m"
