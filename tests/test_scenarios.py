@@ -14,6 +14,7 @@ import pyarrow as pa
 import pytest
 
 from drake_quad.gait.legs import SHORT_NAMES
+from drake_quad.preparation import prepare
 from drake_quad.scenario import course_of, load_scenario, shipped_scenarios
 from drake_quad.simulation import RunResult, run
 from drake_quad.terrain import Course
@@ -107,6 +108,7 @@ def test_the_case_study_in_full_keeps_all_that_is_asked_of_it() -> None:
     check_way(result.table, rise=6 * 0.13)
     check_contacts_are_sensed(result.table)
     check_footprints(result.table, course_of(scenario))
+    check_forecasts(result)
 
 
 @pytest.mark.slow
@@ -132,6 +134,15 @@ def test_the_pushed_run_recovers_from_every_push_and_reaches_the_goal() -> None:
     assert set(result.table["segment_kind"].take(at[4:6]).to_pylist()) == {"spin"}
     assert np.all(np.abs(height[:2]) < 0.01) and np.all(np.abs(height[4:6] - 1.0) < 0.01)
     assert np.all((height[[2, 3, 6, 7]] > 0.02) & (height[[2, 3, 6, 7]] < 0.98))
+
+
+def check_forecasts(result: RunResult) -> None:
+    """The plan knew how far feet would roll, to 2 mm, and the peak torque, to a fifth."""
+    plans = prepare(load_scenario("case_study")).plan.plans
+    rolls = [np.hypot(*p.contacts.roll.offset.T).max() for p in plans if p.contacts.roll]
+    assert figure(result, "foot_roll_max") == pytest.approx(max(rolls), abs=0.002)
+    planned = figure(result, "torque_ratio_planned_max")
+    assert figure(result, "torque_ratio_max") == pytest.approx(planned, rel=0.2)
 
 
 def check_way(table: pa.Table, *, rise: float) -> None:
