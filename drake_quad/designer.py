@@ -31,6 +31,7 @@ LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lo
 SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
+POOR = 0.5  # quality below which the next lower body is tried, too
 TAKEN = 0.7  # quality with which a gait is taken, and no other tried
 
 
@@ -92,19 +93,9 @@ def design_scenario(
         if not design.feasible or (best is not None and design.score <= best.quality):
             continue  # what leaves less room on endless stairs is not the better gait on these
         filled = fill_in(scenario, robot, design, [s.run for s in flights])
-        plan = partial(_plan, design=design, robot=robot, shape=shape, source=source, beat=best)
-        for lower in LOWER:
-            # At a flight's ends, and as it sways, the body is not quite where it is on endless
-            # stairs: legs that are then too short are long enough for a body that is lower.
-            tried = copy.deepcopy(filled)
-            tried.gait.body_height -= lower * leg_length(robot)
-            try:
-                found = _or_slower(tried, plan)
-            except PlanningError as error:
-                refused = refused or error
-                continue
-            best = found or best
-            break
+        plan = partial(_plan, design=design, robot=robot, shape=shape, source=source)
+        best, error = _lower(filled, plan, leg_length(robot), best)
+        refused = refused or error
         if best is not None and best.quality >= TAKEN:
             break
     if first is None:
@@ -135,6 +126,34 @@ def fill_in(
             setattr(getattr(filled, section), name, value)
     filled.design = "given"
     return filled
+
+
+def _lower(
+    scenario: Scenario,
+    plan: Callable[..., Designed | None],
+    leg: float,
+    best: Designed | None,
+) -> tuple[Designed | None, PlanningError | None]:
+    """The best of what there was and of a design whose body is as high as it can be, or lower.
+
+    At a flight's ends, and as it sways, the body is not quite where it is on endless stairs: legs
+    that are then too short are long enough for a body that is lower. Of a poor plan the next lower
+    one is tried, too. Also returns why the first was refused that was.
+    """
+    refused: PlanningError | None = None
+    planned = 0
+    for share in LOWER:
+        tried = copy.deepcopy(scenario)
+        tried.gait.body_height -= share * leg
+        try:
+            best = _or_slower(tried, partial(plan, beat=best)) or best
+        except PlanningError as error:
+            refused = refused or error
+            continue
+        planned += 1
+        if planned == 2 or (best is not None and best.quality >= POOR):
+            break
+    return best, refused
 
 
 def _or_slower(scenario: Scenario, plan: Callable[[Scenario], Designed | None]) -> Designed | None:

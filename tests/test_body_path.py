@@ -17,7 +17,7 @@ from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_walk import lay_walk
-from drake_quad.planning.route import Route, level_pose, robot_stance
+from drake_quad.planning.route import Route, body_pitch, level_pose, robot_stance
 from drake_quad.planning.settings import PlanSettings
 
 SETTINGS = PlanSettings()
@@ -223,3 +223,16 @@ def test_margin_of_the_papers_gait_grows_with_its_waits() -> None:
     ]
     assert np.all(np.diff(least) > 5e-3)
     assert least[2] > 0.06
+
+
+@pytest.mark.parametrize("slope", [-2.0, -0.3, 0.0, 0.3, 2.0])
+@pytest.mark.parametrize("share", [0.0, 0.8, 1.2])
+def test_body_tilts_with_the_slope_but_never_as_far_as_a_robot_that_has_fallen(
+    slope: float, share: float
+) -> None:
+    """Nose up where the ground rises; what stops a run as fallen is at 40°."""
+    pitch = float(body_pitch(share, slope))
+    assert abs(pitch) <= min(share * abs(np.arctan(slope)), np.radians(40.0) - 0.05) + 1e-12
+    assert pitch == -float(body_pitch(share, -slope)) and pitch * slope <= 0.0
+    if abs(slope) < 0.5:
+        assert pitch == pytest.approx(-share * np.arctan(slope))

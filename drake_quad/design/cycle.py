@@ -11,6 +11,7 @@ from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import LEGS, SIGNS, WAVE_ORDER, BoolArray, FloatArray
 from drake_quad.gait.quintic import quintic
 from drake_quad.planning.pattern import LIFT_OFF
+from drake_quad.planning.route import body_pitch
 
 PHASES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of every swing, that are looked at
 
@@ -68,7 +69,7 @@ def make_cycle(
     body[..., 0] = stairs.run * place + shift_body[:, None] + grid.surge[:, None] * ahead
     lift = 0.0 if up else grid.lift_down[:, None]
     body[..., 2] = stairs.line(body[..., 0]) + grid.height[:, None] + lift
-    body[..., 3] = -grid.share[:, None] * np.arctan(stairs.slope)
+    body[..., 3] = body_pitch(grid.share, stairs.slope)[:, None]
     shift = 0.0
     if stance_length is not None:
         shift = 0.5 * (stance_length - pattern.stance * stairs.run)

@@ -22,7 +22,7 @@ from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits, tilt_
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.region_sides import region_sides
 from drake_quad.planning.roll_feet import roll_along
-from drake_quad.planning.route import Route
+from drake_quad.planning.route import Route, body_pitch
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
 
@@ -165,7 +165,7 @@ class BodySearch:
         """Least and most lift and tilt [m], see BodyProblem; a steep body does not tilt further."""
         nominal, _ = self._route.at(self._times)
         _, slope = self._route.ground(nominal)
-        pitch = -self._settings.pitch_along_slope * np.arctan(slope)
+        pitch = body_pitch(self._settings.pitch_along_slope, slope)
         back = min(MOST_TILT, max(STEEPEST + float(pitch.min()), LEAST_TILT))
         ahead = min(MOST_TILT, max(STEEPEST - float(pitch.max()), LEAST_TILT))
         arm = self._arm
@@ -175,7 +175,7 @@ class BodySearch:
         """Control points of all five splines (n, 5): z and pitch follow the ground under a path."""
         settings = self._settings
         height, slope = self._route.ground(path[:, :2])
-        pitch = -settings.pitch_along_slope * np.arctan(slope)
+        pitch = body_pitch(settings.pitch_along_slope, slope)
         if path.shape[1] > 2:
             height, pitch = height + path[:, 2], pitch + path[:, 3] / self._arm
         points = np.column_stack([path[:, :2], height + settings.body_height, pitch, self._yaw])

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.settings import PlanSettings
@@ -40,6 +41,20 @@ class Route:
         """Returns places (N, 2) and yaws (N,) at `times` (N,)."""
         xy = np.stack([np.interp(times, self.times, self.xy[:, k]) for k in range(2)], axis=-1)
         return xy, np.interp(times, self.times, self.yaw)
+
+
+MOST_PITCH = 0.64  # [rad]: at 40 degrees a robot counts as fallen, whatever it meant to do
+
+
+def body_pitch(share: ArrayLike, slope: ArrayLike) -> FloatArray:
+    """Pitch of a body that tilts with a share of the ground's slope, and is never too steep [rad].
+
+    Args:
+        share: Of the slope's angle.
+        slope: Rise over run along the heading.
+    """
+    pitch = -np.asarray(share) * np.arctan(slope)
+    return np.asarray(np.clip(pitch, -MOST_PITCH, MOST_PITCH))
 
 
 def robot_stance(settings: PlanSettings) -> FloatArray:
