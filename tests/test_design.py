@@ -263,7 +263,7 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
 
 def test_feedback_of_the_papers_robot_is_what_it_was_found_to_be() -> None:
     """Scaling by one changes nothing; a scenario's defaults are the same numbers."""
-    fields = control_fields(1.0, 1.0)
+    fields = control_fields(1.0, 1.0, paper_robot().foot_radius)
     default = ControllerConfig()
     for name, value in fields.items():
         if name not in ("kind", "period"):

@@ -19,6 +19,7 @@ MASS, LEG = 60.0, 1.22  # of the robot that the numbers below are of [kg], [m]
 CYCLE_TIME = 8.0  # [s]
 TREADS_TIME = {1: 0.9, 2: 1.1, 3: 1.35}  # of it: a shorter step takes less time
 SHANK_ROOM = {1: 0.02, 2: 0.02}  # of a leg, by places a tread
+SHIPPED_RADIUS = 0.008  # [m] of the feet of the robot that controllers' fields are scaled from
 MOST_AHEAD = 0.15  # of a leg: that the body may be ahead of its place, or behind
 SWING_TIME, SHIFT_TIME = 1.2, 1.3  # [s]
 WIDEST = {1: 0.25, 2: 0.36}  # of a leg: that they sway, by places a tread
@@ -85,13 +86,18 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
             "margin_desired": _short(0.10 * size),
             "zmp_margin": _short(0.08 * size),
         },
-        "controller": control_fields(mass, size),
+        "controller": control_fields(mass, size, robot.foot_radius),
     }
 
 
-def control_fields(mass: float, size: float) -> dict[str, float | int | str]:
-    """The controller's, for a robot of so many times the mass and leg length."""
+def control_fields(mass: float, size: float, foot_radius: float) -> dict[str, float | int | str]:
+    """The controller's, for a robot of so many times the mass and leg length.
+
+    A foot rolls on as far as it is thick [m], and what it is held at lags behind by what it rolls
+    in `foothold_time`: thick feet were pulled at by their joints, which tipped light robots.
+    """
     tempo = sqrt(size)
+    foothold_time = 0.3 * tempo * min(1.0, SHIPPED_RADIUS * size / foot_radius)
     return {
         "kind": "whole_body",
         "period": 0.002,
@@ -103,6 +109,7 @@ def control_fields(mass: float, size: float) -> dict[str, float | int | str]:
         "base_rotation_damping": _short(100.0 * mass * size * tempo),
         "least_force": _short(20.0 * mass),
         "unload_time": _short(0.25 * tempo),
+        "foothold_time": _short(foothold_time),
         "touchdown_press": _short(max(0.003 * size, 0.001)),
         "lift_off_margin": _short(0.02 * size),
         "pressure_margin": _short(0.01 * size),
