@@ -287,6 +287,7 @@ def test_standing_foot_that_loses_the_ground_goes_straight_down_after_it(
 def test_foot_that_finds_the_ground_again_stands_there_and_takes_its_load_up_slowly() -> None:
     """It does not press on to where it was aimed, and has all its load again after REGAIN_TIME."""
     walk = Walk()
+    walk.tick()  # it had borne
     walk.bearing[1] = 0.0
     assert walk.tick(100).place[1, 2] < FEET[1, 2] - 0.5 * DEEPEST
     walk.bearing[1] = 1.0
@@ -297,6 +298,15 @@ def test_foot_that_finds_the_ground_again_stands_there_and_takes_its_load_up_slo
     ]
     np.testing.assert_allclose(np.diff(regained)[:-1], PACE.period / REGAIN_TIME, atol=1e-12)
     assert regained[0] < 0.1 and regained[-1] == 1.0
+
+
+def test_feet_that_have_not_borne_yet_have_lost_nothing() -> None:
+    """As a run begins contacts are not known: then all loads are whole at once."""
+    walk = Walk()
+    walk.bearing[:] = 0.0
+    walk.tick(3)
+    walk.bearing[:] = 1.0
+    np.testing.assert_array_equal(walk.tick().memory[REGAINED : REGAINED + 4], 1.0)
 
 
 @pytest.mark.parametrize("bears", [False, True])

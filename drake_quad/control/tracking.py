@@ -15,10 +15,11 @@ from drake_quad.robot.leg_scalar import foot_and_jacobian, solve_leg, solve_rate
 # the swing foot found ground before its time; the standing feet's mean height over the plan's [m];
 # where a catching foot set out from (3) [m]; how fast the body follows its path, and how far it is
 # ahead of the gait clock there [s]; how far a foot that had lost the ground has come back to its
-# full load, 0 to 1, (4).
+# full load, 0 to 1, (4), or NEVER for one that has not borne yet, as a run begins.
 HOLD, LIFTED, DEPTH, LANDED, HEIGHT, CAUGHT = 0, 12, 24, 25, 26, 27
 BODY_RATE, LEAD, REGAINED = 30, 31, 32
 MEMORY_SIZE = 36
+NEVER = 2.0
 URGENT_SEARCH = 0.3  # [m/s] downwards, of a foot that lost the ground in a push
 DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where it is
 TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for the ground
@@ -33,7 +34,7 @@ def new_memory(feet: FloatArray) -> FloatArray:
     memory = np.zeros(MEMORY_SIZE)
     memory[HOLD : HOLD + 12] = feet.ravel()
     memory[BODY_RATE] = np.nan
-    memory[REGAINED : REGAINED + 4] = 1.0
+    memory[REGAINED : REGAINED + 4] = NEVER
     return memory
 
 
@@ -161,7 +162,8 @@ def place_feet(
             error += hold[2] - planned[k, 2]
             count += 1
         else:
-            new[REGAINED + k] = 0.0
+            if new[REGAINED + k] <= 1.0:
+                new[REGAINED + k] = 0.0
             if feet[k, 2] - hold[2] < DEEPEST:  # where it stood there is no ground: down after it
                 hold[2] -= (URGENT_SEARCH if urgent else pace.search_speed) * pace.period
         for i in range(3):
