@@ -158,7 +158,8 @@ def _correct_load(
     if held > 1:
         for k in range(4):
             if standing[k]:
-                load[k] = min(load[k], LOST_LOAD + (1.0 - LOST_LOAD) * regained[k])
+                back = regained[k] if bearing[k] > 0.5 else 0.0
+                load[k] = min(load[k], LOST_LOAD + (1.0 - LOST_LOAD) * back)
 
 
 @compiled

@@ -53,7 +53,7 @@ _ROWS = (
         physics=True,
     ),
     _Row("torque_ratio_max", "Greatest joint torque, of its limit", "%", 0, 100.0, at_most=1.0),
-    _Row("torque_ratio_planned_max", "Greatest to stand still as planned, of it", "%", 0, 100.0),
+    _Row("torque_ratio_planned_max", "The same of the plan, standing still", "%", 0, 100.0),
     _Row("speed_ratio_max", "Greatest joint speed, of its limit", "%", 0, 100.0, at_most=1.0),
     _Row("position_ratio_max", "Joint nearest its end, of its range", "%", 0, 100.0, at_most=1.0),
     _Row("slip_max", "Farthest slip of a standing foot", "mm", 1, 1e3, at_most=0.01, physics=True),
