@@ -98,6 +98,8 @@ def design_scenario(
         refused = refused or error
         if best is not None and best.quality >= TAKEN:
             break
+    if best is not None:
+        return best
     if first is None:
         runs = ", ".join(f"{s.run:g}" for s in flights)
         raise PlanningError(
@@ -105,15 +107,12 @@ def design_scenario(
             "treads a cycle front and rear feet would be too near or too far apart",
             runs=[s.run for s in flights],
         )
-    if best is None and refused is None:
-        raise _hopeless(robot, shape, flights, first, nearest=nearest)
-    if best is None:
-        assert refused is not None
+    if refused is not None:
         raise PlanningError(
             f"there is a gait for stairs like these, but no plan on this course: {refused.reason}",
             **refused.data,
         )
-    return best
+    raise _hopeless(robot, shape, flights, first, nearest=nearest)
 
 
 def fill_in(

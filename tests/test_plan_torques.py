@@ -19,27 +19,24 @@ FEW = settings(max_examples=30, deadline=None)
 def test_forces_hold_the_robot_where_its_feet_can(seed: int, count: int) -> None:
     """Over the support they make up weight and moments, and no foot pulls or hangs in the air."""
     rng = np.random.default_rng(seed)
-    feet = np.array([[0.4, 0.3], [0.4, -0.3], [-0.4, 0.3], [-0.4, -0.3]])
-    feet = feet + rng.uniform(-0.1, 0.1, (4, 2))
+    feet = np.array([[0.4, 0.3, 0.0], [0.4, -0.3, 0.1], [-0.4, 0.3, 0.0], [-0.4, -0.3, 0.0]])
+    feet = feet + rng.uniform(-0.1, 0.1, (4, 3))
     who = np.arange(4) != (rng.integers(4) if count == 3 else 9)
-    com = rng.dirichlet(np.full(count, 3.0)) @ feet[who]
+    com = rng.dirichlet(np.full(count, 3.0)) @ feet[who] + [0.0, 0.0, 0.8]
     force = share_weight(500.0, feet[None], com[None], who[None])[0]
-    assert np.all(force[~who] == 0.0) and np.all(force >= 0.0)
-    if count == 3:  # inside, and there is but one choice
-        assert force.sum() == pytest.approx(500.0)
-        np.testing.assert_allclose(force @ (feet - com), 0.0, atol=1e-9)
-    else:  # the least squares can ask a foot to pull, which it does not
-        assert force.sum() >= 500.0 - 1e-9
+    assert np.all(force[~who] == 0.0) and np.all(force[:, 2] >= 0.0)
+    np.testing.assert_allclose(force.sum(axis=0), [0.0, 0.0, 500.0], atol=1e-6)
+    np.testing.assert_allclose(np.cross(feet - com, force).sum(axis=0), 0.0, atol=1e-6)
 
 
 def test_a_square_shares_evenly_and_moves_its_load_with_the_centre() -> None:
     """A quarter each in the middle; nearer to the front, more in front, the same left and right."""
-    feet = np.array([[0.4, 0.3], [0.4, -0.3], [-0.4, 0.3], [-0.4, -0.3]])[None]
+    feet = np.array([[0.4, 0.3, 0], [0.4, -0.3, 0], [-0.4, 0.3, 0], [-0.4, -0.3, 0]])[None]
     who = np.ones((1, 4), dtype=bool)
-    middle = share_weight(400.0, feet, np.zeros((1, 2)), who)
-    np.testing.assert_allclose(middle, 100.0)
-    ahead = share_weight(400.0, feet, np.array([[0.1, 0.0]]), who)[0]
-    np.testing.assert_allclose(ahead, [125.0, 125.0, 75.0, 75.0])
+    middle = share_weight(400.0, feet, np.zeros((1, 3)), who)
+    np.testing.assert_allclose(middle[..., 2], 100.0)
+    ahead = share_weight(400.0, feet, np.array([[0.1, 0.0, 0.0]]), who)[0]
+    np.testing.assert_allclose(ahead[:, 2], [125.0, 125.0, 75.0, 75.0])
 
 
 def test_torques_are_drakes_inverse_statics() -> None:
@@ -47,9 +44,7 @@ def test_torques_are_drakes_inverse_statics() -> None:
     robot, plant, layout, plan = paper_robot(), model_plant(), model_layout(), flat_walk()
     samples = evaluate(robot, plan, np.linspace(1.0, plan.duration - 1.0, 12))
     torques = standing_torques(robot, samples)
-    force = share_weight(
-        robot.mass * GRAVITY, samples.feet[..., :2], samples.com[:, :2], samples.standing
-    )
+    force = share_weight(robot.mass * GRAVITY, samples.feet, samples.com, samples.standing)
     context = plant.CreateDefaultContext()
     for n in range(len(samples.times)):
         plant.SetPositionsAndVelocities(context, state_of(samples.body[n, 0], samples.feet[n]))
@@ -61,7 +56,7 @@ def test_torques_are_drakes_inverse_statics() -> None:
                 [0.0, 0.0, -robot.geometry.shank[row]],
                 plant.world_frame(), plant.world_frame(),
             )  # fmt: skip
-            left = left + J[2] * force[n, row]
+            left = left + J.T @ force[n, row]
         left[layout.v_joints - layout.num_positions] += torques[n].ravel()
         np.testing.assert_allclose(left, 0.0, atol=1e-6)
 

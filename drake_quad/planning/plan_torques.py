@@ -3,6 +3,7 @@
 import numpy as np
 
 from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.planning.force_distribution import distribute
 from drake_quad.planning.motion_plan import PlanSamples, rotations
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.torque import leg_limits
@@ -11,38 +12,33 @@ GRAVITY = 9.81
 
 
 def share_weight(weight: float, feet: FloatArray, com: FloatArray, who: BoolArray) -> FloatArray:
-    """Vertical forces on the feet (N, 4) that hold the robot still [N].
-
-    Three feet have but one choice. Of four feet's the least in the sum of squares is taken, as the
-    controllers' `planning.force_distribution` does; a foot does not pull: what it would have to
-    pull is left out.
+    """Forces on the feet (N, 4, 3) in W that hold the robot still, as the controllers share them.
 
     Args:
         weight: Of the robot [N].
-        feet: (N, 4, 2) in W [m].
-        com: (N, 2) the centre of mass in W [m].
+        feet: (N, 4, 3) in W [m].
+        com: (N, 3) the centre of mass in W [m].
         who: (N, 4) which feet stand; three at least.
     """
-    arms = np.where(who[..., None], feet - com[:, None], 0.0)
-    rows = np.stack([who.astype(float), arms[..., 0], arms[..., 1]], axis=1)  # (N, 3, 4)
-    wanted = np.array([weight, 0.0, 0.0])
-    return np.where(who, np.maximum(np.linalg.pinv(rows) @ wanted, 0.0), 0.0)
+    up, still = (0.0, 0.0, weight), (0.0, 0.0, 0.0)
+    arms, load = (feet - com[:, None]).tolist(), who.astype(float).tolist()
+    return np.array([distribute(up, still, *pose) for pose in zip(arms, load, strict=True)])
 
 
 def standing_torques(robot: RobotModel, samples: PlanSamples) -> FloatArray:
     """Torques of the joints (N, 4, 3) that hold the robot still in the poses of a plan [Nm].
 
-    Legs' own weight and the standing feet's vertical forces; what moving takes is not in it.
+    Legs' own weight and the standing feet's forces; what moving takes is not in it.
 
     Args:
         robot: The robot.
         samples: The plan at N times.
     """
     weight = GRAVITY * robot.mass
-    force = share_weight(weight, samples.feet[..., :2], samples.com[:, :2], samples.standing)
+    force = share_weight(weight, samples.feet, samples.com, samples.standing)
     limits = leg_limits(robot, rotations(samples.body[:, 0]), samples.q)
     hold = 0.5 * weight * (limits.lower + limits.upper)  # see `leg_limits`
-    return np.asarray(hold - limits.rows[..., 2] * force[..., None])
+    return np.asarray(hold - (limits.rows @ force[..., None])[..., 0])
 
 
 def torque_ratio(robot: RobotModel, samples: PlanSamples) -> FloatArray:
