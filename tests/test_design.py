@@ -20,7 +20,7 @@ from drake_quad.design.candidate import (
     make_grid,
     make_patterns,
 )
-from drake_quad.design.choose import choose_gaits, highest_rise
+from drake_quad.design.choose import ENOUGH, _Search, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.cycle import PHASES, make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
@@ -199,6 +199,41 @@ def test_higher_steps_are_never_easier() -> None:
     highest = highest_rise(robot, shape(), 0.35, below=0.6)
     assert highest is not None and 0.1 < highest < 0.6
     assert any(d.feasible for d in choose_gaits(robot, shape(), [Staircase(highest, 0.35)]))
+
+
+def test_a_good_gait_comes_before_other_patterns_are_searched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On easy stairs one search answers; who asks for more gets each other pattern once."""
+    searched = []
+    least = _Search.least
+
+    def counted(search: _Search, first: FloatArray) -> FloatArray:
+        searched.append(search)
+        return least(search, first)
+
+    monkeypatch.setattr(_Search, "least", counted)
+    flights = [Staircase(0.1, 0.4), Staircase(-0.1, 0.4)]
+    gaits = choose_gaits(paper_robot(), shape(), flights)
+    first = next(gaits)
+    assert first.score >= ENOUGH and len(searched) == 1
+    others = list(gaits)
+    assert len(searched) == 1 + len(others) > 1
+    assert len({d.gait.pattern for d in (first, *others)}) == 1 + len(others)
+
+
+@given(st.floats(0.2, 1.2), st.floats(0.005, 0.05))
+def test_the_thicker_the_foot_the_sooner_it_is_followed(size: float, radius: float) -> None:
+    """Past the shipped robot's thickness, scaled, a foot rolls as far as any before it is seen."""
+
+    def follow(foot_radius: float) -> float:
+        return float(control_fields(1.0, size, foot_radius)["foothold_time"])
+
+    shipped = 0.008 * size  # the paper robot's foot, for legs of this size
+    thick = max(radius, shipped)
+    assert follow(thick) * thick == pytest.approx(follow(shipped) * shipped, rel=1e-3)
+    assert follow(0.5 * shipped) == follow(shipped)  # thin feet: no slower than that
+    assert follow(shipped) == pytest.approx(ControllerConfig().foothold_time * size**0.5, rel=1e-3)
 
 
 def test_design_and_plan_agree_on_the_room() -> None:

@@ -1,5 +1,6 @@
 """Designs are tried no longer than their answer needs, and the answer stays what it was."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -63,6 +64,43 @@ def test_tasks_planned_one_by_one_make_the_mission() -> None:
     for a, b in zip(joined.plans, whole.plans, strict=True):
         np.testing.assert_array_equal(a.body.control, b.body.control)
     assert joined.starts[-1] == pytest.approx(sum(p.duration for p in plans[:-1]))
+
+
+@pytest.mark.parametrize(
+    ("qualities", "heights", "kept"),
+    [
+        ((0.6,), 1, 0.6),  # good enough: no other is tried
+        ((0.3, 0.4), 2, 0.4),  # poor: the next lower one too, and it is better
+        ((0.3, 0.2), 2, 0.3),  # or it is not
+        ((None, 0.3, 0.4), 3, 0.4),  # one that cannot be planned is no plan
+        ((None, 0.6), 2, 0.6),
+        ((None,) * len(designer.LOWER), len(designer.LOWER), None),
+    ],
+)
+def test_of_a_poor_plan_the_next_lower_body_is_tried(
+    monkeypatch: pytest.MonkeyPatch,
+    qualities: tuple[float | None, ...],
+    heights: int,
+    kept: float | None,
+) -> None:
+    """And the better of the two is kept, which is never the worse."""
+    tried: list[float] = []
+    monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
+
+    def plan(scenario: Scenario, beat: Designed | None) -> Designed | None:
+        quality = qualities[len(tried)]
+        tried.append(scenario.gait.body_height)
+        if quality is None:
+            raise PlanningError("no plan")
+        if beat is not None and quality <= beat.quality:
+            return None
+        return replace(designed(), margin=quality)
+
+    best, refused = designer._lower(Scenario(), plan, 0.5, None)
+    height = Scenario().gait.body_height
+    assert tried == pytest.approx([height - 0.5 * share for share in designer.LOWER[:heights]])
+    assert (best and best.quality) == kept
+    assert (refused is None) == (None not in qualities)
 
 
 @pytest.mark.parametrize(("ratio", "slower"), [(1.3, True), (5.0, False)])
