@@ -219,6 +219,28 @@ def test_robot_yaml_says_which_are_the_legs(tmp_path: Path) -> None:
     assert any("fifth_haa" in note for note in notes_of(robot))
 
 
+def test_boxes_of_hips_do_not_collide_with_each_other(tmp_path: Path) -> None:
+    """Hips turn in place side by side: corners that their meshes do not have may overlap."""
+    (tmp_path / "cube.obj").write_text(CUBE)
+    text = PLAIN.text()
+    for leg in ("FL", "FR"):
+        link = f'<link name="{leg}_hip">'
+        assert link in text
+        text = text.replace(link, link + MESH.format("cube.obj"))
+    robot = load_robot(write(tmp_path, text))
+    plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    AddRobot(plant, robot.url)
+    plant.Finalize()
+    left, right, shank = (
+        plant.GetCollisionGeometriesForBody(plant.GetBodyByName(name))
+        for name in ("FL_hip", "FR_hip", "RR_shank")
+    )
+    filtered = scene_graph.model_inspector().CollisionFiltered
+    assert left and right and all(filtered(a, b) for a in left for b in right)
+    assert shank and not any(filtered(a, b) for a in left for b in shank)
+
+
 def test_a_thigh_that_tapers_is_thick_only_where_it_is(tmp_path: Path) -> None:
     """Two capsules: as thick as the mesh is at the hip and at the knee, and not beyond its end."""
     (tmp_path / "wedge.obj").write_text(WEDGE)

@@ -38,6 +38,8 @@ def make_urdf(
         near = [robot.trunk.name, leg.links[0].name, leg.links[1].name]
         _add_filter(root, f"{leg.short}_near_trunk", near)
         _add_filter(root, f"{leg.short}_leg", [link.name for link in leg.links])
+    # Hips turn in place, side by side; the boxes of their meshes have corners that the hips lack.
+    _add_filter(root, "hips", [leg.links[0].name for leg in robot.legs])
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
