@@ -206,10 +206,10 @@ def check(
         str, typer.Argument(help="A URDF, SDF, MJCF or .robot.yaml, or a robot's name.")
     ],
     rise: Annotated[
-        float | None, typer.Option(help="Of the steps [m].", show_default="0.178")
+        float | None, typer.Option(help="Of the steps, in m.", show_default="0.178")
     ] = None,
     run: Annotated[
-        float | None, typer.Option(help="Of the treads [m].", show_default="0.28")
+        float | None, typer.Option(help="Of the treads, in m.", show_default="0.28")
     ] = None,
     count: Annotated[
         int | None, typer.Option(help="Steps of the flight.", show_default="10")
@@ -249,12 +249,12 @@ def chart(
     robot: Annotated[
         str, typer.Argument(help="A URDF, SDF, MJCF or .robot.yaml, or a robot's name.")
     ],
-    rise_from: Annotated[float, typer.Option(help="Lowest rise [m].")] = 0.05,
-    rise_to: Annotated[float, typer.Option(help="Highest rise [m].")] = 0.25,
-    rise_step: Annotated[float, typer.Option(help="Between rises [m].")] = 0.025,
-    run_from: Annotated[float, typer.Option(help="Shallowest tread [m].")] = 0.25,
-    run_to: Annotated[float, typer.Option(help="Deepest tread [m].")] = 0.60,
-    run_step: Annotated[float, typer.Option(help="Between treads [m].")] = 0.05,
+    rise_from: Annotated[float, typer.Option(help="Lowest rise, in m.")] = 0.05,
+    rise_to: Annotated[float, typer.Option(help="Highest rise, in m.")] = 0.25,
+    rise_step: Annotated[float, typer.Option(help="Between rises, in m.")] = 0.025,
+    run_from: Annotated[float, typer.Option(help="Shallowest tread, in m.")] = 0.25,
+    run_to: Annotated[float, typer.Option(help="Deepest tread, in m.")] = 0.60,
+    run_step: Annotated[float, typer.Option(help="Between treads, in m.")] = 0.05,
     count: Annotated[int, typer.Option(help="Steps of each flight.")] = 4,
     out: Annotated[
         Path | None, typer.Option(help="Directory for the files; charts/<robot> unless told.")

@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+import typer
 from command import COMMAND, drake_quad, refused
+
+from drake_quad.cli import app
 
 FLOOR = "{kind: floor, length: 4.0}"
 UP = "{kind: stairs, going: up, rise: 0.13, run: 0.5, count: 6}"
@@ -98,6 +101,15 @@ def test_every_command_has_help(tmp_path: Path) -> None:
     for command in ("run", "plan", "report", "replay", "scenarios"):
         done = drake_quad(command, "--help", cwd=tmp_path)
         assert done.returncode == 0 and "Usage" in done.stdout
+
+
+def test_help_is_shown_as_it_is_written() -> None:
+    """No text has square brackets: they would be taken for markup, and left out."""
+    commands = typer.main.get_group(app).commands
+    assert {"run", "check", "chart", "sweep"} <= set(commands)
+    for name, command in commands.items():
+        texts = [command.help or "", *(getattr(p, "help", None) or "" for p in command.params)]
+        assert not [text for text in texts if "[" in text], name
 
 
 def test_ctrl_c_keeps_what_was_logged(tmp_path: Path) -> None:
