@@ -27,6 +27,7 @@ from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_roo
 from drake_quad.design.fields import control_fields
 from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape
 from drake_quad.design.staircase import Staircase
+from drake_quad.design.words import describe_gait
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import pose_robot, rotations
@@ -367,3 +368,20 @@ def test_the_search_knows_that_feet_roll() -> None:
         0.0, wanted_room(robot), found, np.full(1, np.inf),
     )  # fmt: skip
     assert found[0, NAMES.index("margin")] == pytest.approx(least(rolled), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "words"),
+    [
+        (Pattern(1, 2), "1 tread a cycle, rear"),
+        (Pattern(2, 3), "2 treads a cycle, rear"),
+        (Pattern(1, 3, 2), "1 place a cycle, 2 to a tread, rear"),
+        (Pattern(2, 4, 2), "2 places a cycle, 2 to a tread, rear"),
+    ],
+)
+def test_a_gait_is_told_in_words(pattern: Pattern, words: str) -> None:
+    """How far a cycle goes, and how treads are shared."""
+    first = next(choose_gaits(paper_robot(), shape(), [Staircase(0.1, 0.4)]))
+    _, _, usual = bounds(pattern)
+    told = describe_gait(replace(first, gait=make_grid(paper_robot(), pattern, usual)))
+    assert told.startswith(f"({words} feet {pattern.lag} behind, body ")

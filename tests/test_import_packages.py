@@ -18,7 +18,17 @@ from drake_quad.robot.load_robot import AddRobot, load_robot
 from drake_quad.scenario import load_scenario
 
 # The first of each kind are quick; the rest take a second each, mostly for their meshes.
-QUICK = {"a1", "anymal_c", "b1", "go1", "laikago", "littledog", "pegasus", "spot"}
+QUICK = {
+    "a1",
+    "anymal_c",
+    "b1",
+    "go1",
+    "laikago",
+    "littledog",
+    "paper_quadruped",
+    "pegasus",
+    "spot",
+}
 REFUSED = {"hyq": "-80.0 mm"}  # 8 cm between abduction and hip pitch axes
 INSTALLED = [
     pytest.param(f"{p.name}:{name}", marks=[] if name in QUICK else [pytest.mark.slow])
@@ -99,6 +109,17 @@ def test_littledog_looks_like_itself() -> None:
 
 def _bodies(plant: MultibodyPlant, name: str) -> list[object]:
     return list(plant.GetBodyIndices(plant.GetModelInstanceByName(name)))
+
+
+@pytest.mark.parametrize("name", ["paper_quadruped", "paper", "drake_quad:paper_quadruped"])
+def test_the_shipped_robot_has_a_name(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is the file that scenarios use unless told, taken as it is from wherever one works."""
+    monkeypatch.chdir("/")
+    named = load_robot(name)
+    shipped = load_robot(load_scenario("case_study").robot.model)
+    assert named.name == shipped.name and Path(named.url).parent.name == "models"
+    np.testing.assert_array_equal(named.link_com, shipped.link_com)
+    np.testing.assert_array_equal(named.effort, shipped.effort)
 
 
 def test_scenario_takes_a_robots_name() -> None:

@@ -73,36 +73,33 @@ def make_cycle(
     shift = 0.0
     if stance_length is not None:
         shift = 0.5 * (stance_length - pattern.stance * stairs.run)
-    standing = np.ones((n, 4), dtype=bool)
-    feet = np.zeros((count, n, 4, 3))
     half = 0.5 * grid.stagger * np.array([-1.0, -1.0, 1.0, 1.0])
 
-    def off(row: int, i: int) -> FloatArray:
-        """How far ahead of its tread's middle the place `i` of a leg is (C,) [m]."""
-        own = stairs.run * ((i % per + 0.5) / per - 0.5)
-        return np.asarray(own + SIGNS[row, 0] * shift + phase)
+    steps = np.array([[pattern.treads * c for c, _, _ in moments]] * 4)
+    swings = np.array([[leg == other for _, other, _ in moments] for leg in LEGS])
+    steps += [
+        [pattern.treads * (LIFT_OFF[leg] < LIFT_OFF[m]) for _, m, _ in moments] for leg in LEGS
+    ]
+    begin = np.array([[pattern.first(leg)] for leg in LEGS]) + steps  # places (4, N), from and to
+    end = begin + pattern.treads * swings
+    from_tread, tread = begin // per, end // per
+    s = np.array([s for _, _, s in moments])
+    share = quintic(s)
 
-    for leg in LEGS:
-        row, first = leg.row, pattern.first(leg)
-        feet[:, :, row, 1] = SIGNS[row, 1] * (0.5 * grid.width + half[row])[:, None]
-        for k, (c, swinging, s) in enumerate(moments):
-            begin = first + c * pattern.treads
-            begin += pattern.treads if LIFT_OFF[leg] < LIFT_OFF[swinging] else 0
-            end = begin + (pattern.treads if leg == swinging else 0)
-            share, from_tread, tread = float(quintic(np.array(s))), begin // per, end // per
-            along = from_tread + (tread - from_tread) * share
-            at_first = off(row, begin)
-            feet[:, k, row, 0] = stairs.run * along + at_first
-            if end != begin and per > 1:
-                feet[:, k, row, 0] += share * (off(row, end) - at_first)
-            z = max(from_tread * stairs.rise, tread * stairs.rise)
-            if leg == swinging:
-                standing[k, row] = False
-                # Up and over, and then along: the arc's own shape is found when it is planned.
-                z = {0.0: from_tread * stairs.rise, 1.0: tread * stairs.rise}.get(s, z + clearance)
-            feet[:, k, row, 2] = z + foot_radius
+    # How far ahead of its tread's middle each foot's place is, from and to (4, N) [m].
+    own, own_end = (stairs.run * ((place % per + 0.5) / per - 0.5) for place in (begin, end))
+    along = stairs.run * (from_tread + (tread - from_tread) * share) + own + share * (own_end - own)
+    along += SIGNS[:, :1] * shift
+    # Up and over, and then along: the arc's own shape is found when it is planned.
+    low, high = from_tread * stairs.rise, tread * stairs.rise
+    over = np.where(swings, np.maximum(low, high) + clearance, low)
+    heights = np.where(s == 0.0, low, np.where(s == 1.0, high, over))
+    feet = np.empty((count, n, 4, 3))
+    feet[..., 0] = along.T + phase[:, None, None]
+    feet[..., 1] = SIGNS[:, 1] * (0.5 * grid.width[:, None] + half)[:, None, :]
+    feet[..., 2] = heights.T + foot_radius
     swing = np.array([float(leg.row) for _, leg, _ in moments])
-    return Cycle(body, feet, standing, swing, _landed(cycles))
+    return Cycle(body, feet, ~swings.T, swing, _landed(cycles))
 
 
 def _landed(cycles: int) -> NDArray[np.intp]:

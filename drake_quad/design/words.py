@@ -23,10 +23,11 @@ def what_is_short(design: Design) -> str:
 def describe_gait(design: Design) -> str:
     """The gait in a few words."""
     c = design.gait
-    place = "tread" if c.pattern.per_tread == 1 else f"place, {c.pattern.per_tread} a tread,"
-    treads = f"1 {place}" if c.pattern.treads == 1 else f"{c.pattern.treads} {place}s"
+    per_tread = c.pattern.per_tread
+    one, more = ("tread", "") if per_tread == 1 else ("place", f", {per_tread} to a tread")
+    treads = f"1 {one}" if c.pattern.treads == 1 else f"{c.pattern.treads} {one}s"
     tilt = f"tilted by {100 * c.share[0]:.0f} % of the slope"
     return (
-        f"({treads} a cycle, rear feet {c.pattern.lag} behind, "
+        f"({treads} a cycle{more}, rear feet {c.pattern.lag} behind, "
         f"body {c.height[0]:.2f} m up and {tilt})"
     )

@@ -67,11 +67,12 @@ def normal_form(url: str) -> str:
     """
     given = find_given(url)
     path = given.found.path
+    itself = url if "://" in url or Path(url).expanduser().is_file() else str(path)  # of a name
     if _is_imported(str(path)):
-        return url
+        return itself
     stat = path.stat()
     if given.overrides == Overrides() and _is_normal(str(path), stat.st_mtime_ns, stat.st_size):
-        return url
+        return itself
     return str(import_robot(given))
 
 

@@ -13,9 +13,10 @@ On its way it is not to stretch a leg too far. With the pressure held at a place
 back before it is there: from a pendulum's energy, v² - ω² (c - P)² constant, at P - √(P² - ξ²), all
 counted from where it was pushed. So legs that let it go R < P allow ξ = √(2 P R - R²).
 
-What is thrown comes back. A robot of stiff joints rocks back over its place, by some part of the
-throw, and needs that much room behind it: `swing_back`. How much is the controller's, not the
-pendulum's; SWING_BACK is what pushes in the simulation ask for (`benchmarks/push_budget.py`).
+What is thrown comes back. A robot of stiff joints rocks on one leading foot and back over its
+place, and comes down where the other feet happen to find ground: it needs room of some part of the
+throw around its place, `swing_back`. How much is the controller's, not the pendulum's; SWING_BACK
+is what pushes in the simulation ask for (`benchmarks/push_budget.py`).
 
 The law is exact for the pendulum that holds its pressure there, with the forces' own limits,
 friction (and torque) on uneven ground. What a robot does beyond a pendulum, by turning its trunk
@@ -30,8 +31,7 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.stability.pendulum import Pendulum
 from drake_quad.stability.region import Region
 
-SWING_BACK = 0.5  # of a throw, that the robot may come back beyond its place by
-BEHIND = pi / 3.0  # [rad] to either side of straight back, in which there is to be so much room
+SWING_BACK = 0.5  # of a throw, that the robot may miss its place by when it comes back
 
 
 def directions(count: int) -> FloatArray:
@@ -81,7 +81,7 @@ def push_budget(
         body: The robot.
         ways: (m, 2) unit vectors in W, which way it is pushed.
         legs: (m,) how far the legs let the centre of mass go [m], see `leg_way`; None: anywhere.
-        swing_back: Of a throw, by which the robot may come back beyond its place.
+        swing_back: Of a throw, by which the robot may miss its place as it comes back, any way.
     """
     x, y = body.capture
     far = np.minimum(way_out(region, x, y, ways), way_out(area, x, y, ways))
@@ -89,17 +89,9 @@ def push_budget(
     if legs is not None:
         far = np.minimum(far, np.maximum(held_back(far + thrown, legs) - thrown, 0.0))
     if swing_back > 0.0:
-        most = way_behind(region, body.x, body.y, ways) / swing_back
+        most = max(region.margin(body.x, body.y), 0.0) / swing_back
         far = np.minimum(far, np.maximum(most - thrown, 0.0))
     return np.asarray(body.rate * far)
-
-
-def way_behind(region: Region, x: float, y: float, ways: FloatArray) -> FloatArray:
-    """The least way out against unit vectors (m, 2), and up to BEHIND to either side of it [m]."""
-    turns = np.linspace(-BEHIND, BEHIND, 7)
-    c, s = -np.cos(turns)[:, None], -np.sin(turns)[:, None]
-    turned = np.stack([c * ways[:, 0] - s * ways[:, 1], s * ways[:, 0] + c * ways[:, 1]], axis=-1)
-    return way_out(region, x, y, turned.reshape(-1, 2)).reshape(len(turns), -1).min(axis=0)
 
 
 def held_back(pressure: FloatArray, legs: FloatArray) -> FloatArray:

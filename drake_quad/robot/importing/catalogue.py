@@ -88,8 +88,16 @@ PACKAGES = (
             "spot_arm": "spot/spot_with_arm.urdf",
         },
     ),
+    RobotPackage(
+        "drake_quad",
+        "drake_quad_models",
+        ".",
+        "pip install drake_quad",
+        "drake_quad_models",
+        {"paper_quadruped": "paper_quadruped.urdf"},
+    ),
 )
-ALIASES = {"hyqreal": "hyqreal1", "anymal": "anymal_c"}
+ALIASES = {"hyqreal": "hyqreal1", "anymal": "anymal_c", "paper": "paper_quadruped"}
 
 
 def root_of(package: RobotPackage) -> Path | None:

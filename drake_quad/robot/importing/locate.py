@@ -3,13 +3,10 @@
 import os
 import re
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importing.catalogue import PACKAGES, find_by_name, is_name, root_of
-
-OWN = "package://drake_quad_models/"
 
 
 @dataclass(frozen=True)
@@ -72,8 +69,6 @@ def resolve(uri: str, *, beside: Path) -> Path | None:
     if scheme == "file":
         return _file(Path("/" + rest.lstrip("/")))
     package, _, inner = rest.partition("/")
-    if package == "drake_quad_models":
-        return _file(Path(str(resources.files("drake_quad_models").joinpath(inner))))
     places = [root_of(p) for p in PACKAGES if p.scheme == package]
     if package == "underactuated":  # its package.xml is a floor above its models
         places = [p.parent for p in places if p]
