@@ -140,10 +140,10 @@ def _lower(
     one is tried, too. Also returns why the first was refused that was.
     """
     refused: PlanningError | None = None
-    planned = 0
+    planned, tried = 0, scenario
     for share in LOWER:
-        tried = copy.deepcopy(scenario)
-        tried.gait.body_height -= share * leg
+        tried = copy.deepcopy(tried)  # with it how slow a higher body had to be: so will this
+        tried.gait.body_height = scenario.gait.body_height - share * leg
         try:
             best = _or_slower(tried, partial(plan, beat=best)) or best
         except PlanningError as error:

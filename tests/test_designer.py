@@ -103,6 +103,23 @@ def test_of_a_poor_plan_the_next_lower_body_is_tried(
     assert (refused is None) == (None not in qualities)
 
 
+def test_a_lower_body_is_as_slow_as_the_higher_one_had_to_be() -> None:
+    """What a higher body was refused for once is not tried again lower."""
+    asked: list[float] = []
+
+    def plan(scenario: Scenario, beat: Designed | None) -> Designed | None:
+        asked.append(scenario.gait.cycle_time)
+        if len(asked) == 1:
+            raise PlanningError("too fast", too_fast=1.3)
+        if len(asked) == 2:
+            raise PlanningError("no plan")
+        return replace(designed(), margin=1.0)
+
+    best, _ = designer._lower(Scenario(), plan, 0.5, None)
+    assert best is not None and len(asked) == 3
+    assert asked[0] < asked[1] == asked[2]
+
+
 @pytest.mark.parametrize(("ratio", "slower"), [(1.3, True), (5.0, False)])
 def test_joints_that_would_turn_too_fast_are_given_time(ratio: float, slower: bool) -> None:
     """Planned once more, slower by more than asked for; but not many times as slow."""
