@@ -25,6 +25,7 @@ from drake_quad.planning.roll_feet import roll_along
 from drake_quad.planning.route import Route, body_pitch
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.fallen import FALLEN_TILT
 
 # Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
 CALMEST_SWING = 1.2  # [s]
@@ -38,7 +39,7 @@ DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short ti
 # Of a body whose legs are at their limits, of a leg and [rad]. It does not sink as far as it rises:
 # nobody looks here how near the trunk comes to the stairs.
 MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
-STEEPEST = 0.60  # [rad] a body that is steeper in all counts as fallen soon
+STEEPEST = FALLEN_TILT - 0.10  # [rad] in all, with what the legs ask for at their limits
 LEAST_TILT = 0.02  # [rad] that is free all the same
 
 

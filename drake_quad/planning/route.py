@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.settings import PlanSettings
+from drake_quad.stability.fallen import FALLEN_TILT
 from drake_quad.terrain import Lane
 
 
@@ -43,7 +44,7 @@ class Route:
         return xy, np.interp(times, self.times, self.yaw)
 
 
-MOST_PITCH = 0.64  # [rad]: at 40 degrees a robot counts as fallen, whatever it meant to do
+MOST_PITCH = FALLEN_TILT - 0.06  # [rad]: a body on its way is not quite as it is meant to be
 
 
 def body_pitch(share: ArrayLike, slope: ArrayLike) -> FloatArray:

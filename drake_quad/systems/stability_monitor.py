@@ -9,6 +9,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_quad.control.stability import judge
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_state import StateLayout
+from drake_quad.stability.fallen import FALLEN_TILT
 from drake_quad.stability.kinds import HULL
 from drake_quad.stability.measured import Gauge, Margins, Posture, demand_of
 from drake_quad.stability.region import AT_REST
@@ -40,7 +41,7 @@ class StabilityMonitor(LeafSystem):
         model: MultibodyPlant,
         layout: StateLayout,
         period: float = 0.005,
-        tilt_limit: float = np.radians(40.0),
+        tilt_limit: float = FALLEN_TILT,
         height_limit: float = 0.25,
         gauge: Gauge | None = None,
         gauge_period: float = 0.1,
