@@ -6,19 +6,16 @@ not, 2 the input cannot be used.
 
 import json
 import os
-import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
+from drake_quad.cli_files import claim, make_report, read_summary, stem
+from drake_quad.cli_print import print_plan, print_summary
+from drake_quad.cli_progress import cells_progress, interruptible, seconds_progress
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError
 
 if TYPE_CHECKING:  # Drake takes a second to import: --help need not wait for it
@@ -72,11 +69,11 @@ def run(
     if (meshcat or meldis) and not any("realtime_rate" in field for field in fields):
         fields.append("simulation.realtime_rate=1.0")  # people watch in real time
     loaded = load_scenario(scenario, fields)
-    directory = out if out is not None else Path("runs") / _stem(scenario)
-    _claim(directory)
+    directory = out if out is not None else Path("runs") / stem(scenario)
+    claim(directory)
     viewers = _viewers(meshcat=meshcat, meldis=meldis)
     try:
-        with _interruptible() as interrupted, _progress("simulating") as progress:
+        with interruptible(_err) as interrupted, seconds_progress("simulating", _err) as progress:
             result = simulate(
                 loaded, source=scenario, progress=progress, stop=interrupted, visualize=viewers
             )
@@ -86,11 +83,11 @@ def run(
         raise
     write_files(result, result.scenario, directory)
     if report:
-        _make_report(directory)
+        make_report(directory, _err)
     if as_json:
         print(json.dumps({**result.summary, "directory": str(directory)}))
     else:
-        _print_summary(result.summary, directory, report=report)
+        print_summary(result.summary, directory, report=report)
     raise typer.Exit(0 if result.outcome == "goal_reached" else 1)
 
 
@@ -110,7 +107,7 @@ def plan(
 
     loaded = load_scenario(scenario, overrides or [])
     if out is not None:
-        _claim(out)
+        claim(out)
     try:
         p = prepare(loaded, source=scenario)
         result = describe_plan(
@@ -129,7 +126,7 @@ def plan(
     if as_json:
         print(json.dumps(result))
     elif result["feasible"]:
-        _print_plan(result)
+        print_plan(result)
         print_certificate(result["certificate"], Console())
     else:
         raise PlanningError(result["reason"])
@@ -142,12 +139,12 @@ def report(
     as_json: JsonOption = False,
 ) -> None:
     """Make report.html and scene.lcmlog of a finished run again."""
-    summary = _read_summary(directory)
-    _make_report(directory)
+    summary = read_summary(directory)
+    make_report(directory, _err)
     if as_json:
         print(json.dumps({"report": str(directory / "report.html")}))
     else:
-        _print_summary(summary, directory, report=True)
+        print_summary(summary, directory, report=True)
 
 
 @app.command()
@@ -161,7 +158,7 @@ def replay(
     """Show a finished run again, in Meshcat or Meldis."""
     from drake_quad.report.play import play
 
-    _read_summary(directory)
+    read_summary(directory)
     if viewer not in ("meshcat", "meldis"):
         raise InputError(
             source="--viewer", field="viewer", value=viewer, remedy="give meshcat or meldis"
@@ -273,9 +270,9 @@ def chart(
     from drake_quad.chart_report import print_chart, write_chart
     from drake_quad.chart_stairs import chart_stairs
 
-    directory = out if out is not None else Path("charts") / _stem(robot)
-    _claim(directory)
-    with _interruptible() as interrupted, _cells_progress() as progress:
+    directory = out if out is not None else Path("charts") / stem(robot)
+    claim(directory)
+    with interruptible(_err) as interrupted, cells_progress(_err) as progress:
         told = chart_stairs(
             robot,
             Span(rise_from, rise_to, rise_step),
@@ -321,14 +318,14 @@ def sweep(
     """
     from drake_quad.sweep.command import Asked, print_sweep, run_sweep
 
-    directory = out if out is not None else Path("sweeps") / _stem(str(study))
-    _claim(directory)
+    directory = out if out is not None else Path("sweeps") / stem(str(study))
+    claim(directory)
     cores = os.cpu_count() or 1
     asked = Asked(
         study, directory, workers if workers is not None else cores, dask, resume, limit, replays,
         page,
     )  # fmt: skip
-    with _interruptible() as interrupted:
+    with interruptible(_err) as interrupted:
         told = run_sweep(asked, _err, interrupted)
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
@@ -392,57 +389,6 @@ def _fail(message: str, status: int) -> None:
     raise SystemExit(status)
 
 
-def _stem(scenario: str) -> str:
-    return Path(scenario).name.removesuffix(".yaml").removesuffix(".scenario")
-
-
-def _claim(directory: Path) -> None:
-    """Makes sure before any long work that the directory can be written to."""
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        probe = directory / ".writable"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(
-            source="--out",
-            field="directory",
-            value=str(directory),
-            remedy=f"cannot be written to: {error.strerror}; give another with --out",
-        ) from None
-
-
-def _read_summary(directory: Path) -> dict[str, Any]:
-    """The summary of a finished run, all of whose files can be read."""
-    import pyarrow.parquet as pq
-
-    def fail(name: str, what: str) -> InputError:
-        return InputError(
-            source=str(directory),
-            field=name,
-            value=str(directory / name),
-            remedy=f"{what}; give the directory of a finished `drake-quad run`",
-        )
-
-    try:
-        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
-    except OSError:
-        raise fail("summary.json", "not there") from None
-    except ValueError:
-        raise fail("summary.json", "is not JSON") from None
-    if not (isinstance(summary, dict) and "outcome" in summary):
-        raise fail("summary.json", "is not a run's summary")
-    try:
-        columns = pq.read_schema(directory / "log.parquet").names
-    except OSError:
-        raise fail("log.parquet", "not there") from None
-    except ValueError:  # Arrow's own errors are ValueErrors
-        raise fail("log.parquet", "is cut short or not Parquet") from None
-    if "t" not in columns or "margin" not in columns:
-        raise fail("log.parquet", "is not a run's log")
-    return summary
-
-
 def _viewers(*, meshcat: bool, meldis: bool) -> "Visualize | None":
     if not (meshcat or meldis):
         return None
@@ -458,149 +404,3 @@ def _viewers(*, meshcat: bool, meldis: bool) -> "Visualize | None":
     if meldis:
         chosen.append(MakeMeldisViewer())
     return Together(*chosen)
-
-
-def _make_report(directory: Path) -> None:
-    from drake_quad.report.build import build_report
-    from drake_quad.report.scene_log import write_scene_log
-
-    with _err.status("writing report.html and scene.lcmlog"):
-        build_report(directory)
-        write_scene_log(directory)
-
-
-@contextmanager
-def _interruptible() -> Iterator[Callable[[], bool]]:
-    """Turns Ctrl-C or a polite kill into a stop; a second Ctrl-C is an interrupt as usual."""
-    seen = False
-
-    def note(_number: int, _frame: FrameType | None) -> None:
-        nonlocal seen
-        seen = True
-        _err.print("\nstopping; writing what was logged")
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    before = signal.signal(signal.SIGINT, note), signal.signal(signal.SIGTERM, note)
-    try:
-        yield lambda: seen
-    finally:
-        signal.signal(signal.SIGINT, before[0])
-        signal.signal(signal.SIGTERM, before[1])
-
-
-@contextmanager
-def _progress(label: str) -> Iterator[Callable[[float, float], None]]:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
-        TextColumn("{task.fields[pace]}"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=_err, transient=True) as bar:
-        task = bar.add_task(label, total=None, pace="", start=True, visible=False)
-
-        def show(done: float, total: float) -> None:
-            elapsed = bar.tasks[0].elapsed or 1e-9
-            pace = f"{done / elapsed:.1f} × real time"
-            bar.update(task, completed=done, total=max(total, done), pace=pace, visible=True)
-
-        yield show
-
-
-@contextmanager
-def _cells_progress() -> Iterator[Callable[[int, int], None]]:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
-        TextColumn("{task.fields[pace]}"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    with Progress(*columns, console=_err, transient=True, speed_estimate_period=600.0) as bar:
-        task = bar.add_task("planning stairs", total=None, pace="", visible=False)
-
-        def show(done: int, total: int) -> None:
-            elapsed = bar.tasks[0].elapsed or 1e-9
-            pace = f"{60.0 * done / elapsed:.1f} a minute"
-            bar.update(task, completed=done, total=total, pace=pace, visible=True)
-
-        yield show
-
-
-def _print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> None:
-    console = Console()
-    good = summary.get("outcome") == "goal_reached"
-    lines = summary_lines(summary)
-    if good and (summary.get("time_under_three_feet") or 0.0) > 0.0:
-        console.print("[yellow]not statically stable throughout: see the figures[/]")
-    console.print(
-        f"[bold {'green' if good else 'red'}]{summary.get('outcome')}[/]: {summary.get('reason')}",
-        highlight=False,
-    )
-    table = Table(show_header=False, box=None, pad_edge=False)
-    for label, text in lines:
-        table.add_row(label, text)
-    console.print(table)
-    console.print(f"files in {directory}", highlight=False)
-    if report:
-        console.print(f"look at {directory / 'report.html'}", highlight=False)
-
-
-def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """The few figures that are printed after a run, each with its unit."""
-    margin = summary["margin"] if isinstance(summary.get("margin"), dict) else {}
-
-    def text(value: float | None, form: str) -> str:
-        return "-" if value is None else form.format(value)
-
-    planned = summary["margin_planned"] if isinstance(summary.get("margin_planned"), dict) else {}
-    seen = "replayed" if summary.get("simulation") == "kinematic" else "measured"
-    kind = summary.get("margin_kind", "hull")
-    names = (
-        [] if kind == "hull" else [(seen, f"margin_{kind}"), ("planned", f"margin_{kind}_planned")]
-    )
-    beyond = [
-        (
-            f"smallest {kind} margin {word}",
-            text((summary.get(name) or {}).get("minimum"), "{:.3f} m"),
-        )
-        for word, name in names
-    ]
-    return [
-        (f"smallest margin {seen}", text(margin.get("minimum"), "{:.3f} m")),
-        (
-            "smallest margin planned",
-            text(planned.get("minimum"), "{:.3f} m"),
-        ),
-        *beyond,
-        ("time on fewer than three feet", text(summary.get("time_under_three_feet"), "{:.3f} s")),
-        ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),
-        ("a standing foot slipped at most", text(summary.get("slip_max"), "{:.4f} m")),
-        ("contacts of anything but feet", text(summary.get("nonfoot_contact_samples"), "{}")),
-        ("largest torque over its limit's", text(summary.get("torque_ratio_max"), "{:.0%}")),
-        ("the plan's, standing still", text(summary.get("torque_ratio_planned_max"), "{:.0%}")),
-        ("simulated", text(summary.get("simulated_time"), "{:.1f} s")),
-        ("pace", text(summary.get("real_time_factor"), "{:.1f} × real time")),
-    ]
-
-
-def _print_plan(result: dict[str, Any]) -> None:
-    kind = result["margin_kind"]
-    beyond = [] if kind == "hull" else [f"margin_{kind}_min"]
-    titles = ["smallest margin [m]", *(f"{kind} [m]" for _ in beyond)]
-    table = Table("segment", "kind", "from [s]", "to [s]", *titles, "steps", box=None)
-    for s in result["segments"]:
-        steps = "-".join(str(step["leg"]) for step in s.get("steps", []))
-        found = [s[key] for key in ("margin_min", *beyond)]
-        margins = ["-" if m is None else f"{m:.3f}" for m in found]
-        times = [f"{s['start']:.1f}", f"{s['end']:.1f}"]
-        table.add_row(s["name"], s["kind"], *times, *margins, steps)
-    console = Console()
-    console.print(table)
-    least = f", {kind} {result[f'planned_margin_{kind}_min']:.3f} m" if beyond else ""
-    console.print(
-        f"feasible: {result['duration']:.1f} s, smallest margin "
-        f"{result['planned_margin_min']:.3f} m{least}, planned in {result['planning_time']:.2f} s",
-        highlight=False,
-    )

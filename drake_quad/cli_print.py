@@ -1,0 +1,87 @@
+"""What is printed of a run, and of a plan."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+
+def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> None:
+    """Prints how a run ended, and its figures."""
+    console = Console()
+    good = summary.get("outcome") == "goal_reached"
+    lines = summary_lines(summary)
+    if good and (summary.get("time_under_three_feet") or 0.0) > 0.0:
+        console.print("[yellow]not statically stable throughout: see the figures[/]")
+    console.print(
+        f"[bold {'green' if good else 'red'}]{summary.get('outcome')}[/]: {summary.get('reason')}",
+        highlight=False,
+    )
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for label, text in lines:
+        table.add_row(label, text)
+    console.print(table)
+    console.print(f"files in {directory}", highlight=False)
+    if report:
+        console.print(f"look at {directory / 'report.html'}", highlight=False)
+
+
+def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """The few figures that are printed after a run, each with its unit."""
+    margin = summary["margin"] if isinstance(summary.get("margin"), dict) else {}
+
+    def text(value: float | None, form: str) -> str:
+        return "-" if value is None else form.format(value)
+
+    planned = summary["margin_planned"] if isinstance(summary.get("margin_planned"), dict) else {}
+    seen = "replayed" if summary.get("simulation") == "kinematic" else "measured"
+    kind = summary.get("margin_kind", "hull")
+    names = (
+        [] if kind == "hull" else [(seen, f"margin_{kind}"), ("planned", f"margin_{kind}_planned")]
+    )
+    beyond = [
+        (
+            f"smallest {kind} margin {word}",
+            text((summary.get(name) or {}).get("minimum"), "{:.3f} m"),
+        )
+        for word, name in names
+    ]
+    return [
+        (f"smallest margin {seen}", text(margin.get("minimum"), "{:.3f} m")),
+        (
+            "smallest margin planned",
+            text(planned.get("minimum"), "{:.3f} m"),
+        ),
+        *beyond,
+        ("time on fewer than three feet", text(summary.get("time_under_three_feet"), "{:.3f} s")),
+        ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),
+        ("a standing foot slipped at most", text(summary.get("slip_max"), "{:.4f} m")),
+        ("contacts of anything but feet", text(summary.get("nonfoot_contact_samples"), "{}")),
+        ("largest torque over its limit's", text(summary.get("torque_ratio_max"), "{:.0%}")),
+        ("the plan's, standing still", text(summary.get("torque_ratio_planned_max"), "{:.0%}")),
+        ("simulated", text(summary.get("simulated_time"), "{:.1f} s")),
+        ("pace", text(summary.get("real_time_factor"), "{:.1f} × real time")),
+    ]
+
+
+def print_plan(result: dict[str, Any]) -> None:
+    """Prints a plan's segments and what it comes to."""
+    kind = result["margin_kind"]
+    beyond = [] if kind == "hull" else [f"margin_{kind}_min"]
+    titles = ["smallest margin [m]", *(f"{kind} [m]" for _ in beyond)]
+    table = Table("segment", "kind", "from [s]", "to [s]", *titles, "steps", box=None)
+    for s in result["segments"]:
+        steps = "-".join(str(step["leg"]) for step in s.get("steps", []))
+        found = [s[key] for key in ("margin_min", *beyond)]
+        margins = ["-" if m is None else f"{m:.3f}" for m in found]
+        times = [f"{s['start']:.1f}", f"{s['end']:.1f}"]
+        table.add_row(s["name"], s["kind"], *times, *margins, steps)
+    console = Console()
+    console.print(table)
+    least = f", {kind} {result[f'planned_margin_{kind}_min']:.3f} m" if beyond else ""
+    console.print(
+        f"feasible: {result['duration']:.1f} s, smallest margin "
+        f"{result['planned_margin_min']:.3f} m{least}, planned in {result['planning_time']:.2f} s",
+        highlight=False,
+    )
