@@ -96,6 +96,38 @@ def test_region_in_motion_is_that_of_an_independent_program(seed: int) -> None:
     assert worst_difference(random_contacts(rng), demand, UNIT[rng.integers(0, 32, 4)]) < NEAR
 
 
+# Two feet each, over which the one place of balance is above one of them.
+POINTS = [
+    (
+        [[-0.32504530115153835, -0.11623951478456679, 0.12599715068825335],
+         [-0.25249020840095726, 0.4695772265075024, 0.16897971654627186]],
+        [[0.31055189253042614, 0.32511085694344466, 0.8932303469672701],
+         [0.17216719236025102, 0.2720844291562769, 0.9467462813687157]],
+        [0.2874067672470049, 0.6064632524950626],
+    ),
+    (
+        [[0.3524803370003761, 0.44428585960790395, 0.01619361005198261],
+         [-0.23195608301011256, -0.3190329880679389, -0.06311044546655509]],
+        [[-0.286635202642716, 0.30168352334917864, 0.9093004521859619],
+         [-0.039755389743952554, -0.16394122297845481, 0.9856686991046408]],
+        [0.47050641205658855, 0.9015106387054701],
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("places", "normals", "friction"), POINTS)
+def test_a_region_that_is_a_point_is_no_line(
+    places: list[list[float]], normals: list[list[float]], friction: list[float]
+) -> None:
+    """The solver's word is not taken for forces that the friction there does not give.
+
+    Of 10 000 random stances these differed most: by 13 µm and 0.8 mm.
+    """
+    contacts = make_contacts(places, normals, friction)
+    assert worst_difference(contacts, Demand(), UNIT) < 1e-9
+    assert np.ptp(find_region(contacts).corners, axis=0).max() < 1e-9
+
+
 @pytest.mark.slow
 def test_thousand_stances_agree_with_an_independent_program() -> None:
     """None of 1000 random stances differs in any of 32 directions."""
