@@ -118,8 +118,9 @@ def feedforward_strength(
 
 
 def _stance_angles(robot: RobotModel, stance: Stance) -> FloatArray:
-    """The joints' angles (12,) in `stance`, leg by leg."""
-    q, excess, _ = pose_robot(robot, stance.body[None], stance.feet[None])
+    """The joints' angles (12,) in `stance`, leg by leg; smaller feet are on the ground, too."""
+    feet = stance.feet - np.outer(robot.foot_smaller, [0.0, 0.0, 1.0])
+    q, excess, _ = pose_robot(robot, stance.body[None], feet[None])
     angles = q.reshape(12)
     outside = (angles < robot.q_lower) | (angles > robot.q_upper)
     if excess.max() > 1e-6 or np.any(outside):

@@ -171,6 +171,7 @@ def read_model(
         link_mass=read_only(np.array([b.default_mass() for b in bodies]).reshape(4, 3)),
         link_com=read_only(np.array([b.default_com() for b in bodies]).reshape(4, 3, 3)),
         foot_radius=float(max(radii)),
+        foot_smaller=read_only(max(radii) - np.array(radii)),
         foot_geometry=tuple(str(n) for n in rows["name"]),
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),

@@ -38,6 +38,8 @@ class RobotModel:
         shank_radii: How far it reaches from there to either side, (4, 7) [m].
         trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
             its hips where it has none.
+        foot_smaller: By how much each foot's radius is less than `foot_radius` (4,) [m]; 0 but in
+            files whose feet are not alike.
     """
 
     name: str
@@ -59,6 +61,7 @@ class RobotModel:
     shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
     shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
     trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
+    foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))
 
 
 def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
