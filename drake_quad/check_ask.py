@@ -132,7 +132,9 @@ def nearest_stairs(
     few = min(count, SEARCH_COUNT)
     hint = check.data.get("nearest_rise")
     if "nearest_rise" not in check.data or hint is not None:
-        low, high = _down(SHRINK * rise if hint is None else hint), rise
+        # Above a hint no rise works, not even on endless stairs, as far as it was sought.
+        low = _down(SHRINK * rise if hint is None else hint)
+        high = rise if hint is None else min(rise, low + FINE)
         while low >= LEAST_RISE and not judge(low, run, few).feasible:
             low, high = _down(SHRINK * low), low
         while low >= LEAST_RISE and high - low > FINE + 1e-9:

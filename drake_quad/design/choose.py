@@ -120,6 +120,16 @@ def _search(
         yield _with_level(robot, shape, best, flights, wanted)
 
 
+def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> bool:
+    """Whether a gait of any pattern does; no more are looked for than the first that does."""
+    runs = [stairs.run for stairs in flights]
+    return any(
+        design.feasible
+        for per_tread in (1, 2)
+        for design in _search(robot, shape, make_patterns(robot, runs, per_tread), flights)
+    )
+
+
 def highest_rise(
     robot: RobotModel, shape: Shape, run: float, *, below: float, going: Sequence[int] = (1, -1)
 ) -> float | None:
@@ -128,7 +138,7 @@ def highest_rise(
     while high - low > 0.01:
         middle = 0.5 * (low + high)
         flights = [Staircase(g * middle, run) for g in going]
-        if any(d.feasible for d in choose_gaits(robot, shape, flights)):
+        if _any_works(robot, shape, flights):
             low = middle
         else:
             high = middle
