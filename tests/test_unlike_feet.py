@@ -1,46 +1,79 @@
-"""Feet that are not alike, as one of a file's may be a few millimetres thicker than the others."""
+"""Feet that are not alike, one a few millimetres thicker than the others, or named alike."""
 
+import re
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context
 
-from drake_quad.diagram import stair_climb_of
+from drake_quad.diagram import StairClimb, stair_climb_of
+from drake_quad.gait.legs import SIGNS
 from drake_quad.preparation import prepare
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import parse_scenario
 
+STAND = (
+    "design: given\ncourse: [{kind: floor, length: 4.0}]\nmission: [{kind: stand, duration: 1.0}]"
+)
 THIN = 0.005  # [m] of one foot; the others have 0.008
 
 
-@pytest.fixture
-def model(tmp_path: Path) -> str:
-    text = Path(str(resources.files("drake_quad_models") / "paper_quadruped.urdf")).read_text()
-    foot = '<collision name="FR_foot"><origin xyz="0 0 -0.7"/><geometry><sphere radius="{}"/>'
-    assert foot.format(0.008) in text
-    file = tmp_path / "unlike.urdf"
-    file.write_text(text.replace(foot.format(0.008), foot.format(THIN)))
-    return str(file)
+def shipped() -> str:
+    """The text of the shipped robot's file."""
+    return Path(str(resources.files("drake_quad_models") / "paper_quadruped.urdf")).read_text()
 
 
-def test_each_foot_knows_how_much_smaller_it_is(model: str) -> None:
-    """The thickest foot's radius is the robot's; of the others what they lack is known."""
-    robot = load_robot(model)
-    assert robot.foot_radius == pytest.approx(0.008)
-    assert sorted(robot.foot_smaller) == pytest.approx([0.0, 0.0, 0.0, 0.003])
-
-
-def test_all_feet_are_on_the_ground_from_the_first(model: str) -> None:
-    """Nothing is dropped: as physics begins, every foot bears within a few milliseconds."""
-    text = f"robot: {{model: {model}}}\ncourse: [{{kind: floor, length: 4.0}}]\n"
-    text += "design: given\nmission: [{kind: stand, duration: 1.0}]"
+def begin(model: Path) -> tuple[StairClimb, Context]:
+    """A standing robot, 10 ms on."""
+    text = f"robot: {{model: {model}}}\n{STAND}"
     climb = stair_climb_of(prepare(parse_scenario(text, source="test"), source="test"))
     simulator = Simulator(climb.diagram)
     simulator.AdvanceTo(0.01)
-    context = climb.plant.GetMyContextFromRoot(simulator.get_context())
+    return climb, simulator.get_context()
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    text, file = shipped(), tmp_path / "unlike.urdf"
+    foot = '<collision name="FR_foot"><origin xyz="0 0 -0.7"/><geometry><sphere radius="{}"/>'
+    assert foot.format(0.008) in text
+    file.write_text(text.replace(foot.format(0.008), foot.format(THIN)))
+    return file
+
+
+def test_each_foot_knows_how_much_smaller_it_is(model: Path) -> None:
+    """The thickest foot's radius is the robot's; of the others what they lack is known."""
+    robot = load_robot(str(model))
+    assert robot.foot_radius == pytest.approx(0.008)
+    np.testing.assert_allclose(robot.foot_smaller, [0.0, 0.008 - THIN, 0.0, 0.0], atol=1e-12)
+
+
+def test_all_feet_are_on_the_ground_from_the_first(model: Path) -> None:
+    """Nothing is dropped: as physics begins, every foot bears within a few milliseconds."""
+    climb, root = begin(model)
+    context = climb.plant.GetMyContextFromRoot(root)
     results = climb.plant.get_contact_results_output_port().Eval(context)
     assert results.num_point_pair_contacts() == 4
     forces = [results.point_pair_contact_info(i).contact_force()[2] for i in range(4)]
     assert np.all(np.abs(forces) > 50.0)
+
+
+def test_feet_are_told_apart_by_their_legs(tmp_path: Path) -> None:
+    """A file may call all feet the same, and their pictures, too: each still has its own sensor."""
+    text = re.sub(r'name="[FR][LR]_foot"', 'name="sole"', shipped())
+    text = text.replace('visual name="foot"', 'visual name="sole"')
+    assert text.count('name="sole"') >= 8
+    file = tmp_path / "soles.urdf"
+    file.write_text(text)
+    climb, root = begin(file)
+    monitor = climb.diagram.GetSubsystemByName("contact_monitor")
+    context = monitor.GetMyContextFromRoot(root)
+    bearing = monitor.GetOutputPort("contact_state_measured").Eval(context)
+    np.testing.assert_array_equal(bearing, np.ones(4))
+    places = monitor.GetOutputPort("foot_contact_position").Eval(context).reshape(4, 3)
+    np.testing.assert_array_equal(
+        np.sign(places[:, :2] - places[:, :2].mean(axis=0)), SIGNS[:, :2].astype(float)
+    )

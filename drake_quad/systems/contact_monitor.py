@@ -83,6 +83,8 @@ def find_feet(
 ) -> dict[GeometryId, int]:
     """Returns the row (0 to 3) of each foot's collision geometry in a finalized plant.
 
+    In a file a foot's picture may be called as its collision geometry is, and so may other feet.
+
     Args:
         plant: The plant that holds the robot.
         robot: The robot.
@@ -91,7 +93,13 @@ def find_feet(
     Raises:
         KeyError: If a foot is missing.
     """
-    found = {g: robot.foot_geometry.index(n) for g, n in names.items() if n in robot.foot_geometry}
+    shanks = [plant.GetJointByName(name).child_body() for name in robot.joint_names[2::3]]
+    found = {
+        geometry: row
+        for row, (shank, foot) in enumerate(zip(shanks, robot.foot_geometry, strict=True))
+        for geometry in plant.GetCollisionGeometriesForBody(shank)
+        if names.get(geometry) == foot
+    }
     if sorted(found.values()) != [0, 1, 2, 3]:
         raise KeyError(f"feet {SHORT_NAMES} are {robot.foot_geometry}, found {found}")
     return found
