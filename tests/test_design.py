@@ -32,8 +32,9 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.pattern import Pattern
-from drake_quad.planning.shank_room import distance, knee_axes, shank_middles
+from drake_quad.planning.shank_room import distance, knee_axes, shank_middles, shank_room
 from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
+from drake_quad.robot.shank_outline import ROOM_WORTH
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import control_settings, course_of
 from drake_quad.scenario_config import ControllerConfig
@@ -385,3 +386,33 @@ def test_a_gait_is_told_in_words(pattern: Pattern, words: str) -> None:
     _, _, usual = bounds(pattern)
     told = describe_gait(replace(first, gait=make_grid(paper_robot(), pattern, usual)))
     assert told.startswith(f"({words} feet {pattern.lag} behind, body ")
+
+
+def test_a_leaning_shanks_end_is_looked_at() -> None:
+    """Over a nosing just behind a thin foot it is what touches first, and where a third will do.
+
+    Four steps of 0.25 m by 0.3 m were called feasible with a shank that came down on the last
+    nosing before its foot did, and the robot fell.
+    """
+    robot, rise, run = paper_robot(), 0.25, 0.3
+    assert robot.shank_radii[0, -1] == pytest.approx(0.018) and robot.foot_radius < 0.01
+    lane = course_of(
+        parse_scenario(
+            f"course: [{{kind: floor, length: 3}}, {{kind: stairs, going: up, rise: {rise}, "
+            f"run: {run}, count: 1}}, {{kind: floor, length: 3}}]",
+            source="test",
+        )
+    ).lanes[0]
+    foot = np.array([3.04, 0.3, rise + robot.foot_radius])  # 40 mm ahead of the nosing
+    for lean, inside in ((0.2, False), (1.2, True)):
+        hip = foot + 0.9 * np.array([-np.sin(lean), 0.0, np.cos(lean)])
+        body = np.array([hip[0] - robot.geometry.p_BH[0, 0], 0.0, hip[2], 0.0, 0.0])
+        feet = np.tile(foot, (4, 1))
+        q, excess, _ = pose_robot(robot, body[None], feet[None])
+        assert excess[0, 0] == 0.0
+        room = shank_room(robot, lane, body[None], feet[None], q)[0, 0]
+        knee = body[:3] + calc_knees(robot.geometry, q)[0, 0]
+        end = knee + SHANK_POINTS[-1] * (foot - knee)
+        told = room[-1] / ROOM_WORTH[-1]
+        assert told == pytest.approx(distance(lane, end[None])[0] - 0.018, abs=1e-9)
+        assert (told < 0.0) == inside

@@ -9,7 +9,8 @@ from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 
 SWAYS = 9  # that are tried, evenly from side to side
-SHANK, THIGH = 7, 3  # points that are looked at
+SHANK, THIGH = 8, 3  # points that are looked at
+APART_BY, END, WORTH = 0.14, 0.93, 3.0  # a shank's points, and what room is worth at its end
 NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
 GRAVITY = 9.81
 LEAST_AREA = 1e-9
@@ -115,7 +116,8 @@ def slacks(
                 _points(legs[k], q[k], b, sway, cp, sp, f[k], shanks[0, k], points[k])
                 for i in range(SHANK):
                     p, radius = points[k, i], shanks[1, k, i]
-                    row[LEGS] = min(row[LEGS], _from_stairs(p[0], p[2], rise, run) - radius)
+                    room = _from_stairs(p[0], p[2], rise, run) - radius
+                    row[LEGS] = min(row[LEGS], room * (WORTH if i == SHANK - 1 else 1.0))
                     row[APART] = min(row[APART], _from_box(p, b, sway, cp, sp, trunk) - radius)
             for i in range(2):
                 apart = _apart(points[i], points[2 + i], shanks[1, i], shanks[1, 2 + i])
@@ -287,7 +289,7 @@ def _points(
     c, s = cos(q[1] + q[2]), sin(q[1] + q[2])
     ax, ay, az = cp * c - sp * ca * s, sa * s, -sp * c - cp * ca * s  # the shank's x in W
     for i in range(SHANK):
-        share = 0.14 * i
+        share = APART_BY * i if i < SHANK - 1 else END
         for j in range(3):
             points[i, j] = knee[j] + share * (foot[j] - knee[j])
         points[i, 0] += offsets[i] * ax

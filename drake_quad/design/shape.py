@@ -17,8 +17,8 @@ class Shape:
         trunk_lower: Least x, y, z of the trunk in B (3,) [m].
         trunk_upper: Greatest ones (3,) [m].
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
-            middle of its shank is at SHANK_POINTS, feet left out (4, 7) [m].
-        shank_radii: How far it reaches from there to either side (4, 7) [m].
+            middle of its shank is at SHANK_POINTS, feet left out (4, 8) [m].
+        shank_radii: How far it reaches from there to either side (4, 8) [m].
     """
 
     trunk_lower: FloatArray

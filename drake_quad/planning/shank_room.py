@@ -7,14 +7,16 @@ from drake_quad.planning.ground_distance import ground_distance
 from drake_quad.planning.motion_plan import rotations
 from drake_quad.robot.leg_kinematics import calc_knees
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import SHANK_POINTS
+from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
 from drake_quad.terrain import Lane
 
 
 def shank_room(
     robot: RobotModel, lane: Lane, body: FloatArray, feet: FloatArray, q: FloatArray
 ) -> FloatArray:
-    """Between knees and shanks and a lane's ground at SHANK_POINTS, negative inside (N, 4, 7) [m].
+    """Between knees and shanks and a lane's ground at SHANK_POINTS, negative inside (N, 4, 8) [m].
+
+    At a shank's end it is what it is worth there, see ROOM_WORTH.
 
     Args:
         robot: The robot.
@@ -27,11 +29,11 @@ def shank_room(
     knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))
     across = np.einsum("nij,nlj->nli", R, knee_axes(q))
     middles = shank_middles(robot.shank_offsets, knees, feet, across)
-    return distance(lane, middles) - robot.shank_radii
+    return (distance(lane, middles) - robot.shank_radii) * ROOM_WORTH
 
 
 def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
-    """Between knees and shanks and the trunk's box at SHANK_POINTS, negative inside (N, 4, 7) [m].
+    """Between knees and shanks and the trunk's box at SHANK_POINTS, negative inside (N, 4, 8) [m].
 
     Args:
         robot: The robot.
@@ -49,10 +51,10 @@ def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray
 def shank_middles(
     offsets: FloatArray, knees: FloatArray, feet: FloatArray, across: FloatArray
 ) -> FloatArray:
-    """The middles of all shanks' outlines at SHANK_POINTS (..., 4, 7, 3) [m].
+    """The middles of all shanks' outlines at SHANK_POINTS (..., 4, 8, 3) [m].
 
     Args:
-        offsets: How far ahead of the lines from knee to foot they are (4, 7) [m].
+        offsets: How far ahead of the lines from knee to foot they are (4, 8) [m].
         knees: (..., 4, 3) [m].
         feet: (..., 4, 3) [m], in the same frame.
         across: Unit vectors of the knees' axes, to the left (..., 4, 3).

@@ -34,8 +34,8 @@ class RobotModel:
         foot_radius: Radius of the foot spheres [m].
         foot_geometry: Names of the four feet's collision geometries, as in the file.
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
-            middle of its shank is at SHANK_POINTS, (4, 7) [m].
-        shank_radii: How far it reaches from there to either side, (4, 7) [m].
+            middle of its shank is at SHANK_POINTS, (4, 8) [m].
+        shank_radii: How far it reaches from there to either side, (4, 8) [m].
         trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
             its hips where it has none.
         foot_smaller: By how much each foot's radius is less than `foot_radius` (4,) [m]; 0 but in
@@ -58,8 +58,8 @@ class RobotModel:
     link_com: FloatArray
     foot_radius: float
     foot_geometry: tuple[str, ...]
-    shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
-    shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 7)))
+    shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
+    shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
     trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))
 

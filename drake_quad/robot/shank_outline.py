@@ -8,8 +8,12 @@ from pydrake.multibody.tree import RigidBody
 
 from drake_quad.gait.legs import FloatArray
 
-SHANK_POINTS = 0.14 * np.arange(7)  # from the knee on, to the foot: 1
-THIN = 0.04  # of its length: radius of a shank without geometry
+# From the knee on, to the foot: 1. The last is where a thick shank ends above a thin foot: over a
+# nosing, and leaning, it is what comes down on it first.
+SHANK_POINTS = np.append(0.14 * np.arange(7), 0.93)
+# What room is worth at them: the end is always near to what its foot is on, and a third will do.
+ROOM_WORTH = np.append(np.ones(7), 3.0)
+THIN = 0.04  # of its length: radius of a shank where it has no geometry, but for its end
 
 
 def read_sides(
@@ -19,7 +23,7 @@ def read_sides(
     foot: str,
     lengths: tuple[float, float],
 ) -> FloatArray:
-    """How far a shank's geometries reach back and ahead of its middle line (2, 7) [m].
+    """How far a shank's geometries reach back and ahead of its middle line (2, 8) [m].
 
     The middle line is the shank's own -z axis, from the knee to the foot; looked at from the side
     at SHANK_POINTS. Each geometry but `foot` is taken for a rod: a line through its middle, with a
@@ -34,7 +38,7 @@ def read_sides(
     """
     (thigh, shank), length = links, lengths[1]
     thin = THIN * length
-    found = np.repeat([[-thin], [thin]], len(SHANK_POINTS), axis=1)
+    found = np.repeat([[np.inf], [-np.inf]], len(SHANK_POINTS), axis=1)
     for g in plant.GetCollisionGeometriesForBody(shank):
         if inspector.GetName(g) == foot:  # type: ignore[attr-defined]
             continue
@@ -47,6 +51,8 @@ def read_sides(
             if np.any(near):
                 found[0, k] = min(found[0, k], float(np.min(ahead[near])) - radius)
                 found[1, k] = max(found[1, k], float(np.max(ahead[near])) + radius)
+    bare = np.isinf(found[0])  # by its end there is a foot, at least
+    found[:, bare] = np.array([[-thin], [thin]]) * (np.flatnonzero(bare) < len(SHANK_POINTS) - 1)
     knee = np.array([0.0, 0.0, -lengths[0]])
     for g in plant.GetCollisionGeometriesForBody(thigh):
         axis, half, radius = _rod(inspector.GetShape(g))  # type: ignore[attr-defined]
