@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from itertools import accumulate
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from drake_quad.gait.legs import FloatArray
+from drake_quad.systems.clocked_system import ClockedSystem
 
 
-class Delay(LeafSystem):
+class Delay(ClockedSystem):
     """Passes vectors on a whole number of steps late.
 
     What is read from it at step k is what was on its input at step k - n; before there is such a

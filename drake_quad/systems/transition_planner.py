@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
+from pydrake.systems.framework import Context, EventStatus, State
 
 from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.errors import PlanningError
@@ -18,10 +18,11 @@ from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.leg_kinematics import calc_feet
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
+from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.terrain import Course
 
 
-class TransitionPlanner(LeafSystem):
+class TransitionPlanner(ClockedSystem):
     """Holds the motion plan of the task under way.
 
     On entering a task: from where the feet stand as measured, the fewest stable steps to the
