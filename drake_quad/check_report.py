@@ -118,7 +118,7 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
         q = evaluate(robot, plan, np.linspace(0.0, plan.duration, count)).q.reshape(-1, 12)
         joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
     part = "trunk" if designed.room.part == "the trunk" else "legs"
-    return {"joints": joints, "margin": designed.margin, part: designed.room.distance}
+    return {"joints": joints, "margin": designed.margin, part: designed.room.worth}
 
 
 def _answer(told: dict[str, Any]) -> str:

@@ -195,7 +195,7 @@ def _plan(
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
     begun, plans = time.perf_counter(), []
-    room, margin = Room(inf, "", "", 0.0), inf
+    room, margin = Room(inf, inf, "", "", 0.0), inf
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
@@ -206,7 +206,7 @@ def _plan(
                 f"{here.time:.1f} s of '{here.task}'",
                 room=here.distance,
             )
-        room = min(room, here, key=lambda r: r.distance)
+        room = min(room, here, key=lambda r: r.worth)
         margin = min(margin, plan.margin) if plan.margin == plan.margin else margin
         plans.append(plan)
         if beat is not None and _quality(scenario, design, margin, room) <= beat.quality:
@@ -218,7 +218,7 @@ def _plan(
 def _quality(scenario: Scenario, design: Design, margin: float, room: Room) -> float:
     """See Designed; of the tasks that are planned, more can only make it less."""
     share = margin / (GOOD_MARGIN * scenario.body.margin_desired)
-    return min(1.0, share, room.distance / (GOOD_ROOM * design.wanted["legs"]))
+    return min(1.0, share, room.worth / (GOOD_ROOM * design.wanted["legs"]))
 
 
 def _hopeless(

@@ -277,3 +277,13 @@ def test_few_rows_give_the_path_that_all_rows_give(
     for found in (solution, again, other):
         assert found.margin == pytest.approx(whole.margin, abs=1e-6)
         np.testing.assert_allclose(found.control, whole.control, atol=1e-4)
+
+
+@pytest.mark.parametrize("beta", [0.75, 0.85])
+def test_a_tighter_solution_has_no_more_margin(
+    beta: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the solver stops, less than a micrometre of margin is left to find."""
+    problem, solution = solved(beta)
+    monkeypatch.setattr(body_qp, "DUALITY_GAP", 1e-11)
+    assert solution.margin == pytest.approx(solve_body(problem).margin, abs=1e-6)

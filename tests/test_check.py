@@ -97,6 +97,19 @@ def test_nearest_rise_is_the_highest_that_works(highest: float) -> None:
     assert highest - 0.0111 <= near[0] <= highest
 
 
+def test_above_the_rise_that_was_said_to_work_none_is_judged() -> None:
+    """What the search on endless stairs ruled out is not planned; what it named is judged first."""
+    judged: list[float] = []
+
+    def judge(rise: float, run: float, _count: int) -> Check:
+        judged.append(rise)
+        return made_up(rise, run, feasible=True)
+
+    check = Check(Scenario(), None, "", {"nearest_rise": 0.2117})
+    assert nearest_stairs(judge, check, rise=0.3, run=0.3, count=4) == (0.211, 0.3)
+    assert judged == [0.211]
+
+
 def test_nearest_stairs_hold_for_all_steps_of_the_flight() -> None:
     """Where ten steps allow less than four, what is named is judged with ten."""
     near = nearest_stairs(

@@ -34,7 +34,6 @@ from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.pattern import Pattern
 from drake_quad.planning.shank_room import distance, knee_axes, shank_middles, shank_room
 from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
-from drake_quad.robot.shank_outline import ROOM_WORTH
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import control_settings, course_of
 from drake_quad.scenario_config import ControllerConfig
@@ -343,7 +342,7 @@ def test_the_search_knows_that_feet_roll() -> None:
     pattern = make_patterns(robot, [stairs.run])[0]
     grid = make_grid(robot, pattern, bounds(pattern)[2][None])
     cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
-    body, feet, g = cycle.body[0], cycle.feet[0], robot.geometry
+    body, feet = cycle.body[0], cycle.feet[0]
     q, _, com = pose_robot(robot, body, feet)
     tilt = body[:, 3, None] + q[..., 1] + q[..., 2]
     roll = robot.foot_radius * (tilt - np.take_along_axis(tilt, cycle.landed, axis=0))
@@ -356,6 +355,14 @@ def test_the_search_knows_that_feet_roll() -> None:
         )
 
     assert abs(least(rolled) - least(feet)) > 1e-4
+    found = unswayed(grid, stairs, shape())
+    assert found[NAMES.index("margin")] == pytest.approx(least(rolled), abs=1e-9)
+
+
+def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
+    """The room (7,) by NAMES of a grid of one on stairs, if its body does not sway."""
+    robot, g = paper_robot(), paper_robot().geometry
+    cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
     found = np.full((1, len(NAMES)), np.inf)
     kernel.slacks(
         cycle.body, cycle.feet, cycle.swing, cycle.landed, stairs.rise, stairs.run,
@@ -364,11 +371,26 @@ def test_the_search_knows_that_feet_roll() -> None:
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
-        np.stack([shape().trunk_lower, shape().trunk_upper]),
-        np.stack([shape().shank_offsets, shape().shank_radii]),
+        np.stack([outline.trunk_lower, outline.trunk_upper]),
+        np.stack([outline.shank_offsets, outline.shank_radii]),
         0.0, wanted_room(robot), found, np.full(1, np.inf),
     )  # fmt: skip
-    assert found[0, NAMES.index("margin")] == pytest.approx(least(rolled), abs=1e-9)
+    return found[0]
+
+
+@pytest.mark.parametrize(("point", "worth"), [(-1, 3.0), (3, 1.0)])
+def test_a_distance_counts_three_times_at_a_shanks_end_alone(point: int, worth: float) -> None:
+    """Where one place of shanks is nearest, a centimetre more of it takes that much room."""
+    robot, stairs = paper_robot(), Staircase(0.13, 0.5)
+    pattern = make_patterns(robot, [stairs.run])[0]
+    grid = make_grid(robot, pattern, bounds(pattern)[2][None])
+    room = []
+    for radius in (0.2, 0.21):
+        radii = np.full((4, len(SHANK_POINTS)), -1.0)  # as thin as to be never in the way
+        radii[:, point] = radius
+        outline = replace(shape(), shank_radii=radii)
+        room.append(unswayed(grid, stairs, outline)[NAMES.index("legs")])
+    assert room[0] - room[1] == pytest.approx(worth * 0.01, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -413,6 +435,6 @@ def test_a_leaning_shanks_end_is_looked_at() -> None:
         room = shank_room(robot, lane, body[None], feet[None], q)[0, 0]
         knee = body[:3] + calc_knees(robot.geometry, q)[0, 0]
         end = knee + SHANK_POINTS[-1] * (foot - knee)
-        told = room[-1] / ROOM_WORTH[-1]
+        told = room[-1]
         assert told == pytest.approx(distance(lane, end[None])[0] - 0.018, abs=1e-9)
         assert (told < 0.0) == inside

@@ -29,6 +29,7 @@ LEVEL_SCORE = 0.8  # with which the longest of them is taken
 CLEARANCE = 0.02  # of swing feet, of a leg of one metre
 MEMBERS, GENERATIONS = 40, {1: 80, 2: 160}  # of the search; after the first, by places a tread
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
+PLACES = (1, 2)  # a tread, in turn
 ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
 SEED = 1  # a design is the same each time
 UNUSUAL = 0.05  # that a gait unlike the usual one costs
@@ -80,14 +81,15 @@ def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) 
         flights: As they are walked, going down with negative rises; none for level ground alone.
     """
     runs = [stairs.run for stairs in flights]
-    patterns = make_patterns(robot, runs) if flights else LEVEL_PATTERNS
+    one, two = PLACES
+    patterns = make_patterns(robot, runs, one) if flights else LEVEL_PATTERNS
     searches = _search(robot, shape, patterns, flights)
     early = next(searches, None)
     if early is not None and early.score >= ENOUGH:
         yield early
     found = [*([] if early is None else [early]), *searches]
     if flights and max((d.score for d in found), default=0.0) < ENOUGH:
-        found += _search(robot, shape, make_patterns(robot, runs, per_tread=2), flights)
+        found += _search(robot, shape, make_patterns(robot, runs, two), flights)
     found.sort(
         key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d.gait.pattern)), reverse=True
     )
@@ -125,7 +127,7 @@ def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) ->
     runs = [stairs.run for stairs in flights]
     return any(
         design.feasible
-        for per_tread in (1, 2)
+        for per_tread in PLACES
         for design in _search(robot, shape, make_patterns(robot, runs, per_tread), flights)
     )
 

@@ -53,53 +53,65 @@ def make_cycle(
         stance_length: Between front and rear feet, on level ground [m]; the pattern's if None.
     """
     pattern, beta = grid.pattern, grid.duty_factor
-    up = stairs.rise >= 0.0
-    level = stairs.rise == 0.0
-    per = 1 if level else pattern.per_tread  # places a tread: on level ground places are alike
-    # As many cycles as there are until all feet stand alike on other treads.
+    # Places a tread: on level ground places are alike. And as many cycles as it takes until all
+    # feet stand alike on other treads.
+    per = 1 if stairs.rise == 0.0 else pattern.per_tread
     cycles = per // gcd(per, pattern.treads)
-    moments = [(c, leg, float(s)) for c in range(cycles) for leg in WAVE_ORDER for s in PHASES]
-    count, n = len(grid), len(moments)
-    at = np.array([c + LIFT_OFF[leg] + s * (1.0 - beta) for c, leg, s in moments])
-    place = (pattern.treads * at + pattern.ahead(beta) - 0.5 * (per - 1)) / per  # in treads
-    body = np.zeros((count, n, 5))
-    shift_body = 0.0 * grid.height if level else (grid.shift_up if up else grid.shift_down)
-    phase = 0.0 * grid.height if level else grid.phase(stairs.run, up=up, foot_radius=foot_radius)
-    ahead = np.array([-SIGNS[leg.row, 0] for _, leg, _ in moments])
-    body[..., 0] = stairs.run * place + shift_body[:, None] + grid.surge[:, None] * ahead
-    lift = 0.0 if up else grid.lift_down[:, None]
+    beats = [(c, leg) for c in range(cycles) for leg in WAVE_ORDER]
+    at = np.concatenate([c + LIFT_OFF[leg] + PHASES * (1.0 - beta) for c, leg in beats])
+    body = _body(grid, stairs, at, per)
+    ahead = np.repeat([-SIGNS[leg.row, 0] for _, leg in beats], len(PHASES))
+    body[..., 0] += grid.surge[:, None] * ahead
+    lift = 0.0 if stairs.rise >= 0.0 else grid.lift_down[:, None]
     body[..., 2] = stairs.line(body[..., 0]) + grid.height[:, None] + lift
-    body[..., 3] = body_pitch(grid.share, stairs.slope)[:, None]
-    shift = 0.0
+
+    swings = np.repeat([[leg == other for _, other in beats] for leg in LEGS], len(PHASES), axis=1)
+    steps = [[c + (LIFT_OFF[leg] < LIFT_OFF[other]) for c, other in beats] for leg in LEGS]
+    first = np.array([[pattern.first(leg)] for leg in LEGS])
+    begin = first + pattern.treads * np.repeat(steps, len(PHASES), axis=1)  # places, (4, N)
+    along, up = _ways(stairs, begin, begin + pattern.treads * swings, per, clearance)
     if stance_length is not None:
-        shift = 0.5 * (stance_length - pattern.stance * stairs.run)
+        along += 0.5 * SIGNS[:, :1] * (stance_length - pattern.stance * stairs.run)
+    feet = np.empty((len(grid), len(at), 4, 3))
+    feet[..., 0] = along.T
+    if stairs.rise != 0.0:
+        phase = grid.phase(stairs.run, up=stairs.rise > 0.0, foot_radius=foot_radius)
+        feet[..., 0] += phase[:, None, None]
     half = 0.5 * grid.stagger * np.array([-1.0, -1.0, 1.0, 1.0])
-
-    steps = np.array([[pattern.treads * c for c, _, _ in moments]] * 4)
-    swings = np.array([[leg == other for _, other, _ in moments] for leg in LEGS])
-    steps += [
-        [pattern.treads * (LIFT_OFF[leg] < LIFT_OFF[m]) for _, m, _ in moments] for leg in LEGS
-    ]
-    begin = np.array([[pattern.first(leg)] for leg in LEGS]) + steps  # places (4, N), from and to
-    end = begin + pattern.treads * swings
-    from_tread, tread = begin // per, end // per
-    s = np.array([s for _, _, s in moments])
-    share = quintic(s)
-
-    # How far ahead of its tread's middle each foot's place is, from and to (4, N) [m].
-    own, own_end = (stairs.run * ((place % per + 0.5) / per - 0.5) for place in (begin, end))
-    along = stairs.run * (from_tread + (tread - from_tread) * share) + own + share * (own_end - own)
-    along += SIGNS[:, :1] * shift
-    # Up and over, and then along: the arc's own shape is found when it is planned.
-    low, high = from_tread * stairs.rise, tread * stairs.rise
-    over = np.where(swings, np.maximum(low, high) + clearance, low)
-    heights = np.where(s == 0.0, low, np.where(s == 1.0, high, over))
-    feet = np.empty((count, n, 4, 3))
-    feet[..., 0] = along.T + phase[:, None, None]
     feet[..., 1] = SIGNS[:, 1] * (0.5 * grid.width[:, None] + half)[:, None, :]
-    feet[..., 2] = heights.T + foot_radius
-    swing = np.array([float(leg.row) for _, leg, _ in moments])
+    feet[..., 2] = up.T + foot_radius
+    swing = np.repeat([float(leg.row) for _, leg in beats], len(PHASES))
     return Cycle(body, feet, ~swings.T, swing, _landed(cycles))
+
+
+def _body(grid: Grid, stairs: Staircase, at: FloatArray, per: int) -> FloatArray:
+    """The bodies (C, N, 5) at times (N,) [cycles], with no height yet."""
+    pattern = grid.pattern
+    treads = (pattern.treads * at + pattern.ahead(grid.duty_factor) - 0.5 * (per - 1)) / per
+    body = np.zeros((len(grid), len(at), 5))
+    body[..., 0] = stairs.run * treads
+    if stairs.rise != 0.0:
+        body[..., 0] += (grid.shift_up if stairs.rise > 0.0 else grid.shift_down)[:, None]
+    body[..., 3] = body_pitch(grid.share, stairs.slope)[:, None]
+    return body
+
+
+def _ways(
+    stairs: Staircase, begin: NDArray[np.intp], end: NDArray[np.intp], per: int, clearance: float
+) -> tuple[FloatArray, FloatArray]:
+    """How far along the stairs and how high feet are, (4, N) [m], from places to places (4, N).
+
+    Up and over, and then along: the arc's own shape is found when it is planned.
+    """
+    s = np.tile(PHASES, begin.shape[1] // len(PHASES))
+    share = quintic(s)
+    tread, goal = begin // per, end // per
+    # How far ahead of its tread's middle each place is.
+    here, there = (stairs.run * ((place % per + 0.5) / per - 0.5) for place in (begin, end))
+    along = stairs.run * (tread + (goal - tread) * share) + here + share * (there - here)
+    low, high = tread * stairs.rise, goal * stairs.rise
+    over = np.where(begin != end, np.maximum(low, high) + clearance, low)
+    return along, np.where(s == 0.0, low, np.where(s == 1.0, high, over))
 
 
 def _landed(cycles: int) -> NDArray[np.intp]:

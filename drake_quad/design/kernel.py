@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
 
 SWAYS = 9  # that are tried, evenly from side to side
-SHANK, THIGH = 8, 3  # points that are looked at
-APART_BY, END, WORTH = 0.14, 0.93, 3.0  # a shank's points, and what room is worth at its end
+SHANK, THIGH = len(SHANK_POINTS), 3  # points that are looked at
 NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
 GRAVITY = 9.81
 LEAST_AREA = 1e-9
@@ -117,7 +117,7 @@ def slacks(
                 for i in range(SHANK):
                     p, radius = points[k, i], shanks[1, k, i]
                     room = _from_stairs(p[0], p[2], rise, run) - radius
-                    row[LEGS] = min(row[LEGS], room * (WORTH if i == SHANK - 1 else 1.0))
+                    row[LEGS] = min(row[LEGS], room * ROOM_WORTH[i])
                     row[APART] = min(row[APART], _from_box(p, b, sway, cp, sp, trunk) - radius)
             for i in range(2):
                 apart = _apart(points[i], points[2 + i], shanks[1, i], shanks[1, 2 + i])
@@ -289,9 +289,8 @@ def _points(
     c, s = cos(q[1] + q[2]), sin(q[1] + q[2])
     ax, ay, az = cp * c - sp * ca * s, sa * s, -sp * c - cp * ca * s  # the shank's x in W
     for i in range(SHANK):
-        share = APART_BY * i if i < SHANK - 1 else END
         for j in range(3):
-            points[i, j] = knee[j] + share * (foot[j] - knee[j])
+            points[i, j] = knee[j] + SHANK_POINTS[i] * (foot[j] - knee[j])
         points[i, 0] += offsets[i] * ax
         points[i, 1] += offsets[i] * ay
         points[i, 2] += offsets[i] * az

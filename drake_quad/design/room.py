@@ -11,6 +11,7 @@ from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import PlanSamples, rotations
 from drake_quad.planning.shank_room import distance, shank_room
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.shank_outline import ROOM_WORTH
 from drake_quad.terrain import Course
 
 TRUNK_POINTS = 7
@@ -21,12 +22,15 @@ class Room:
     """The least room of a plan, and where it is.
 
     Attributes:
+        worth: The distance as it is weighed against the room wanted: at a shank's end more than it
+            is, see ROOM_WORTH [m].
         distance: Between a part of the robot and the course [m], negative inside it.
         part: Which, for people.
         task: The task's name.
         time: In the task [s].
     """
 
+    worth: float
     distance: float
     part: str
     task: str
@@ -41,25 +45,22 @@ def find_room(
     samples: Sequence[PlanSamples],
 ) -> Room:
     """The least room over all samples of a mission's plans."""
-    least = Room(np.inf, "", "", 0.0)
+    least = Room(np.inf, np.inf, "", "", 0.0)
     for task, s in zip(tasks, samples, strict=True):
         lane, body = course.lanes[task.lane], s.body[:, 0]
         R = rotations(body)
         x = np.linspace(shape.trunk_lower[0], shape.trunk_upper[0], TRUNK_POINTS)
         under = np.column_stack([x, np.zeros(len(x)), np.full(len(x), shape.trunk_lower[2])])
         trunk = body[:, None, :3] + np.einsum("nij,kj->nki", R, under)
-        legs = shank_room(robot, lane, body, s.feet, s.q).min(axis=-1)
-        for row in range(4):
-            k = int(np.argmin(legs[:, row]))
-            name = f"the knee or shank of {LEGS[row].short}"
-            least = min(
-                least, Room(float(legs[k, row]), name, task.name, float(s.times[k])),
-                key=lambda r: r.distance,
-            )  # fmt: skip
-        below = distance(lane, trunk).min(axis=-1)
-        k = int(np.argmin(below))
-        least = min(
-            least, Room(float(below[k]), "the trunk", task.name, float(s.times[k])),
-            key=lambda r: r.distance,
-        )  # fmt: skip
+        legs = shank_room(robot, lane, body, s.feet, s.q)
+        parts = [
+            (f"the knee or shank of {leg.short}", legs[:, leg.row], ROOM_WORTH) for leg in LEGS
+        ]
+        parts.append(("the trunk", distance(lane, trunk), np.ones(TRUNK_POINTS)))
+        for part, away, weight in parts:
+            k, point = np.unravel_index(np.argmin(away * weight), away.shape)
+            here = float(away[k, point])
+            worth = float(here * weight[point])
+            if worth < least.worth:
+                least = Room(worth, here, part, task.name, float(s.times[k]))
     return least

@@ -16,6 +16,7 @@ from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.shank_room import shank_room, trunk_room
 from drake_quad.robot.leg_kinematics import solve_legs
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.shank_outline import ROOM_WORTH
 from drake_quad.terrain import Lane
 
 SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
@@ -53,7 +54,8 @@ class Shanks:
 
     Attributes:
         lane: The ground.
-        room: Between them and it; half of that between them and the trunk [m].
+        room: Between them and it, at their ends as ROOM_WORTH has it; half of that between them
+            and the trunk [m].
     """
 
     lane: Lane
@@ -122,7 +124,7 @@ def find_limits(
         if shanks is None:
             return room
         q, _, _ = pose_robot(robot, poses, feet)
-        clear = shank_room(robot, shanks.lane, poses, feet, q) - shanks.room
+        clear = shank_room(robot, shanks.lane, poses, feet, q) * ROOM_WORTH - shanks.room
         p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
         apart = trunk_room(robot, p_BF, q) - TRUNK_SHARE * shanks.room
         return np.concatenate([room, clear, apart], axis=-1)

@@ -7,7 +7,7 @@ from drake_quad.planning.ground_distance import ground_distance
 from drake_quad.planning.motion_plan import rotations
 from drake_quad.robot.leg_kinematics import calc_knees
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
+from drake_quad.robot.shank_outline import SHANK_POINTS
 from drake_quad.terrain import Lane
 
 
@@ -15,8 +15,6 @@ def shank_room(
     robot: RobotModel, lane: Lane, body: FloatArray, feet: FloatArray, q: FloatArray
 ) -> FloatArray:
     """Between knees and shanks and a lane's ground at SHANK_POINTS, negative inside (N, 4, 8) [m].
-
-    At a shank's end it is what it is worth there, see ROOM_WORTH.
 
     Args:
         robot: The robot.
@@ -29,7 +27,7 @@ def shank_room(
     knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))
     across = np.einsum("nij,nlj->nli", R, knee_axes(q))
     middles = shank_middles(robot.shank_offsets, knees, feet, across)
-    return (distance(lane, middles) - robot.shank_radii) * ROOM_WORTH
+    return distance(lane, middles) - robot.shank_radii
 
 
 def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:

@@ -11,7 +11,8 @@ from drake_quad.gait.legs import FloatArray
 # From the knee on, to the foot: 1. The last is where a thick shank ends above a thin foot: over a
 # nosing, and leaning, it is what comes down on it first.
 SHANK_POINTS = np.append(0.14 * np.arange(7), 0.93)
-# What room is worth at them: the end is always near to what its foot is on, and a third will do.
+# By which a distance at them is multiplied where it is weighed against the room wanted: the end
+# is always near to what its foot is on, and a third of that will do.
 ROOM_WORTH = np.append(np.ones(7), 3.0)
 THIN = 0.04  # of its length: radius of a shank where it has no geometry, but for its end
 
