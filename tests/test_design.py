@@ -36,7 +36,7 @@ from drake_quad.planning.shank_room import distance, knee_axes, shank_middles, s
 from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import control_settings, course_of
-from drake_quad.scenario_config import ControllerConfig
+from drake_quad.scenario_config_control import ControllerConfig
 
 MODEL = "package://drake_quad_models/paper_quadruped.urdf"
 coordinates = st.floats(-2.0, 2.0)

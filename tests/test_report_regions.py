@@ -11,7 +11,7 @@ from drake_quad.gait.support import stability_margin
 from drake_quad.report.figure_regions import draw_regions, was_measured
 from drake_quad.report.regions import Regions
 from drake_quad.report.run_files import Run, read_run
-from drake_quad.scenario_config import MonitorConfig
+from drake_quad.scenario_config_control import MonitorConfig
 
 
 @pytest.fixture(scope="module")

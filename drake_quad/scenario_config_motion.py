@@ -1,0 +1,133 @@
+"""A scenario's fields of how the robot moves; as scenario_config, which holds them."""
+
+from dataclasses import dataclass
+
+
+@dataclass
+class GaitConfig:
+    """The wave gait.
+
+    Attributes:
+        duty_factor: β, the part of a cycle that each foot stands, in [0.75, 1). At 0.75 the
+            static margin is zero at two instants of every cycle.
+        cycle_time: T [s].
+        switch_wait: On four feet, the body moving, before each lift-off of the leg diagonal to
+            the one that landed last [s]: at β = 0.75 the margin there is zero without it. Twice a
+            cycle, which lasts so much longer than T.
+        stride: Longest stride on level ground [m].
+        treads: How many treads a cycle takes: 1, 2 or 3; or places, where a tread has several.
+        lag: How many treads, or places, the right rear foot stands behind the left front one as
+            a cycle begins: the longer the robot against the treads, the more.
+        places_per_tread: How many places to step on every tread has, one behind the other: more
+            than 1 where runs are long against the legs.
+        body_ahead: How far the body goes ahead of the places it has on the treads [treads].
+        tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
+        tread_phase_down: The same going down.
+        body_shift_up: How far ahead of those places the body goes besides, going up [m].
+        body_shift_down: The same going down.
+        lift_down: How much higher the body goes, going down, than on level ground [m].
+        shank_room: Between shanks and stairs, that the body keeps where it can [m]; 0: it does not
+            look.
+        max_ahead: How far the body may go ahead of or behind its nominal place as it walks [m].
+        stance_length: P_x, between the centres of front and rear legs' workspaces [m].
+        stance_width: P_y, between those of left and right legs [m].
+        stance_stagger: Rear feet's |y| minus front feet's |y| [m]: keeps the feet of a side apart
+            where the wave puts one down beside the other.
+        workspace_length: R_x of each leg's workspace [m].
+        workspace_width: R_y of each leg's workspace [m].
+        on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
+            offset from them (the paper's).
+        swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
+        map_error_place: By how much the map's risers may be off; swings leave so much room [m].
+        map_error_height: By how much its treads may be higher [m].
+        body_height: Of the body's centre over the mean ground under the feet [m].
+        pitch: `level`, or `slope` to tilt the body with the stairs.
+        pitch_share: With `slope`: how much of the stairs' slope, 0 to 1.
+        margin: Over what the plan's static margin is measured: `hull`, of the feet; `friction`, the
+            region of balance within controller.friction; `feasible`, within the torque limits too.
+    """
+
+    duty_factor: float = 0.85
+    cycle_time: float = 8.0
+    switch_wait: float = 0.0
+    stride: float = 1.0
+    treads: int = 2
+    lag: int = 1
+    places_per_tread: int = 1
+    body_ahead: float = 0.0
+    tread_phase_up: float = 0.0
+    tread_phase_down: float = 0.0
+    body_shift_up: float = 0.0
+    body_shift_down: float = 0.0
+    lift_down: float = 0.0
+    shank_room: float = 0.0
+    max_ahead: float = 10.0
+    stance_length: float = 0.75
+    stance_width: float = 0.54
+    stance_stagger: float = 0.12
+    workspace_length: float = 0.80
+    workspace_width: float = 0.5
+    on_centre: bool = True
+    swing_clearance: float = 0.02
+    map_error_place: float = 0.0
+    map_error_height: float = 0.0
+    body_height: float = 0.85
+    pitch: str = "level"
+    pitch_share: float = 1.0
+    margin: str = "hull"
+
+
+@dataclass
+class SpinConfig:
+    """The spinning gait.
+
+    Attributes:
+        duty_factor: β, in [0.75, 1).
+        cycle_time: T [s].
+        workspace_length: R_x of each leg's workspace as it spins [m]; 0: the wave gait's.
+        workspace_width: R_y of the same [m]; 0: the wave gait's.
+    """
+
+    duty_factor: float = 0.85
+    cycle_time: float = 8.0
+    workspace_length: float = 0.0
+    workspace_width: float = 0.0
+
+
+@dataclass
+class TransitionConfig:
+    """Steps from one stance to another, between gaits.
+
+    Attributes:
+        mode: `still`, the body at rest throughout (the paper's), or `shift`, the body moving
+            before each lift.
+        max_shift: How far the body may go from its nominal place [m]: in x and y where that
+            stands still, sideways where it walks.
+        swing_time: Of each step [s].
+        shift_time: On four feet before each step [s].
+        via_centres: Whether every transition passes through the workspaces' centres (the paper's).
+    """
+
+    mode: str = "shift"
+    max_shift: float = 0.3
+    swing_time: float = 1.2
+    shift_time: float = 1.3
+    via_centres: bool = False
+
+
+@dataclass
+class BodyConfig:
+    """The path of the body.
+
+    Attributes:
+        path: `uniform`, constant speed without sway (the paper's), or `optimised` for margin.
+        balance: `static` keeps the centre of mass over the feet, and the zero-moment point;
+            `dynamic` the zero-moment point alone, with the legs' masses moving: for quick gaits.
+        margin_desired: Static margin beyond which the path is not asked for more [m].
+        zmp_margin: The same for the zero-moment point [m].
+    """
+
+    path: str = "optimised"
+    balance: str = "static"
+    margin_desired: float = 0.10
+    zmp_margin: float = 0.08
