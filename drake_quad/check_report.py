@@ -118,7 +118,8 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
         q = evaluate(robot, plan, np.linspace(0.0, plan.duration, count)).q.reshape(-1, 12)
         joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
     part = "trunk" if designed.room.part == "the trunk" else "legs"
-    return {"joints": joints, "margin": designed.margin, part: designed.room.worth}
+    left = {"joints": joints, "torque": designed.torque, "margin": designed.margin}
+    return left | {part: designed.room.worth}
 
 
 def _answer(told: dict[str, Any]) -> str:
@@ -132,10 +133,13 @@ def _answer(told: dict[str, Any]) -> str:
     if told["feasible"]:
         plan = told["plan"]
         kind = "static" if plan["margin_kind"] == HULL else plan["margin_kind"]
+        ways = "" if "scenario" in asked else " up and down"
+        torque = told["slacks"]["torque"]["on_course"]
+        strong = "" if torque >= 0.0 else f", if a joint gives {1.0 - torque:.0%} of its torque"
         return (
-            f"Yes: {told['name']} walks {stairs} up and down with a {kind} margin of at least "
-            f"{1e3 * plan['margin']:.0f} mm"
-        ).replace(" up and down", "" if "scenario" in asked else " up and down")
+            f"Yes: {told['name']} walks {stairs}{ways} with a {kind} margin of at least "
+            f"{1e3 * plan['margin']:.0f} mm{strong}"
+        )
     # The design's own guess of what would work is of endless stairs; the one here is planned.
     reason = told["reason"].split("; a rise of ")[0].split("; no rise works")[0]
     near = told["nearest"]

@@ -23,6 +23,7 @@ from drake_quad.planning.plan_mission import (
     join_plans,
     plan_tasks,
 )
+from drake_quad.planning.plan_torques import torque_ratio
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import Scenario, course_of, mission_of, plan_settings
@@ -32,6 +33,8 @@ SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at mo
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
 POOR = 0.5  # quality below which the next lower body is tried, too
+GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
+TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
 TAKEN = 0.7  # quality with which a gait is taken, and no other tried
 
 
@@ -45,6 +48,9 @@ class Designed:
         plan: Of the whole mission on paper.
         margin: Its least margin [m].
         room: Its least room between robot and course.
+        torque: Of joints' limits, the least share that standing still in it leaves; negative where
+            it takes more than there is, shared among the feet as controllers share it. They share
+            it otherwise where they must, so that this alone forbids nothing.
     """
 
     scenario: Scenario
@@ -52,11 +58,12 @@ class Designed:
     plan: MissionPlan
     margin: float
     room: Room
+    torque: float
 
     @property
     def quality(self) -> float:
-        """The least share of what is wanted of margin and room, at most 1."""
-        return _quality(self.scenario, self.design, self.margin, self.room)
+        """The least share of what is wanted of margin, room and torque, at most 1."""
+        return _quality(self.scenario, self.design, self.margin, self.room, self.torque)
 
 
 def design_scenario(
@@ -195,7 +202,7 @@ def _plan(
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
     begun, plans = time.perf_counter(), []
-    room, margin = Room(inf, inf, "", "", 0.0), inf
+    room, margin, torque = Room(inf, inf, "", "", 0.0), inf, 1.0
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
@@ -208,17 +215,23 @@ def _plan(
             )
         room = min(room, here, key=lambda r: r.worth)
         margin = min(margin, plan.margin) if plan.margin == plan.margin else margin
+        torque = min(torque, 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
         plans.append(plan)
-        if beat is not None and _quality(scenario, design, margin, room) <= beat.quality:
+        if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:
             return None
     mission = join_plans(plans, time.perf_counter() - begun, dynamic=settings.dynamic)
-    return Designed(scenario, design, mission, margin if margin < inf else 0.0, room)
+    return Designed(scenario, design, mission, margin if margin < inf else 0.0, room, torque)
 
 
-def _quality(scenario: Scenario, design: Design, margin: float, room: Room) -> float:
+def _quality(scenario: Scenario, design: Design, margin: float, room: Room, torque: float) -> float:
     """See Designed; of the tasks that are planned, more can only make it less."""
-    share = margin / (GOOD_MARGIN * scenario.body.margin_desired)
-    return min(1.0, share, room.worth / (GOOD_ROOM * design.wanted["legs"]))
+    wanted = design.wanted
+    return min(
+        1.0,
+        margin / (GOOD_MARGIN * scenario.body.margin_desired),
+        room.worth / (GOOD_ROOM * wanted["legs"]),
+        torque / (GOOD_TORQUE * wanted["torque"]),
+    )
 
 
 def _hopeless(

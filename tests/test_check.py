@@ -3,6 +3,7 @@
 import io
 import json
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -21,6 +22,8 @@ from drake_quad.check_report import LIMITS, describe_check, limit_of
 from drake_quad.check_stairs import Check
 from drake_quad.design.evaluate import NAMES
 from drake_quad.errors import InputError
+from drake_quad.planning.plan_mission import check_plan
+from drake_quad.planning.plan_torques import torque_ratio
 from drake_quad.scenario import Scenario, load_scenario, save_scenario
 from drake_quad.simulation import prepare
 
@@ -64,6 +67,25 @@ def test_what_is_told_is_the_plans_own() -> None:
                for row in told["slacks"].values())  # fmt: skip
     assert any("drake-quad run" in line for line in lines)
     assert json.loads(json.dumps(told)) == told
+
+
+def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
+    """Its torques on the course are in the table, count for its quality, and stand in the answer."""
+    check, designed, asked = found(), found().designed, {"rise": RISE, "run": RUN, "count": COUNT}
+    assert designed is not None and 0.0 < designed.torque < 1.0
+    told = describe_check(check, paper_robot(), source=URL, asked=asked)
+    assert told["slacks"]["torque"]["on_course"] == designed.torque
+    most = 0.0
+    for plan in designed.plan.plans:
+        samples = check_plan(paper_robot(), plan, dynamic=False)
+        most = max(most, float(torque_ratio(paper_robot(), samples).max()))
+    assert designed.torque == pytest.approx(1.0 - most, abs=0.01)
+    weak = replace(designed, torque=-0.08)
+    assert weak.quality < 0.0 < designed.quality
+    answer = describe_check(
+        replace(check, designed=weak), paper_robot(), source=URL, asked=asked
+    )["answer"]  # fmt: skip
+    assert answer.startswith("Yes: ") and "108%" in answer and "108%" not in told["answer"]
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """MotionPlan: body and feet at any gait time, with the segments that it is made of."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -161,6 +161,10 @@ class PlanSamples:
     reach_excess: FloatArray
     com: FloatArray
     margin: FloatArray
+
+    def every(self, stride: int) -> "PlanSamples":
+        """Every so many of them, from the first on."""
+        return PlanSamples(**{f.name: getattr(self, f.name)[::stride] for f in fields(self)})
 
 
 def rotations(body: FloatArray) -> FloatArray:
