@@ -212,7 +212,8 @@ def shanks(work, items):
 def rolling(work):
     """Refuses feet that do not roll as their shanks turn, to ROLLS, from touchdown to lift-off.
 
-    A ball of radius r under a shank whose direction u turns goes by r (du (u . z) - u (du . z)).
+    A ball of radius r goes by r (w x z) while its shank turns by w = 1/2 sum (e x de) over the axes
+    e of its frame: u from foot to knee, what is ahead of the shank, and across.
     """
     roll, radius = work.roll, work.robot.foot_radius
     for k, t in enumerate(roll.times):
@@ -224,8 +225,10 @@ def rolling(work):
         four.b = four.a
         _, _, state = legs_of(work, four, np.tile(np.arange(4), len(t)))
         u = (state.knee - state.foot).reshape(-1, 4, 3) / work.robot.shanks[:, None]
-        du, middle = np.diff(u, axis=0), 0.5 * (u[1:] + u[:-1])
-        goes = radius * (du * middle[..., 2:] - middle * du[..., 2:])[..., :2]
+        ahead = state.ahead.reshape(-1, 4, 3)
+        axes = np.stack([ahead, np.cross(u, ahead), u])
+        turned = 0.5 * np.cross(axes[:, :-1], np.diff(axes, axis=1)).sum(axis=0)
+        goes = radius * np.cross(turned, [0.0, 0.0, 1.0])[..., :2]
         first = np.searchsorted(roll.when, roll.start[k] - SAME)
         off = np.diff(roll.offset[first : first + len(t)], axis=0) - goes
         for leg in range(4):

@@ -4,9 +4,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rig import flat_course, paper_robot, rotations, walk_plan
+from scipy.spatial.transform import Rotation
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.foot_roll import FootRoll
@@ -42,6 +44,35 @@ def test_a_ball_goes_its_radius_times_the_angle_that_its_shank_turns(seed: int) 
         roll.offset[..., 0], robot.foot_radius * (angle - angle[0]), atol=1e-6
     )
     np.testing.assert_allclose(roll.offset[..., 1], 0.0, atol=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_ball_turns_with_its_shank_about_every_axis(seed: int) -> None:
+    """Its way is the sum of the shank's turns, as whole rotations, across the ground's normal."""
+    robot, (body, q) = paper_robot(), swaying(seed)
+    q[..., 0] += np.random.default_rng(seed).uniform(-0.6, 0.6, 4)
+    roll = roll_feet(robot, TIMES, body, q, np.ones((len(TIMES), 4), dtype=bool), NONE)
+    up = np.array([0.0, 0.0, 1.0])
+    for leg in range(4):
+        # About z, then y, then the leg's x, then its y.
+        angles = [body[:, 4], body[:, 3], q[:, leg, 0], q[:, leg, 1] + q[:, leg, 2]]
+        R_WS = Rotation.from_euler("ZY", np.column_stack(angles[:2]))
+        R_WS *= Rotation.from_euler("XY", np.column_stack(angles[2:]))
+        turns = (R_WS[1:] * R_WS[:-1].inv()).as_rotvec()
+        way = robot.foot_radius * np.cumsum(np.cross(turns, up), axis=0)[:, :2]
+        np.testing.assert_allclose(roll.offset[1:, leg], way, atol=2e-6)
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.6, 1.2])
+def test_an_abducting_leg_rolls_its_foot_sideways_however_its_shank_leans(lean: float) -> None:
+    """Go1's crouched front foot went 15 mm in physics where the plan, without this, had 4."""
+    robot = paper_robot()
+    body, q = np.zeros((len(TIMES), 5)), np.zeros((len(TIMES), 4, 3))
+    q[..., 0] = np.linspace(0.3, -0.5, len(TIMES))[:, None]
+    q[..., 2] = lean
+    roll = roll_feet(robot, TIMES, body, q, np.ones((len(TIMES), 4), dtype=bool), NONE)
+    np.testing.assert_allclose(roll.offset[-1, :, 1], 0.8 * robot.foot_radius, atol=1e-9)
+    np.testing.assert_allclose(roll.offset[..., 0], 0.0, atol=1e-12)
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-3.0, 3.0))

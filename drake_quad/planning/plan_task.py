@@ -20,7 +20,7 @@ from drake_quad.terrain import Course
 
 KNOT = 0.2  # [s]
 ZMP_PERIOD = 0.01  # [s]
-MARGIN_ENOUGH = 0.05  # [m] below which another way is tried
+MARGIN_ENOUGH = 0.06  # [m] below which another way is tried
 
 
 def plan_task(

@@ -1,9 +1,11 @@
 """How far standing feet roll: they are balls, and the shank above turns as the body goes on.
 
-A ball of radius r on level ground moves by r (ω × z) while it turns by ω; it turns with the shank,
-whose direction u from foot to knee changes by du: ω = u × du, if nothing turns about u itself. So
-it moves by r (du (u · z) - u (du · z)), some millimetres in the course of a stance: forward, as the
-knee goes forward. The controller lets feet roll, and sets each down where the plan has it.
+A ball of radius r on level ground moves by r (ω × z) while it turns by ω, and it turns with its
+shank. That turns with the body's pitch about a level axis, with the leg's abduction about the
+body's x axis, and with hip and knee about the leg's own y axis (yaw turns it about the ground's
+normal, which moves nothing): some millimetres in the course of a stance, forward as the knee goes
+forward, and to the side as the body sways, however much the shank leans. The controller lets feet
+roll, and sets each down where the plan has it.
 """
 
 from math import cos, sin
@@ -58,15 +60,12 @@ def _roll(
     size = len(times)
     for k in range(4):
         x, y, lifted, since = begin[k, 0], begin[k, 1], 0, False
-        u0, u1, u2 = _shank(body[0], q[0, k])
         offset[0, k, 0], offset[0, k, 1] = x, y
         for n in range(1, size):
-            v0, v1, v2 = _shank(body[n], q[n, k])
             if standing[n - 1, k]:
-                d0, d1, d2 = v0 - u0, v1 - u1, v2 - u2
-                m0, m1, m2 = 0.5 * (u0 + v0), 0.5 * (u1 + v1), 0.5 * (u2 + v2)
-                x += radius * (d0 * m2 - m0 * d2)
-                y += radius * (d1 * m2 - m1 * d2)
+                on_x, on_y = _goes(body[n - 1], body[n], q[n - 1, k], q[n, k])
+                x += radius * on_x
+                y += radius * on_y
             elif not since:
                 lifted, since = n - 1, True
             if since and (standing[n, k] or n == size - 1):  # it lands here
@@ -77,18 +76,22 @@ def _roll(
                     offset[i, k, 0], offset[i, k, 1] = rest * x, rest * y
                 x, y, since = 0.0, 0.0, False
             offset[n, k, 0], offset[n, k, 1] = x, y
-            u0, u1, u2 = v0, v1, v2
 
 
 @compiled
-def _shank(body: FloatArray, q: FloatArray) -> tuple[float, float, float]:
-    """Unit vector from a foot to its knee in W, for a body pose (5,) and a leg's angles (3,)."""
-    both = q[1] + q[2]
-    x, up = sin(both), cos(both)
-    y, z = -sin(q[0]) * up, cos(q[0]) * up
-    cp, sp, cy, sy = cos(body[3]), sin(body[3]), cos(body[4]), sin(body[4])
-    ahead = cp * x + sp * z
-    return cy * ahead - sy * y, sy * ahead + cy * y, -sp * x + cp * z
+def _goes(
+    body0: FloatArray, body1: FloatArray, q0: FloatArray, q1: FloatArray
+) -> tuple[float, float]:
+    """ω × z along x and y of W, from one body pose (5,) and a leg's angles (3,) to the next."""
+    pitch, yaw = 0.5 * (body0[3] + body1[3]), 0.5 * (body0[4] + body1[4])
+    out = 0.5 * (q0[0] + q1[0])
+    cp, sp, cy, sy, ca, sa = cos(pitch), sin(pitch), cos(yaw), sin(yaw), cos(out), sin(out)
+    tilts, abducts = body1[3] - body0[3], q1[0] - q0[0]
+    bends = q1[1] + q1[2] - q0[1] - q0[2]
+    # Of each axis (x, y, z) the part that moves a ball: (y, -x).
+    on_x = tilts * cy + abducts * sy * cp + bends * (ca * cy + sa * sy * sp)
+    on_y = tilts * sy - abducts * cy * cp + bends * (ca * sy - sa * cy * sp)
+    return on_x, on_y
 
 
 def roll_along(
