@@ -70,7 +70,7 @@ def test_what_is_told_is_the_plans_own() -> None:
 
 
 def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
-    """Its torques on the course are in the table, count for its quality, and stand in the answer."""
+    """Its torques on the course are in the table, count for quality, and stand in the answer."""
     check, designed, asked = found(), found().designed, {"rise": RISE, "run": RUN, "count": COUNT}
     assert designed is not None and 0.0 < designed.torque < 1.0
     told = describe_check(check, paper_robot(), source=URL, asked=asked)

@@ -32,7 +32,13 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.pattern import Pattern
-from drake_quad.planning.shank_room import distance, knee_axes, shank_middles, shank_room
+from drake_quad.planning.shank_room import (
+    distance,
+    from_nosings,
+    knee_axes,
+    shank_middles,
+    shank_room,
+)
 from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import control_settings, course_of
@@ -69,6 +75,47 @@ def test_distance_from_stairs_is_that_of_the_nearest_point(
         assert found == pytest.approx(nearest, abs=0.01)
     elif z < ground - 1e-9:
         assert found <= 0.0
+
+
+@settings(max_examples=300)
+@given(
+    st.tuples(coordinates, coordinates), st.floats(-3.1, 3.1), st.floats(0.02, 0.2),
+    st.floats(-0.3, 0.3), st.floats(0.1, 0.6),
+)  # fmt: skip
+def test_a_nosing_between_two_points_is_seen(
+    begin: tuple[float, float], way: float, length: float, rise: float, run: float
+) -> None:
+    """Points and the line between them are as near to the stairs as the line's nearest point.
+
+    Where the line goes through what is below a nosing the distance is negative.
+    """
+    stairs, (s, z) = Staircase(rise, run), begin
+    assume(abs(z - float(stairs.line(np.array(s)))) < 0.5 * run and length < run)
+    p = np.array([s, 0.0, z])
+    q = p + length * np.array([np.cos(way), 0.0, np.sin(way)])
+    ends = [kernel._from_stairs(x[0], x[2], rise, run) for x in (p, q)]
+    told = min(*ends, kernel._line_from_stairs(p, q, rise, run))
+    between = p + np.linspace(0.0, 1.0, 401)[:, None] * (q - p)
+    nearest = min(kernel._from_stairs(x[0], x[2], rise, run) for x in between)
+    if nearest > 1e-3:
+        assert told == pytest.approx(nearest, abs=1e-3)
+    if nearest < -1e-3:
+        assert told < 0.0
+
+
+def test_a_shank_over_a_nosing_between_its_points_is_seen_on_a_course() -> None:
+    """Go1's rear shanks touched the nosings that they leaned over as it came down."""
+    lane = course_of(
+        parse_scenario(
+            "course: [{kind: floor, length: 3}, {kind: stairs, going: up, rise: 0.2, run: 0.3, "
+            "count: 1}, {kind: floor, length: 3}]",
+            source="test",
+        )
+    ).lanes[0]
+    line = np.array([[2.9, 0.0, 0.11], [3.1, 0.0, 0.3]])  # 3.5 mm over it, its ends far away
+    assert distance(lane, line).min() > 0.05
+    assert from_nosings(lane, line)[0] == pytest.approx(0.005 / np.sqrt(2.0), abs=3e-4)
+    assert from_nosings(lane, line - [0.0, 0.0, 0.01])[0] < 0.0
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -435,6 +482,6 @@ def test_a_leaning_shanks_end_is_looked_at() -> None:
         room = shank_room(robot, lane, body[None], feet[None], q)[0, 0]
         knee = body[:3] + calc_knees(robot.geometry, q)[0, 0]
         end = knee + SHANK_POINTS[-1] * (foot - knee)
-        told = room[-1]
+        told = room[len(SHANK_POINTS) - 1]
         assert told == pytest.approx(distance(lane, end[None])[0] - 0.018, abs=1e-9)
         assert (told < 0.0) == inside

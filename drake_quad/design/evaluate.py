@@ -45,7 +45,7 @@ def wanted_for(robot: RobotModel) -> Wanted:
     """What is enough for a robot of its size."""
     leg = leg_length(robot)
     return Wanted(
-        reach=0.05 * leg, joints=0.2, torque=0.15, margin=0.05 * leg, legs=0.035 * leg,
+        reach=0.05 * leg, joints=0.2, torque=0.15, margin=0.05 * leg, legs=0.02 * leg,
         apart=0.02 * leg, trunk=0.03 * leg,
     )  # fmt: skip
 

@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.nosing_distance import from_nosing
 from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
 
 SWAYS = 9  # that are tried, evenly from side to side
-SHANK, THIGH = len(SHANK_POINTS), 3  # points that are looked at
+SHANK, THIGH, UNDER = len(SHANK_POINTS), 3, 7  # points that are looked at, UNDER the trunk
 NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
 GRAVITY = 9.81
 LEAST_AREA = 1e-9
@@ -79,7 +80,7 @@ def slacks(
             more no further moments are looked at.
     """
     q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
-    f, tilts = np.empty((4, 3)), np.empty((body.shape[1], 4))
+    under, f, tilts = np.zeros((UNDER, 3)), np.empty((4, 3)), np.empty((body.shape[1], 4))
     forces, com = np.zeros(4), np.empty(3)
     weight = masses.sum() * GRAVITY
     for c in range(body.shape[0]):
@@ -117,15 +118,21 @@ def slacks(
                 for i in range(SHANK):
                     p, radius = points[k, i], shanks[1, k, i]
                     room = _from_stairs(p[0], p[2], rise, run) - radius
+                    if i > 0:
+                        thick = max(radius, shanks[1, k, i - 1])
+                        room = min(room, _line_from_stairs(points[k, i - 1], p, rise, run) - thick)
                     row[LEGS] = min(row[LEGS], room * ROOM_WORTH[i])
                     row[APART] = min(row[APART], _from_box(p, b, sway, cp, sp, trunk) - radius)
             for i in range(2):
                 apart = _apart(points[i], points[2 + i], shanks[1, i], shanks[1, 2 + i])
                 row[APART] = min(row[APART], apart)
-            for i in range(7):
-                x, low = trunk[0, 0] + i / 6.0 * (trunk[1, 0] - trunk[0, 0]), trunk[0, 2]
-                s, z = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
-                row[TRUNK] = min(row[TRUNK], _from_stairs(s, z, rise, run))
+            for i in range(UNDER):
+                x, low = trunk[0, 0] + i / (UNDER - 1.0) * (trunk[1, 0] - trunk[0, 0]), trunk[0, 2]
+                under[i, 0], under[i, 2] = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
+                row[TRUNK] = min(row[TRUNK], _from_stairs(under[i, 0], under[i, 2], rise, run))
+                if i > 0:
+                    line = _line_from_stairs(under[i - 1], under[i], rise, run)
+                    row[TRUNK] = min(row[TRUNK], line)
 
 
 @compiled
@@ -314,6 +321,14 @@ def _from_stairs(s: float, z: float, rise: float, run: float) -> float:
         out_x, out_z = max(beside, 0.0), max(above, 0.0)
         best = min(best, sqrt(out_x * out_x + out_z * out_z) + min(max(beside, above), 0.0))
     return best
+
+
+@compiled
+def _line_from_stairs(p: FloatArray, q: FloatArray, rise: float, run: float) -> float:
+    """Signed distance of the line from p to q from the nosing of a Staircase next to it [m]."""
+    k = np.floor(0.5 * (p[0] + q[0]) / run)
+    edge = (k + 0.5) * run
+    return from_nosing(p[0], p[2], q[0], q[2], edge, k * rise, (k + 1.0) * rise, run)
 
 
 @compiled

@@ -9,9 +9,8 @@ from drake_quad.design.shape import Shape
 from drake_quad.gait.legs import LEGS
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import PlanSamples, rotations
-from drake_quad.planning.shank_room import distance, shank_room
+from drake_quad.planning.shank_room import WORTH, distance, from_nosings, shank_room
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import ROOM_WORTH
 from drake_quad.terrain import Course
 
 TRUNK_POINTS = 7
@@ -23,7 +22,7 @@ class Room:
 
     Attributes:
         worth: The distance as it is weighed against the room wanted: at a shank's end more than it
-            is, see ROOM_WORTH [m].
+            is, see `shank_room.WORTH` [m].
         distance: Between a part of the robot and the course [m], negative inside it.
         part: Which, for people.
         task: The task's name.
@@ -53,10 +52,9 @@ def find_room(
         under = np.column_stack([x, np.zeros(len(x)), np.full(len(x), shape.trunk_lower[2])])
         trunk = body[:, None, :3] + np.einsum("nij,kj->nki", R, under)
         legs = shank_room(robot, lane, body, s.feet, s.q)
-        parts = [
-            (f"the knee or shank of {leg.short}", legs[:, leg.row], ROOM_WORTH) for leg in LEGS
-        ]
-        parts.append(("the trunk", distance(lane, trunk), np.ones(TRUNK_POINTS)))
+        parts = [(f"the knee or shank of {leg.short}", legs[:, leg.row], WORTH) for leg in LEGS]
+        below = np.concatenate([distance(lane, trunk), from_nosings(lane, trunk)], axis=-1)
+        parts.append(("the trunk", below, np.ones(2 * TRUNK_POINTS - 1)))
         for part, away, weight in parts:
             k, point = np.unravel_index(np.argmin(away * weight), away.shape)
             here = float(away[k, point])

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.motion_plan import pose_robot, rotations
-from drake_quad.planning.shank_room import shank_room, trunk_room
+from drake_quad.planning.shank_room import WORTH, shank_room, trunk_room
 from drake_quad.robot.leg_kinematics import solve_legs
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import ROOM_WORTH
 from drake_quad.terrain import Lane
 
 SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
@@ -119,12 +118,12 @@ def find_limits(
     """
 
     def room_at(poses: FloatArray) -> FloatArray:
-        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 20) with the shanks' [m]."""
+        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 29) with the shanks' [m]."""
         room = leg_room(robot, poses, feet)
         if shanks is None:
             return room
         q, _, _ = pose_robot(robot, poses, feet)
-        clear = shank_room(robot, shanks.lane, poses, feet, q) * ROOM_WORTH - shanks.room
+        clear = shank_room(robot, shanks.lane, poses, feet, q) * WORTH - shanks.room
         p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
         apart = trunk_room(robot, p_BF, q) - TRUNK_SHARE * shanks.room
         return np.concatenate([room, clear, apart], axis=-1)

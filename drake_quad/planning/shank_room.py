@@ -1,20 +1,26 @@
-"""Room between a robot's shanks and the ground of a lane."""
+"""Room between a robot's shanks and the ground of a lane: of points, and of lines to nosings."""
 
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.ground_distance import ground_distance
 from drake_quad.planning.motion_plan import rotations
+from drake_quad.planning.nosing_distance import nosing_distance
 from drake_quad.robot.leg_kinematics import calc_knees
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import SHANK_POINTS
+from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
 from drake_quad.terrain import Lane
+
+# By which room at `shank_room`'s places is multiplied where it is weighed, see ROOM_WORTH.
+WORTH = np.concatenate([ROOM_WORTH, ROOM_WORTH[1:]])
 
 
 def shank_room(
     robot: RobotModel, lane: Lane, body: FloatArray, feet: FloatArray, q: FloatArray
 ) -> FloatArray:
-    """Between knees and shanks and a lane's ground at SHANK_POINTS, negative inside (N, 4, 8) [m].
+    """Between knees and shanks and a lane's ground, negative inside (N, 4, 15) [m].
+
+    At SHANK_POINTS, then between nosings and the seven lines that join these.
 
     Args:
         robot: The robot.
@@ -27,7 +33,9 @@ def shank_room(
     knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))
     across = np.einsum("nij,nlj->nli", R, knee_axes(q))
     middles = shank_middles(robot.shank_offsets, knees, feet, across)
-    return distance(lane, middles) - robot.shank_radii
+    radii = robot.shank_radii
+    lines = from_nosings(lane, middles) - np.maximum(radii[:, :-1], radii[:, 1:])
+    return np.concatenate([distance(lane, middles) - radii, lines], axis=-1)
 
 
 def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
@@ -75,8 +83,23 @@ def distance(lane: Lane, points: FloatArray) -> FloatArray:
 
     Along the lane and upwards; the ground goes on beyond the lane's ends.
     """
+    s, z, ends, heights = _profile(lane, points)
+    return ground_distance(s.ravel(), z.ravel(), ends, heights).reshape(s.shape)
+
+
+def from_nosings(lane: Lane, points: FloatArray) -> FloatArray:
+    """Signed distance of lines that join points (..., M, 3) in W from nosings (..., M - 1) [m]."""
+    s, z, ends, heights = _profile(lane, points)
+    rows = (-1, points.shape[-2])
+    found = nosing_distance(s.reshape(rows), z.reshape(rows), ends, heights)
+    return found.reshape(*s.shape[:-1], rows[1] - 1)
+
+
+def _profile(
+    lane: Lane, points: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Points along a lane and upwards, and its level stretches' ends and heights [m]."""
     s, _ = lane.coordinates(points[..., :2])
-    z, breaks = np.ascontiguousarray(points[..., 2]), np.array(lane.breaks)
-    ends = np.concatenate([[-np.inf], breaks[1:-1], [np.inf]])
-    found = ground_distance(s.ravel(), z.ravel(), ends, np.array(lane.heights, dtype=float))
-    return found.reshape(s.shape)
+    ends = np.concatenate([[-np.inf], np.array(lane.breaks)[1:-1], [np.inf]])
+    z = np.ascontiguousarray(points[..., 2])
+    return np.ascontiguousarray(s), z, ends, np.array(lane.heights, dtype=float)
