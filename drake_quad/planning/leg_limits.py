@@ -20,6 +20,7 @@ from drake_quad.terrain import Lane
 
 SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
 NEAR = 0.12  # of a leg's length: limits that are farther away are let be
+SHANK_NEAR = 0.03  # the same of shanks' room
 TRUNK_SHARE = 0.5  # of the room between shanks and stairs, that there is to be to the trunk
 SHANK_SAFE = 0.002  # the same of the room between shanks and stairs
 LIMITS = 6  # of a leg: see `leg_room`
@@ -117,7 +118,7 @@ def find_limits(
         shanks: The room that shanks are to have; None: they are let be.
     """
 
-    def room_at(poses: FloatArray) -> FloatArray:
+    def room_at(poses: FloatArray, feet: FloatArray) -> FloatArray:
         """Room beyond what is to be kept (N, 4, 6), or (N, 4, 29) with the shanks' [m]."""
         room = leg_room(robot, poses, feet)
         if shanks is None:
@@ -128,26 +129,29 @@ def find_limits(
         apart = trunk_room(robot, p_BF, q) - TRUNK_SHARE * shanks.room
         return np.concatenate([room, clear, apart], axis=-1)
 
-    room = room_at(body)
+    room = room_at(body, feet)
     if room.min() >= 0.0:
         return None
     reach = robot.geometry.reach
-    gradient = np.empty((*room.shape, 4))
+    near = np.full(room.shape[2], SHANK_NEAR)
+    near[:LIMITS] = NEAR
+    k, leg, which = np.nonzero(room < reach[:, None] * near)
+    rows, at = np.unique(k, return_inverse=True)
+    gradient = np.empty((len(k), 4))
     for axis in range(4):
-        moved = np.array(body)
+        moved = np.array(body[rows])
         if axis < 2:
             moved[:, axis] += STEP
-            moved[:, 2] += STEP * rise[:, axis]
+            moved[:, 2] += STEP * rise[rows, axis]
         elif axis == 2:
             moved[:, 2] += STEP
         else:
             moved[:, 3] += STEP / tilt_arm(robot)
-        gradient[..., axis] = (room_at(moved) - room) / STEP
-    k, leg, which = np.nonzero(room < NEAR * reach[:, None])
-    normal = gradient[k, leg, which]
-    here = np.einsum("ij,ij->i", normal, np.column_stack([body[k, :2], extra[k]]))
+        there = room_at(moved, feet[rows])[at, leg, which]
+        gradient[:, axis] = (there - room[k, leg, which]) / STEP
+    here = np.einsum("ij,ij->i", gradient, np.column_stack([body[k, :2], extra[k]]))
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
     worst = np.minimum(room.min(axis=(0, 1)), 0.0)
     short = -10.0 * float(worst[:LIMITS].min()) - float(np.min(worst[LIMITS:], initial=0.0))
-    return LegLimits(k, normal, keep - room[k, leg, which] + here, shank, short)
+    return LegLimits(k, gradient, keep - room[k, leg, which] + here, shank, short)
