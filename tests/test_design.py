@@ -25,6 +25,7 @@ from drake_quad.design.course import flights_of
 from drake_quad.design.cycle import PHASES, make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
 from drake_quad.design.fields import control_fields
+from drake_quad.design.kernel_distance import SHANK, THIGH, from_stairs, line_from_stairs
 from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import describe_gait
@@ -61,7 +62,7 @@ def test_distance_from_stairs_is_that_of_the_nearest_point(
     assume(abs(s / run - np.floor(s / run) - 0.5) > 1e-3)  # on a riser either tread is right
     stairs = Staircase(rise, run)
     assume(abs(z - float(stairs.line(np.array(s)))) < run)  # it looks two treads to either side
-    found = kernel._from_stairs(s, z, rise, run)
+    found = from_stairs(s, z, rise, run)
     i = np.arange(-40, 41)[:, None]
     along = np.linspace(0.0, 1.0, 201)
     tops = np.stack(np.broadcast_arrays((i - 0.5 + along) * run, i * rise), axis=-1).reshape(-1, 2)
@@ -93,10 +94,10 @@ def test_a_nosing_between_two_points_is_seen(
     assume(abs(z - float(stairs.line(np.array(s)))) < 0.5 * run and length < run)
     p = np.array([s, 0.0, z])
     q = p + length * np.array([np.cos(way), 0.0, np.sin(way)])
-    ends = [kernel._from_stairs(x[0], x[2], rise, run) for x in (p, q)]
-    told = min(*ends, kernel._line_from_stairs(p, q, rise, run))
+    ends = [from_stairs(x[0], x[2], rise, run) for x in (p, q)]
+    told = min(*ends, line_from_stairs(p, q, rise, run))
     between = p + np.linspace(0.0, 1.0, 401)[:, None] * (q - p)
-    nearest = min(kernel._from_stairs(x[0], x[2], rise, run) for x in between)
+    nearest = min(from_stairs(x[0], x[2], rise, run) for x in between)
     if nearest > 1e-3:
         assert told == pytest.approx(nearest, abs=1e-3)
     if nearest < -1e-3:
@@ -130,8 +131,8 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     feet = g.p_BH - np.array([0.0, 0.0, 0.8]) + rng.uniform(-0.15, 0.15, (4, 3)) + body[:3]
     q, excess, com = pose_robot(robot, body[None], feet[None])
     cp, sp = np.cos(body[3]), np.sin(body[3])
-    found, points = np.empty((4, 3)), np.empty((4, kernel.SHANK + kernel.THIGH, 3))
-    offsets = rng.uniform(-0.1, 0.1, (4, kernel.SHANK))
+    found, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
+    offsets = rng.uniform(-0.1, 0.1, (4, SHANK))
     R = rotations(body)
     J = calc_jacobians(g, q[0])
     for k in range(4):
@@ -145,7 +146,7 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     np.testing.assert_allclose(found, q[0], atol=1e-9)
     knees = body[:3] + calc_knees(g, q[0]) @ R.T
     middles = shank_middles(offsets, knees, feet, knee_axes(q[0]) @ R.T)
-    np.testing.assert_allclose(points[:, : kernel.SHANK], middles, atol=1e-9)
+    np.testing.assert_allclose(points[:, :SHANK], middles, atol=1e-9)
     lines = knees[:, None] + SHANK_POINTS[:, None] * (feet - knees)[:, None]
     np.testing.assert_allclose(np.linalg.norm(middles - lines, axis=2), np.abs(offsets), atol=1e-9)
     centre = np.empty(3)
@@ -340,7 +341,7 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
     p = rng.uniform([4.5, -0.5, 0.5], [6.5, 0.5, 2.0], (20, 3))
     # Tread 0 of the endless staircase is the flight's fifth: its middle, at its height.
     s, z = p[:, 0] - (3.0 + 4.5 * 0.3), p[:, 2] - 5 * 0.15
-    expected = [kernel._from_stairs(a, b, 0.15, 0.3) for a, b in zip(s, z, strict=True)]
+    expected = [from_stairs(a, b, 0.15, 0.3) for a, b in zip(s, z, strict=True)]
     np.testing.assert_allclose(distance(lane, p), expected, atol=1e-9)
 
 

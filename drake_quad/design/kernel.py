@@ -6,13 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_quad.compiled import compiled
+from drake_quad.design.kernel_distance import (
+    SHANK,
+    THIGH,
+    apart,
+    from_box,
+    from_stairs,
+    line_from_stairs,
+)
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.nosing_distance import from_nosing
 from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
 
 SWAYS = 9  # that are tried, evenly from side to side
-SHANK, THIGH, UNDER = len(SHANK_POINTS), 3, 7  # points that are looked at, UNDER the trunk
-NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
+UNDER = 7  # points under the trunk that are looked at
 GRAVITY = 9.81
 LEAST_AREA = 1e-9
 STRIDE = 7  # between moments looked at in turn: unlike ones sooner tell what is in the way
@@ -117,21 +123,21 @@ def slacks(
                 _points(legs[k], q[k], b, sway, cp, sp, f[k], shanks[0, k], points[k])
                 for i in range(SHANK):
                     p, radius = points[k, i], shanks[1, k, i]
-                    room = _from_stairs(p[0], p[2], rise, run) - radius
+                    room = from_stairs(p[0], p[2], rise, run) - radius
                     if i > 0:
                         thick = max(radius, shanks[1, k, i - 1])
-                        room = min(room, _line_from_stairs(points[k, i - 1], p, rise, run) - thick)
+                        room = min(room, line_from_stairs(points[k, i - 1], p, rise, run) - thick)
                     row[LEGS] = min(row[LEGS], room * ROOM_WORTH[i])
-                    row[APART] = min(row[APART], _from_box(p, b, sway, cp, sp, trunk) - radius)
+                    row[APART] = min(row[APART], from_box(p, b, sway, cp, sp, trunk) - radius)
             for i in range(2):
-                apart = _apart(points[i], points[2 + i], shanks[1, i], shanks[1, 2 + i])
-                row[APART] = min(row[APART], apart)
+                room = apart(points[i], points[2 + i], shanks[1, i], shanks[1, 2 + i])
+                row[APART] = min(row[APART], room)
             for i in range(UNDER):
                 x, low = trunk[0, 0] + i / (UNDER - 1.0) * (trunk[1, 0] - trunk[0, 0]), trunk[0, 2]
                 under[i, 0], under[i, 2] = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
-                row[TRUNK] = min(row[TRUNK], _from_stairs(under[i, 0], under[i, 2], rise, run))
+                row[TRUNK] = min(row[TRUNK], from_stairs(under[i, 0], under[i, 2], rise, run))
                 if i > 0:
-                    line = _line_from_stairs(under[i - 1], under[i], rise, run)
+                    line = line_from_stairs(under[i - 1], under[i], rise, run)
                     row[TRUNK] = min(row[TRUNK], line)
 
 
@@ -305,56 +311,3 @@ def _points(
         share = (i + 1.0) / (THIGH + 1.0)
         for j in range(3):
             points[SHANK + i, j] = knee[j] + share * (hip[j] - knee[j])
-
-
-@compiled
-def _from_stairs(s: float, z: float, rise: float, run: float) -> float:
-    """Signed distance of a point from a Staircase [m], negative inside it.
-
-    Exact for what is nearer than two treads; beyond, it may be less far than it says.
-    """
-    middle = np.round(s / run)
-    best = np.inf
-    for k in range(-NEIGHBOURS, NEIGHBOURS + 1):
-        beside = abs(s - (middle + k) * run) - 0.5 * run
-        above = z - (middle + k) * rise
-        out_x, out_z = max(beside, 0.0), max(above, 0.0)
-        best = min(best, sqrt(out_x * out_x + out_z * out_z) + min(max(beside, above), 0.0))
-    return best
-
-
-@compiled
-def _line_from_stairs(p: FloatArray, q: FloatArray, rise: float, run: float) -> float:
-    """Signed distance of the line from p to q from the nosing of a Staircase next to it [m]."""
-    k = np.floor(0.5 * (p[0] + q[0]) / run)
-    edge = (k + 0.5) * run
-    return from_nosing(p[0], p[2], q[0], q[2], edge, k * rise, (k + 1.0) * rise, run)
-
-
-@compiled
-def _from_box(
-    p: FloatArray, b: FloatArray, sway: float, cp: float, sp: float, box: FloatArray
-) -> float:
-    """Distance of a point in W from a box in B, inside negative [m]."""
-    dx, dz = p[0] - b[0], p[2] - b[2]
-    x, y, z = cp * dx - sp * dz, p[1] - b[1] - sway, sp * dx + cp * dz
-    ax = max(box[0, 0] - x, x - box[1, 0])
-    ay = max(box[0, 1] - y, y - box[1, 1])
-    az = max(box[0, 2] - z, z - box[1, 2])
-    ox, oy, oz = max(ax, 0.0), max(ay, 0.0), max(az, 0.0)
-    return sqrt(ox * ox + oy * oy + oz * oz) + min(max(ax, max(ay, az)), 0.0)
-
-
-@compiled
-def _apart(
-    front: FloatArray, rear: FloatArray, front_radii: FloatArray, rear_radii: FloatArray
-) -> float:
-    """Room between a front leg and the rear leg of its side [m]."""
-    best = np.inf
-    for i in range(SHANK + THIGH):
-        for j in range(SHANK + THIGH):
-            x, y = front[i, 0] - rear[j, 0], front[i, 1] - rear[j, 1]
-            z = front[i, 2] - rear[j, 2]
-            thick = front_radii[i if i < SHANK else 0] + rear_radii[j if j < SHANK else 0]
-            best = min(best, sqrt(x * x + y * y + z * z) - thick)
-    return best
