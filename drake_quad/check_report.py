@@ -20,7 +20,7 @@ LIMITS = {
     "torque": "torque",
     "margin": "margin",
     "legs": "knees or shanks touch",
-    "apart": "front and rear legs touch",
+    "apart": "legs touch each other or the trunk",
     "trunk": "trunk touches",
     "speed": "joint speed",
     "pattern": "treads do not suit the hips",
@@ -41,7 +41,8 @@ def limit_of(check: Check, robot: RobotModel) -> str:
     if "leg" in data and "excess" in data:
         return "reach"
     for key, limit in (
-        ("speed", "speed"), ("joint", "joints"), ("margin", "margin"), ("pattern", "pattern")
+        ("speed", "speed"), ("joint", "joints"), ("margin", "margin"), ("pattern", "pattern"),
+        ("apart", "apart"),
     ):  # fmt: skip
         if key in data:
             return limit

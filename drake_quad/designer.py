@@ -11,7 +11,7 @@ from drake_quad.design.candidate import leg_length
 from drake_quad.design.choose import Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
-from drake_quad.design.room import Room, find_room
+from drake_quad.design.room import Room, find_room, refuse_touching
 from drake_quad.design.shape import Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import what_is_short
@@ -215,6 +215,7 @@ def _plan(
             )
         room = min(room, here, key=lambda r: r.worth)
         margin = min(margin, plan.margin) if plan.margin == plan.margin else margin
+        refuse_touching(robot, task, samples)
         torque = min(torque, 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
         plans.append(plan)
         if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:

@@ -257,9 +257,9 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
     searched = []
     least = _Search.least
 
-    def counted(search: _Search, first: FloatArray) -> FloatArray:
+    def counted(search: _Search, first: FloatArray, seed: int) -> FloatArray:
         searched.append(search)
-        return least(search, first)
+        return least(search, first, seed)
 
     monkeypatch.setattr(_Search, "least", counted)
     flights = [Staircase(0.1, 0.4), Staircase(-0.1, 0.4)]
@@ -269,6 +269,21 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
     others = list(gaits)
     assert len(searched) == 1 + len(others) > 1
     assert len({d.gait.pattern for d in (first, *others)}) == 1 + len(others)
+
+
+def test_before_a_no_it_is_searched_from_elsewhere_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no gait was found every pattern is searched again, from another beginning."""
+    seeds = []
+
+    def hopeless(search: _Search, first: FloatArray, seed: int) -> FloatArray:
+        seeds.append(seed)
+        return first[0]
+
+    monkeypatch.setattr(_Search, "least", hopeless)
+    flights = [Staircase(0.9, 0.3), Staircase(-0.9, 0.3)]
+    gaits = list(choose_gaits(paper_robot(), shape(), flights))
+    assert not any(d.feasible for d in gaits)
+    assert set(seeds) == {1, 2} and seeds == sorted(seeds) and seeds.count(1) == seeds.count(2)
 
 
 @given(st.floats(0.2, 1.2), st.floats(0.005, 0.05))

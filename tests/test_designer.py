@@ -9,10 +9,17 @@ from rig import paper_robot
 
 from drake_quad import designer
 from drake_quad.check_stairs import check_stairs, stairs_scenario
+from drake_quad.design.room import refuse_touching
 from drake_quad.design.shape import read_shape
 from drake_quad.designer import Designed, design_scenario
 from drake_quad.errors import PlanningError
-from drake_quad.planning.plan_mission import initial_stance, join_plans, plan_mission, plan_tasks
+from drake_quad.planning.plan_mission import (
+    check_plan,
+    initial_stance,
+    join_plans,
+    plan_mission,
+    plan_tasks,
+)
 from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
 from drake_quad.scenario_config import Scenario
 
@@ -139,3 +146,14 @@ def test_joints_that_would_turn_too_fast_are_given_time(ratio: float, slower: bo
         with pytest.raises(PlanningError, match="too fast"):
             designer._or_slower(Scenario(), plan)
         assert len(asked) == 1
+
+
+def test_a_plan_that_folds_a_shank_into_the_trunk_is_refused() -> None:
+    """HyQReal's spin did, 4 cm deep, and it fell; the plan says which leg, where and how far."""
+    robot, found = paper_robot(), designed()
+    task = mission_of(found.scenario, course_of(found.scenario))[0]
+    samples = check_plan(robot, found.plan.plans[0], dynamic=False)
+    refuse_touching(robot, task, samples)
+    large = np.array([[[-1.0, -1.0, -0.6], [1.0, 1.0, 0.2]]])
+    with pytest.raises(PlanningError, match=r"the shank of [FR][LR] would be .* inside the trunk"):
+        refuse_touching(replace(robot, trunk_boxes=large), task, samples)

@@ -13,6 +13,7 @@ from drake_quad.planning import body_path
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_search import LEAST_TILT, MOST_TILT, STEEPEST, BodySearch
 from drake_quad.planning.body_spline import BodySpline
+from drake_quad.planning.box_distance import all_from_box
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.leg_limits import SAFE, Shanks, find_limits, leg_room, tilt_arm
 from drake_quad.planning.mission import Task
@@ -147,20 +148,48 @@ def test_a_body_rises_where_its_legs_are_folded_too_far() -> None:
 def test_trunk_room_is_the_distance_from_a_box() -> None:
     """Outside of it from its surface, inside negative; less the shank's radius."""
     robot = paper_robot()
-    far = replace(robot, trunk_box=np.array([[-0.1, -0.02, 0.2], [0.1, 0.02, 0.3]]))
+    far = replace(robot, trunk_boxes=np.array([[[-0.1, -0.02, 0.2], [0.1, 0.02, 0.3]]]))
     q = np.zeros((1, 4, 3))
     p_BF = calc_feet(robot.geometry, q)
     room = trunk_room(far, p_BF, q)
     knee = calc_knees(robot.geometry, q)[0]
     for leg in range(4):
-        low, high = far.trunk_box
+        low, high = far.trunk_boxes[0]
         beyond = np.maximum(np.maximum(low - knee[leg], knee[leg] - high), 0.0)
         near = room[0, leg, 0] + robot.shank_radii[leg, 0]
         assert near == pytest.approx(
             np.linalg.norm(beyond), abs=0.05
         )  # the outline is not the line
-    around = replace(robot, trunk_box=np.array([[-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]]))
+    around = replace(robot, trunk_boxes=np.array([[[-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]]]))
     assert trunk_room(around, p_BF, q).max() < -3.0
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_line_is_as_far_from_a_box_as_its_nearest_point(seed: int) -> None:
+    """Also where an edge of the box is between its ends; inside it is negative."""
+    rng = np.random.default_rng(seed)
+    low, high = -rng.uniform(0.02, 0.3, 3), rng.uniform(0.02, 0.3, 3)
+    points = rng.uniform(-0.5, 0.5, (1, 2, 3))
+    told = all_from_box(points, low, high)[0]
+    between = points[0, 0] + np.linspace(0.0, 1.0, 2001)[:, None] * (points[0, 1] - points[0, 0])
+    all_points = all_from_box(between[None], low, high)[0, : len(between)]
+    np.testing.assert_allclose(told[:2], all_points[[0, -1]], atol=1e-12)
+    if all_points.min() < 0.1:  # of what is farther off the ends are told
+        assert told[2] == pytest.approx(all_points.min(), abs=5e-3)
+    assert told[2] >= all_points.min() - 1e-3
+
+
+def test_a_trunk_of_several_parts_is_no_larger_than_these() -> None:
+    """Between two boxes there is room, though a box about both has none."""
+    robot, q = paper_robot(), np.zeros((1, 4, 3))
+    p_BF = calc_feet(robot.geometry, q)
+    knee = calc_knees(robot.geometry, q)[0, 0]
+    up = np.array([0.0, 0.0, 2.0])
+    above, below = knee + up, knee - up
+    box = np.array([[-0.1] * 3, [0.1] * 3])
+    two = replace(robot, trunk_boxes=np.stack([above + box, below + box]))
+    one = replace(robot, trunk_boxes=np.stack([below - 0.1, above + 0.1])[None])
+    assert trunk_room(two, p_BF, q)[0, 0].min() > 0.5 > 0.0 > trunk_room(one, p_BF, q)[0, 0].min()
 
 
 def test_a_leg_folded_onto_the_trunk_is_beyond_its_limits() -> None:
@@ -170,8 +199,8 @@ def test_a_leg_folded_onto_the_trunk_is_beyond_its_limits() -> None:
     body[:, 2] += 100.0  # far above any stairs
     feet[..., 2] += 100.0
     shanks, size = Shanks(lane, 0.02), np.array([[-1.0], [1.0]])
-    small = replace(paper_robot(), trunk_box=0.01 * size * np.ones(3))
-    large = replace(paper_robot(), trunk_box=1.0 * size * np.ones(3))
+    small = replace(paper_robot(), trunk_boxes=0.01 * size[None] * np.ones(3))
+    large = replace(paper_robot(), trunk_boxes=1.0 * size[None] * np.ones(3))
     assert find_limits(small, body, feet, none, none, shanks) is None
     assert find_limits(large, body, feet, none, none) is None
     found = find_limits(large, body, feet, none, none, shanks)

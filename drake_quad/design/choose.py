@@ -31,7 +31,7 @@ MEMBERS, GENERATIONS = 40, {1: 80, 2: 160}  # of the search; after the first, by
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
 PLACES = (1, 2)  # a tread, in turn
 ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
-SEED = 1  # a design is the same each time
+SEEDS = (1, 2)  # a design is the same each time; the second only where the first finds none
 UNUSUAL = 0.05  # that a gait unlike the usual one costs
 ROUNDING = 1e-9  # between two ways to the same number
 
@@ -90,6 +90,10 @@ def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) 
     found = [*([] if early is None else [early]), *searches]
     if flights and max((d.score for d in found), default=0.0) < ENOUGH:
         found += _search(robot, shape, make_patterns(robot, runs, two), flights)
+    if flights and not any(d.feasible for d in found):
+        for places in PLACES:
+            more = make_patterns(robot, runs, places)
+            found += _search(robot, shape, more, flights, seed=SEEDS[1])
     found.sort(
         key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d.gait.pattern)), reverse=True
     )
@@ -102,7 +106,12 @@ def _pace(pattern: Pattern) -> float:
 
 
 def _search(
-    robot: RobotModel, shape: Shape, patterns: Sequence[Pattern], flights: Sequence[Staircase]
+    robot: RobotModel,
+    shape: Shape,
+    patterns: Sequence[Pattern],
+    flights: Sequence[Staircase],
+    *,
+    seed: int = SEEDS[0],
 ) -> Iterator[Design]:
     """The best gait of each of the most promising patterns; all have as many places a tread."""
     if not patterns:
@@ -113,12 +122,12 @@ def _search(
         _Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)]) for p in patterns
     ]
     lower, upper, _ = bounds(patterns[0])
-    first = lower + qmc.LatinHypercube(len(lower), rng=SEED).random(MEMBERS) * (upper - lower)
+    first = lower + qmc.LatinHypercube(len(lower), rng=seed).random(MEMBERS) * (upper - lower)
     lacks = [float(search(first.T).min()) for search in searches]
     ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
     ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))
     for _, pattern, search in ranked:
-        best = make_grid(robot, pattern, search.least(first))
+        best = make_grid(robot, pattern, search.least(first, seed))
         yield _with_level(robot, shape, best, flights, wanted)
 
 
@@ -170,7 +179,7 @@ class _Search:
         room = _worst(self._robot, self._shape, grid, self._flights, enough)
         return np.asarray(unusual + lacking_room(room, wanted_room(self._robot)))
 
-    def least(self, first: FloatArray) -> FloatArray:
+    def least(self, first: FloatArray, seed: int) -> FloatArray:
         """The parameters that lack least, from a first population on."""
 
         def callback(intermediate_result: OptimizeResult) -> None:
@@ -182,7 +191,7 @@ class _Search:
             bounds(self._pattern)[:2].T.tolist(),
             init=first,
             maxiter=GENERATIONS[self._pattern.per_tread],
-            rng=np.random.default_rng(SEED),
+            rng=np.random.default_rng(seed),
             polish=False,
             vectorized=True,
             updating="deferred",

@@ -10,11 +10,12 @@ from drake_quad.design.kernel_distance import (
     SHANK,
     THIGH,
     apart,
-    from_box,
     from_stairs,
     line_from_stairs,
+    to_body,
 )
 from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.box_distance import from_box, line_from_box
 from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
 
 SWAYS = 9  # that are tried, evenly from side to side
@@ -86,7 +87,8 @@ def slacks(
             more no further moments are looked at.
     """
     q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
-    under, f, tilts = np.zeros((UNDER, 3)), np.empty((4, 3)), np.empty((body.shape[1], 4))
+    in_body, under = np.empty((SHANK, 3)), np.zeros((UNDER, 3))
+    f, tilts = np.empty((4, 3)), np.empty((body.shape[1], 4))
     forces, com = np.zeros(4), np.empty(3)
     weight = masses.sum() * GRAVITY
     for c in range(body.shape[0]):
@@ -121,14 +123,21 @@ def slacks(
                 used = _torques(legs[k], q[k], forces[k], cp, sp, limits[2, 3 * k : 3 * k + 3])
                 row[TORQUE] = min(row[TORQUE], 1.0 - used)
                 _points(legs[k], q[k], b, sway, cp, sp, f[k], shanks[0, k], points[k])
+                to_body(points[k], b, sway, cp, sp, in_body)
                 for i in range(SHANK):
                     p, radius = points[k, i], shanks[1, k, i]
                     room = from_stairs(p[0], p[2], rise, run) - radius
+                    thick = min(radius, shanks[1, k, max(i - 1, 0)])
                     if i > 0:
-                        thick = max(radius, shanks[1, k, i - 1])
                         room = min(room, line_from_stairs(points[k, i - 1], p, rise, run) - thick)
                     row[LEGS] = min(row[LEGS], room * ROOM_WORTH[i])
-                    row[APART] = min(row[APART], from_box(p, b, sway, cp, sp, trunk) - radius)
+                    room = from_box(in_body[i], trunk[0], trunk[1]) - radius
+                    if i > 0:
+                        line = line_from_box(
+                            in_body[i - 1], in_body[i], trunk[0], trunk[1], row[APART] + thick
+                        )
+                        room = min(room, line - thick)
+                    row[APART] = min(row[APART], room)
             for i in range(2):
                 room = apart(points[i], points[2 + i], shanks[1, i], shanks[1, 2 + i])
                 row[APART] = min(row[APART], room)

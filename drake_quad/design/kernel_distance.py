@@ -38,17 +38,14 @@ def line_from_stairs(p: FloatArray, q: FloatArray, rise: float, run: float) -> f
 
 
 @compiled
-def from_box(
-    p: FloatArray, b: FloatArray, sway: float, cp: float, sp: float, box: FloatArray
-) -> float:
-    """Distance of a point in W from a box in B, inside negative [m]."""
-    dx, dz = p[0] - b[0], p[2] - b[2]
-    x, y, z = cp * dx - sp * dz, p[1] - b[1] - sway, sp * dx + cp * dz
-    ax = max(box[0, 0] - x, x - box[1, 0])
-    ay = max(box[0, 1] - y, y - box[1, 1])
-    az = max(box[0, 2] - z, z - box[1, 2])
-    ox, oy, oz = max(ax, 0.0), max(ay, 0.0), max(az, 0.0)
-    return sqrt(ox * ox + oy * oy + oz * oz) + min(max(ax, max(ay, az)), 0.0)
+def to_body(
+    points: FloatArray, b: FloatArray, sway: float, cp: float, sp: float, into: FloatArray
+) -> None:
+    """Writes points of W (M, 3) in B, of a body that sways and does not turn."""
+    for i in range(len(into)):
+        dx, dz = points[i, 0] - b[0], points[i, 2] - b[2]
+        into[i, 0], into[i, 2] = cp * dx - sp * dz, sp * dx + cp * dz
+        into[i, 1] = points[i, 1] - b[1] - sway
 
 
 @compiled

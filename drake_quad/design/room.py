@@ -6,10 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.design.shape import Shape
+from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import LEGS
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import PlanSamples, rotations
-from drake_quad.planning.shank_room import WORTH, distance, from_nosings, shank_room
+from drake_quad.planning.shank_room import (
+    WORTH,
+    distance,
+    from_nosings,
+    shank_room,
+    trunk_room,
+)
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course
 
@@ -62,3 +69,21 @@ def find_room(
             if worth < least.worth:
                 least = Room(worth, here, part, task.name, float(s.times[k]))
     return least
+
+
+def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None:
+    """Refuses a task's plan in which a shank comes into the trunk.
+
+    Raises:
+        PlanningError: With which, where and how far.
+    """
+    body = samples.body[:, 0]
+    p_BF = np.einsum("nji,nlj->nli", rotations(body), samples.feet - body[:, None, :3])
+    room = trunk_room(robot, p_BF, samples.q).min(axis=-1)
+    k, row = np.unravel_index(np.argmin(room), room.shape)
+    if room[k, row] <= 0.0:
+        raise PlanningError(
+            f"the shank of {LEGS[row].short} would be {-room[k, row]:.3f} m inside the trunk at "
+            f"{samples.times[k]:.1f} s of '{task.name}'",
+            apart=float(room[k, row]),
+        )

@@ -119,7 +119,7 @@ def find_limits(
     """
 
     def room_at(poses: FloatArray, feet: FloatArray) -> FloatArray:
-        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 29) with the shanks' [m]."""
+        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 36) with the shanks' [m]."""
         room = leg_room(robot, poses, feet)
         if shanks is None:
             return room

@@ -3,6 +3,7 @@
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.box_distance import all_from_box
 from drake_quad.planning.ground_distance import ground_distance
 from drake_quad.planning.motion_plan import rotations
 from drake_quad.planning.nosing_distance import nosing_distance
@@ -34,12 +35,14 @@ def shank_room(
     across = np.einsum("nij,nlj->nli", R, knee_axes(q))
     middles = shank_middles(robot.shank_offsets, knees, feet, across)
     radii = robot.shank_radii
-    lines = from_nosings(lane, middles) - np.maximum(radii[:, :-1], radii[:, 1:])
+    lines = from_nosings(lane, middles) - np.minimum(radii[:, :-1], radii[:, 1:])
     return np.concatenate([distance(lane, middles) - radii, lines], axis=-1)
 
 
 def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
-    """Between knees and shanks and the trunk's box at SHANK_POINTS, negative inside (N, 4, 8) [m].
+    """Between knees and shanks and the trunk's boxes, negative inside (N, 4, 15) [m].
+
+    At SHANK_POINTS, then of the seven lines that join these.
 
     Args:
         robot: The robot.
@@ -48,10 +51,11 @@ def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray
     """
     knees = calc_knees(robot.geometry, q)
     middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
-    lower, upper = robot.trunk_box
-    beyond = np.maximum(lower - middles, middles - upper)
-    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
-    return np.asarray(outside + np.minimum(beyond.max(axis=-1), 0.0) - robot.shank_radii)
+    rows = np.ascontiguousarray(middles.reshape(-1, *middles.shape[-2:]))
+    apart = np.min([all_from_box(rows, *box) for box in robot.trunk_boxes], axis=0)
+    radii = robot.shank_radii
+    thick = np.concatenate([radii, np.minimum(radii[:, :-1], radii[:, 1:])], axis=1)
+    return np.asarray(apart.reshape(*middles.shape[:-2], -1) - thick)
 
 
 def shank_middles(

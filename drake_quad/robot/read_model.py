@@ -15,7 +15,7 @@ from drake_quad.errors import InputError
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray, read_only
 from drake_quad.robot.leg_kinematics import LegGeometry
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import bounding_box, read_sides
+from drake_quad.robot.shank_outline import bounding_box, outer_boxes, read_sides
 
 
 @dataclass(frozen=True)
@@ -149,6 +149,7 @@ def read_model(
     box: FloatArray = np.stack([p_BH.min(axis=0), p_BH.max(axis=0)])
     if collisions:
         box = bounding_box(inspector, collisions)
+    boxes = outer_boxes(inspector, collisions) if collisions else box[None]
     return RobotModel(
         name=plant.GetModelInstanceName(instance),
         url=url,
@@ -176,6 +177,7 @@ def read_model(
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),
         trunk_box=read_only(box),
+        trunk_boxes=read_only(boxes),
     )
 
 

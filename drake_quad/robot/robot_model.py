@@ -38,6 +38,7 @@ class RobotModel:
         shank_radii: How far it reaches from there to either side, (4, 8) [m].
         trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
             its hips where it has none.
+        trunk_boxes: The same of each of these geometries that no other holds (K, 2, 3) [m].
         foot_smaller: By how much each foot's radius is less than `foot_radius` (4,) [m]; 0 but in
             files whose feet are not alike.
     """
@@ -61,6 +62,7 @@ class RobotModel:
     shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
     shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
     trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
+    trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))
 
 

@@ -14,6 +14,7 @@ SHANK_POINTS = np.append(0.14 * np.arange(7), 0.93)
 # By which a distance at them is multiplied where it is weighed against the room wanted: the end
 # is always near to what its foot is on, and a third of that will do.
 ROOM_WORTH = np.append(np.ones(7), 3.0)
+SPECK = 0.005  # [m] across: geometries no larger are let be
 THIN = 0.04  # of its length: radius of a shank where it has no geometry, but for its end
 
 
@@ -87,6 +88,21 @@ def bounding_box(inspector: object, geometries: list[GeometryId]) -> FloatArray:
         for s in signs
     ]
     return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
+
+
+def outer_boxes(inspector: object, geometries: list[GeometryId]) -> FloatArray:
+    """The boxes of geometries, each its own, in their body's frame (K, 2, 3) [m].
+
+    Without those that another holds, and specks, of which files are full; there is one at least.
+    """
+    boxes = [bounding_box(inspector, [g]) for g in geometries]
+    boxes.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
+    found: list[FloatArray] = []
+    for box in boxes:
+        held = any(np.all(box[0] >= other[0]) and np.all(box[1] <= other[1]) for other in found)
+        if not found or not (held or np.max(box[1] - box[0]) < SPECK):
+            found.append(box)
+    return np.array(found)
 
 
 def _rod(shape: DrakeShape) -> tuple[FloatArray, float, float]:
