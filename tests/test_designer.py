@@ -157,3 +157,14 @@ def test_a_plan_that_folds_a_shank_into_the_trunk_is_refused() -> None:
     large = np.array([[[-1.0, -1.0, -0.6], [1.0, 1.0, 0.2]]])
     with pytest.raises(PlanningError, match=r"the shank of [FR][LR] would be .* inside the trunk"):
         refuse_touching(replace(robot, trunk_boxes=large), task, samples)
+
+
+def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
+    """The designer asks it of every task, and refuses at the first."""
+    found, large = designed(), np.array([[[-1.0, -1.0, -0.6], [1.0, 1.0, 0.2]]])
+    robot = replace(paper_robot(), trunk_boxes=large)
+    with pytest.raises(PlanningError, match="inside the trunk"):
+        designer._plan(
+            found.scenario, design=found.design, robot=robot, shape=read_shape(robot),
+            source="test", beat=None,
+        )  # fmt: skip
