@@ -13,7 +13,7 @@ from drake_quad.planning import body_path
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_search import LEAST_TILT, MOST_TILT, STEEPEST, BodySearch
 from drake_quad.planning.body_spline import BodySpline
-from drake_quad.planning.box_distance import all_from_box
+from drake_quad.planning.box_distance import from_boxes
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.leg_limits import SAFE, Shanks, find_limits, leg_room, tilt_arm
 from drake_quad.planning.mission import Task
@@ -170,13 +170,28 @@ def test_a_line_is_as_far_from_a_box_as_its_nearest_point(seed: int) -> None:
     rng = np.random.default_rng(seed)
     low, high = -rng.uniform(0.02, 0.3, 3), rng.uniform(0.02, 0.3, 3)
     points = rng.uniform(-0.5, 0.5, (1, 2, 3))
-    told = all_from_box(points, low, high)[0]
+    box = np.stack([low, high])[None]
+    told = from_boxes(points, box, 0.1)[0]
     between = points[0, 0] + np.linspace(0.0, 1.0, 2001)[:, None] * (points[0, 1] - points[0, 0])
-    all_points = all_from_box(between[None], low, high)[0, : len(between)]
+    all_points = from_boxes(between[None], box, 0.1)[0, : len(between)]
     np.testing.assert_allclose(told[:2], all_points[[0, -1]], atol=1e-12)
     if all_points.min() < 0.1:  # of what is farther off the ends are told
         assert told[2] == pytest.approx(all_points.min(), abs=5e-3)
     assert told[2] >= all_points.min() - 1e-3
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_of_several_boxes_the_nearest_counts_and_none_that_is_near_is_left_out(seed: int) -> None:
+    """What is farther off than is asked for is told to be at least that; all else is exact."""
+    rng = np.random.default_rng(seed)
+    middles, sizes = rng.uniform(-0.6, 0.6, (3, 3)), rng.uniform(0.02, 0.2, (3, 3))
+    boxes = np.stack([middles - sizes, middles + sizes], axis=1)
+    points, enough = rng.uniform(-0.5, 0.5, (4, 3, 3)), rng.uniform(0.0, 0.5)
+    alone = np.min([from_boxes(points, box[None], np.inf) for box in boxes], axis=0)
+    told = from_boxes(points, boxes, enough)
+    near = alone < enough - 1e-3
+    np.testing.assert_allclose(told[near], alone[near], atol=1e-3)
+    assert np.all(told[~near] >= enough - 2e-3)
 
 
 def test_a_trunk_of_several_parts_is_no_larger_than_these() -> None:

@@ -126,13 +126,15 @@ def find_limits(
         q, _, _ = pose_robot(robot, poses, feet)
         clear = shank_room(robot, shanks.lane, poses, feet, q) * WORTH - shanks.room
         p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
-        apart = trunk_room(robot, p_BF, q) - TRUNK_SHARE * shanks.room
+        keep = TRUNK_SHARE * shanks.room
+        far = keep + SHANK_NEAR * float(reach.max()) + STEP  # what is farther off is let be
+        apart = trunk_room(robot, p_BF, q, enough=far) - keep
         return np.concatenate([room, clear, apart], axis=-1)
 
+    reach = robot.geometry.reach
     room = room_at(body, feet)
     if room.min() >= 0.0:
         return None
-    reach = robot.geometry.reach
     near = np.full(room.shape[2], SHANK_NEAR)
     near[:LIMITS] = NEAR
     k, leg, which = np.nonzero(room < reach[:, None] * near)

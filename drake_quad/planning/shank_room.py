@@ -3,7 +3,7 @@
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.box_distance import all_from_box
+from drake_quad.planning.box_distance import from_boxes
 from drake_quad.planning.ground_distance import ground_distance
 from drake_quad.planning.motion_plan import rotations
 from drake_quad.planning.nosing_distance import nosing_distance
@@ -12,6 +12,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
 from drake_quad.terrain import Lane
 
+FAR = 0.1  # [m]: room beyond which nobody asks how much it is
 # By which room at `shank_room`'s places is multiplied where it is weighed, see ROOM_WORTH.
 WORTH = np.concatenate([ROOM_WORTH, ROOM_WORTH[1:]])
 
@@ -39,7 +40,9 @@ def shank_room(
     return np.concatenate([distance(lane, middles) - radii, lines], axis=-1)
 
 
-def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
+def trunk_room(
+    robot: RobotModel, p_BF: FloatArray, q: FloatArray, *, enough: float = FAR
+) -> FloatArray:
     """Between knees and shanks and the trunk's boxes, negative inside (N, 4, 15) [m].
 
     At SHANK_POINTS, then of the seven lines that join these.
@@ -48,12 +51,13 @@ def trunk_room(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray
         robot: The robot.
         p_BF: (N, 4, 3) feet in B [m].
         q: (N, 4, 3) the joints' angles there [rad].
+        enough: What is farther off [m] is told to be no nearer than that.
     """
     knees = calc_knees(robot.geometry, q)
     middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
     rows = np.ascontiguousarray(middles.reshape(-1, *middles.shape[-2:]))
-    apart = np.min([all_from_box(rows, *box) for box in robot.trunk_boxes], axis=0)
     radii = robot.shank_radii
+    apart = from_boxes(rows, robot.trunk_boxes, enough + float(radii.max()))
     thick = np.concatenate([radii, np.minimum(radii[:, :-1], radii[:, 1:])], axis=1)
     return np.asarray(apart.reshape(*middles.shape[:-2], -1) - thick)
 
