@@ -21,8 +21,11 @@ from drake_quad.gait.workspace import (
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
+from drake_quad.planning.motion_plan import rotations as body_rotations
+from drake_quad.planning.plan_mission import check_plan
 from drake_quad.planning.plan_task import plan_task
 from drake_quad.planning.settings import PlanSettings
+from drake_quad.planning.shank_room import trunk_room
 
 PIVOT = np.array([3.0, 0.0])
 DEFAULT = PlanSettings()
@@ -49,6 +52,23 @@ def spin_steps(plan: MotionPlan) -> list[Step]:
 def polar(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
     d = p_W[..., :2] - PIVOT
     return np.hypot(*d.T), np.arctan2(d[..., 1], d[..., 0])
+
+
+def test_shanks_keep_off_the_trunk_in_a_spin() -> None:
+    """The body shifts and rises for it: HyQReal's plans folded a shank 4 cm into its trunk."""
+    keel = np.array([[[-0.5, -0.1, -0.5], [0.5, 0.1, 0.1]]])
+    robot, course = replace(paper_robot(), trunk_boxes=keel), flat_course()
+    task, least = Task(kind="spin", name="spin", lane=0, angle=np.pi / 2.0), []
+    for room in (0.0, 0.02):
+        settings = PlanSettings(shank_room=room)
+        plan = plan_task(robot, course, settings, task, stance_at(course, settings, 3.0), index=0)
+        samples = check_plan(robot, plan, dynamic=False)
+        body = samples.body[:, 0]
+        away = samples.feet - body[:, None, :3]
+        p_BF = np.einsum("nji,nlj->nli", body_rotations(body), away)
+        least.append(trunk_room(robot, p_BF, samples.q).min())
+        assert plan.margin > 0.09
+    assert least[0] < -0.02 < 0.01 < least[1]
 
 
 @pytest.mark.parametrize("angle", ANGLES)

@@ -94,9 +94,7 @@ class BodySearch:
         extra = np.zeros((len(body), 2))
         if self._frame is not None and self.control.shape[1] > 2:
             extra = self._frame.basis.at(self.control)[:, 0, 2:]
-        shanks = None
-        if lane is not None and settings.shank_room > 0.0:
-            shanks = Shanks(lane, settings.shank_room)
+        shanks = Shanks(lane, settings.shank_room) if settings.shank_room > 0.0 else None
         feet, _ = self.contacts.feet_at(self._times)
         self._limits = find_limits(robot, body, feet, rise, extra, shanks)
         return 0.0 if self._limits is None else self._limits.short

@@ -53,12 +53,12 @@ class Shanks:
     """The room that shanks are to have.
 
     Attributes:
-        lane: The ground.
+        lane: The ground; None: it is level, and only the trunk can be in their way.
         room: Between them and it, at their ends as ROOM_WORTH has it; half of that between them
             and the trunk [m].
     """
 
-    lane: Lane
+    lane: Lane | None
     room: float
 
 
@@ -119,17 +119,19 @@ def find_limits(
     """
 
     def room_at(poses: FloatArray, feet: FloatArray) -> FloatArray:
-        """Room beyond what is to be kept (N, 4, 6), or (N, 4, 36) with the shanks' [m]."""
-        room = leg_room(robot, poses, feet)
+        """Room beyond what is to be kept (N, 4, 6), or with the shanks' (N, 4, 21 or 36) [m]."""
+        room = [leg_room(robot, poses, feet)]
         if shanks is None:
-            return room
+            return room[0]
         q, _, _ = pose_robot(robot, poses, feet)
-        clear = shank_room(robot, shanks.lane, poses, feet, q) * WORTH - shanks.room
+        if shanks.lane is not None:
+            clear = shank_room(robot, shanks.lane, poses, feet, q)
+            room.append(clear * WORTH - shanks.room)
         p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
         keep = TRUNK_SHARE * shanks.room
         far = keep + SHANK_NEAR * float(reach.max()) + STEP  # what is farther off is let be
-        apart = trunk_room(robot, p_BF, q, enough=far) - keep
-        return np.concatenate([room, clear, apart], axis=-1)
+        room.append(trunk_room(robot, p_BF, q, enough=far) - keep)
+        return np.concatenate(room, axis=-1)
 
     reach = robot.geometry.reach
     room = room_at(body, feet)

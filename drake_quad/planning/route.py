@@ -29,7 +29,7 @@ class Route:
         xy: (k, 2) in W [m].
         yaw: (k,) [rad].
         ground: The ground under the body.
-        lane: Whose ground shanks are to keep clear of; None: they are let be.
+        lane: Whose ground shanks are to keep clear of; None: it is level, they need not.
     """
 
     times: FloatArray
