@@ -144,7 +144,8 @@ def _lower(
 
     At a flight's ends, and as it sways, the body is not quite where it is on endless stairs: legs
     that are then too short are long enough for a body that is lower. Of a poor plan the next lower
-    one is tried, too. Also returns why the first was refused that was.
+    one is tried, too; below one that is refused then there is none. Also returns why the first was
+    refused that was.
     """
     refused: PlanningError | None = None
     planned, tried = 0, scenario
@@ -155,6 +156,8 @@ def _lower(
             best = _or_slower(tried, partial(plan, beat=best)) or best
         except PlanningError as error:
             refused = refused or error
+            if planned:
+                break
             continue
         planned += 1
         if planned == 2 or (best is not None and best.quality >= POOR):

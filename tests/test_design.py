@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rig import paper_robot
 
 from drake_quad.check_stairs import check_stairs
-from drake_quad.design import kernel
+from drake_quad.design import choose, kernel
 from drake_quad.design.candidate import (
     EDGE,
     LOWER,
@@ -20,12 +20,13 @@ from drake_quad.design.candidate import (
     make_grid,
     make_patterns,
 )
-from drake_quad.design.choose import ENOUGH, _Search, choose_gaits, highest_rise
+from drake_quad.design.choose import ENOUGH, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.cycle import PHASES, make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
 from drake_quad.design.fields import control_fields
 from drake_quad.design.kernel_distance import SHANK, THIGH, from_stairs, line_from_stairs
+from drake_quad.design.search import HOPELESS, SURELY, Search
 from drake_quad.design.shape import SHANK_POINTS, Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import describe_gait
@@ -255,13 +256,13 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
 ) -> None:
     """On easy stairs one search answers; who asks for more gets each other pattern once."""
     searched = []
-    least = _Search.least
+    least = Search.least
 
-    def counted(search: _Search, first: FloatArray, seed: int) -> FloatArray:
+    def counted(search: Search, first: FloatArray, seed: int, **ends: float) -> FloatArray:
         searched.append(search)
-        return least(search, first, seed)
+        return least(search, first, seed, **ends)
 
-    monkeypatch.setattr(_Search, "least", counted)
+    monkeypatch.setattr(Search, "least", counted)
     flights = [Staircase(0.1, 0.4), Staircase(-0.1, 0.4)]
     gaits = choose_gaits(paper_robot(), shape(), flights)
     first = next(gaits)
@@ -271,19 +272,52 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
     assert len({d.gait.pattern for d in (first, *others)}) == 1 + len(others)
 
 
-def test_before_a_no_it_is_searched_from_elsewhere_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where no gait was found every pattern is searched again, from another beginning."""
+@pytest.mark.parametrize("nearly", [-np.inf, choose.NEARLY])
+def test_before_a_no_it_is_searched_from_elsewhere_too(
+    monkeypatch: pytest.MonkeyPatch, nearly: float
+) -> None:
+    """Where nearly a gait was found; these stairs are far beyond all, for nothing is infinite."""
     seeds = []
 
-    def hopeless(search: _Search, first: FloatArray, seed: int) -> FloatArray:
+    def hopeless(search: Search, first: FloatArray, seed: int, **ends: float) -> FloatArray:
         seeds.append(seed)
         return first[0]
 
-    monkeypatch.setattr(_Search, "least", hopeless)
+    monkeypatch.setattr(Search, "least", hopeless)
+    monkeypatch.setattr(choose, "NEARLY", nearly)
     flights = [Staircase(0.9, 0.3), Staircase(-0.9, 0.3)]
     gaits = list(choose_gaits(paper_robot(), shape(), flights))
     assert not any(d.feasible for d in gaits)
-    assert set(seeds) == {1, 2} and seeds == sorted(seeds) and seeds.count(1) == seeds.count(2)
+    assert seeds == sorted(seeds) and seeds.count(1) > 0
+    assert seeds.count(2) == (seeds.count(1) if nearly == -np.inf else 0)
+
+
+def test_a_search_ends_with_enough_or_as_hopeless() -> None:
+    """With no less room than was asked for; and where much too much is lacking, early."""
+    robot, (lower, upper, _) = paper_robot(), bounds(Pattern(1, 2))
+    first = lower + np.random.default_rng(0).random((40, len(lower))) * (upper - lower)
+
+    def lacking(rise: float, **ends: float) -> tuple[float, int]:
+        flights = [Staircase(rise, 0.4), Staircase(-rise, 0.4)]
+        search, asked = Search(robot, shape(), Pattern(1, 2), flights), []
+        search_call = type(search).__call__
+
+        class Counted(Search):
+            def __call__(self, x: FloatArray) -> FloatArray:
+                asked.append(x.shape[1])
+                return search_call(self, x)
+
+        search.__class__ = Counted
+        x = search.least(first, 1, **ends)
+        search.rivals = None
+        return float(search(x[:, None])[0]), len(asked)
+
+    best, whole = lacking(0.1)
+    found, until = lacking(0.1, enough=SURELY)
+    assert best <= found <= SURELY and until < 0.5 * whole
+    _, whole = lacking(0.9)
+    _, until = lacking(0.9, hopeless=HOPELESS)
+    assert until < 0.6 * whole
 
 
 @given(st.floats(0.2, 1.2), st.floats(0.005, 0.05))

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, differential_evolution
 from scipy.stats import qmc
 
 from drake_quad.design.candidate import (
@@ -15,7 +14,8 @@ from drake_quad.design.candidate import (
     make_grid,
     make_patterns,
 )
-from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
+from drake_quad.design.evaluate import NAMES, wanted_room
+from drake_quad.design.search import HOPELESS, SURELY, Search, least_room
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
@@ -26,14 +26,12 @@ LEVEL_PATTERNS = [Pattern(2, 1), Pattern(1, 1), Pattern(2, 2)]
 SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
 LEVEL_SCORE = 0.8  # with which the longest of them is taken
-CLEARANCE = 0.02  # of swing feet, of a leg of one metre
-MEMBERS, GENERATIONS = 40, {1: 80, 2: 160}  # of the search; after the first, by places a tread
+MEMBERS = 40  # of a search
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
 PLACES = (1, 2)  # a tread, in turn
 ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
-SEEDS = (1, 2)  # a design is the same each time; the second only where the first finds none
-UNUSUAL = 0.05  # that a gait unlike the usual one costs
-ROUNDING = 1e-9  # between two ways to the same number
+SEEDS = (1, 2)  # a design is the same each time; the second where the first finds none, but one
+NEARLY = -0.3  # of no less than this score
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +61,6 @@ class Design:
         return self.score > 0.0
 
 
-def swing_clearance(robot: RobotModel) -> float:
-    """By which swing feet are to clear what they pass [m]."""
-    return CLEARANCE * min(leg_length(robot), 1.0)
-
-
 def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> Iterator[Design]:
     """The best gaits of the most promising patterns for all of the flights together.
 
@@ -90,10 +83,10 @@ def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) 
     found = [*([] if early is None else [early]), *searches]
     if flights and max((d.score for d in found), default=0.0) < ENOUGH:
         found += _search(robot, shape, make_patterns(robot, runs, two), flights)
-    if flights and not any(d.feasible for d in found):
+    if flights and NEARLY < max((d.score for d in found), default=NEARLY) <= 0.0:
         for places in PLACES:
             more = make_patterns(robot, runs, places)
-            found += _search(robot, shape, more, flights, seed=SEEDS[1])
+            found += _search(robot, shape, more, flights, seed=SEEDS[1], hopeless=HOPELESS)
     found.sort(
         key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d.gait.pattern)), reverse=True
     )
@@ -112,14 +105,19 @@ def _search(
     flights: Sequence[Staircase],
     *,
     seed: int = SEEDS[0],
+    enough: float = -np.inf,
+    hopeless: float = np.inf,
 ) -> Iterator[Design]:
-    """The best gait of each of the most promising patterns; all have as many places a tread."""
+    """The best gait of each of the most promising patterns; all have as many places a tread.
+
+    A search ends early with `enough`, or as `hopeless`: see `Search.least`.
+    """
     if not patterns:
         return
     # On level ground a stride that is sought for every gait anyway must be possible.
     leg, wanted = leg_length(robot), wanted_room(robot)
     searches = [
-        _Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)]) for p in patterns
+        Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)]) for p in patterns
     ]
     lower, upper, _ = bounds(patterns[0])
     first = lower + qmc.LatinHypercube(len(lower), rng=seed).random(MEMBERS) * (upper - lower)
@@ -127,18 +125,29 @@ def _search(
     ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
     ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))
     for _, pattern, search in ranked:
-        best = make_grid(robot, pattern, search.least(first, seed))
+        best = make_grid(
+            robot, pattern, search.least(first, seed, enough=enough, hopeless=hopeless)
+        )
         yield _with_level(robot, shape, best, flights, wanted)
 
 
 def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> bool:
     """Whether a gait of any pattern does; no more are looked for than the first that does."""
     runs = [stairs.run for stairs in flights]
-    return any(
-        design.feasible
-        for per_tread in PLACES
-        for design in _search(robot, shape, make_patterns(robot, runs, per_tread), flights)
-    )
+    for seed in SEEDS:
+        nearest = NEARLY
+        for per_tread in PLACES:
+            patterns = make_patterns(robot, runs, per_tread)
+            search = _search(
+                robot, shape, patterns, flights, seed=seed, enough=SURELY, hopeless=HOPELESS
+            )
+            for design in search:
+                if design.feasible:
+                    return True
+                nearest = max(nearest, design.score)
+        if nearest == NEARLY:
+            break
+    return False
 
 
 def highest_rise(
@@ -156,70 +165,6 @@ def highest_rise(
     return low if low > 0.0 else None
 
 
-class _Search:
-    """What candidates of a pattern lack of full room, for a search that keeps the better of two.
-
-    Attributes:
-        rivals: (C,) what the search has in their places already: of candidates that lack more, no
-            more is found out than that.
-    """
-
-    def __init__(
-        self, robot: RobotModel, shape: Shape, pattern: Pattern, flights: Sequence[Staircase]
-    ) -> None:
-        self._robot, self._shape, self._pattern, self._flights = robot, shape, pattern, flights
-        self.rivals: FloatArray | None = None
-
-    def __call__(self, x: FloatArray) -> FloatArray:
-        """What is lacking (C,), for parameters in columns (7 or 9, C)."""
-        grid = make_grid(self._robot, self._pattern, x.T)
-        lower, upper, usual = bounds(self._pattern)
-        unusual = UNUSUAL * np.mean(((x.T - usual) / (upper - lower)) ** 2, axis=1)
-        enough = None if self.rivals is None else self.rivals - unusual + ROUNDING
-        room = _worst(self._robot, self._shape, grid, self._flights, enough)
-        return np.asarray(unusual + lacking_room(room, wanted_room(self._robot)))
-
-    def least(self, first: FloatArray, seed: int) -> FloatArray:
-        """The parameters that lack least, from a first population on."""
-
-        def callback(intermediate_result: OptimizeResult) -> None:
-            self.rivals = intermediate_result.population_energies.copy()
-
-        self.rivals = None
-        result = differential_evolution(
-            self,
-            bounds(self._pattern)[:2].T.tolist(),
-            init=first,
-            maxiter=GENERATIONS[self._pattern.per_tread],
-            rng=np.random.default_rng(seed),
-            polish=False,
-            vectorized=True,
-            updating="deferred",
-            callback=callback,
-        )
-        return np.asarray(result.x)
-
-
-def _worst(
-    robot: RobotModel,
-    shape: Shape,
-    grid: Grid,
-    flights: Sequence[Staircase],
-    enough: FloatArray | None = None,
-) -> FloatArray:
-    """The least room on any of the flights, (C, 7) by NAMES; see `evaluate` for `enough`."""
-    room, wanted = np.full((len(grid), len(NAMES)), np.inf), wanted_room(robot)
-    enough = np.full(len(grid), np.inf) if enough is None else enough
-    for stairs in flights:
-        length = grid.stance_length if stairs.rise == 0.0 else None
-        on = lacking_room(room, wanted) <= enough
-        room[on] = evaluate(
-            robot, shape, grid.take(on), stairs, clearance=swing_clearance(robot),
-            stance_length=length, found=room[on], enough=enough[on],
-        )  # fmt: skip
-    return room
-
-
 def _with_level(
     robot: RobotModel,
     shape: Shape,
@@ -229,12 +174,12 @@ def _with_level(
 ) -> Design:
     """Adds the longest stride on level ground that leaves nearly all of the room wanted."""
     leg = leg_length(robot)
-    row = _worst(robot, shape, gait, flights)[0]
+    row = least_room(robot, shape, gait, flights)[0]
     best: tuple[float, float, FloatArray] | None = None
     for share in LEVEL_PLACES:
         stride = min(share * leg, 1.2 * hip_length(robot))
         level = Staircase(0.0, stride / gait.pattern.treads)
-        table = _worst(robot, shape, gait, [level])[0]
+        table = least_room(robot, shape, gait, [level])[0]
         score = float(np.min(np.minimum(table / wanted, 1.0)))
         if best is None or score > best[0] + 1e-9:
             best = score, stride, table

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from math import sqrt
 
 from drake_quad.design.candidate import EDGE, hip_length, leg_length
-from drake_quad.design.choose import Design, swing_clearance
+from drake_quad.design.choose import Design
+from drake_quad.design.search import swing_clearance
 from drake_quad.robot.robot_model import RobotModel
 
 Fields = dict[str, dict[str, float | int | str]]

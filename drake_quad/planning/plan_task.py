@@ -1,6 +1,7 @@
 """Plans one task from the stance that the robot is in."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -11,16 +12,20 @@ from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.foot_roll import FootRoll
 from drake_quad.planning.footing import Footing, footing_of, refuse
 from drake_quad.planning.mission import Task
-from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
+from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.plan_spin import lay_spin
 from drake_quad.planning.plan_walk import lay_walk
+from drake_quad.planning.route import Route
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.stability.kinds import HULL
 from drake_quad.terrain import Course
 
 KNOT = 0.2  # [s]
 ZMP_PERIOD = 0.01  # [s]
 MARGIN_ENOUGH = 0.06  # [m] below which another way is tried
+BLEED = 1.0  # [s] after a transition, in which the body's path still is as the transition left it
+Laid = tuple[ContactPlan, Route, tuple[Segment, ...]]
 
 
 def plan_task(
@@ -59,29 +64,63 @@ def plan_task(
         if footing is not None:
             _check(footing, plan)
         return plan
-    plan = _plan_gait(robot, course, settings, task, stance, index, footing)
+    lay = partial(_lay, robot, course, task=task, stance=stance)
+    finish = partial(_plan_gait, robot, stance=stance, index=index, footing=footing)
+    laid = lay(settings)
+    plan = finish(settings, laid)
     if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
         # The fewest steps leave little margin: the paper's way, through the centres, takes more
         # steps and may leave more.
         by_centres = replace(settings, via_centres=True)
-        other = _plan_gait(robot, course, by_centres, task, stance, index, footing)
-        plan = max(plan, other, key=lambda p: p.margin)
+        other = lay(by_centres)
+        if not _same_steps(laid[0], other[0]) and _held_up_first(robot, plan, settings):
+            plan = max(plan, finish(by_centres, other), key=lambda p: p.margin)
     if footing is not None and not settings.uniform_body and plan.margin <= 0.0:
         _check(footing, plan)
     return plan
 
 
+def _lay(
+    robot: RobotModel, course: Course, settings: PlanSettings, *, task: Task, stance: Stance
+) -> Laid:
+    lay = lay_walk if task.kind == "walk" else lay_spin
+    return lay(robot, course, settings, task, stance)
+
+
+def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:
+    """Whether two plans step alike, as they do where the robot is at the centres anyway."""
+    if len(a.steps) != len(b.steps):
+        return False
+    return all(
+        s.leg is t.leg and s.lift_off == t.lift_off and np.array_equal(s.swing.p_end, t.swing.p_end)
+        for s, t in zip(a.steps, b.steps, strict=True)
+    )
+
+
+def _held_up_first(robot: RobotModel, plan: MotionPlan, settings: PlanSettings) -> bool:
+    """Whether a plan's least margin is of the transition that it begins with.
+
+    If it is later, of the gait, no other transition to that gait leaves more. Where the margin is
+    another than the static one over the feet's hull it is not looked at, and may be.
+    """
+    if settings.dynamic or plan.margin_kind != HULL:
+        return True
+    samples = evaluate(robot, plan, sample_times(plan.contacts))
+    least = float(samples.times[np.argmin(samples.margin)])
+    begun = max((s.end for s in plan.segments if s.kind == "transition"), default=0.0)
+    return least < begun + BLEED
+
+
 def _plan_gait(
     robot: RobotModel,
-    course: Course,
     settings: PlanSettings,
-    task: Task,
+    laid: Laid,
+    *,
     stance: Stance,
     index: int,
     footing: Footing | None,
 ) -> MotionPlan:
-    lay = lay_walk if task.kind == "walk" else lay_spin
-    contacts, route, segments = lay(robot, course, settings, task, stance)
+    contacts, route, segments = laid
     body, contacts, margin = plan_body(robot, contacts, route, settings, footing, stance.roll)
     if settings.dynamic:
         segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_PERIOD))
