@@ -1,0 +1,136 @@
+"""Which gait is chosen, of which patterns; and what is said where there is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from design_rig import MODEL, shape
+from rig import paper_robot
+
+from drake_quad.check_stairs import check_stairs
+from drake_quad.design import choose
+from drake_quad.design.candidate import (
+    bounds,
+    make_grid,
+)
+from drake_quad.design.choose import ENOUGH, choose_gaits, highest_rise
+from drake_quad.design.search import HOPELESS, SURELY, Search
+from drake_quad.design.staircase import Staircase
+from drake_quad.design.words import describe_gait
+from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.pattern import Pattern
+
+
+def test_higher_steps_are_never_easier() -> None:
+    """The best score falls, if anything, as rises grow; the highest rise that works works."""
+    robot = paper_robot()
+    scores = []
+    for rise in (0.05, 0.15, 0.3, 0.6):
+        flights = [Staircase(rise, 0.35), Staircase(-rise, 0.35)]
+        scores.append(max(d.score for d in choose_gaits(robot, shape(), flights)))
+    assert scores[0] > 0.5 > 0.0 > scores[-1]
+    highest = highest_rise(robot, shape(), 0.35, below=0.6)
+    assert highest is not None and 0.1 < highest < 0.6
+    assert any(d.feasible for d in choose_gaits(robot, shape(), [Staircase(highest, 0.35)]))
+
+
+def test_a_good_gait_comes_before_other_patterns_are_searched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On easy stairs one search answers; who asks for more gets each other pattern once."""
+    searched = []
+    least = Search.least
+
+    def counted(search: Search, first: FloatArray, seed: int, **ends: float) -> FloatArray:
+        searched.append(search)
+        return least(search, first, seed, **ends)
+
+    monkeypatch.setattr(Search, "least", counted)
+    flights = [Staircase(0.1, 0.4), Staircase(-0.1, 0.4)]
+    gaits = choose_gaits(paper_robot(), shape(), flights)
+    first = next(gaits)
+    assert first.score >= ENOUGH and len(searched) == 1
+    others = list(gaits)
+    assert len(searched) == 1 + len(others) > 1
+    assert len({d.gait.pattern for d in (first, *others)}) == 1 + len(others)
+
+
+@pytest.mark.parametrize("nearly", [-np.inf, choose.NEARLY])
+def test_before_a_no_it_is_searched_from_elsewhere_too(
+    monkeypatch: pytest.MonkeyPatch, nearly: float
+) -> None:
+    """Where nearly a gait was found; these stairs are far beyond all, for nothing is infinite."""
+    seeds = []
+
+    def hopeless(search: Search, first: FloatArray, seed: int, **ends: float) -> FloatArray:
+        seeds.append(seed)
+        return first[0]
+
+    monkeypatch.setattr(Search, "least", hopeless)
+    monkeypatch.setattr(choose, "NEARLY", nearly)
+    flights = [Staircase(0.9, 0.3), Staircase(-0.9, 0.3)]
+    gaits = list(choose_gaits(paper_robot(), shape(), flights))
+    assert not any(d.feasible for d in gaits)
+    assert seeds == sorted(seeds) and seeds.count(1) > 0
+    assert seeds.count(2) == (seeds.count(1) if nearly == -np.inf else 0)
+
+
+def test_a_search_ends_with_enough_or_as_hopeless() -> None:
+    """With no less room than was asked for; and where much too much is lacking, early."""
+    robot, (lower, upper, _) = paper_robot(), bounds(Pattern(1, 2))
+    first = lower + np.random.default_rng(0).random((40, len(lower))) * (upper - lower)
+
+    def lacking(rise: float, **ends: float) -> tuple[float, int]:
+        flights = [Staircase(rise, 0.4), Staircase(-rise, 0.4)]
+        search, asked = Search(robot, shape(), Pattern(1, 2), flights), []
+        search_call = type(search).__call__
+
+        class Counted(Search):
+            def __call__(self, x: FloatArray) -> FloatArray:
+                asked.append(x.shape[1])
+                return search_call(self, x)
+
+        search.__class__ = Counted
+        x = search.least(first, 1, **ends)
+        search.rivals = None
+        return float(search(x[:, None])[0]), len(asked)
+
+    best, whole = lacking(0.1)
+    found, until = lacking(0.1, enough=SURELY)
+    assert best <= found <= SURELY and until < 0.5 * whole
+    _, whole = lacking(0.9)
+    _, until = lacking(0.9, hopeless=HOPELESS)
+    assert until < 0.6 * whole
+
+
+def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
+    """The limit, by how much, the gait that came nearest, and a rise that works."""
+    check = check_stairs(MODEL, rise=0.8, run=0.25, count=3)
+    assert not check.feasible
+    for words in ("rise 0.8 m on a run of 0.25 m", "a cycle", "could work"):
+        assert words in check.reason
+    nearest = check.data["nearest_rise"]
+    assert check_stairs(MODEL, rise=0.5 * nearest, run=0.25, count=3).feasible
+
+
+def test_runs_that_no_stance_fits_are_told() -> None:
+    """Treads of two metres: front and rear feet would be on the same one, or 2 m apart."""
+    check = check_stairs(MODEL, rise=0.1, run=2.0, count=2)
+    assert not check.feasible and "fits between its hips" in check.reason
+
+
+@pytest.mark.parametrize(
+    ("pattern", "words"),
+    [
+        (Pattern(1, 2), "1 tread a cycle, rear"),
+        (Pattern(2, 3), "2 treads a cycle, rear"),
+        (Pattern(1, 3, 2), "1 place a cycle, 2 to a tread, rear"),
+        (Pattern(2, 4, 2), "2 places a cycle, 2 to a tread, rear"),
+    ],
+)
+def test_a_gait_is_told_in_words(pattern: Pattern, words: str) -> None:
+    """How far a cycle goes, and how treads are shared."""
+    first = next(choose_gaits(paper_robot(), shape(), [Staircase(0.1, 0.4)]))
+    _, _, usual = bounds(pattern)
+    told = describe_gait(replace(first, gait=make_grid(paper_robot(), pattern, usual)))
+    assert told.startswith(f"({words} feet {pattern.lag} behind, body ")
