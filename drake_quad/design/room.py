@@ -8,6 +8,7 @@ import numpy as np
 from drake_quad.design.shape import Shape
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import LEGS
+from drake_quad.planning.leg_distance import PAIRS, room_between_legs
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import PlanSamples, rotations
 from drake_quad.planning.shank_room import (
@@ -72,7 +73,7 @@ def find_room(
 
 
 def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None:
-    """Refuses a task's plan in which a shank comes into the trunk.
+    """Refuses a task's plan in which a shank comes into the trunk, or two legs into each other.
 
     Raises:
         PlanningError: With which, where and how far.
@@ -81,9 +82,15 @@ def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None
     p_BF = np.einsum("nji,nlj->nli", rotations(body), samples.feet - body[:, None, :3])
     room = trunk_room(robot, p_BF, samples.q).min(axis=-1)
     k, row = np.unravel_index(np.argmin(room), room.shape)
-    if room[k, row] <= 0.0:
-        raise PlanningError(
-            f"the shank of {LEGS[row].short} would be {-room[k, row]:.3f} m inside the trunk at "
-            f"{samples.times[k]:.1f} s of '{task.name}'",
-            apart=float(room[k, row]),
-        )
+    what = f"the shank of {LEGS[row].short} would be {{:.3f}} m inside the trunk"
+    _refuse(float(room[k, row]), what, float(samples.times[k]), task)
+    room = room_between_legs(robot, p_BF, samples.q)
+    k, pair = np.unravel_index(np.argmin(room), room.shape)
+    one, two = (LEGS[row].short for row in PAIRS[pair])
+    what = f"the legs {one} and {two} would be {{:.3f}} m inside each other"
+    _refuse(float(room[k, pair]), what, float(samples.times[k]), task)
+
+
+def _refuse(room: float, what: str, time: float, task: Task) -> None:
+    if room <= 0.0:
+        raise PlanningError(f"{what.format(-room)} at {time:.1f} s of '{task.name}'", apart=room)
