@@ -11,11 +11,12 @@ from drake_quad.design.candidate import leg_length
 from drake_quad.design.choose import Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
-from drake_quad.design.room import Room, find_room, refuse_touching
+from drake_quad.design.room import Room, find_room, refuse_touching, swing_times
 from drake_quad.design.shape import Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import what_is_short
 from drake_quad.errors import PlanningError
+from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.plan_mission import (
     MissionPlan,
     check_plan,
@@ -209,7 +210,8 @@ def _plan(
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
-        here = find_room(robot, shape, course, [task], [samples])
+        swings = evaluate(robot, plan, swing_times(plan.contacts))
+        here = find_room(robot, shape, course, [task, task], [samples, swings])
         if here.distance <= 0.0:
             raise PlanningError(
                 f"{here.part} would be {-here.distance:.3f} m inside the stairs at "
@@ -219,6 +221,7 @@ def _plan(
         room = min(room, here, key=lambda r: r.worth)
         margin = min(margin, plan.margin) if plan.margin == plan.margin else margin
         refuse_touching(robot, task, samples)
+        refuse_touching(robot, task, swings)
         torque = min(torque, 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
         plans.append(plan)
         if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:
