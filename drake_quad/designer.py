@@ -11,11 +11,12 @@ from drake_quad.design.candidate import leg_length
 from drake_quad.design.choose import Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
-from drake_quad.design.room import Room, find_room, refuse_touching, swing_times
+from drake_quad.design.room import Room, find_room, refuse_touching
 from drake_quad.design.shape import Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import what_is_short
 from drake_quad.errors import PlanningError
+from drake_quad.planning.contact_plan import swing_times
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.plan_mission import (
     MissionPlan,
@@ -36,6 +37,7 @@ GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
 POOR = 0.5  # quality below which the next lower body is tried, too
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
 TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
+PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
 TAKEN = 0.7  # quality with which a gait is taken, and no other tried
 
 
@@ -210,7 +212,7 @@ def _plan(
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
-        swings = evaluate(robot, plan, swing_times(plan.contacts))
+        swings = evaluate(robot, plan, swing_times(plan.contacts, PER_SWING))
         here = find_room(robot, shape, course, [task, task], [samples, swings])
         if here.distance <= 0.0:
             raise PlanningError(

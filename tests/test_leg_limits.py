@@ -9,13 +9,19 @@ from hypothesis import strategies as st
 from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning import body_path
+from drake_quad.planning import body_path, body_search
 from drake_quad.planning.body_path import plan_body
-from drake_quad.planning.body_search import LEAST_TILT, MOST_TILT, STEEPEST, BodySearch
+from drake_quad.planning.body_search import (
+    LEAST_TILT,
+    MOST_TILT,
+    PER_SWING,
+    STEEPEST,
+    BodySearch,
+)
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.box_distance import from_boxes
-from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.leg_limits import SAFE, Shanks, find_limits, leg_room, tilt_arm
+from drake_quad.planning.contact_plan import sample_times, swing_times
+from drake_quad.planning.leg_limits import SAFE, LegLimits, Shanks, find_limits, leg_room, tilt_arm
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_walk import lay_walk
@@ -69,7 +75,7 @@ def test_sides_are_the_first_order_of_the_room(seed: int, slope: float) -> None:
     body, feet = poses(seed)
     rise = np.tile([slope, 0.0], (len(body), 1))
     extra = np.random.default_rng(seed).uniform(-0.1, 0.1, (len(body), 2))  # these poses have it
-    limits = find_limits(robot, body, feet, rise, extra)
+    limits = find_limits(robot, body, feet, rise, np.column_stack([body[:, :2], extra]))
     room = leg_room(robot, body, feet)
     if limits is None:
         assert room.min() >= 0.0
@@ -94,8 +100,8 @@ def test_sides_are_the_first_order_of_the_room(seed: int, slope: float) -> None:
 def test_a_path_within_the_limits_has_no_sides() -> None:
     """So that plans that were possible are as they were."""
     body, feet = poses(0, shift=0.0)
-    none = np.zeros((len(body), 2))
-    assert find_limits(paper_robot(), body, feet, none, none) is None
+    none = np.zeros((len(body), 4))
+    assert find_limits(paper_robot(), body, feet, none[:, :2], none) is None
 
 
 def test_a_path_is_bent_until_legs_keep_their_limits() -> None:
@@ -209,16 +215,16 @@ def test_a_trunk_of_several_parts_is_no_larger_than_these() -> None:
 
 def test_a_leg_folded_onto_the_trunk_is_beyond_its_limits() -> None:
     """Where shanks are looked after, the trunk's box counts; where they are not, it does not."""
-    (body, feet), none = poses(0, count=3, shift=0.0), np.zeros((3, 2))
+    (body, feet), none, path = poses(0, count=3, shift=0.0), np.zeros((3, 2)), np.zeros((3, 4))
     lane = stairs_course().lanes[0]
     body[:, 2] += 100.0  # far above any stairs
     feet[..., 2] += 100.0
     shanks, size = Shanks(lane, 0.02), np.array([[-1.0], [1.0]])
     small = replace(paper_robot(), trunk_boxes=0.01 * size[None] * np.ones(3))
     large = replace(paper_robot(), trunk_boxes=1.0 * size[None] * np.ones(3))
-    assert find_limits(small, body, feet, none, none, shanks) is None
-    assert find_limits(large, body, feet, none, none) is None
-    found = find_limits(large, body, feet, none, none, shanks)
+    assert find_limits(small, body, feet, none, path, shanks) is None
+    assert find_limits(large, body, feet, none, path) is None
+    found = find_limits(large, body, feet, none, path, shanks)
     assert found is not None and found.short > 0.5 and np.all(found.shank)
 
 
@@ -268,3 +274,31 @@ def test_of_paths_that_go_to_and_fro_the_one_least_short_is_taken() -> None:
         after = followed[body_path.PASSES - 1 :]  # the first is what the limits are looked at of
         assert fake.control is after[best]
         assert not fake.short or shorts[best] == 0.0
+
+
+def test_shanks_are_looked_at_between_a_paths_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At moments of every swing, of which the nearest sample is asked what they are short of."""
+    course, settings = stairs_course(), PlanSettings(shank_room=0.05)
+    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
+    contacts, route, _ = lay_walk(
+        paper_robot(), course, settings, task, stance_at(course, settings)
+    )
+    search = BodySearch(paper_robot(), contacts, route, settings, None, np.zeros((4, 2)))
+    looked_at = []
+
+    def all_short(_: object, body: FloatArray, *others: object) -> LegLimits:
+        looked_at.append(body)
+        count = len(body)
+        every, none = np.arange(count), np.zeros(count)
+        return LegLimits(every, np.zeros((count, 4)), none, np.ones(count, dtype=bool), 0.5)
+
+    monkeypatch.setattr(body_search, "find_limits", all_short)
+    assert search.find_limits() == 0.5
+    times = sample_times(contacts)
+    every = np.union1d(times, swing_times(contacts, PER_SWING))
+    assert len(every) > 1.3 * len(times)
+    np.testing.assert_allclose(looked_at[0], search.spline.samples(every)[:, 0])
+    found = search._limits
+    assert found is not None
+    asked = np.abs(times[found.sample] - every)
+    np.testing.assert_allclose(asked, np.abs(times[:, None] - every).min(axis=0), atol=1e-9)

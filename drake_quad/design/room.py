@@ -7,8 +7,7 @@ import numpy as np
 
 from drake_quad.design.shape import Shape
 from drake_quad.errors import PlanningError
-from drake_quad.gait.legs import LEGS, FloatArray
-from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.gait.legs import LEGS
 from drake_quad.planning.leg_distance import PAIRS, room_between_legs
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import PlanSamples, rotations
@@ -23,7 +22,6 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course
 
 TRUNK_POINTS = 7
-PER_SWING = 24  # moments of each swing: shanks pass nosings in a tenth of one
 
 
 @dataclass(frozen=True)
@@ -44,12 +42,6 @@ class Room:
     part: str
     task: str
     time: float
-
-
-def swing_times(contacts: ContactPlan) -> FloatArray:
-    """PER_SWING moments of every swing of a plan, evenly from lift-off to touchdown (N,) [s]."""
-    ends = [np.linspace(s.lift_off, s.touchdown, PER_SWING) for s in contacts.steps]
-    return np.concatenate(ends) if ends else np.zeros(1)
 
 
 def find_room(

@@ -16,7 +16,12 @@ from drake_quad.planning.body_qp import BodyFrame, make_frame, solve_body, with_
 from drake_quad.planning.body_share import com_gain, com_share, zmp_share
 from drake_quad.planning.body_spline import BodySpline, greville
 from drake_quad.planning.body_zmp import sample_zmp, shift_response
-from drake_quad.planning.contact_plan import SAMPLE_PERIOD, ContactPlan, sample_times
+from drake_quad.planning.contact_plan import (
+    SAMPLE_PERIOD,
+    ContactPlan,
+    sample_times,
+    swing_times,
+)
 from drake_quad.planning.footing import Footing
 from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits, tilt_arm
 from drake_quad.planning.motion_plan import pose_robot
@@ -40,6 +45,7 @@ DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short ti
 # nobody looks here how near the trunk comes to the stairs.
 MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
 STEEPEST = FALLEN_TILT - 0.10  # [rad] in all, with what the legs ask for at their limits
+PER_SWING = 12  # moments of every swing at which legs' limits are looked at, besides
 LEAST_TILT = 0.02  # [rad] that is free all the same
 
 
@@ -86,18 +92,27 @@ class BodySearch:
         )
 
     def find_limits(self) -> float:
-        """Looks where legs are beyond their limits; returns by how much in all, see LegLimits."""
+        """Looks where legs are beyond their limits; returns by how much in all, see LegLimits.
+
+        Also between the sampled times, in swings: what is asked for there is asked of the nearest.
+        """
         robot, settings, lane = self._robot, self._settings, self._route.lane
-        body = self.spline.samples(self._times)[:, 0]
+        shanks = Shanks(lane, settings.shank_room) if settings.shank_room > 0.0 else None
+        times = self._times
+        if shanks is not None:
+            times = np.union1d(times, swing_times(self.contacts, PER_SWING))
+        nearest = np.searchsorted(0.5 * (self._times[1:] + self._times[:-1]), times)
+        body = self.spline.samples(times)[:, 0]
         _, slope = self._route.ground(body[:, :2])
         rise = slope[:, None] * np.stack([np.cos(body[:, 4]), np.sin(body[:, 4])], axis=-1)
-        extra = np.zeros((len(body), 2))
+        path = np.zeros((len(self._times), 4))
+        path[:, :2] = self.spline.samples(self._times)[:, 0, :2]
         if self._frame is not None and self.control.shape[1] > 2:
-            extra = self._frame.basis.at(self.control)[:, 0, 2:]
-        shanks = Shanks(lane, settings.shank_room) if settings.shank_room > 0.0 else None
-        feet, _ = self.contacts.feet_at(self._times)
-        self._limits = find_limits(robot, body, feet, rise, extra, shanks)
-        return 0.0 if self._limits is None else self._limits.short
+            path[:, 2:] = self._frame.basis.at(self.control)[:, 0, 2:]
+        feet, _ = self.contacts.feet_at(times)
+        found = find_limits(robot, body, feet, rise, path[nearest], shanks)
+        self._limits = None if found is None else replace(found, sample=nearest[found.sample])
+        return 0.0 if found is None else found.short
 
     def solve(self, *, broken: float) -> FloatArray:
         """Control points of the program's best path; rows may be broken by so much [m].

@@ -146,3 +146,9 @@ def sample_times(contacts: ContactPlan, period: float = SAMPLE_PERIOD) -> FloatA
     even = np.linspace(0.0, contacts.duration, int(np.ceil(contacts.duration / period)) + 1)
     switches = [p.start for p in contacts.phases] + [contacts.duration]
     return np.unique(np.round(np.concatenate([even, switches]), 9))
+
+
+def swing_times(contacts: ContactPlan, count: int) -> FloatArray:
+    """So many moments of every swing, evenly from lift-off to touchdown (N,) [s]."""
+    ends = [np.linspace(s.lift_off, s.touchdown, count) for s in contacts.steps]
+    return np.concatenate(ends) if ends else np.zeros(1)

@@ -104,7 +104,7 @@ def find_limits(
     body: FloatArray,
     feet: FloatArray,
     rise: FloatArray,
-    extra: FloatArray,
+    path: FloatArray,
     shanks: Shanks | None = None,
 ) -> LegLimits | None:
     """The sides for a body path that takes some leg beyond a limit; None if it takes none there.
@@ -114,7 +114,7 @@ def find_limits(
         body: (N, 5) poses in W at the sampled times.
         feet: (N, 4, 3) in W [m].
         rise: (N, 2) how much the body rises by a shift along x and y of W.
-        extra: (N, 2) lift and tilt of the path [m].
+        path: (N, 4) x, y, lift and tilt [m] of the path at the times that the sides will be of.
         shanks: The room that shanks are to have; None: they are let be.
     """
 
@@ -153,7 +153,7 @@ def find_limits(
             moved[:, 3] += STEP / tilt_arm(robot)
         there = room_at(moved, feet[rows])[at, leg, which]
         gradient[:, axis] = (there - room[k, leg, which]) / STEP
-    here = np.einsum("ij,ij->i", gradient, np.column_stack([body[k, :2], extra[k]]))
+    here = np.einsum("ij,ij->i", gradient, path[k])
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
     worst = np.minimum(room.min(axis=(0, 1)), 0.0)
