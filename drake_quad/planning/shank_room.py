@@ -1,7 +1,10 @@
 """Room between a robot's shanks and the ground of a lane: of points, and of lines to nosings."""
 
+from math import sqrt
+
 import numpy as np
 
+from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.box_distance import from_boxes
 from drake_quad.planning.ground_distance import ground_distance
@@ -73,11 +76,28 @@ def shank_middles(
         feet: (..., 4, 3) [m], in the same frame.
         across: Unit vectors of the knees' axes, to the left (..., 4, 3).
     """
-    along = feet - knees
-    ahead = np.cross(along, across)
-    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
-    middle = knees[..., None, :] + SHANK_POINTS[:, None] * along[..., None, :]
-    return middle + offsets[..., None] * ahead[..., None, :]
+    shape = knees.shape
+    flat = [np.ascontiguousarray(p.reshape(-1, *shape[-2:])) for p in (knees, feet, across)]
+    return _middles(offsets, *flat).reshape(*shape[:-1], len(SHANK_POINTS), 3)
+
+
+@compiled
+def _middles(
+    offsets: FloatArray, knees: FloatArray, feet: FloatArray, across: FloatArray
+) -> FloatArray:
+    found = np.empty((*knees.shape[:2], len(SHANK_POINTS), 3))
+    for n in range(found.shape[0]):
+        for leg in range(found.shape[1]):
+            p, y = knees[n, leg], across[n, leg]
+            x0, x1, x2 = feet[n, leg, 0] - p[0], feet[n, leg, 1] - p[1], feet[n, leg, 2] - p[2]
+            a0, a1, a2 = x1 * y[2] - x2 * y[1], x2 * y[0] - x0 * y[2], x0 * y[1] - x1 * y[0]
+            length = sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+            for k in range(len(SHANK_POINTS)):
+                share, ahead = SHANK_POINTS[k], offsets[leg, k] / length
+                found[n, leg, k, 0] = p[0] + share * x0 + ahead * a0
+                found[n, leg, k, 1] = p[1] + share * x1 + ahead * a1
+                found[n, leg, k, 2] = p[2] + share * x2 + ahead * a2
+    return found
 
 
 def knee_axes(q: FloatArray) -> FloatArray:
