@@ -20,7 +20,16 @@ from drake_quad.design.candidate import (
 )
 from drake_quad.design.cycle import make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
-from drake_quad.design.kernel_distance import SHANK, THIGH, from_stairs, line_from_stairs
+from drake_quad.design.kernel_distance import (
+    SHANK,
+    THIGH,
+    from_stairs,
+    line_from_stairs,
+    over_nosings,
+)
+from drake_quad.design.kernel_forces import best_sway, share_weight, torque_used
+from drake_quad.design.kernel_pose import angles, centre, place_points
+from drake_quad.design.kernel_room import leg_room, room_apart, room_under, trunk_room
 from drake_quad.design.shape import SHANK_POINTS, Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
@@ -91,6 +100,44 @@ def test_a_nosing_between_two_points_is_seen(
         assert told < 0.0
 
 
+@given(coordinates, st.floats(0.0, 2.0), st.floats(-0.3, 0.3), st.floats(0.1, 0.6))
+def test_what_is_above_the_nosings_is_as_far_from_the_stairs(
+    s: float, above: float, rise: float, run: float
+) -> None:
+    """The plane through the nosings is no farther off than the stairs; below it nothing is told."""
+    z = float(Staircase(rise, run).line(np.array(s))) + above
+    assert over_nosings(s, z, rise, run) <= from_stairs(s, z, rise, run) + 1e-9
+    k = np.floor(s / run)
+    nosing = (k + 0.5) * run, max(k, k + 1.0) * rise if rise > 0.0 else k * rise
+    assert over_nosings(nosing[0], nosing[1] + 1e-9, rise, run) == pytest.approx(0.0, abs=1e-8)
+    assert over_nosings(nosing[0], nosing[1] - 1e-6, rise, run) == -np.inf
+
+
+@settings(max_examples=300)
+@given(st.integers(0, 2**32 - 1), st.floats(-0.3, 0.5), st.floats(-0.3, 0.3), st.floats(0.1, 0.6))
+def test_what_is_passed_over_would_have_changed_nothing(
+    seed: int, least: float, rise: float, run: float
+) -> None:
+    """Room is the less of what there was and of what is found if there was none."""
+    rng = np.random.default_rng(seed)
+    middle = np.array([0.0, 0.0, rng.uniform(-0.3, 0.6)])
+    front, rear = (
+        middle + np.cumsum(rng.uniform(-0.12, 0.12, (SHANK + THIGH, 3)), axis=0) for _ in range(2)
+    )
+    front += [rng.uniform(0.0, 0.8), 0.0, 0.0]
+    radii = rng.uniform(0.0, 0.05, (2, SHANK))
+    trunk = np.array([[-0.3, -0.1, -0.1], [0.3, 0.1, 0.1]]) + front[int(rng.integers(SHANK))]
+    trunk += rng.uniform(-0.4, 0.4, 3) * rng.integers(0, 2)  # often a shank is inside it
+    line = middle + np.linspace(-0.4, 0.4, 7)[:, None] * [1.0, 0.0, rng.uniform(-0.5, 0.5)]
+    for room in (
+        lambda least: leg_room(front, radii[0], rise, run, least),
+        lambda least: trunk_room(front[:SHANK], radii[0], trunk, least),
+        lambda least: room_apart(front, rear, radii[0], radii[1], least),
+        lambda least: room_under(line, rise, run, least),
+    ):
+        assert room(least) == pytest.approx(min(least, room(np.inf)), abs=1e-12)
+
+
 @given(st.integers(0, 2**32 - 1))
 def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     """Angles, centre of mass, torques and points are those of the robot floor."""
@@ -108,22 +155,22 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     R = rotations(body)
     J = calc_jacobians(g, q[0])
     for k in range(4):
-        room = kernel._angles(legs[k], body, feet[k], 0.0, cp, sp, found[k])
+        room = angles(legs[k], body, feet[k], 0.0, cp, sp, found[k])
         assert (room < 0.0) == (excess[0, k] > 0.0) or abs(room) < 1e-5
         force = rng.uniform(0.0, 300.0)
         torque = J[k].T @ (R.T @ [0.0, 0.0, -force])
-        used = kernel._torques(legs[k], found[k], force, cp, sp, robot.effort[3 * k : 3 * k + 3])
+        used = torque_used(legs[k], found[k], force, cp, sp, robot.effort[3 * k : 3 * k + 3])
         assert used == pytest.approx(np.max(np.abs(torque) / robot.effort[3 * k : 3 * k + 3]))
-        kernel._points(legs[k], found[k], body, 0.0, cp, sp, feet[k], offsets[k], points[k])
+        place_points(legs[k], found[k], body, 0.0, cp, sp, feet[k], offsets[k], points[k])
     np.testing.assert_allclose(found, q[0], atol=1e-9)
     knees = body[:3] + calc_knees(g, q[0]) @ R.T
     middles = shank_middles(offsets, knees, feet, knee_axes(q[0]) @ R.T)
     np.testing.assert_allclose(points[:, :SHANK], middles, atol=1e-9)
     lines = knees[:, None] + SHANK_POINTS[:, None] * (feet - knees)[:, None]
     np.testing.assert_allclose(np.linalg.norm(middles - lines, axis=2), np.abs(offsets), atol=1e-9)
-    centre = np.empty(3)
-    kernel._centre(body, found, legs, masses, coms, cp, sp, centre)
-    np.testing.assert_allclose(centre, com[0], atol=1e-9)
+    at = np.empty(3)
+    centre(body, found, legs, masses, coms, cp, sp, at)
+    np.testing.assert_allclose(at, com[0], atol=1e-9)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 3))
@@ -135,15 +182,16 @@ def test_kernel_has_the_gait_floors_margin_and_fair_shares(seed: int, air: int) 
     com = np.array([*rng.uniform(-0.15, 0.15, 2), 0.6])
     standing = np.arange(4) != air
     still = stability_margins(com[None, :2], feet[None, :, :2], standing[None])[0]
-    assert kernel._margin(com[0], com[1], feet, air) == pytest.approx(still, abs=1e-9)
-    sway, margin = kernel._sway(com, feet, air, 0.2, 0.05)
+    _, unmoved = best_sway(com, feet, air, 0.0, 0.05)
+    assert unmoved == pytest.approx(still, abs=1e-9)
+    sway, margin = best_sway(com, feet, air, 0.2, 0.05)
     moved = np.array([[com[0], com[1] + sway]])
     assert margin == pytest.approx(
         stability_margins(moved, feet[None, :, :2], standing[None])[0], abs=1e-9
     )
     assert margin >= min(still, 0.05) - 1e-3
     forces = np.zeros(4)
-    kernel._share(com[0], com[1], feet, air, 100.0, forces)
+    share_weight(com[0], com[1], feet, air, 100.0, forces)
     assert forces[air] == 0.0 and forces.sum() == pytest.approx(100.0)
     np.testing.assert_allclose(forces @ feet[:, :2] / 100.0, com[:2], atol=1e-9)
 
@@ -189,9 +237,8 @@ def test_the_search_knows_that_feet_roll() -> None:
     rolled[..., 0] += roll
 
     def least(places: FloatArray) -> float:
-        return min(
-            kernel._margin(*com[n, :2], places[n], int(cycle.swing[n])) for n in range(len(com))
-        )
+        standing = np.arange(4) != cycle.swing[:, None]
+        return float(stability_margins(com[:, :2], places[..., :2], standing).min())
 
     assert abs(least(rolled) - least(feet)) > 1e-4
     found = unswayed(grid, stairs, shape())

@@ -1,4 +1,4 @@
-"""The distances of `kernel`: from endless stairs, from the trunk, and of legs from each other."""
+"""The distances of `kernel`: from endless stairs, and from the plane above their nosings."""
 
 from math import sqrt
 
@@ -20,13 +20,25 @@ def from_stairs(s: float, z: float, rise: float, run: float) -> float:
     Exact for what is nearer than two treads; beyond, it may be less far than it says.
     """
     middle = np.round(s / run)
-    best = np.inf
+    inside, square = 0.0, np.inf
     for k in range(-NEIGHBOURS, NEIGHBOURS + 1):
         beside = abs(s - (middle + k) * run) - 0.5 * run
         above = z - (middle + k) * rise
         out_x, out_z = max(beside, 0.0), max(above, 0.0)
-        best = min(best, sqrt(out_x * out_x + out_z * out_z) + min(max(beside, above), 0.0))
-    return best
+        square = min(square, out_x * out_x + out_z * out_z)
+        inside = min(inside, max(beside, above))
+    return inside if inside < 0.0 else sqrt(square)
+
+
+@compiled
+def over_nosings(s: float, z: float, rise: float, run: float) -> float:
+    """How far a point is above the plane through a Staircase's nosings [m]; -inf below it.
+
+    All of the staircase is below that plane, so that what is above it is at least as far from any
+    of the staircase.
+    """
+    height = z - (rise * s / run + 0.5 * abs(rise))
+    return height * run / sqrt(run * run + rise * rise) if height > 0.0 else -np.inf
 
 
 @compiled
@@ -46,18 +58,3 @@ def to_body(
         dx, dz = points[i, 0] - b[0], points[i, 2] - b[2]
         into[i, 0], into[i, 2] = cp * dx - sp * dz, sp * dx + cp * dz
         into[i, 1] = points[i, 1] - b[1] - sway
-
-
-@compiled
-def apart(
-    front: FloatArray, rear: FloatArray, front_radii: FloatArray, rear_radii: FloatArray
-) -> float:
-    """Room between a front leg and the rear leg of its side [m]."""
-    best = np.inf
-    for i in range(SHANK + THIGH):
-        for j in range(SHANK + THIGH):
-            x, y = front[i, 0] - rear[j, 0], front[i, 1] - rear[j, 1]
-            z = front[i, 2] - rear[j, 2]
-            thick = front_radii[i if i < SHANK else 0] + rear_radii[j if j < SHANK else 0]
-            best = min(best, sqrt(x * x + y * y + z * z) - thick)
-    return best

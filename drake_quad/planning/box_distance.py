@@ -37,25 +37,15 @@ def _between(
 
 
 @compiled
-def line_from_box(
-    p: FloatArray, q: FloatArray, lower: FloatArray, upper: FloatArray, enough: float
-) -> float:
-    """Least distance of the line from p to q (3,) from a box, inside negative [m].
-
-    A line that is sure to keep `enough` [m] is told by its ends alone.
-    """
-    ends = from_box(p, lower, upper), from_box(q, lower, upper)
-    return _line(p, q, ends[0], ends[1], lower, upper, enough)
-
-
-@compiled
-def _line(
+def line_with_ends(
     p: FloatArray, q: FloatArray, at_low: float, at_high: float,
     lower: FloatArray, upper: FloatArray, enough: float,
 ) -> float:  # fmt: skip
-    """`line_from_box` of ends that are known to be so far away.
+    """Least distance of the line from p to q (3,) from a box, inside negative [m].
 
     The box is convex, and so is the distance along a line: its least is found by golden sections.
+    Of ends that are known to be so far away; a line that is sure to keep `enough` [m] is told by
+    them alone.
     """
     best = min(at_low, at_high)
     x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -113,7 +103,7 @@ def from_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> FloatArr
                 row[j] = min(row[j], here[j])
             for j in range(count - 1):
                 bound = min(enough, row[count + j])
-                line = _line(p[j], p[j + 1], here[j], here[j + 1], lower, upper, bound)
+                line = line_with_ends(p[j], p[j + 1], here[j], here[j + 1], lower, upper, bound)
                 row[count + j] = min(row[count + j], line)
         for j in range(2 * count - 1):
             row[j] = min(row[j], sqrt(least))
