@@ -1,6 +1,7 @@
 """Candidate gaits: the footprints' pattern, and what else a gait is free in."""
 
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -82,6 +83,7 @@ def bounds(pattern: Pattern) -> FloatArray:
     return np.column_stack([found, [-0.1, 0.35, 0.0], [0.0, 0.06, 0.0]])
 
 
+@lru_cache(maxsize=8)  # a search asks a thousand times
 def leg_length(robot: RobotModel) -> float:
     """Of the shortest leg, as far as its knee lets it stretch [m]."""
     g = robot.geometry

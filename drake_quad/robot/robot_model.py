@@ -12,7 +12,7 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_kinematics import LegGeometry
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RobotModel:
     """What planning and control need to know of a robot.
 
