@@ -8,10 +8,11 @@ from functools import partial
 from math import inf
 
 from drake_quad.design.candidate import leg_length
-from drake_quad.design.choose import Design, choose_gaits, highest_rise
+from drake_quad.design.choose import NEARLY, Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
 from drake_quad.design.room import Room, find_room, refuse_touching
+from drake_quad.design.search import QUICK, THOROUGH
 from drake_quad.design.shape import Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import what_is_short
@@ -34,7 +35,7 @@ LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lo
 SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
-POOR = 0.5  # quality below which the next lower body is tried, too
+POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
 TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
 PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
@@ -79,7 +80,8 @@ def design_scenario(
     """Designs the gait for a scenario's robot and course.
 
     The candidates are judged on endless staircases like the course's; the best are then planned on
-    the course itself, until one keeps good margin and room.
+    the course itself, until one keeps good margin and room. Where none does they are sought more
+    thoroughly, unless that is hopeless.
 
     Args:
         scenario: Robot and course.
@@ -97,20 +99,25 @@ def design_scenario(
     flights = flights_of(course)
     best: Designed | None = None
     refused: PlanningError | None = None
-    first: Design | None = None
-    for design in choose_gaits(robot, shape, flights):
-        first = first or design
-        if not design.feasible or (best is not None and design.score <= best.quality):
-            continue  # what leaves less room on endless stairs is not the better gait on these
-        filled = fill_in(scenario, robot, design, [s.run for s in flights])
-        plan = partial(_plan, design=design, robot=robot, shape=shape, source=source)
-        best, error = _lower(filled, plan, leg_length(robot), best)
-        refused = refused or error
-        if best is not None and best.quality >= TAKEN:
+    nearest_gait: Design | None = None
+    for way in (QUICK, THOROUGH):
+        for design in choose_gaits(robot, shape, flights, way):
+            if nearest_gait is None or design.score > nearest_gait.score:
+                nearest_gait = design
+            if not design.feasible or (best is not None and design.score <= best.quality):
+                continue  # what leaves less room on endless stairs is not the better gait on these
+            filled = fill_in(scenario, robot, design, [s.run for s in flights])
+            plan = partial(_plan, design=design, robot=robot, shape=shape, source=source)
+            best, error = _lower(filled, plan, leg_length(robot), best)
+            refused = refused or error
+            if best is not None and best.quality >= TAKEN:
+                break
+        good = best is not None and best.quality >= POOR
+        if good or not flights or nearest_gait is None or nearest_gait.score <= NEARLY:
             break
     if best is not None:
         return best
-    if first is None:
+    if nearest_gait is None:
         runs = ", ".join(f"{s.run:g}" for s in flights)
         raise PlanningError(
             f"no pattern of footprints on runs of {runs} m fits between its hips: for 1, 2 or 3 "
@@ -122,7 +129,7 @@ def design_scenario(
             f"there is a gait for stairs like these, but no plan on this course: {refused.reason}",
             **refused.data,
         )
-    raise _hopeless(robot, shape, flights, first, nearest=nearest)
+    raise _hopeless(robot, shape, flights, nearest_gait, nearest=nearest)
 
 
 def fill_in(

@@ -8,13 +8,12 @@ from design_rig import MODEL, shape
 from rig import paper_robot
 
 from drake_quad.check_stairs import check_stairs
-from drake_quad.design import choose
 from drake_quad.design.candidate import (
     bounds,
     make_grid,
 )
 from drake_quad.design.choose import ENOUGH, choose_gaits, highest_rise
-from drake_quad.design.search import HOPELESS, SURELY, Search
+from drake_quad.design.search import HOPELESS, QUICK, SURELY, THOROUGH, Search, Way
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import describe_gait
 from drake_quad.gait.legs import FloatArray
@@ -41,9 +40,9 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
     searched = []
     least = Search.least
 
-    def counted(search: Search, first: FloatArray, seed: int, **ends: float) -> FloatArray:
+    def counted(search: Search, first: FloatArray, way: Way, **ends: float) -> FloatArray:
         searched.append(search)
-        return least(search, first, seed, **ends)
+        return least(search, first, way, **ends)
 
     monkeypatch.setattr(Search, "least", counted)
     flights = [Staircase(0.1, 0.4), Staircase(-0.1, 0.4)]
@@ -55,24 +54,24 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
     assert len({d.gait.pattern for d in (first, *others)}) == 1 + len(others)
 
 
-@pytest.mark.parametrize("nearly", [-np.inf, choose.NEARLY])
-def test_before_a_no_it_is_searched_from_elsewhere_too(
-    monkeypatch: pytest.MonkeyPatch, nearly: float
+def test_a_thorough_search_looks_at_treads_of_two_places_in_any_case(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Where nearly a gait was found; these stairs are far beyond all, for nothing is infinite."""
-    seeds = []
+    """And from other beginnings, more of them; the quick one only where one place is not enough."""
+    searched: list[tuple[int, Way]] = []
 
-    def hopeless(search: Search, first: FloatArray, seed: int, **ends: float) -> FloatArray:
-        seeds.append(seed)
-        return first[0]
+    def noted(search: Search, first: FloatArray, way: Way, **ends: float) -> FloatArray:
+        searched.append((len(first), way))
+        return np.asarray(first[0])
 
-    monkeypatch.setattr(Search, "least", hopeless)
-    monkeypatch.setattr(choose, "NEARLY", nearly)
+    monkeypatch.setattr(Search, "least", noted)
     flights = [Staircase(0.9, 0.3), Staircase(-0.9, 0.3)]
-    gaits = list(choose_gaits(paper_robot(), shape(), flights))
-    assert not any(d.feasible for d in gaits)
-    assert seeds == sorted(seeds) and seeds.count(1) > 0
-    assert seeds.count(2) == (seeds.count(1) if nearly == -np.inf else 0)
+    for way in (QUICK, THOROUGH):
+        searched.clear()
+        gaits = list(choose_gaits(paper_robot(), shape(), flights, way))
+        assert {d.gait.pattern.per_tread for d in gaits} == {1, 2}
+        assert set(searched) == {(way.members, way)}
+    assert QUICK.seed != THOROUGH.seed and QUICK.members < THOROUGH.members
 
 
 def test_a_search_ends_with_enough_or_as_hopeless() -> None:
@@ -91,7 +90,7 @@ def test_a_search_ends_with_enough_or_as_hopeless() -> None:
                 return search_call(self, x)
 
         search.__class__ = Counted
-        x = search.least(first, 1, **ends)
+        x = search.least(first, QUICK, **ends)
         search.rivals = None
         return float(search(x[:, None])[0]), len(asked)
 

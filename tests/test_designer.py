@@ -1,5 +1,6 @@
 """Designs are tried no longer than their answer needs, and the answer stays what it was."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 
@@ -9,7 +10,9 @@ from rig import paper_robot
 
 from drake_quad import designer
 from drake_quad.check_stairs import check_stairs, stairs_scenario
+from drake_quad.design.choose import Design
 from drake_quad.design.room import refuse_touching
+from drake_quad.design.search import QUICK, THOROUGH, Way
 from drake_quad.design.shape import read_shape
 from drake_quad.designer import Designed, design_scenario
 from drake_quad.errors import PlanningError
@@ -20,6 +23,7 @@ from drake_quad.planning.plan_mission import (
     plan_mission,
     plan_tasks,
 )
+from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
 from drake_quad.scenario_config import Scenario
 
@@ -168,3 +172,40 @@ def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
             found.scenario, design=found.design, robot=robot, shape=read_shape(robot),
             source="test", beat=None,
         )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("score", "quality", "sought"),
+    [
+        (0.8, 0.9, ["quick"]),  # good enough
+        (0.8, designer.POOR, ["quick"]),
+        (0.8, 0.3, ["quick", "thorough"]),  # poor
+        (0.8, None, ["quick", "thorough"]),  # no plan of it
+        (-0.1, None, ["quick", "thorough"]),  # nearly a gait
+        (-2.0, None, ["quick"]),  # hopeless
+    ],
+)
+def test_gaits_are_sought_thoroughly_where_it_may_help(
+    monkeypatch: pytest.MonkeyPatch, score: float, quality: float | None, sought: list[str]
+) -> None:
+    """If the quick search leads to no plan or a poor one, and came near to a gait at all."""
+    ways, names = [], {QUICK: "quick", THOROUGH: "thorough"}
+    monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
+
+    def gaits(robot: RobotModel, shape: object, flights: object, way: Way) -> Iterator[Design]:
+        ways.append(names[way])
+        yield replace(designed().design, score=score)
+
+    def lower(*_: object) -> tuple[Designed | None, PlanningError | None]:
+        assert score > 0.0
+        return None if quality is None else replace(designed(), margin=quality), None
+
+    monkeypatch.setattr(designer, "choose_gaits", gaits)
+    monkeypatch.setattr(designer, "_lower", lower)
+    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    if quality is None:
+        with pytest.raises(PlanningError):
+            design_scenario(scenario, robot=paper_robot(), nearest=False)
+    else:
+        assert design_scenario(scenario, robot=paper_robot()).margin == quality
+    assert ways == sought

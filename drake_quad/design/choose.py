@@ -15,7 +15,15 @@ from drake_quad.design.candidate import (
     make_patterns,
 )
 from drake_quad.design.evaluate import NAMES, wanted_room
-from drake_quad.design.search import HOPELESS, SURELY, Search, least_room
+from drake_quad.design.search import (
+    HOPELESS,
+    QUICK,
+    SURELY,
+    THOROUGH,
+    Search,
+    Way,
+    least_room,
+)
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
@@ -26,12 +34,10 @@ LEVEL_PATTERNS = [Pattern(2, 1), Pattern(1, 1), Pattern(2, 2)]
 SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
 LEVEL_SCORE = 0.8  # with which the longest of them is taken
-MEMBERS = 40  # of a search
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
 PLACES = (1, 2)  # a tread, in turn
 ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
-SEEDS = (1, 2)  # a design is the same each time; the second where the first finds none, but one
-NEARLY = -0.3  # of no less than this score
+NEARLY = -0.3  # score of a gait that is so near to being one that a thorough search may find one
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,32 +67,32 @@ class Design:
         return self.score > 0.0
 
 
-def choose_gaits(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> Iterator[Design]:
+def choose_gaits(
+    robot: RobotModel, shape: Shape, flights: Sequence[Staircase], way: Way = QUICK
+) -> Iterator[Design]:
     """The best gaits of the most promising patterns for all of the flights together.
 
     The most promising of all comes first, if it is good enough, before the others are looked at;
-    they come best first. For each pattern the other parameters are found by differential evolution
-    (Storn and Price 1997), from a fixed seed.
+    they come best first. For each pattern the other parameters are found by differential evolution.
 
     Args:
         robot: The robot.
         shape: How thick it is.
         flights: As they are walked, going down with negative rises; none for level ground alone.
+        way: How to search. Thoroughly, treads of two places are looked at in any case.
     """
     runs = [stairs.run for stairs in flights]
     one, two = PLACES
     patterns = make_patterns(robot, runs, one) if flights else LEVEL_PATTERNS
-    searches = _search(robot, shape, patterns, flights)
+    hopeless = np.inf if way is QUICK else HOPELESS
+    searches = _search(robot, shape, patterns, flights, way, hopeless=hopeless)
     early = next(searches, None)
     if early is not None and early.score >= ENOUGH:
         yield early
     found = [*([] if early is None else [early]), *searches]
-    if flights and max((d.score for d in found), default=0.0) < ENOUGH:
-        found += _search(robot, shape, make_patterns(robot, runs, two), flights)
-    if flights and NEARLY < max((d.score for d in found), default=NEARLY) <= 0.0:
-        for places in PLACES:
-            more = make_patterns(robot, runs, places)
-            found += _search(robot, shape, more, flights, seed=SEEDS[1], hopeless=HOPELESS)
+    if flights and (way is THOROUGH or max((d.score for d in found), default=0.0) < ENOUGH):
+        patterns = make_patterns(robot, runs, two)
+        found += _search(robot, shape, patterns, flights, way, hopeless=hopeless)
     found.sort(
         key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d.gait.pattern)), reverse=True
     )
@@ -103,8 +109,8 @@ def _search(
     shape: Shape,
     patterns: Sequence[Pattern],
     flights: Sequence[Staircase],
+    way: Way,
     *,
-    seed: int = SEEDS[0],
     enough: float = -np.inf,
     hopeless: float = np.inf,
 ) -> Iterator[Design]:
@@ -120,27 +126,25 @@ def _search(
         Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)]) for p in patterns
     ]
     lower, upper, _ = bounds(patterns[0])
-    first = lower + qmc.LatinHypercube(len(lower), rng=seed).random(MEMBERS) * (upper - lower)
+    first = lower + qmc.LatinHypercube(len(lower), rng=way.seed).random(way.members) * (
+        upper - lower
+    )
     lacks = [float(search(first.T).min()) for search in searches]
     ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
     ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))
     for _, pattern, search in ranked:
-        best = make_grid(
-            robot, pattern, search.least(first, seed, enough=enough, hopeless=hopeless)
-        )
+        best = make_grid(robot, pattern, search.least(first, way, enough=enough, hopeless=hopeless))
         yield _with_level(robot, shape, best, flights, wanted)
 
 
 def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> bool:
     """Whether a gait of any pattern does; no more are looked for than the first that does."""
     runs = [stairs.run for stairs in flights]
-    for seed in SEEDS:
+    for way in (QUICK, THOROUGH):
         nearest = NEARLY
         for per_tread in PLACES:
             patterns = make_patterns(robot, runs, per_tread)
-            search = _search(
-                robot, shape, patterns, flights, seed=seed, enough=SURELY, hopeless=HOPELESS
-            )
+            search = _search(robot, shape, patterns, flights, way, enough=SURELY, hopeless=HOPELESS)
             for design in search:
                 if design.feasible:
                     return True
