@@ -126,8 +126,10 @@ def test_what_is_passed_over_would_have_changed_nothing(
     )
     front += [rng.uniform(0.0, 0.8), 0.0, 0.0]
     radii = rng.uniform(0.0, 0.05, (2, SHANK))
-    trunk = np.array([[-0.3, -0.1, -0.1], [0.3, 0.1, 0.1]]) + front[int(rng.integers(SHANK))]
-    trunk += rng.uniform(-0.4, 0.4, 3) * rng.integers(0, 2)  # often a shank is inside it
+    box = np.array([[-0.2, -0.1, -0.1], [0.2, 0.1, 0.1]])
+    parts = np.array([box + front[k] for k in rng.integers(0, SHANK, 2)])
+    parts += rng.uniform(-0.4, 0.4, (2, 1, 3)) * rng.integers(0, 2)  # often a shank is in one
+    trunk = np.stack([[parts[:, 0].min(axis=0), parts[:, 1].max(axis=0)], *parts])
     line = middle + np.linspace(-0.4, 0.4, 7)[:, None] * [1.0, 0.0, rng.uniform(-0.5, 0.5)]
     for room in (
         lambda least: leg_room(front, radii[0], rise, run, least),
@@ -136,6 +138,8 @@ def test_what_is_passed_over_would_have_changed_nothing(
         lambda least: room_under(line, rise, run, least),
     ):
         assert room(least) == pytest.approx(min(least, room(np.inf)), abs=1e-12)
+    alone = [trunk_room(front[:SHANK], radii[0], np.stack([p, p]), np.inf) for p in parts]
+    assert trunk_room(front[:SHANK], radii[0], trunk, np.inf) == pytest.approx(min(alone))
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -257,7 +261,7 @@ def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
-        np.stack([outline.trunk_lower, outline.trunk_upper]),
+        np.stack([[outline.trunk_lower, outline.trunk_upper], *outline.trunk_parts]),
         np.stack([outline.shank_offsets, outline.shank_radii]),
         0.0, wanted_room(robot), found, np.full(1, np.inf),
     )  # fmt: skip

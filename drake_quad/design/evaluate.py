@@ -95,7 +95,7 @@ def evaluate(
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
-        np.stack([shape.trunk_lower, shape.trunk_upper]),
+        np.stack([[shape.trunk_lower, shape.trunk_upper], *shape.trunk_parts]),
         np.stack([shape.shank_offsets, shape.shank_radii]),
         WIDEST_SWAY * leg_length(robot),
         wanted,

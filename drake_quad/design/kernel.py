@@ -69,7 +69,8 @@ def slacks(
         limits: (3, 12) least and greatest angles [rad], torques [Nm].
         masses: (13,) of the trunk, then of the links leg by leg [kg].
         coms: (13, 3) their centres, in B and in the links' frames [m].
-        trunk: (2, 3) least and greatest x, y, z of the trunk in B [m].
+        trunk: Least and greatest x, y, z of the trunk in B, then of each of its parts (1 + K, 2, 3)
+            [m].
         shanks: (2, 4, SHANK) how far ahead of the line from knee to foot a shank's middle is at its
             points, from the knee on, and its radius there [m].
         widest: Sway to either side [m].
@@ -82,7 +83,7 @@ def slacks(
     in_body, under = np.empty((SHANK, 3)), np.zeros((UNDER, 3))
     f, tilts = np.empty((4, 3)), np.empty((body.shape[1], 4))
     forces, com = np.zeros(4), np.empty(3)
-    weight = masses.sum() * GRAVITY
+    weight, whole = masses.sum() * GRAVITY, trunk[0]
     for c in range(body.shape[0]):
         row = found[c]
         for n in range(body.shape[1]):
@@ -124,7 +125,7 @@ def slacks(
                     points[k], points[2 + k], shanks[1, k], shanks[1, 2 + k], row[APART]
                 )
             for i in range(UNDER):
-                x, low = trunk[0, 0] + i / (UNDER - 1.0) * (trunk[1, 0] - trunk[0, 0]), trunk[0, 2]
+                x, low = whole[0, 0] + i / (UNDER - 1.0) * (whole[1, 0] - whole[0, 0]), whole[0, 2]
                 under[i, 0], under[i, 2] = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
             row[TRUNK] = room_under(under, rise, run, row[TRUNK])
             if lacking(row, wanted) > enough[c]:

@@ -50,30 +50,48 @@ def leg_room(points: FloatArray, radii: FloatArray, rise: float, run: float, lea
 
 
 @compiled
-def trunk_room(points: FloatArray, radii: FloatArray, trunk: FloatArray, least: float) -> float:
-    """Between a shank's points (SHANK, 3) in B, with their lines, and the trunk's box [m]."""
-    square, widest = 0.0, 0.0
+def trunk_room(points: FloatArray, radii: FloatArray, boxes: FloatArray, least: float) -> float:
+    """Between a shank's points (SHANK, 3) in B, with their lines, and the trunk [m].
+
+    Args:
+        points: In B [m].
+        radii: At the points (SHANK,) [m].
+        boxes: The trunk's: one about all the others, then those (1 + K, 2, 3) [m].
+        least: What there is elsewhere [m].
+    """
+    low, high, widest = np.empty(3), np.empty(3), 0.0
     for axis in range(3):
-        low, high = points[0, axis], points[0, axis]
+        low[axis], high[axis] = points[0, axis], points[0, axis]
         for i in range(1, SHANK):
-            low, high = min(low, points[i, axis]), max(high, points[i, axis])
-        out = max(max(trunk[0, axis] - high, low - trunk[1, axis]), 0.0)
-        square += out * out
+            low[axis], high[axis] = (
+                min(low[axis], points[i, axis]),
+                max(high[axis], points[i, axis]),
+            )
     for i in range(SHANK):
         widest = max(widest, radii[i])
-    if square > 0.0 and sqrt(square) - SURE - widest >= least:
-        return least
-    before = 0.0
-    for i in range(SHANK):
-        here = from_box(points[i], trunk[0], trunk[1])
-        least = min(least, here - radii[i])
-        if i > 0:
-            thick = min(radii[i], radii[i - 1])
-            line = line_with_ends(
-                points[i - 1], points[i], before, here, trunk[0], trunk[1], least + thick
-            )
-            least = min(least, line - thick)
-        before = here
+    for k in range(len(boxes)):
+        lower, upper = boxes[k, 0], boxes[k, 1]
+        square = 0.0
+        for axis in range(3):
+            out = max(max(lower[axis] - high[axis], low[axis] - upper[axis]), 0.0)
+            square += out * out
+        if square > 0.0 and sqrt(square) - SURE - widest >= least:
+            if k == 0:
+                return least  # no nearer to those within
+            continue
+        if k == 0:
+            continue
+        before = 0.0
+        for i in range(SHANK):
+            here = from_box(points[i], lower, upper)
+            least = min(least, here - radii[i])
+            if i > 0:
+                thick = min(radii[i], radii[i - 1])
+                line = line_with_ends(
+                    points[i - 1], points[i], before, here, lower, upper, least + thick
+                )
+                least = min(least, line - thick)
+            before = here
     return least
 
 

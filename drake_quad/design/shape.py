@@ -16,6 +16,7 @@ class Shape:
     Attributes:
         trunk_lower: Least x, y, z of the trunk in B (3,) [m].
         trunk_upper: Greatest ones (3,) [m].
+        trunk_parts: Least and greatest ones of each of its parts (K, 2, 3) [m].
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
             middle of its shank is at SHANK_POINTS, feet left out (4, 8) [m].
         shank_radii: How far it reaches from there to either side (4, 8) [m].
@@ -23,6 +24,7 @@ class Shape:
 
     trunk_lower: FloatArray
     trunk_upper: FloatArray
+    trunk_parts: FloatArray
     shank_offsets: FloatArray
     shank_radii: FloatArray
 
@@ -32,6 +34,7 @@ def read_shape(robot: RobotModel) -> Shape:
     return Shape(
         trunk_lower=robot.trunk_box[0],
         trunk_upper=robot.trunk_box[1],
+        trunk_parts=robot.trunk_boxes,
         shank_offsets=robot.shank_offsets,
         shank_radii=robot.shank_radii,
     )
