@@ -8,6 +8,7 @@ import pyarrow as pa
 from drake_quad.control.ports import Catch, GaitPhase, Mode
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.plan_torques import Share, least_forces
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.run_log_estimate import AXES, Columns, estimate_columns, program_columns
@@ -34,6 +35,7 @@ def make_table(
     plans: Sequence[MotionPlan],
     state_names: Sequence[str],
     massless_legs: bool = False,
+    share: Share = least_forces,
     ground: Ground | None = None,
 ) -> pa.Table:
     """Puts the loggers' arrays into one table.
@@ -48,6 +50,7 @@ def make_table(
         state_names: Names of the state's entries, `q_...` and `v_...`.
         massless_legs: Whether planned margins are the body's centre's (a replay of the paper's
             plan), or the whole robot's.
+        share: How the controller shares the weight among the feet.
         ground: What the plans count on, for their margins beyond the hull's.
     """
     phase = logs["gait_phase"]
@@ -61,7 +64,7 @@ def make_table(
     for k, name in enumerate((*AXES, "pitch", "yaw")):
         columns[f"base_desired_{name}"] = logs["body_desired"][:, k]
     columns["margin"] = logs["margin"][:, 0]
-    columns |= planned_figures(robot, phase, plans, massless_legs=massless_legs)
+    columns |= planned_figures(robot, phase, plans, massless_legs=massless_legs, share=share)
     columns["zmp_margin"] = logs["zmp_margin"][:, 0]
     columns |= margin_columns(logs, times, robot=robot, plans=plans, ground=ground)
     columns["nonfoot_contacts"] = logs["nonfoot"][:, 0].astype(np.int64)

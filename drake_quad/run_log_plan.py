@@ -8,7 +8,7 @@ from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
-from drake_quad.planning.plan_torques import torque_ratio
+from drake_quad.planning.plan_torques import Share, least_forces, torque_ratio
 from drake_quad.robot.robot_model import RobotModel
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
@@ -48,6 +48,7 @@ def planned_figures(
     plans: Sequence[MotionPlan],
     *,
     massless_legs: bool = False,
+    share: Share = least_forces,
 ) -> dict[str, FloatArray]:
     """What the plan had at each sample's gait time: static margin [m] and torque ratio, (N,) each.
 
@@ -56,6 +57,7 @@ def planned_figures(
         phase: (N, len(GaitPhase)) samples of `gait_phase`.
         plans: See `plans_by_turn`.
         massless_legs: See `plan_margin`.
+        share: How the controller shares the weight among the feet.
     """
     margin, ratio = np.full(len(phase), np.nan), np.full(len(phase), np.nan)
     followed = turns(phase)
@@ -64,7 +66,7 @@ def planned_figures(
         if np.any(mine):
             samples = evaluate(robot, plan, phase[mine, GaitPhase.TIME])
             margin[mine] = plan_margin(samples, massless_legs=massless_legs)
-            ratio[mine] = torque_ratio(robot, samples)
+            ratio[mine] = torque_ratio(robot, samples, share)
     return {"margin_planned": margin, "torque_ratio_planned": ratio}
 
 
