@@ -39,6 +39,7 @@ POOR = 0.5  # quality below which the next lower body is tried, too, and a more 
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
 TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
 PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
+LEFT_OVER = 1.1  # of the margin that the gait clock asks for: what a plan keeps is kept nearly
 TAKEN = 0.7  # quality with which a gait is taken, and no other tried
 
 
@@ -104,8 +105,9 @@ def design_scenario(
         for design in choose_gaits(robot, shape, flights, way):
             if nearest_gait is None or design.score > nearest_gait.score:
                 nearest_gait = design
-            if not design.feasible or (best is not None and design.score <= best.quality):
-                continue  # what leaves less room on endless stairs is not the better gait on these
+            good = best is not None and best.quality >= max(POOR, design.score)
+            if not design.feasible or good:
+                continue  # what leaves less room on endless stairs is mostly not the better gait
             filled = fill_in(scenario, robot, design, [s.run for s in flights])
             plan = partial(_plan, design=design, robot=robot, shape=shape, source=source)
             best, error = _lower(filled, plan, leg_length(robot), best)
@@ -228,7 +230,9 @@ def _plan(
                 room=here.distance,
             )
         room = min(room, here, key=lambda r: r.worth)
-        margin = min(margin, plan.margin) if plan.margin == plan.margin else margin
+        if plan.margin == plan.margin:  # standing still has none
+            _refuse_waiting(scenario, task.name, plan.margin)
+            margin = min(margin, plan.margin)
         refuse_touching(robot, task, samples)
         refuse_touching(robot, task, swings)
         torque = min(torque, 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
@@ -237,6 +241,21 @@ def _plan(
             return None
     mission = join_plans(plans, time.perf_counter() - begun, dynamic=settings.dynamic)
     return Designed(scenario, design, mission, margin if margin < inf else 0.0, room, torque)
+
+
+def _refuse_waiting(scenario: Scenario, task: str, margin: float) -> None:
+    """Refuses a plan by which the gait clock would wait at a lift-off, and then stop.
+
+    Raises:
+        PlanningError: With the margin that there is, and the one that there has to be.
+    """
+    least = scenario.controller.lift_off_margin
+    if margin < LEFT_OVER * least:
+        raise PlanningError(
+            f"the static margin would be {margin:.3f} m in '{task}', and no foot is lifted with "
+            f"less than {least:.3f} m",
+            margin=margin,
+        )
 
 
 def _quality(scenario: Scenario, design: Design, margin: float, room: Room, torque: float) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -51,6 +51,21 @@ def test_a_design_is_no_better_than_itself() -> None:
     assert again is not None
     assert again.margin == designed().margin and again.room == designed().room
     assert again.quality == designed().quality
+
+
+def test_a_plan_at_which_the_clock_would_stop_is_refused() -> None:
+    """A HyQReal was told yes with 7 mm, and stopped before a lift-off that asks for 14 mm."""
+    found, robot = designed(), paper_robot()
+    strict = replace(found.scenario, controller=replace(found.scenario.controller))
+    plan = partial(
+        designer._plan, design=found.design, robot=robot, shape=read_shape(robot), source="test"
+    )
+    strict.controller.lift_off_margin = 0.9 * found.margin
+    assert plan(strict, beat=None) is not None
+    strict.controller.lift_off_margin = 1.01 * found.margin
+    with pytest.raises(PlanningError, match="no foot is lifted with less than") as caught:
+        plan(strict, beat=None)
+    assert found.margin <= caught.value.data["margin"] < 1.1 * 1.01 * found.margin
 
 
 def test_hopeless_stairs_are_told_without_what_would_work_if_not_asked() -> None:
