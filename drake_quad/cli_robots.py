@@ -1,0 +1,123 @@
+"""The commands that ask what a robot is, and what it can climb."""
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from drake_quad.cli_files import claim, stem
+from drake_quad.cli_options import MESSAGES, JsonOption, RobotArgument, WorkersOption
+from drake_quad.cli_progress import cells_progress, interruptible
+
+
+def inspect(
+    robot: RobotArgument,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw it into this file (.svg, .png or .pdf).")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Tell what is read from a robot's file, and what is repaired or assumed."""
+    from drake_quad.inspect_picture import check_picture, save_picture
+    from drake_quad.inspect_report import describe_robot, print_robot
+    from drake_quad.robot.load_robot import load_robot
+
+    check_picture(picture)
+    model = load_robot(robot)
+    told = describe_robot(model, source=robot)
+    if picture is not None:
+        save_picture(model, picture)
+        told["picture"] = str(picture)
+    if as_json:
+        print(json.dumps(told))
+    else:
+        print_robot(told, Console())
+
+
+def check(
+    robot: RobotArgument,
+    rise: Annotated[
+        float | None, typer.Option(help="Of the steps, in m.", show_default="0.178")
+    ] = None,
+    run: Annotated[
+        float | None, typer.Option(help="Of the treads, in m.", show_default="0.28")
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option(help="Steps of the flight.", show_default="10")
+    ] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="The course of this scenario instead of a flight.")
+    ] = None,
+    margin: Annotated[
+        str,
+        typer.Option(help="Of the plan: over the feet's `hull`, within `friction`, `feasible`."),
+    ] = "hull",
+    save: Annotated[
+        Path | None, typer.Option(help="Write the designed scenario into this file.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw the climb into this file (.svg, .png or .pdf).")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Can this robot climb these stairs? Designs a gait, and plans it up and down in full."""
+    from drake_quad.check_command import Asked, run_check
+
+    asked = Asked(robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin)
+    with MESSAGES.status("designing a gait") as status:
+        told = run_check(asked, save=save, picture=picture, note=status.update)
+    if as_json:
+        print(json.dumps(told))
+    else:
+        from drake_quad.check_print import print_check
+
+        print_check(told, Console())
+    raise typer.Exit(0 if told["feasible"] else 1)
+
+
+def chart(
+    robot: RobotArgument,
+    rise_from: Annotated[float, typer.Option(help="Lowest rise, in m.")] = 0.05,
+    rise_to: Annotated[float, typer.Option(help="Highest rise, in m.")] = 0.25,
+    rise_step: Annotated[float, typer.Option(help="Between rises, in m.")] = 0.025,
+    run_from: Annotated[float, typer.Option(help="Shallowest tread, in m.")] = 0.25,
+    run_to: Annotated[float, typer.Option(help="Deepest tread, in m.")] = 0.60,
+    run_step: Annotated[float, typer.Option(help="Between treads, in m.")] = 0.05,
+    count: Annotated[int, typer.Option(help="Steps of each flight.")] = 4,
+    out: Annotated[
+        Path | None, typer.Option(help="Directory for the files; charts/<robot> unless told.")
+    ] = None,
+    workers: WorkersOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Chart which stairs this robot climbs: margins over rise and run, and what limits the rest.
+
+    Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
+    """
+    from drake_quad.chart_grid import Span
+    from drake_quad.chart_picture import save_chart
+    from drake_quad.chart_report import print_chart, write_chart
+    from drake_quad.chart_stairs import chart_stairs
+
+    directory = out if out is not None else Path("charts") / stem(robot)
+    claim(directory)
+    with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
+        told = chart_stairs(
+            robot,
+            Span(rise_from, rise_to, rise_step),
+            Span(run_from, run_to, run_step),
+            count=count,
+            workers=workers if workers is not None else os.cpu_count() or 1,
+            progress=progress,
+            stop=interrupted,
+        )
+    write_chart(told, directory)
+    save_chart(told, directory)
+    if as_json:
+        print(json.dumps({**told, "directory": str(directory)}))
+    else:
+        print_chart(told, directory, Console())
+    raise typer.Exit(0 if told["complete"] else 1)

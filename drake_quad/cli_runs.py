@@ -1,0 +1,173 @@
+"""The commands that plan, run and show scenarios."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from drake_quad.cli_files import claim, make_report, read_summary, stem
+from drake_quad.cli_options import MESSAGES, JsonOption, ScenarioArgument, SetOption
+from drake_quad.cli_print import print_plan, print_summary
+from drake_quad.cli_progress import interruptible, seconds_progress
+from drake_quad.errors import InputError, PlanningError
+
+if TYPE_CHECKING:  # Drake takes a second to import: --help need not wait for it
+    from drake_quad.diagram import Visualize
+
+
+def run(
+    scenario: ScenarioArgument = "case_study",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Directory for the run's files; runs/<scenario> unless told."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of everything random in the run.")] = None,
+    overrides: SetOption = None,
+    meshcat: Annotated[bool, typer.Option("--meshcat", help="Show it live in a browser.")] = False,
+    meldis: Annotated[bool, typer.Option("--meldis", help="Publish it live for Meldis.")] = False,
+    report: Annotated[bool, typer.Option(help="Make report.html and scene.lcmlog.")] = True,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan and simulate a scenario, measure it, and write its report.
+
+    Leaves summary.json, log.parquet, scenario.yaml, report.html and scene.lcmlog in the directory,
+    also after Ctrl-C or a fall.
+    """
+    from drake_quad.scenario import load_scenario
+    from drake_quad.simulation import run as simulate
+    from drake_quad.simulation import write_files
+
+    fields = [*(overrides or []), *([] if seed is None else [f"simulation.seed={seed}"])]
+    if (meshcat or meldis) and not any("realtime_rate" in field for field in fields):
+        fields.append("simulation.realtime_rate=1.0")  # people watch in real time
+    loaded = load_scenario(scenario, fields)
+    directory = out if out is not None else Path("runs") / stem(scenario)
+    claim(directory)
+    viewers = _viewers(meshcat=meshcat, meldis=meldis)
+    try:
+        with (
+            interruptible(MESSAGES) as interrupted,
+            seconds_progress("simulating", MESSAGES) as progress,
+        ):
+            result = simulate(
+                loaded, source=scenario, progress=progress, stop=interrupted, visualize=viewers
+            )
+    except PlanningError as error:
+        if as_json:
+            print(json.dumps({"outcome": "infeasible", "reason": error.reason}))
+        raise
+    write_files(result, result.scenario, directory)
+    if report:
+        make_report(directory, MESSAGES)
+    if as_json:
+        print(json.dumps({**result.summary, "directory": str(directory)}))
+    else:
+        print_summary(result.summary, directory, report=report)
+    raise typer.Exit(0 if result.outcome == "goal_reached" else 1)
+
+
+def plan(
+    scenario: ScenarioArgument = "case_study",
+    out: Annotated[Path | None, typer.Option(help="Directory for the files.")] = None,
+    overrides: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan a scenario, check it on paper and certify it for every time, without physics."""
+    from drake_quad.plan_certificate import certify_plan, print_certificate, write_certificate
+    from drake_quad.plan_report import describe_failure, describe_plan
+    from drake_quad.planning.footing import footing_of
+    from drake_quad.scenario import load_scenario
+    from drake_quad.simulation import prepare
+
+    loaded = load_scenario(scenario, overrides or [])
+    if out is not None:
+        claim(out)
+    try:
+        p = prepare(loaded, source=scenario)
+        result = describe_plan(
+            p.robot,
+            p.plan,
+            massless_legs=p.settings.uniform_body,
+            footing=footing_of(p.robot, p.course, p.settings),
+        )
+        result["certificate"], certificate = certify_plan(p)
+        if out is not None:
+            write_certificate(certificate, out)
+    except PlanningError as error:
+        result = describe_failure(error)
+    if out is not None:
+        (out / "plan.json").write_text(json.dumps(result, indent=2) + "\n")
+    if as_json:
+        print(json.dumps(result))
+    elif result["feasible"]:
+        print_plan(result)
+        print_certificate(result["certificate"], Console())
+    else:
+        raise PlanningError(result["reason"])
+    raise typer.Exit(0 if result["feasible"] else 1)
+
+
+def report(
+    directory: Annotated[Path, typer.Argument(help="A finished run's directory.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Make report.html and scene.lcmlog of a finished run again."""
+    summary = read_summary(directory)
+    make_report(directory, MESSAGES)
+    if as_json:
+        print(json.dumps({"report": str(directory / "report.html")}))
+    else:
+        print_summary(summary, directory, report=True)
+
+
+def replay(
+    directory: Annotated[Path, typer.Argument(help="A finished run's directory.")],
+    viewer: Annotated[str, typer.Option(help="`meshcat` or `meldis`.")] = "meshcat",
+    speed: Annotated[float, typer.Option(help="Times real time.")] = 1.0,
+    loop: Annotated[bool, typer.Option(help="Begin again at the end.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Show a finished run again, in Meshcat or Meldis."""
+    from drake_quad.report.play import play
+
+    read_summary(directory)
+    if viewer not in ("meshcat", "meldis"):
+        raise InputError(
+            source="--viewer", field="viewer", value=viewer, remedy="give meshcat or meldis"
+        )
+    if not speed > 0.0:
+        raise InputError(source="--speed", field="speed", value=speed, remedy="give more than 0")
+    play(directory, viewer=viewer, speed=speed, loop=loop)
+    if as_json:
+        print(json.dumps({"replayed": str(directory)}))
+
+
+def scenarios(as_json: JsonOption = False) -> None:
+    """List the scenarios that are shipped."""
+    from drake_quad.scenario import shipped_scenarios
+
+    shipped = shipped_scenarios()
+    if as_json:
+        print(json.dumps({"scenarios": [{"name": n, "description": d} for n, d in shipped]}))
+        return
+    for name, description in shipped:
+        print(f"{name:16s} {description}")
+
+
+def _viewers(*, meshcat: bool, meldis: bool) -> "Visualize | None":
+    if not (meshcat or meldis):
+        return None
+    from drake_quad.viewers import MakeMeldisViewer, MakeMeshcatViewer, Together
+
+    chosen = []
+    if meshcat:
+        from pydrake.geometry import StartMeshcat
+
+        server = StartMeshcat()
+        MESSAGES.print(f"watch at {server.web_url()}")
+        chosen.append(MakeMeshcatViewer(server))
+    if meldis:
+        chosen.append(MakeMeldisViewer())
+    return Together(*chosen)
