@@ -4,14 +4,11 @@ from collections.abc import Callable
 from math import floor, isfinite
 from pathlib import Path
 
-from drake_quad.check_stairs import Check, check_stairs, stairs_scenario
-from drake_quad.design.candidate import hip_length, make_patterns
-from drake_quad.design.course import flights_of
+from drake_quad.check_stairs import Check, check_stairs
 from drake_quad.designer import design_scenario
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.robot.load_robot import load_robot
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.scenario import Scenario, course_of, load_scenario
+from drake_quad.scenario import Scenario, load_scenario
 from drake_quad.stability.kinds import HULL
 
 RISE_MOST, RUN_MOST, COUNT_MOST = 2.0, 5.0, 100
@@ -19,6 +16,9 @@ SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
 LEAST_RISE = 0.02  # [m] below which nothing is called stairs
 FINE = 0.01  # [m] to which the nearest rise is sought
 SHRINK = 0.85  # of a rise: what is tried next as long as nothing works
+# The same on treads like floors, which take long to plan, and of which deeper ones are no easier.
+SHRINK_DEEP = 0.6
+TRIES, TRIES_DEEP = 30, 2
 DEEPER = (1.15, 1.3, 1.5, 1.75, 2.0)  # times the run: what is tried if no rise works on it
 VERIFY = 3  # rises that are tried on the flight's real number of steps
 
@@ -65,10 +65,8 @@ def ask_stairs(
     check_numbers(rise, run, count)
     robot = load_robot(model)
     model = whole_path(model)
-    scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count)
     try:
-        unfit = _no_pattern(robot, scenario, source="check")
-        return unfit or check_stairs(
+        return check_stairs(
             model, rise=rise, run=run, count=count, nearest=nearest, robot=robot, margin=margin
         )
     except InputError as error:
@@ -105,9 +103,6 @@ def ask_course(model: str, scenario: str, *, margin: str = HULL) -> Check:
     )
     asked.robot.model = whole_path(model)
     asked.gait.margin = margin
-    unfit = _no_pattern(robot, asked, source=scenario)
-    if unfit is not None:
-        return unfit
     try:
         return Check(asked, design_scenario(asked, source=scenario, robot=robot), "", {})
     except PlanningError as error:
@@ -130,13 +125,16 @@ def nearest_stairs(
         Rise and run [m], judged feasible with `count` steps; None if nothing was found.
     """
     few = min(count, SEARCH_COUNT)
-    hint = check.data.get("nearest_rise")
+    hint, deep = check.data.get("nearest_rise"), "deep" in check.data
     if "nearest_rise" not in check.data or hint is not None:
         # Above a hint no rise works, not even on endless stairs, as far as it was sought.
         low = _down(SHRINK * rise if hint is None else hint)
         high = rise if hint is None else min(rise, low + FINE)
-        while low >= LEAST_RISE and not judge(low, run, few).feasible:
-            low, high = _down(SHRINK * low), low
+        tries = TRIES_DEEP if deep else TRIES
+        while low >= LEAST_RISE and tries > 0 and not judge(low, run, few).feasible:
+            low, high, tries = _down((SHRINK_DEEP if deep else SHRINK) * low), low, tries - 1
+        if tries == 0:
+            low = 0.0
         while low >= LEAST_RISE and high - low > FINE + 1e-9:
             middle = _down(0.5 * (low + high))
             low, high = (middle, high) if judge(middle, run, few).feasible else (low, middle)
@@ -144,7 +142,7 @@ def nearest_stairs(
             found = round(low - lower * FINE, 3)
             if found >= LEAST_RISE and (few == count or judge(found, run, count).feasible):
                 return found, run
-    for times in DEEPER:
+    for times in () if deep else DEEPER:
         deeper = round(times * run, 2)
         if deeper <= RUN_MOST and judge(rise, deeper, count).feasible:
             return rise, deeper
@@ -160,17 +158,3 @@ def whole_path(model: str) -> str:
 def _down(rise: float) -> float:
     """To the millimetre below [m]."""
     return floor(1000.0 * rise + 1e-6) / 1000.0
-
-
-def _no_pattern(robot: RobotModel, scenario: Scenario, *, source: str) -> Check | None:
-    """Says so if on such treads no gait's front and rear feet are as far apart as the hips."""
-    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
-    runs = [stairs.run for stairs in flights_of(course)]
-    if not runs or make_patterns(robot, runs):
-        return None
-    hips = hip_length(robot)
-    reason = (
-        f"on treads of {', '.join(sorted({f'{r:g} m' for r in runs}))} no gait sets front and rear "
-        f"feet about as far apart as the hips, which are {hips:.2f} m apart"
-    )
-    return Check(scenario, None, reason, {"pattern": hips, "nearest_rise": None})

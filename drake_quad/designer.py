@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from math import inf
 
-from drake_quad.design.candidate import leg_length
+from drake_quad.design.candidate import hip_length, leg_length
 from drake_quad.design.choose import NEARLY, Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
@@ -31,7 +31,11 @@ from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import Scenario, course_of, mission_of, plan_settings
 
+DEEP = 1.0  # of a leg: depth of treads that may be walked as floors with curbs between them
 LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lowered for a plan
+# Heights at which a gait's plan may touch what it must not, before it is given up. A body that is
+# lower on stairs is also elsewhere; over a curb it makes no room.
+TOUCHES = 6
 SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
@@ -82,7 +86,8 @@ def design_scenario(
 
     The candidates are judged on endless staircases like the course's; the best are then planned on
     the course itself, until one keeps good margin and room. Where none does they are sought more
-    thoroughly, unless that is hopeless.
+    thoroughly, unless that is hopeless. Flights with deep treads, on which no good gait has a
+    footprint of its own for each tread, are walked in the stride of level ground.
 
     Args:
         scenario: Robot and course.
@@ -95,9 +100,36 @@ def design_scenario(
         PlanningError: If no gait climbs it: what is short by how much, and what would work.
     """
     robot = robot or load_robot(scenario.robot.model)
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    stepped = copy.deepcopy(scenario)
+    stepped.gait.deep_tread = round(DEEP * leg_length(robot), 3)
+    if len(flights_of(course, stepped.gait.deep_tread)) == len(flights_of(course)):
+        return _design(scenario, robot, source=source, nearest=nearest)
+    best: Designed | None = None
+    try:
+        best = _design(scenario, robot, source=source, nearest=False)
+        if best.quality >= POOR:
+            return best
+        other = _design(stepped, robot, source=source, nearest=False)
+    except PlanningError:
+        if best is not None:
+            return best
+        try:
+            return _design(stepped, robot, source=source, nearest=nearest)
+        except PlanningError as error:
+            raise PlanningError(error.reason, **error.data, deep=True) from None
+    return max(best, other, key=lambda d: d.quality)
+
+
+def _design(scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool) -> Designed:
+    """See `design_scenario`; which flights are walked as such is the scenario's to say.
+
+    Raises:
+        PlanningError: As there.
+    """
     shape = read_shape(robot)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
-    flights = flights_of(course)
+    flights = flights_of(course, scenario.gait.deep_tread)
     best: Designed | None = None
     refused: PlanningError | None = None
     nearest_gait: Design | None = None
@@ -110,7 +142,8 @@ def design_scenario(
                 continue  # what leaves less room on endless stairs is mostly not the better gait
             filled = fill_in(scenario, robot, design, [s.run for s in flights])
             plan = partial(_plan, design=design, robot=robot, shape=shape, source=source)
-            best, error = _lower(filled, plan, leg_length(robot), best)
+            touches = TOUCHES if flights else 1
+            best, error = _lower(filled, plan, leg_length(robot), best, touches)
             refused = refused or error
             if best is not None and best.quality >= TAKEN:
                 break
@@ -120,11 +153,12 @@ def design_scenario(
     if best is not None:
         return best
     if nearest_gait is None:
-        runs = ", ".join(f"{s.run:g}" for s in flights)
+        hips, runs = hip_length(robot), sorted({f"{s.run:g} m" for s in flights})
         raise PlanningError(
-            f"no pattern of footprints on runs of {runs} m fits between its hips: for 1, 2 or 3 "
-            "treads a cycle front and rear feet would be too near or too far apart",
-            runs=[s.run for s in flights],
+            f"on treads of {', '.join(runs)} no gait sets front and rear feet about as far apart "
+            f"as the hips, which are {hips:.2f} m apart",
+            pattern=hips,
+            nearest_rise=None,
         )
     if refused is not None:
         raise PlanningError(
@@ -151,16 +185,17 @@ def _lower(
     plan: Callable[..., Designed | None],
     leg: float,
     best: Designed | None,
+    touches: int = TOUCHES,
 ) -> tuple[Designed | None, PlanningError | None]:
     """The best of what there was and of a design whose body is as high as it can be, or lower.
 
     At a flight's ends, and as it sways, the body is not quite where it is on endless stairs: legs
     that are then too short are long enough for a body that is lower. Of a poor plan the next lower
-    one is tried, too; below one that is refused then there is none. Also returns why the first was
-    refused that was.
+    one is tried, too; below one that is refused then there is none. Nor is there after so many
+    plans by which parts touch. Also returns why the first was refused that was.
     """
     refused: PlanningError | None = None
-    planned, tried = 0, scenario
+    planned, touched, tried = 0, 0, scenario
     for share in LOWER:
         tried = copy.deepcopy(tried)  # with it how slow a higher body had to be: so will this
         tried.gait.body_height = scenario.gait.body_height - share * leg
@@ -168,7 +203,8 @@ def _lower(
             best = _or_slower(tried, partial(plan, beat=best)) or best
         except PlanningError as error:
             refused = refused or error
-            if planned:
+            touched += "room" in error.data or "apart" in error.data
+            if planned or touched == touches:
                 break
             continue
         planned += 1

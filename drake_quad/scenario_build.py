@@ -46,6 +46,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         switch_wait=gait.switch_wait,
         stride=gait.stride,
         pattern=Pattern(treads=gait.treads, lag=gait.lag, per_tread=gait.places_per_tread),
+        deep_tread=gait.deep_tread,
         body_ahead=gait.body_ahead,
         tread_phase_up=gait.tread_phase_up,
         tread_phase_down=gait.tread_phase_down,

@@ -102,6 +102,7 @@ _WITHIN: dict[str, tuple[float, float]] = {
     "gait.treads": (1, 3),
     "gait.lag": (1, 6),
     "gait.places_per_tread": (1, 3),
+    "gait.deep_tread": (0.05, 100.0),
     "gait.body_ahead": (-3.0, 3.0),
     "gait.tread_phase_up": (-0.45, 0.45),
     "gait.tread_phase_down": (-0.45, 0.45),

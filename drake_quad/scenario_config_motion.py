@@ -20,6 +20,8 @@ class GaitConfig:
             a cycle begins: the longer the robot against the treads, the more.
         places_per_tread: How many places to step on every tread has, one behind the other: more
             than 1 where runs are long against the legs.
+        deep_tread: Depth of treads from which a flight is walked as floors with curbs between them
+            are: its risers one at a time, in the stride of level ground [m].
         body_ahead: How far the body goes ahead of the places it has on the treads [treads].
         tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
         tread_phase_down: The same going down.
@@ -54,6 +56,7 @@ class GaitConfig:
     treads: int = 2
     lag: int = 1
     places_per_tread: int = 1
+    deep_tread: float = 100.0
     body_ahead: float = 0.0
     tread_phase_up: float = 0.0
     tread_phase_down: float = 0.0

@@ -151,10 +151,18 @@ class Lane:
         at, lower, upper = self._risers()
         return np.stack([self.breaks[at], np.maximum(lower, upper)], axis=-1)
 
-    def single_risers(self) -> FloatArray:
-        """Where the risers are that belong to no flight, those of blocks and curbs (m,) [m]."""
+    def close_flights(self, deep: float = np.inf) -> tuple[Flight, ...]:
+        """The flights with a tread that is less than `deep` [m]: their steps follow each other.
+
+        Deeper treads are like floors, with a curb between one and the next.
+        """
+        runs = np.diff(self.breaks)
+        return tuple(f for f in self.flights if runs[f.first : f.last + 1].min() < deep)
+
+    def single_risers(self, deep: float = np.inf) -> FloatArray:
+        """Where the risers are that belong to no close flight, as of blocks and curbs (m,) [m]."""
         at = self._risers()[0]
-        own = [(at >= f.first) & (at <= f.last) for f in self.flights]
+        own = [(at >= f.first) & (at <= f.last) for f in self.close_flights(deep)]
         return np.asarray(self.breaks[at[~np.any(own, axis=0)] if own else at])
 
     def nosing_yaws(self) -> FloatArray:

@@ -20,6 +20,7 @@ from drake_quad.check_picture import save_picture
 from drake_quad.check_print import print_check
 from drake_quad.check_report import LIMITS, describe_check, limit_of
 from drake_quad.check_stairs import Check
+from drake_quad.design import choose
 from drake_quad.design.evaluate import NAMES
 from drake_quad.errors import InputError
 from drake_quad.planning.plan_mission import check_plan
@@ -152,10 +153,38 @@ def test_where_no_rise_works_a_deeper_run_may() -> None:
     assert nearest_stairs(judge, check, rise=0.2, run=0.10, count=10) is None
 
 
-def test_treads_deeper_than_any_stance_are_told_as_such() -> None:
-    """No pattern fits treads of two metres: an answer, not a crash."""
+def test_treads_that_no_stance_fits_are_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a pattern of footprints there is an answer, and no crash."""
+    monkeypatch.setattr(choose, "make_patterns", lambda *_: [])
+    check = ask_stairs(URL, rise=0.05, run=0.3, count=2)
+    assert limit_of(check, paper_robot()) == "pattern" and "0.3 m" in check.reason
+
+
+def test_treads_like_floors_are_walked_in_the_stride_of_level_ground() -> None:
+    """No stance fits treads of two metres: a curb between one and the next is crossed at a time."""
     check = ask_stairs(URL, rise=0.1, run=2.0, count=2)
-    assert limit_of(check, paper_robot()) == "pattern" and "2 m" in check.reason
+    assert check.designed is not None
+    gait = check.designed.scenario.gait
+    assert gait.deep_tread < 2.0 and gait.places_per_tread == 1
+    assert check.designed.margin > 0.03
+
+
+def test_the_nearest_stairs_to_treads_like_floors_are_sought_briefly() -> None:
+    """They take long to plan; and deeper ones are no easier."""
+    judged: list[tuple[float, float]] = []
+
+    def judge(rise: float, run: float, _count: int) -> Check:
+        judged.append((rise, run))
+        return made_up(rise, run, feasible=False)
+
+    check = Check(Scenario(), None, "", {"deep": True})
+    assert nearest_stairs(judge, check, rise=0.3, run=2.0, count=4) is None
+    assert len(judged) == 2 and {run for _, run in judged} == {2.0}
+    near = nearest_stairs(
+        lambda rise, run, _: made_up(rise, run, feasible=rise <= 0.2),
+        check, rise=0.3, run=2.0, count=4,
+    )  # fmt: skip
+    assert near is not None and 0.19 <= near[0] <= 0.2
 
 
 def test_a_scenarios_course_is_kept_and_its_gait_is_not(tmp_path: Path) -> None:

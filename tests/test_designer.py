@@ -129,6 +129,22 @@ def test_of_a_poor_plan_the_next_lower_body_is_tried(
     assert (refused is None) == (None not in qualities)
 
 
+@pytest.mark.parametrize(("data", "touches", "heights"), [("room", 1, 1), ("apart", 2, 2),
+                                                         ("excess", 1, 6)])  # fmt: skip
+def test_where_parts_touch_lower_bodies_are_tried_as_often_as_told(
+    data: str, touches: int, heights: int
+) -> None:
+    """They are for legs that are too short."""
+    tried = []
+
+    def plan(scenario: Scenario, beat: Designed | None) -> Designed | None:
+        tried.append(scenario.gait.body_height)
+        raise PlanningError("no plan", **{data: -0.01})
+
+    best, refused = designer._lower(Scenario(), plan, 0.5, None, touches)
+    assert best is None and refused is not None and len(tried) == heights
+
+
 def test_a_lower_body_is_as_slow_as_the_higher_one_had_to_be() -> None:
     """What a higher body was refused for once is not tried again lower."""
     asked: list[float] = []
@@ -224,3 +240,43 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
     else:
         assert design_scenario(scenario, robot=paper_robot()).margin == quality
     assert ways == sought
+
+
+@pytest.mark.parametrize(
+    ("run", "found", "asked", "kept"),
+    [
+        (0.4, {100.0: 0.1}, [100.0], 0.1),  # no tread is like a floor
+        (2.0, {100.0: 0.9, 1.217: 0.8}, [100.0], 0.9),  # a good gait with places on each tread
+        (2.0, {100.0: 0.1, 1.217: 0.3}, [100.0, 1.217], 0.3),  # a poor one: the better of two
+        (2.0, {100.0: 0.2, 1.217: 0.1}, [100.0, 1.217], 0.2),
+        (2.0, {100.0: 0.2}, [100.0, 1.217], 0.2),
+        (2.0, {1.217: 0.1}, [100.0, 1.217], 0.1),  # none
+        (2.0, {}, [100.0, 1.217], None),
+    ],
+)
+def test_deep_treads_are_walked_like_floors_where_no_gait_suits_them(
+    monkeypatch: pytest.MonkeyPatch,
+    run: float,
+    found: dict[float, float],
+    asked: list[float],
+    kept: float | None,
+) -> None:
+    """And the better of both is kept; that treads are deep is told with a no."""
+    depths: list[float] = []
+    monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
+
+    def design(scenario: Scenario, *_: object, **__: object) -> Designed:
+        depths.append(scenario.gait.deep_tread)
+        if depths[-1] not in found:
+            raise PlanningError("no plan", excess=0.1)
+        return replace(designed(), margin=found[depths[-1]])
+
+    monkeypatch.setattr(designer, "_design", design)
+    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=run, count=2)
+    if kept is None:
+        with pytest.raises(PlanningError) as caught:
+            design_scenario(scenario, robot=paper_robot())
+        assert caught.value.data == {"excess": 0.1, "deep": True}
+    else:
+        assert design_scenario(scenario, robot=paper_robot()).margin == kept
+    assert depths == asked

@@ -183,3 +183,25 @@ def test_a_foot_may_stay_and_be_caught_on_a_slope_but_not_where_it_bends() -> No
     np.testing.assert_allclose(
         CatchGround(course, 0.03).height(places), course.height(*places.T), atol=1e-12
     )
+
+
+@given(
+    st.integers(1, 4), st.floats(1.2, 2.5), st.floats(0.05, 0.2), st.sampled_from(["up", "down"])
+)
+def test_treads_like_floors_have_the_places_of_floors_with_curbs_between(
+    count: int, run: float, rise: float, going: str
+) -> None:
+    """A flight whose treads are all deep is none; with one that is not, each has its own place."""
+    flight = Element("stairs", going=going, rise=rise, run=run, count=count)
+    lane = course_of(FLOOR, flight, FLOOR).lanes[0]
+    curb, tread = Element("curb", going=going, height=rise), Element("floor", length=run)
+    curbs = course_of(FLOOR, *[curb, tread] * count, FLOOR).lanes[0]
+    ends = {"start": 1.2, "goal": lane.length - 1.2, "spacing": SPACING}
+    deep = make_lattice(lane, **ends, deep=1.2)
+    same = make_lattice(curbs, **ends)
+    np.testing.assert_allclose(deep.s, same.s, atol=1e-9)
+    np.testing.assert_allclose(deep.z, same.z, atol=1e-9)
+    assert not any(deep.on_tread) and deep.cycles == same.cycles
+    close = make_lattice(lane, **ends, deep=run + 0.01)
+    np.testing.assert_array_equal(close.s, make_lattice(lane, **ends).s)
+    assert sum(close.on_tread) == count

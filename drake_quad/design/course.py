@@ -9,11 +9,16 @@ SAME = 1e-4  # [m]
 MOST = 6  # kinds of steps that are looked at one by one
 
 
-def flights_of(course: Course) -> list[Staircase]:
-    """Every kind of step on the course, once; of many kinds those with extreme rises and runs."""
+def flights_of(course: Course, deep: float = np.inf) -> list[Staircase]:
+    """Every kind of step on the course, once; of many kinds those with extreme rises and runs.
+
+    Args:
+        course: The ground.
+        deep: Depth of treads from which a flight is none, but floors with curbs between [m].
+    """
     found: list[Staircase] = []
     for lane in course.lanes:
-        for flight in lane.flights:
+        for flight in lane.close_flights(deep):
             for i in range(flight.first, flight.last + 1):
                 rise = float(lane.heights[i] - lane.heights[i - 1])
                 run = float(lane.breaks[i + 1] - lane.breaks[i])

@@ -58,6 +58,7 @@ def make_lattice(
     ahead: int = 1,
     per_cycle: int = 2,
     per_tread: int = 1,
+    deep: float = np.inf,
 ) -> Lattice:
     """Lays the lattice for a walk of the body from `start` to `goal` along `lane`.
 
@@ -70,6 +71,7 @@ def make_lattice(
         ahead: How many to lay beyond the goal.
         per_cycle: n: how many places a cycle advances.
         per_tread: q: how many places every tread has, evenly spaced.
+        deep: Depth of treads from which a flight is none, but floors with curbs between [m].
 
     Raises:
         PlanningError: If there is no room to step between start, flights and goal.
@@ -77,8 +79,9 @@ def make_lattice(
     pins: list[float] = [start]
     end = start  # of the flight before
     level: list[bool] = []  # whether the span after pin k is level
-    obstacles = find_obstacles(lane, spacing)
-    for flight in lane.flights:
+    obstacles = find_obstacles(lane, spacing, deep)
+    flights = lane.close_flights(deep)
+    for flight in flights:
         treads = lane.treads(flight)
         first, last = treads[0], treads[-1]
         if last[1] < start or first[0] > goal:
@@ -143,11 +146,12 @@ def make_lattice(
             f"a foot would have to stand at {bad[0]:.2f} m along the lane, beyond the ground",
             places=bad.tolist(),
         )
-    kinds = [lane.kinds[i] in ("tread", "block") for i in lane.interval(places)]
+    steps = {i for f in flights for i in range(f.first, f.last + 1)}
+    kinds = [lane.kinds[i] == "block" or i in steps for i in lane.interval(places).tolist()]
     line = None
     if per_tread > 1:
         line = make_lattice(lane, start=start, goal=goal, spacing=per_tread * spacing,
-                            behind=0, ahead=0, per_cycle=1)  # fmt: skip
+                            behind=0, ahead=0, per_cycle=1, deep=deep)  # fmt: skip
     return Lattice(
         s=read_only(places),
         z=read_only(z),

@@ -1,6 +1,7 @@
 """Where feet step on account of curbs and blocks: on both sides of them, or on their middle."""
 
 from dataclasses import dataclass
+from math import inf
 
 from drake_quad.terrain import Lane
 
@@ -26,14 +27,15 @@ class Obstacle:
     room: float
 
 
-def find_obstacles(lane: Lane, spacing: float) -> list[Obstacle]:
+def find_obstacles(lane: Lane, spacing: float, deep: float = inf) -> list[Obstacle]:
     """The curbs and blocks of a lane: single risers, two that are near each other as one.
 
     Args:
         lane: The lane.
         spacing: The longest distance between neighbouring places on level ground [m].
+        deep: Depth of treads from which the risers of a flight are curbs, too [m].
     """
-    found, risers = [], lane.single_risers().tolist()
+    found, risers = [], lane.single_risers(deep).tolist()
     while risers:
         a = b = risers.pop(0)
         if risers and risers[0] - a < LONGEST_BLOCK * spacing:

@@ -49,6 +49,7 @@ def lay_walk(
         ahead=pattern.beyond,
         per_cycle=n,
         per_tread=pattern.per_tread,
+        deep=settings.deep_tread,
     )
     builder = StepBuilder(
         lane,

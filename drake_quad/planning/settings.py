@@ -18,6 +18,8 @@ class PlanSettings:
             the one that landed last [s]; twice a cycle, which lasts so much longer than T.
         stride: The longest stride on level ground [m]; on stairs it is the pattern's treads.
         pattern: How many treads a cycle takes, and how many lie between front and rear feet.
+        deep_tread: Depth of treads from which a flight is walked as floors with curbs between
+            them are [m].
         body_ahead: How far the body goes ahead of its places on the lattice [places].
         tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
         tread_phase_down: The same going down.
@@ -60,6 +62,7 @@ class PlanSettings:
     switch_wait: float = 0.0
     stride: float = 1.0
     pattern: Pattern = field(default_factory=Pattern)
+    deep_tread: float = 100.0
     body_ahead: float = 0.0
     tread_phase_up: float = 0.0
     tread_phase_down: float = 0.0
