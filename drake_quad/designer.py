@@ -12,7 +12,7 @@ from drake_quad.design.choose import NEARLY, Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
 from drake_quad.design.room import Room, find_room, refuse_touching
-from drake_quad.design.search import QUICK, THOROUGH
+from drake_quad.design.search import WAYS
 from drake_quad.design.shape import Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import what_is_short
@@ -133,7 +133,7 @@ def _design(scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool
     best: Designed | None = None
     refused: PlanningError | None = None
     nearest_gait: Design | None = None
-    for way in (QUICK, THOROUGH):
+    for way in WAYS:
         for design in choose_gaits(robot, shape, flights, way):
             if nearest_gait is None or design.score > nearest_gait.score:
                 nearest_gait = design

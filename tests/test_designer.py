@@ -12,7 +12,7 @@ from drake_quad import designer
 from drake_quad.check_stairs import check_stairs, stairs_scenario
 from drake_quad.design.choose import Design
 from drake_quad.design.room import refuse_touching
-from drake_quad.design.search import QUICK, THOROUGH, Way
+from drake_quad.design.search import AGAIN, QUICK, THOROUGH, Way
 from drake_quad.design.shape import read_shape
 from drake_quad.designer import Designed, design_scenario
 from drake_quad.errors import PlanningError
@@ -210,9 +210,9 @@ def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
     [
         (0.8, 0.9, ["quick"]),  # good enough
         (0.8, designer.POOR, ["quick"]),
-        (0.8, 0.3, ["quick", "thorough"]),  # poor
-        (0.8, None, ["quick", "thorough"]),  # no plan of it
-        (-0.1, None, ["quick", "thorough"]),  # nearly a gait
+        (0.8, 0.3, ["quick", "again", "thorough"]),  # poor
+        (0.8, None, ["quick", "again", "thorough"]),  # no plan of it
+        (-0.1, None, ["quick", "again", "thorough"]),  # nearly a gait
         (-2.0, None, ["quick"]),  # hopeless
     ],
 )
@@ -220,7 +220,7 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
     monkeypatch: pytest.MonkeyPatch, score: float, quality: float | None, sought: list[str]
 ) -> None:
     """If the quick search leads to no plan or a poor one, and came near to a gait at all."""
-    ways, names = [], {QUICK: "quick", THOROUGH: "thorough"}
+    ways, names = [], {QUICK: "quick", AGAIN: "again", THOROUGH: "thorough"}
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
     def gaits(robot: RobotModel, shape: object, flights: object, way: Way) -> Iterator[Design]:

@@ -19,7 +19,7 @@ from drake_quad.design.search import (
     HOPELESS,
     QUICK,
     SURELY,
-    THOROUGH,
+    WAYS,
     Search,
     Way,
     least_room,
@@ -79,7 +79,7 @@ def choose_gaits(
         robot: The robot.
         shape: How thick it is.
         flights: As they are walked, going down with negative rises; none for level ground alone.
-        way: How to search. Thoroughly, treads of two places are looked at in any case.
+        way: How to search. If not the quick way, treads of two places are looked at in any case.
     """
     runs = [stairs.run for stairs in flights]
     one, two = PLACES
@@ -90,7 +90,7 @@ def choose_gaits(
     if early is not None and early.score >= ENOUGH:
         yield early
     found = [*([] if early is None else [early]), *searches]
-    if flights and (way is THOROUGH or max((d.score for d in found), default=0.0) < ENOUGH):
+    if flights and (way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH):
         patterns = make_patterns(robot, runs, two)
         found += _search(robot, shape, patterns, flights, way, hopeless=hopeless)
     found.sort(
@@ -140,7 +140,7 @@ def _search(
 def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> bool:
     """Whether a gait of any pattern does; no more are looked for than the first that does."""
     runs = [stairs.run for stairs in flights]
-    for way in (QUICK, THOROUGH):
+    for way in WAYS:
         nearest = NEARLY
         for per_tread in PLACES:
             patterns = make_patterns(robot, runs, per_tread)

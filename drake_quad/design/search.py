@@ -43,8 +43,10 @@ class Way:
 
 
 QUICK = Way(1, "best1bin", 0.7, 40)
+AGAIN = Way(2, "best1bin", 0.7, 40)
 # Settles later: finds more where a robot is at its limits (eleven such searches, four seeds each).
 THOROUGH = Way(2, "currenttobest1bin", 0.9, 60)
+WAYS = (QUICK, AGAIN, THOROUGH)  # in turn, until one leads to a good gait
 
 
 def swing_clearance(robot: RobotModel) -> float:
