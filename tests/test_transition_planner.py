@@ -20,7 +20,7 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.settings import PlanSettings
-from drake_quad.systems.transition_planner import TransitionPlanner
+from drake_quad.systems.transition_planner import AS_PLANNED, TransitionPlanner
 
 SETTINGS = PlanSettings()
 WALK = Task(kind="walk", name="walk", lane=0, goal=3.25)
@@ -131,6 +131,24 @@ def test_next_task_is_planned_from_the_feet_as_they_then_stand() -> None:
     np.testing.assert_allclose(second.contacts.feet, feet_of(state), atol=1e-9)
     np.testing.assert_allclose(second.sample(0.0).body[0], first.end.body, atol=1e-9)
     assert first.end.body[4] == pytest.approx(TURN.angle, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_feet_that_stand_nearly_as_planned_begin_the_plan_on_paper(seed: int) -> None:
+    """To the bit the task's plan after the one before; feet farther off begin one of their own."""
+    planner = Planner(STAND, WALK)
+    first = planner.run(0.2)
+    state = state_with(seed, scale=2e-3)
+    off = np.linalg.norm(feet_of(state) - first.end.feet, axis=1).max()
+    assert 1e-4 < off < AS_PLANNED * float(paper_robot().geometry.reach.min())
+    planner.give(1, state)
+    second = planner.run(0.1)
+    assert second.index == 1
+    np.testing.assert_array_equal(second.contacts.feet, first.end.feet)
+    again = Planner(STAND, WALK)
+    again.run(0.2)
+    again.give(1, state_with())
+    np.testing.assert_array_equal(again.run(0.1).body.control, second.body.control)
 
 
 @pytest.mark.parametrize("higher", [-0.11, 0.06])

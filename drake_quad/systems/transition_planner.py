@@ -21,11 +21,14 @@ from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.terrain import Course
 
+AS_PLANNED = 0.01  # of a leg: by which feet may be off, and still stand as planned
+
 
 class TransitionPlanner(ClockedSystem):
     """Holds the motion plan of the task under way.
 
-    On entering a task: from where the feet stand as measured, the fewest stable steps to the
+    On entering a task: from where the feet stand as measured (or as planned, if that is nearly the
+    same), the fewest stable steps to the
     gait's desired configuration, then the gait's footholds and the body's path. When the clock
     asks for a revision, after a push: the same from the feet as they stand, for the rest of the
     task. Plans are in the map's heights: what the ground is higher, the controller adds.
@@ -79,8 +82,7 @@ class TransitionPlanner(ClockedSystem):
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
         # The body goes on from where it was told to be, so that its desired pose never jumps.
         if plan.index != task:
-            stance = Stance(plan.end.body, self._feet_on_map(context))
-            self._set_plan(context, state, task, stance)
+            self._set_plan(context, state, task, self._stance_after(plan, context))
         elif plan.revision != revision:
             feet = self._feet_on_map(context)
             resumed = self._resume(plan, float(phase[GaitPhase.TIME]), feet)
@@ -99,6 +101,20 @@ class TransitionPlanner(ClockedSystem):
             index=task,
         )
         self._keep(context, state, plan)
+
+    def _stance_after(self, plan: MotionPlan, context: Context) -> Stance:
+        """The stance that a task begins in, after `plan` was carried out.
+
+        Feet that stand as planned, but for a little, are taken to stand just so: then the task's
+        plan is the one on paper, which was looked at for reach, room and torques. From a stance a
+        millimetre off, where a robot is at its limits, the path found can be quite another.
+        """
+        feet, end = self._feet_on_map(context), plan.end
+        planned, _ = plan.contacts.feet_at(np.array([plan.duration]))
+        off = float(np.linalg.norm(feet - planned[0], axis=1).max())
+        if off <= AS_PLANNED * float(self._robot.geometry.reach.min()):
+            return end
+        return Stance(end.body, feet)
 
     def _resume(self, plan: MotionPlan, t: float, feet: FloatArray) -> MotionPlan:
         """The rest of `plan` from gait time `t` on, from the feet (4, 3) as they stand."""
