@@ -11,7 +11,7 @@ from drake_quad.design.candidate import hip_length, leg_length
 from drake_quad.design.choose import NEARLY, Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
-from drake_quad.design.room import Room, find_room, refuse_touching
+from drake_quad.design.room import Room, find_room, refuse_thighs, refuse_touching
 from drake_quad.design.search import WAYS
 from drake_quad.design.shape import Shape, read_shape
 from drake_quad.design.staircase import Staircase
@@ -41,6 +41,7 @@ GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
 POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
+THIGHS_EVERY = 2  # so many are looked at for thighs
 TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
 PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
 LEFT_OVER = 1.1  # of the margin that the gait clock asks for: what a plan keeps is kept nearly
@@ -269,6 +270,7 @@ def _plan(
         if plan.margin == plan.margin:  # standing still has none
             _refuse_waiting(scenario, task.name, plan.margin)
             margin = min(margin, plan.margin)
+        refuse_thighs(robot, course, task, samples.every(THIGHS_EVERY))
         refuse_touching(robot, task, samples)
         refuse_touching(robot, task, swings)
         torque = min(torque, 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))

@@ -205,6 +205,17 @@ def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
         )  # fmt: skip
 
 
+def test_no_design_is_taken_that_leans_a_thigh_on_the_stairs() -> None:
+    """The designer asks it of every task, too."""
+    found, robot = designed(), paper_robot()
+    thick = replace(robot, thigh_radii=robot.thigh_radii + 0.6)
+    with pytest.raises(PlanningError, match=r"the thigh of [FR][LR] would be .* inside the stairs"):
+        designer._plan(
+            found.scenario, design=found.design, robot=thick, shape=read_shape(robot),
+            source="test", beat=None,
+        )  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("score", "quality", "sought"),
     [

@@ -18,6 +18,7 @@ from drake_quad.planning.shank_room import (
     shank_room,
     trunk_room,
 )
+from drake_quad.planning.thigh_room import thigh_room
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Course
 
@@ -89,6 +90,18 @@ def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None
     one, two = (LEGS[row].short for row in PAIRS[pair])
     what = f"the legs {one} and {two} would be {{:.3f}} m inside each other"
     _refuse(float(room[k, pair]), what, float(samples.times[k]), task)
+
+
+def refuse_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
+    """Refuses a task's plan in which a thigh comes into the ground.
+
+    Raises:
+        PlanningError: With which, where and how far.
+    """
+    room = thigh_room(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
+    k, row = np.unravel_index(np.argmin(room), room.shape)
+    what = f"the thigh of {LEGS[row].short} would be {{:.3f}} m inside the stairs"
+    _refuse(float(room[k, row]), what, float(samples.times[k]), task)
 
 
 def _refuse(room: float, what: str, time: float, task: Task) -> None:

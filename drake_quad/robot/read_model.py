@@ -16,6 +16,7 @@ from drake_quad.gait.legs import SHORT_NAMES, FloatArray, read_only
 from drake_quad.robot.leg_kinematics import LegGeometry
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.shank_outline import bounding_box, outer_boxes, read_sides
+from drake_quad.robot.thigh_outline import read_thighs
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,8 @@ def read_model(
         links = (chain[1].child_body(), shank)
         lengths = (float(-to_knee[2]), float(-foot[0][2]))
         sides.append(read_sides(plant, inspector, links, name, lengths))
+    thighs = [chain[1].child_body() for chain in chains]
+    thigh_points, thigh_radii = read_thighs(plant, inspector, thighs)
     joints = [joint for chain in chains for joint in chain]
     lower = np.array([j.position_lower_limit() for j in joints])
     upper = np.array([j.position_upper_limit() for j in joints])
@@ -176,6 +179,8 @@ def read_model(
         foot_geometry=tuple(str(n) for n in rows["name"]),
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),
+        thigh_points=read_only(thigh_points),
+        thigh_radii=read_only(thigh_radii),
         trunk_box=read_only(box),
         trunk_boxes=read_only(boxes),
     )

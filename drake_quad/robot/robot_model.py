@@ -36,6 +36,9 @@ class RobotModel:
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
             middle of its shank is at SHANK_POINTS, (4, 8) [m].
         shank_radii: How far it reaches from there to either side, (4, 8) [m].
+        thigh_points: Points that lines along the thighs' collision shapes join, K shapes each, in
+            the thighs' frames (4, K, 10, 3) [m].
+        thigh_radii: How thick what is around them is (4, K) [m].
         trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
             its hips where it has none.
         trunk_boxes: The same of each of these geometries that no other holds (K, 2, 3) [m].
@@ -61,6 +64,8 @@ class RobotModel:
     foot_geometry: tuple[str, ...]
     shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
     shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
+    thigh_points: FloatArray = field(default_factory=lambda: np.zeros((4, 1, 10, 3)))
+    thigh_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 1)))
     trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
     trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))

@@ -44,7 +44,7 @@ def read_sides(
     for g in plant.GetCollisionGeometriesForBody(shank):
         if inspector.GetName(g) == foot:  # type: ignore[attr-defined]
             continue
-        axis, half, radius = _rod(inspector.GetShape(g))  # type: ignore[attr-defined]
+        axis, half, radius = rod(inspector.GetShape(g))  # type: ignore[attr-defined]
         X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
         line = np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)])
         along, ahead = -line[:, 2] / length, line[:, 0]
@@ -57,7 +57,7 @@ def read_sides(
     found[:, bare] = np.array([[-thin], [thin]]) * (np.flatnonzero(bare) < len(SHANK_POINTS) - 1)
     knee = np.array([0.0, 0.0, -lengths[0]])
     for g in plant.GetCollisionGeometriesForBody(thigh):
-        axis, half, radius = _rod(inspector.GetShape(g))  # type: ignore[attr-defined]
+        axis, half, radius = rod(inspector.GetShape(g))  # type: ignore[attr-defined]
         X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
         line = np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)])
         ball = radius - float(np.min(np.linalg.norm(line - knee, axis=1)))
@@ -105,7 +105,7 @@ def outer_boxes(inspector: object, geometries: list[GeometryId]) -> FloatArray:
     return np.array(found)
 
 
-def _rod(shape: DrakeShape) -> tuple[FloatArray, float, float]:
+def rod(shape: DrakeShape) -> tuple[FloatArray, float, float]:
     """A shape as a rod: its axis (3,), half its length and its radius [m]."""
     half = half_sizes(shape)
     if isinstance(shape, Cylinder | Capsule):
