@@ -21,7 +21,7 @@ from drake_quad import __version__
 from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.errors import DrakeQuadError
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.planning.plan_torques import least_forces, share_weight
+from drake_quad.planning.plan_torques import SHARES
 from drake_quad.preparation import Preparation, prepare
 from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_state import make_layout
@@ -188,7 +188,7 @@ def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
         times=times[first:count],
         logs={name: log.data().T[first:count] for name, log in logs.items()},
         plans=plans,
-        share=share_weight if p.scenario.controller.kind == "ik" else least_forces,
+        share=SHARES[p.scenario.controller.kind],
         ground=Ground(p.course, p.scenario.simulation.friction),
         state_names=state_names(climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()),
     )
@@ -226,7 +226,7 @@ def _replay_plan(p: Preparation) -> RunResult:
         plans=plans,
         state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
         massless_legs=p.settings.uniform_body,
-        share=share_weight if p.scenario.controller.kind == "ik" else least_forces,
+        share=SHARES[p.scenario.controller.kind],
     )
     wall = time.perf_counter() - begun
     figures = {

@@ -249,6 +249,21 @@ def test_the_search_knows_that_feet_roll() -> None:
     assert found[NAMES.index("margin")] == pytest.approx(least(rolled), abs=1e-9)
 
 
+def test_the_search_keeps_shanks_off_the_trunks_parts_alone() -> None:
+    """Not off one box about them; a part where shanks go takes room away."""
+    grid, stairs = (
+        make_grid(paper_robot(), Pattern(), bounds(Pattern())[2][None]),
+        Staircase(0.13, 0.4),
+    )
+    outline, apart = shape(), NAMES.index("apart")
+    box = np.array([outline.trunk_lower, outline.trunk_upper])
+    long = np.array([box[0] - [0.3, 0.2, 0.4], box[1] + [0.3, 0.2, 0.0]])
+    whole = replace(outline, trunk_lower=long[0], trunk_upper=long[1])
+    alone = unswayed(grid, stairs, replace(whole, trunk_parts=box[None]))
+    filled = unswayed(grid, stairs, replace(whole, trunk_parts=long[None]))
+    assert filled[apart] < 0.0 < alone[apart]
+
+
 def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
     """The room (7,) by NAMES of a grid of one on stairs, if its body does not sway."""
     robot, g = paper_robot(), paper_robot().geometry

@@ -254,6 +254,32 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
 
 
 @pytest.mark.parametrize(
+    ("first", "planned"),
+    [(0.3, [0.8, 0.2, 0.2, 0.2]), (0.6, [0.8])],  # the less promising is kept out by a fair one
+)
+def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
+    monkeypatch: pytest.MonkeyPatch, first: float, planned: list[float]
+) -> None:
+    """A gait with less room on endless stairs may be the better one on the course."""
+    scores: list[float] = []
+    monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
+
+    def gaits(*asked: object) -> Iterator[Design]:
+        for score in (0.8, 0.2) if asked[-1] is QUICK else (0.2,):
+            yield replace(designed().design, score=score)
+
+    def lower(_: Scenario, plan: partial[Designed], *__: object) -> tuple[Designed, None]:
+        scores.append(plan.keywords["design"].score)
+        return replace(designed(), margin=first), None
+
+    monkeypatch.setattr(designer, "choose_gaits", gaits)
+    monkeypatch.setattr(designer, "_lower", lower)
+    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    design_scenario(scenario, robot=paper_robot())
+    assert scores == planned
+
+
+@pytest.mark.parametrize(
     ("run", "found", "asked", "kept"),
     [
         (0.4, {100.0: 0.1}, [100.0], 0.1),  # no tread is like a floor

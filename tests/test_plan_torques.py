@@ -11,6 +11,7 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.plan_torques import (
     FRICTION,
+    SHARES,
     Share,
     least_forces,
     share_weight,
@@ -114,3 +115,8 @@ def test_ratio_is_of_the_weakest_joint() -> None:
     samples = evaluate(robot, flat_walk(), np.array([3.0]))
     torques = np.abs(standing_torques(robot, samples)).ravel()
     assert torque_ratio(robot, samples)[0] == pytest.approx((torques / robot.effort).max())
+
+
+def test_each_controller_has_its_own_sharing() -> None:
+    """As a run's log asks for it; whole-body is what plans are judged by."""
+    assert {"ik": share_weight, "whole_body": least_forces} == SHARES

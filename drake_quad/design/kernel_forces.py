@@ -12,6 +12,19 @@ LEAST_AREA = 1e-9
 
 
 @compiled
+def _others(air: int, k: int) -> tuple[int, int]:
+    """The other two of three feet that stand."""
+    i, j = -1, -1
+    for m in range(4):
+        if m != air and m != k:
+            if i < 0:
+                i = m
+            else:
+                j = m
+    return i, j
+
+
+@compiled
 def best_sway(
     com: FloatArray, feet: FloatArray, air: int, widest: float, wanted: float
 ) -> tuple[float, float]:
@@ -23,14 +36,7 @@ def best_sway(
     for k in range(4):
         if k == air:
             continue
-        # The side between the other two, and which way is in.
-        i, j = -1, -1
-        for m in range(4):
-            if m != air and m != k:
-                if i < 0:
-                    i = m
-                else:
-                    j = m
+        i, j = _others(air, k)  # the side between them, and which way is in
         ex, ey = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
         length = max(sqrt(ex * ex + ey * ey), 1e-9)
         inward = ex * (feet[k, 1] - feet[i, 1]) - ey * (feet[k, 0] - feet[i, 0])
@@ -56,13 +62,7 @@ def share_weight(
         forces[k] = 0.0
         if k == air:
             continue
-        i, j = -1, -1
-        for m in range(4):
-            if m != air and m != k:
-                if i < 0:
-                    i = m
-                else:
-                    j = m
+        i, j = _others(air, k)
         ax, ay = feet[i, 0] - x, feet[i, 1] - y
         bx, by = feet[j, 0] - x, feet[j, 1] - y
         cx, cy = feet[k, 0] - feet[i, 0], feet[k, 1] - feet[i, 1]

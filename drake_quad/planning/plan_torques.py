@@ -66,6 +66,9 @@ def least_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolArra
     return force
 
 
+SHARES: dict[str, Share] = {"ik": share_weight, "whole_body": least_forces}  # by controller.kind
+
+
 def _least_within(grasp: FloatArray, wanted: FloatArray, weight: float) -> FloatArray | None:
     """The least forces (4, 3) that make up a wrench (6,) and do not slip; None if none do."""
     rows = np.concatenate([grasp, PYRAMIDS])
