@@ -259,8 +259,12 @@ def test_the_search_keeps_shanks_off_the_trunks_parts_alone() -> None:
     box = np.array([outline.trunk_lower, outline.trunk_upper])
     long = np.array([box[0] - [0.3, 0.2, 0.4], box[1] + [0.3, 0.2, 0.0]])
     whole = replace(outline, trunk_lower=long[0], trunk_upper=long[1])
-    alone = unswayed(grid, stairs, replace(whole, trunk_parts=box[None]))
-    filled = unswayed(grid, stairs, replace(whole, trunk_parts=long[None]))
+    alone, filled = (
+        evaluate(
+            paper_robot(), replace(whole, trunk_parts=part[None]), grid, stairs, clearance=0.02
+        )[0]
+        for part in (box, long)
+    )
     assert filled[apart] < 0.0 < alone[apart]
 
 
