@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.designer import Designed
+from drake_quad.designer_plan import Designed
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.planning.motion_plan import MotionPlan, Segment
 from drake_quad.robot.robot_model import RobotModel

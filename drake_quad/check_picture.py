@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from drake_quad.check_drawing import REAR, draw_moment
 from drake_quad.check_moments import Stretch, find_stretches
 from drake_quad.design.shape import read_shape
-from drake_quad.designer import Designed
+from drake_quad.designer_plan import Designed
 from drake_quad.errors import InputError
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.robot_model import RobotModel

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_quad.check_stairs import Check
 from drake_quad.design.evaluate import NAMES, wanted_for
-from drake_quad.designer import Designed
+from drake_quad.designer_plan import Designed
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.kinds import HULL

@@ -5,7 +5,8 @@ from math import ceil
 from typing import Any
 
 from drake_quad.design.candidate import hip_length, leg_length
-from drake_quad.designer import Designed, design_scenario
+from drake_quad.designer import design_scenario
+from drake_quad.designer_plan import Designed
 from drake_quad.errors import PlanningError
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel

@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from rig import paper_robot
 
-from drake_quad import designer
+from drake_quad import designer, designer_lower
 from drake_quad.check_stairs import check_stairs, stairs_scenario
 from drake_quad.design.choose import Design
 from drake_quad.design.room import refuse_touching
 from drake_quad.design.search import AGAIN, QUICK, THOROUGH, Way
 from drake_quad.design.shape import read_shape
-from drake_quad.designer import Designed, design_scenario
+from drake_quad.designer import design_scenario
+from drake_quad.designer_lower import LOWER, plan_lower
+from drake_quad.designer_plan import POOR, Designed, plan_design
 from drake_quad.errors import PlanningError
 from drake_quad.planning.plan_mission import (
     check_plan,
@@ -39,7 +41,7 @@ def designed() -> Designed:
 def tried_against(beat: Designed | None) -> Designed | None:
     found, robot = designed(), paper_robot()
     shape = read_shape(robot)
-    return designer._plan(
+    return plan_design(
         found.scenario, design=found.design, robot=robot, shape=shape, source="test", beat=beat
     )
 
@@ -58,7 +60,7 @@ def test_a_plan_at_which_the_clock_would_stop_is_refused() -> None:
     found, robot = designed(), paper_robot()
     strict = replace(found.scenario, controller=replace(found.scenario.controller))
     plan = partial(
-        designer._plan, design=found.design, robot=robot, shape=read_shape(robot), source="test"
+        plan_design, design=found.design, robot=robot, shape=read_shape(robot), source="test"
     )
     strict.controller.lift_off_margin = 0.9 * found.margin
     assert plan(strict, beat=None) is not None
@@ -100,7 +102,7 @@ def test_tasks_planned_one_by_one_make_the_mission() -> None:
         ((0.3, 0.2), 2, 0.3),  # or it is not
         ((None, 0.3, 0.4), 3, 0.4),  # one that cannot be planned is no plan
         ((None, 0.6), 2, 0.6),
-        ((None,) * len(designer.LOWER), len(designer.LOWER), None),
+        ((None,) * len(LOWER), len(LOWER), None),
     ],
 )
 def test_of_a_poor_plan_the_next_lower_body_is_tried(
@@ -122,9 +124,9 @@ def test_of_a_poor_plan_the_next_lower_body_is_tried(
             return None
         return replace(designed(), margin=quality)
 
-    best, refused = designer._lower(Scenario(), plan, 0.5, None)
+    best, refused = plan_lower(Scenario(), plan, 0.5, None)
     height = Scenario().gait.body_height
-    assert tried == pytest.approx([height - 0.5 * share for share in designer.LOWER[:heights]])
+    assert tried == pytest.approx([height - 0.5 * share for share in LOWER[:heights]])
     assert (best and best.quality) == kept
     assert (refused is None) == (None not in qualities)
 
@@ -141,7 +143,7 @@ def test_where_parts_touch_lower_bodies_are_tried_as_often_as_told(
         tried.append(scenario.gait.body_height)
         raise PlanningError("no plan", **{data: -0.01})
 
-    best, refused = designer._lower(Scenario(), plan, 0.5, None, touches)
+    best, refused = plan_lower(Scenario(), plan, 0.5, None, touches)
     assert best is None and refused is not None and len(tried) == heights
 
 
@@ -157,7 +159,7 @@ def test_a_lower_body_is_as_slow_as_the_higher_one_had_to_be() -> None:
             raise PlanningError("no plan")
         return replace(designed(), margin=1.0)
 
-    best, _ = designer._lower(Scenario(), plan, 0.5, None)
+    best, _ = plan_lower(Scenario(), plan, 0.5, None)
     assert best is not None and len(asked) == 3
     assert asked[0] < asked[1] == asked[2]
 
@@ -173,13 +175,13 @@ def test_joints_that_would_turn_too_fast_are_given_time(ratio: float, slower: bo
             raise PlanningError("too fast", too_fast=ratio)
 
     if slower:
-        designer._or_slower(Scenario(), plan)
+        designer_lower._or_slower(Scenario(), plan)
         (cycle, swing), (cycle_after, swing_after) = asked
         assert ratio < cycle_after / cycle < 1.5 * ratio
         assert swing_after / swing == pytest.approx(cycle_after / cycle)
     else:
         with pytest.raises(PlanningError, match="too fast"):
-            designer._or_slower(Scenario(), plan)
+            designer_lower._or_slower(Scenario(), plan)
         assert len(asked) == 1
 
 
@@ -199,7 +201,7 @@ def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
     found, large = designed(), np.array([[[-1.0, -1.0, -0.6], [1.0, 1.0, 0.2]]])
     robot = replace(paper_robot(), trunk_boxes=large)
     with pytest.raises(PlanningError, match="inside the trunk"):
-        designer._plan(
+        plan_design(
             found.scenario, design=found.design, robot=robot, shape=read_shape(robot),
             source="test", beat=None,
         )  # fmt: skip
@@ -210,7 +212,7 @@ def test_no_design_is_taken_that_leans_a_thigh_on_the_stairs() -> None:
     found, robot = designed(), paper_robot()
     thick = replace(robot, thigh_radii=robot.thigh_radii + 0.6)
     with pytest.raises(PlanningError, match=r"the thigh of [FR][LR] would be .* inside the stairs"):
-        designer._plan(
+        plan_design(
             found.scenario, design=found.design, robot=thick, shape=read_shape(robot),
             source="test", beat=None,
         )  # fmt: skip
@@ -220,7 +222,7 @@ def test_no_design_is_taken_that_leans_a_thigh_on_the_stairs() -> None:
     ("score", "quality", "sought"),
     [
         (0.8, 0.9, ["quick"]),  # good enough
-        (0.8, designer.POOR, ["quick"]),
+        (0.8, POOR, ["quick"]),
         (0.8, 0.3, ["quick", "again", "thorough"]),  # poor
         (0.8, None, ["quick", "again", "thorough"]),  # no plan of it
         (-0.1, None, ["quick", "again", "thorough"]),  # nearly a gait
@@ -243,7 +245,7 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
         return None if quality is None else replace(designed(), margin=quality), None
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
-    monkeypatch.setattr(designer, "_lower", lower)
+    monkeypatch.setattr(designer, "plan_lower", lower)
     scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
     if quality is None:
         with pytest.raises(PlanningError):
@@ -273,7 +275,7 @@ def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
         return replace(designed(), margin=first), None
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
-    monkeypatch.setattr(designer, "_lower", lower)
+    monkeypatch.setattr(designer, "plan_lower", lower)
     scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
     design_scenario(scenario, robot=paper_robot())
     assert scores == planned

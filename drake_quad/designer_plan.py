@@ -1,0 +1,139 @@
+"""A designed gait's plan on the scenario's own course, and what it is worth."""
+
+import time
+from dataclasses import dataclass
+from math import inf
+
+from drake_quad.design.choose import Design
+from drake_quad.design.room import Room, find_room, refuse_thighs, refuse_touching
+from drake_quad.design.shape import Shape
+from drake_quad.errors import PlanningError
+from drake_quad.planning.contact_plan import swing_times
+from drake_quad.planning.motion_plan import evaluate
+from drake_quad.planning.plan_mission import (
+    MissionPlan,
+    check_plan,
+    initial_stance,
+    join_plans,
+    plan_tasks,
+)
+from drake_quad.planning.plan_torques import torque_ratio
+from drake_quad.robot.robot_model import RobotModel
+from drake_quad.scenario import Scenario, course_of, mission_of, plan_settings
+
+GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
+GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
+GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
+POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
+THIGHS_EVERY = 2  # so many are looked at for thighs
+TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
+PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
+LEFT_OVER = 1.1  # of the margin that the gait clock asks for: what a plan keeps is kept nearly
+
+
+@dataclass(frozen=True, eq=False)
+class Designed:
+    """A scenario with its gait filled in.
+
+    Attributes:
+        scenario: In full.
+        design: The gait and the room that it leaves on endless stairs.
+        plan: Of the whole mission on paper.
+        margin: Its least margin [m].
+        room: Its least room between robot and course.
+        torque: Of joints' limits, the least share that standing still in it leaves; negative where
+            it takes more than there is, shared among the feet as controllers share it. They share
+            it otherwise where they must, so that this alone forbids nothing.
+    """
+
+    scenario: Scenario
+    design: Design
+    plan: MissionPlan
+    margin: float
+    room: Room
+    torque: float
+
+    @property
+    def quality(self) -> float:
+        """The least share of what is wanted of margin, room and torque, at most 1."""
+        return _quality(self.scenario, self.design, self.margin, self.room, self.torque)
+
+
+def plan_design(
+    scenario: Scenario,
+    *,
+    design: Design,
+    robot: RobotModel,
+    shape: Shape,
+    source: str,
+    beat: Designed | None,
+) -> Designed | None:
+    """Plans a scenario in full; None as soon as it is no better than another.
+
+    Args:
+        scenario: With the design's fields filled in.
+        design: The gait, and the room that is wanted of it.
+        robot: The scenario's.
+        shape: Its outline.
+        source: What an error names.
+        beat: The other, if there is one.
+
+    Raises:
+        PlanningError: If there is no plan, or one that touches the stairs with more than feet.
+    """
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    settings = plan_settings(scenario)
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    tasks = mission_of(scenario, course, source=source)
+    begun, plans = time.perf_counter(), []
+    room, margin, torque = Room(inf, inf, "", "", 0.0), inf, 1.0
+    for plan in plan_tasks(robot, course, settings, tasks, stance):
+        task = tasks[plan.index]
+        samples = check_plan(robot, plan, dynamic=settings.dynamic)
+        swings = evaluate(robot, plan, swing_times(plan.contacts, PER_SWING))
+        here = find_room(robot, shape, course, [task, task], [samples, swings])
+        if here.distance <= 0.0:
+            raise PlanningError(
+                f"{here.part} would be {-here.distance:.3f} m inside the stairs at "
+                f"{here.time:.1f} s of '{here.task}'",
+                room=here.distance,
+            )
+        room = min(room, here, key=lambda r: r.worth)
+        if plan.margin == plan.margin:  # standing still has none
+            _refuse_waiting(scenario, task.name, plan.margin)
+            margin = min(margin, plan.margin)
+        refuse_thighs(robot, course, task, samples.every(THIGHS_EVERY))
+        refuse_touching(robot, task, samples)
+        refuse_touching(robot, task, swings)
+        torque = min(torque, 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
+        plans.append(plan)
+        if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:
+            return None
+    mission = join_plans(plans, time.perf_counter() - begun, dynamic=settings.dynamic)
+    return Designed(scenario, design, mission, margin if margin < inf else 0.0, room, torque)
+
+
+def _refuse_waiting(scenario: Scenario, task: str, margin: float) -> None:
+    """Refuses a plan by which the gait clock would wait at a lift-off, and then stop.
+
+    Raises:
+        PlanningError: With the margin that there is, and the one that there has to be.
+    """
+    least = scenario.controller.lift_off_margin
+    if margin < LEFT_OVER * least:
+        raise PlanningError(
+            f"the static margin would be {margin:.3f} m in '{task}', and no foot is lifted with "
+            f"less than {least:.3f} m",
+            margin=margin,
+        )
+
+
+def _quality(scenario: Scenario, design: Design, margin: float, room: Room, torque: float) -> float:
+    """See Designed; of the tasks that are planned, more can only make it less."""
+    wanted = design.wanted
+    return min(
+        1.0,
+        margin / (GOOD_MARGIN * scenario.body.margin_desired),
+        room.worth / (GOOD_ROOM * wanted["legs"]),
+        torque / (GOOD_TORQUE * wanted["torque"]),
+    )
