@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_quad.design.candidate import Grid, leg_length
 from drake_quad.design.cycle import make_cycle
-from drake_quad.design.kernel import lacking, slacks
+from drake_quad.design.kernel import lacking_each, slacks
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
@@ -113,4 +113,4 @@ def wanted_room(robot: RobotModel) -> FloatArray:
 
 def lacking_room(room: FloatArray, wanted: FloatArray) -> FloatArray:
     """What room (C, 7) lacks of the room wanted (7,): (C,), less is better, -1 if nothing does."""
-    return np.array([lacking(row, wanted) for row in room])
+    return lacking_each(room, wanted)

@@ -36,6 +36,15 @@ def lacking(row: FloatArray, wanted: FloatArray) -> float:
 
 
 @compiled
+def lacking_each(rows: FloatArray, wanted: FloatArray) -> FloatArray:
+    """See `lacking`, for slacks in rows (C, COLUMNS): (C,)."""
+    lacks = np.empty(len(rows))
+    for c in range(len(rows)):
+        lacks[c] = lacking(rows[c], wanted)
+    return lacks
+
+
+@compiled
 def slacks(
     body: FloatArray,
     feet: FloatArray,
