@@ -47,6 +47,7 @@ def ask_stairs(
     run: float,
     count: int,
     nearest: bool = True,
+    thorough: bool = True,
     margin: str = HULL,
 ) -> Check:
     """Whether a robot climbs a flight up and down.
@@ -57,6 +58,7 @@ def ask_stairs(
         run: Of the treads [m].
         count: Steps of the flight.
         nearest: Whether to say which rise would work if this one does not; it takes a while.
+        thorough: Whether to look for a good gait, or any that a quick search finds.
         margin: Over what the plan's margin is measured, see `stability.kinds`.
 
     Raises:
@@ -67,7 +69,14 @@ def ask_stairs(
     model = whole_path(model)
     try:
         return check_stairs(
-            model, rise=rise, run=run, count=count, nearest=nearest, robot=robot, margin=margin
+            model,
+            rise=rise,
+            run=run,
+            count=count,
+            nearest=nearest,
+            thorough=thorough,
+            robot=robot,
+            margin=margin,
         )
     except InputError as error:
         # The course's fields are the options' here.

@@ -83,7 +83,8 @@ def run_check(
             note("not these; looking for the nearest stairs that it can climb")
             nearest = nearest_stairs(
                 lambda r, d, n: ask_stairs(
-                    asked.robot, rise=r, run=d, count=n, nearest=False, margin=asked.margin
+                    asked.robot, rise=r, run=d, count=n, nearest=False, thorough=False,
+                    margin=asked.margin,
                 ),
                 check, rise=rise, run=run, count=count,
             )  # fmt: skip

@@ -82,6 +82,7 @@ def check_stairs(
     count: int = 10,
     source: str = "check",
     nearest: bool = True,
+    thorough: bool = True,
     robot: RobotModel | None = None,
     margin: str = HULL,
 ) -> Check:
@@ -94,6 +95,7 @@ def check_stairs(
         count: Steps of a flight.
         source: What an error names.
         nearest: Whether to say which rise would work if this one does not; it takes a while.
+        thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The same robot, if it is at hand: to read it takes a while, too.
         margin: Over what the plan's margin is measured, see `stability.kinds`.
 
@@ -104,7 +106,9 @@ def check_stairs(
     scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count)
     scenario.gait.margin = margin
     try:
-        designed = design_scenario(scenario, source=source, nearest=nearest, robot=robot)
+        designed = design_scenario(
+            scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
+        )
     except PlanningError as error:
         return Check(scenario, None, error.reason, dict(error.data))
     return Check(scenario, designed, "", {})

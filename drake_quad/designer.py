@@ -1,18 +1,18 @@
 """Fills in the gait of a scenario that names a robot and a course, and leaves the rest to us."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 from drake_quad.design.candidate import hip_length, leg_length
 from drake_quad.design.choose import NEARLY, Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
-from drake_quad.design.search import WAYS
+from drake_quad.design.search import QUICK, WAYS, Way
 from drake_quad.design.shape import Shape, read_shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.design.words import what_is_short
-from drake_quad.designer_lower import TOUCHES, plan_lower
+from drake_quad.designer_lower import TOUCHES, Gait, plan_any, plan_lower
 from drake_quad.designer_plan import POOR, Designed, plan_design
 from drake_quad.errors import PlanningError
 from drake_quad.robot.load_robot import load_robot
@@ -28,6 +28,7 @@ def design_scenario(
     *,
     source: str = "scenario",
     nearest: bool = True,
+    thorough: bool = True,
     robot: RobotModel | None = None,
 ) -> Designed:
     """Designs the gait for a scenario's robot and course.
@@ -41,6 +42,7 @@ def design_scenario(
         scenario: Robot and course.
         source: What an error names.
         nearest: Whether to say which rise would work if this one does not; it takes a while.
+        thorough: Whether to look for a good gait. If not, any that a quick search finds will do.
         robot: The scenario's, if it is at hand: to read it takes a while, too.
 
     Raises:
@@ -52,24 +54,26 @@ def design_scenario(
     stepped = copy.deepcopy(scenario)
     stepped.gait.deep_tread = round(DEEP * leg_length(robot), 3)
     if len(flights_of(course, stepped.gait.deep_tread)) == len(flights_of(course)):
-        return _design(scenario, robot, source=source, nearest=nearest)
+        return _design(scenario, robot, source=source, nearest=nearest, thorough=thorough)
     best: Designed | None = None
     try:
-        best = _design(scenario, robot, source=source, nearest=False)
-        if best.quality >= POOR:
+        best = _design(scenario, robot, source=source, nearest=False, thorough=thorough)
+        if best.quality >= POOR or not thorough:
             return best
         other = _design(stepped, robot, source=source, nearest=False)
     except PlanningError:
         if best is not None:
             return best
         try:
-            return _design(stepped, robot, source=source, nearest=nearest)
+            return _design(stepped, robot, source=source, nearest=nearest, thorough=thorough)
         except PlanningError as error:
             raise PlanningError(error.reason, **error.data, deep=True) from None
     return max(best, other, key=lambda d: d.quality)
 
 
-def _design(scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool) -> Designed:
+def _design(
+    scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool, thorough: bool = True
+) -> Designed:
     """See `design_scenario`; which flights are walked as such is the scenario's to say.
 
     Raises:
@@ -81,17 +85,26 @@ def _design(scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool
     best: Designed | None = None
     refused: PlanningError | None = None
     nearest_gait: Design | None = None
-    for way in WAYS:
+
+    def gaits(way: Way) -> Iterator[Gait]:
+        nonlocal nearest_gait
         for design in choose_gaits(robot, shape, flights, way):
             if nearest_gait is None or design.score > nearest_gait.score:
                 nearest_gait = design
-            good = best is not None and best.quality >= max(POOR, design.score)
-            if not design.feasible or good:
+            if design.feasible:
+                filled = fill_in(scenario, robot, design, [s.run for s in flights])
+                plan = partial(plan_design, design=design, robot=robot, shape=shape, source=source)
+                yield Gait(design.score, filled, plan)
+
+    leg = leg_length(robot)
+    if not thorough:
+        best, refused = plan_any(gaits(QUICK), leg)
+    for way in WAYS if thorough else ():
+        for gait in gaits(way):
+            if best is not None and best.quality >= max(POOR, gait.score):
                 continue  # what leaves less room on endless stairs is mostly not the better gait
-            filled = fill_in(scenario, robot, design, [s.run for s in flights])
-            plan = partial(plan_design, design=design, robot=robot, shape=shape, source=source)
             touches = TOUCHES if flights else 1
-            best, error = plan_lower(filled, plan, leg_length(robot), best, touches)
+            best, error = plan_lower(gait, leg, best, touches)
             refused = refused or error
             if best is not None and best.quality >= TAKEN:
                 break

@@ -15,7 +15,7 @@ from drake_quad.design.room import refuse_touching
 from drake_quad.design.search import AGAIN, QUICK, THOROUGH, Way
 from drake_quad.design.shape import read_shape
 from drake_quad.designer import design_scenario
-from drake_quad.designer_lower import LOWER, plan_lower
+from drake_quad.designer_lower import ANY_LOWER, LOWER, Gait, plan_any, plan_lower
 from drake_quad.designer_plan import POOR, Designed, plan_design
 from drake_quad.errors import PlanningError
 from drake_quad.planning.plan_mission import (
@@ -124,7 +124,7 @@ def test_of_a_poor_plan_the_next_lower_body_is_tried(
             return None
         return replace(designed(), margin=quality)
 
-    best, refused = plan_lower(Scenario(), plan, 0.5, None)
+    best, refused = plan_lower(Gait(1.0, Scenario(), plan), 0.5, None)
     height = Scenario().gait.body_height
     assert tried == pytest.approx([height - 0.5 * share for share in LOWER[:heights]])
     assert (best and best.quality) == kept
@@ -143,7 +143,7 @@ def test_where_parts_touch_lower_bodies_are_tried_as_often_as_told(
         tried.append(scenario.gait.body_height)
         raise PlanningError("no plan", **{data: -0.01})
 
-    best, refused = plan_lower(Scenario(), plan, 0.5, None, touches)
+    best, refused = plan_lower(Gait(1.0, Scenario(), plan), 0.5, None, touches)
     assert best is None and refused is not None and len(tried) == heights
 
 
@@ -159,7 +159,7 @@ def test_a_lower_body_is_as_slow_as_the_higher_one_had_to_be() -> None:
             raise PlanningError("no plan")
         return replace(designed(), margin=1.0)
 
-    best, _ = plan_lower(Scenario(), plan, 0.5, None)
+    best, _ = plan_lower(Gait(1.0, Scenario(), plan), 0.5, None)
     assert best is not None and len(asked) == 3
     assert asked[0] < asked[1] == asked[2]
 
@@ -255,6 +255,48 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
     assert ways == sought
 
 
+def test_where_any_plan_will_do_no_other_way_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However poor it is, and of the quick search's gaits no more are looked for than are tried."""
+    ways, scores = [], []
+    monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
+
+    def gaits(robot: RobotModel, shape: object, flights: object, way: Way) -> Iterator[Design]:
+        ways.append(way)
+        for score in (0.8, 0.7, 0.6):
+            scores.append(score)
+            yield replace(designed().design, score=score)
+
+    def plan(scenario: Scenario, *, design: Design, **_: object) -> Designed:
+        if design.score == 0.8:
+            raise PlanningError("no plan")
+        return replace(designed(), margin=-0.1)
+
+    monkeypatch.setattr(designer, "choose_gaits", gaits)
+    monkeypatch.setattr(designer, "plan_design", plan)
+    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    assert design_scenario(scenario, robot=paper_robot(), thorough=False).margin == -0.1
+    assert ways == [QUICK] and scores == [0.8, 0.7]
+
+
+def test_any_plan_is_sought_of_all_gaits_before_their_bodies_are_lowered() -> None:
+    """Height by height; with none, why the first was refused."""
+    tried: list[tuple[str, float]] = []
+
+    def gait(name: str) -> Gait:
+        def plan(scenario: Scenario, beat: None) -> Designed | None:
+            tried.append((name, scenario.gait.body_height))
+            raise PlanningError(f"{name} cannot")
+
+        return Gait(1.0, Scenario(), plan)
+
+    found, refused = plan_any(iter([gait("a"), gait("b")]), 0.5)
+    height = Scenario().gait.body_height
+    assert found is None and refused is not None and refused.reason == "a cannot"
+    assert [name for name, _ in tried] == ["a", "b"] * len(ANY_LOWER)
+    assert [h for _, h in tried[::2]] == pytest.approx([height - 0.5 * s for s in ANY_LOWER])
+    assert plan_any(iter(()), 0.5) == (None, None)
+
+
 @pytest.mark.parametrize(
     ("first", "planned"),
     [(0.3, [0.8, 0.2, 0.2, 0.2]), (0.6, [0.8])],  # the less promising is kept out by a fair one
@@ -270,8 +312,8 @@ def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
         for score in (0.8, 0.2) if asked[-1] is QUICK else (0.2,):
             yield replace(designed().design, score=score)
 
-    def lower(_: Scenario, plan: partial[Designed], *__: object) -> tuple[Designed, None]:
-        scores.append(plan.keywords["design"].score)
+    def lower(gait: Gait, *_: object) -> tuple[Designed, None]:
+        scores.append(gait.score)
         return replace(designed(), margin=first), None
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)

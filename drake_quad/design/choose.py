@@ -19,7 +19,6 @@ from drake_quad.design.search import (
     HOPELESS,
     QUICK,
     SURELY,
-    WAYS,
     Search,
     Way,
     least_room,
@@ -138,26 +137,31 @@ def _search(
 
 
 def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> bool:
-    """Whether a gait of any pattern does; no more are looked for than the first that does."""
+    """Whether a quick search finds a gait of any pattern; it ends with the first."""
     runs = [stairs.run for stairs in flights]
-    for way in WAYS:
-        nearest = NEARLY
-        for per_tread in PLACES:
-            patterns = make_patterns(robot, runs, per_tread)
-            search = _search(robot, shape, patterns, flights, way, enough=SURELY, hopeless=HOPELESS)
-            for design in search:
-                if design.feasible:
-                    return True
-                nearest = max(nearest, design.score)
-        if nearest == NEARLY:
-            break
+    for per_tread in PLACES:
+        patterns = make_patterns(robot, runs, per_tread)
+        found = _search(robot, shape, patterns, flights, QUICK, enough=SURELY, hopeless=HOPELESS)
+        if any(design.feasible for design in found):
+            return True
     return False
 
 
 def highest_rise(
     robot: RobotModel, shape: Shape, run: float, *, below: float, going: Sequence[int] = (1, -1)
 ) -> float | None:
-    """The highest rise below another that works on treads of a run [m], to 10 mm; None if none."""
+    """The highest rise below another for which a quick search finds a gait, to 10 mm [m].
+
+    Args:
+        robot: The robot.
+        shape: How thick it is.
+        run: Of the treads [m].
+        below: That rise is sought below this one [m].
+        going: How the flights are walked, 1 for up and -1 for down.
+
+    Returns:
+        The rise; None if there is none.
+    """
     low, high = 0.0, below
     while high - low > 0.01:
         middle = 0.5 * (low + high)
