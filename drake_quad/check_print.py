@@ -86,5 +86,6 @@ def _next(told: dict[str, Any]) -> str:
     if near is not None:
         return (
             f"now: drake-quad check {told['robot']} --rise {near['rise']:g} --run {near['run']:g}"
+            f" --count {told['asked']['count']}"
         )
     return f"now: drake-quad chart {told['robot']}"

@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_quad.check_stairs import Check
 from drake_quad.design.evaluate import NAMES, wanted_for
+from drake_quad.designer import COULD, NONE_WORKS
 from drake_quad.designer_plan import Designed
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.robot_model import RobotModel
@@ -142,7 +143,7 @@ def _answer(told: dict[str, Any]) -> str:
             f"{1e3 * plan['margin']:.0f} mm{strong}"
         )
     # The design's own guess of what would work is of endless stairs; the one here is planned.
-    reason = told["reason"].split("; a rise of ")[0].split("; no rise works")[0]
+    reason = told["reason"].split(COULD)[0].split(NONE_WORKS)[0]
     near = told["nearest"]
     works = ""
     if near is not None:

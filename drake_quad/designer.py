@@ -21,6 +21,7 @@ from drake_quad.scenario import Scenario, course_of
 
 DEEP = 1.0  # of a leg: depth of treads that may be walked as floors with curbs between them
 TAKEN = 0.7  # quality with which a gait is taken, and no other tried
+COULD, NONE_WORKS = "; no more than ", "; no rise works"  # what a reason ends with, if asked for
 
 
 def design_scenario(
@@ -154,12 +155,12 @@ def _hopeless(
         return PlanningError(here, slacks=design.slacks, run=steepest.run)
     highest = highest_rise(robot, shape, steepest.run, below=abs(steepest.rise))
     works = (
-        f"no more than {highest:.3g} m could work"
+        f"{COULD}{highest:.3g} m could work"
         if highest is not None
-        else f"no rise works on a run of {steepest.run:g} m"
+        else f"{NONE_WORKS} on a run of {steepest.run:g} m"
     )
     return PlanningError(
-        f"{here}; {works}",
+        here + works,
         slacks=design.slacks,
         nearest_rise=highest,
         run=steepest.run,
