@@ -10,7 +10,8 @@ from command import drake_quad, refused
 
 from drake_quad.errors import InputError
 from drake_quad.scenario import load_scenario
-from drake_quad.simulation import _at_goal, prepare, run
+from drake_quad.simulation import prepare, run
+from drake_quad.simulation_end import at_goal
 from drake_quad.whole_files import write_whole
 
 STAND = ["start.distance=2", "mission=[{kind: stand, duration: 2}]"]
@@ -76,10 +77,10 @@ def test_absurd_values_are_refused_at_once(override: str) -> None:
 def test_a_plan_at_its_end_is_not_yet_the_goal() -> None:
     """The clock alone does not decide: a base 0.2 m off the end of its plan has not reached it."""
     result = run(load_scenario("flat_walk", [*STAND, "simulation.mode=kinematic"]))
-    assert _at_goal(result.table, "done") == ("goal_reached", "done")
+    assert at_goal(result.table, "done") == ("goal_reached", "done")
     name = "base_desired_x"
     moved = result.table.set_column(
         result.table.column_names.index(name), name, [result.table[name].to_numpy() + 0.2]
     )
-    assert _at_goal(moved, "done")[0] == "stopped"
-    assert _at_goal(result.table.slice(0, 0), "done")[0] == "stopped"
+    assert at_goal(moved, "done")[0] == "stopped"
+    assert at_goal(result.table.slice(0, 0), "done")[0] == "stopped"

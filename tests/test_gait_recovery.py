@@ -8,12 +8,13 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
 from rig import fix_inputs, flat_course, flat_walk, paper_robot, read
 
+from drake_quad.control.clock_waits import CALM_PLACE
 from drake_quad.control.ports import BALANCE_SIZE, Balance, Catch, GaitPhase, Mode
 from drake_quad.control.push_reflex import Reflex
 from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.catch_place import CatchGround
-from drake_quad.systems.gait_scheduler import CALM_PLACE, CALM_TIME, LONGEST_SETTLING, GaitScheduler
+from drake_quad.systems.gait_scheduler import CALM_TIME, LONGEST_SETTLING, GaitScheduler
 
 PERIOD = 0.005
 ALL = np.ones(4)

@@ -1,34 +1,28 @@
 """GaitScheduler: the gait clock and the mission."""
 
-from math import hypot
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus
 
 from drake_quad.control.clock import SEGMENT, run_on
-from drake_quad.control.margin_guard import guarded_rate
+from drake_quad.control.clock_waits import begin_task, clock_rate, is_shaken, set_clock
 from drake_quad.control.ports import (
     BALANCE_SIZE,
     CATCH_SIZE,
     SIZE,
-    Balance,
     Catch,
     GaitPhase,
     Mode,
 )
-from drake_quad.control.push_reflex import Reflex, balance_margin, calm, choose, disturbed
+from drake_quad.control.push_reflex import Reflex, calm, choose, disturbed
 from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.legs import BoolArray, FloatArray
-from drake_quad.planning.contact_plan import Phase, Step
+from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.systems.clocked_system import ClockedSystem
 
 GROUND_FOUND = 0.4  # of a catching step, before which contact is that of its lift-off
 GIVE_UP = 0.6  # [s] after which a catching foot that finds no ground is waited for no longer
-CALM_SPEED = 0.04  # [m/s] of the base against the plan, below which the clock goes on
-CALM_PLACE = 0.03  # [m] from the plan, the same
-VX, VY, BODY = Balance.VELOCITY_ERROR, Balance.VELOCITY_ERROR + 1, int(Balance.BODY)
 LONGEST_SETTLING = 5.0  # [s] since the foot that caught a push set out
 CALM_TIME = 0.3  # [s] for which the robot is to be calm before it goes on
 
@@ -120,16 +114,22 @@ class GaitScheduler(ClockedSystem):
         task, t = int(phase[GaitPhase.TASK]), phase[GaitPhase.TIME]
         waiting = float(context.get_discrete_state(self._waiting).value()[0])
         shaken = float(context.get_discrete_state(self._shaken).value()[0])
-        if self._is_shaken(context, plan, t, shaken):
+        balance = self._balance_port.Eval(context)
+        # A plan that is balanced by its motion alone cannot stand still. For `patience` at most,
+        # which is not that of the switches: there it begins anew.
+        if (
+            self._may_pause
+            and shaken <= self._control.patience
+            and is_shaken(plan, t, balance, since=shaken, push_speed=self._control.push_speed)
+        ):
             phase[GaitPhase.WAITED] += self._period
             state.set_value(self._shaken, [shaken + self._period])
             state.set_value(self._phase, phase)
             return EventStatus.Succeeded()
         if 0.0 < shaken <= self._control.patience:  # it has come back
             state.set_value(self._shaken, [0.0])
-        rate, reason = 1.0, self._must_wait(context, plan, t)
-        if self._control.margin_demanded > 0.0 and not reason:
-            rate, reason = self._guard(context, plan, t)
+        bearing = self._contact_port.Eval(context) > 0.5
+        rate, reason = clock_rate(plan, t, bearing, balance, self._control)
         if reason:
             waiting += self._period
             phase[GaitPhase.WAITED] += self._period
@@ -141,29 +141,16 @@ class GaitScheduler(ClockedSystem):
                     f"stopped: the gait clock waited {self._control.patience} s: {reason}",
                 )
             return EventStatus.Succeeded()
-
         t += rate * self._period
         phase[GaitPhase.RATE] = rate
-        if t >= plan.duration - 1e-9:
-            if task + 1 < self._num_tasks:
-                phase[GaitPhase.TASK] = task + 1
-                phase[GaitPhase.REVISION] = 0.0
-                t = 0.0
-                phase[GaitPhase.SEGMENT] = phase[GaitPhase.SWING_LEG] = 0.0
-                phase[GaitPhase.SWING_PHASE] = 0.0
-            else:
-                t = plan.duration
-                phase[GaitPhase.DONE] = 1.0
-        phase[GaitPhase.TIME] = t
-        if int(phase[GaitPhase.TASK]) == task:
-            current = plan.contacts.phase(t)
-            step = current.step
-            phase[GaitPhase.SEGMENT] = plan.segment_index(t)
-            phase[GaitPhase.SWING_LEG] = 0 if step is None else int(step.leg)
-            phase[GaitPhase.SWING_PHASE] = (
-                0.0 if step is None else (t - current.start) / (current.end - current.start)
-            )
-            state.set_value(self._standing, current.standing.astype(float))
+        ended = t >= plan.duration - 1e-9
+        if ended and task + 1 < self._num_tasks:
+            begin_task(phase, task + 1)
+        else:
+            set_clock(phase, plan, plan.duration if ended else t)
+            phase[GaitPhase.DONE] = float(ended)
+            standing = plan.contacts.phase(phase[GaitPhase.TIME]).standing
+            state.set_value(self._standing, standing.astype(float))
         state.set_value(self._phase, phase)
         if waiting:
             state.set_value(self._waiting, [0.0])
@@ -172,52 +159,6 @@ class GaitScheduler(ClockedSystem):
         if phase[GaitPhase.DONE]:
             return EventStatus.ReachedTermination(self, "goal_reached")
         return EventStatus.Succeeded()
-
-    def _is_shaken(self, context: Context, plan: MotionPlan, t: float, shaken: float) -> bool:
-        """Whether the robot is too far from its plan for that to go on, after a push.
-
-        It comes back to a plan that stands still without swinging past it. A plan that is balanced
-        by its motion alone cannot stand still. For `patience` at most, which is not that of the
-        switches: there it begins anew.
-        """
-        if not self._may_pause or shaken > self._control.patience:
-            return False
-        balance = self._balance_port.Eval(context)
-        speed = hypot(balance[VX], balance[VY])
-        if shaken == 0.0:
-            return speed > self._control.push_speed
-        if speed > CALM_SPEED:
-            return True
-        wanted = plan.body.sample(t)[0]
-        return hypot(balance[BODY] - wanted[0], balance[BODY + 1] - wanted[1]) > CALM_PLACE
-
-    def _guard(self, context: Context, plan: MotionPlan, t: float) -> tuple[float, str]:
-        """The rate that the margin demanded leaves; and, if none, why."""
-        balance, demanded = self._balance_port.Eval(context), self._control.margin_demanded
-        rate = guarded_rate(plan, t, balance, plan.contacts.phase(t).standing, demanded)
-        return rate, "" if rate > 0.0 else f"beyond here the margin falls below {demanded:.3f} m"
-
-    def _must_wait(self, context: Context, plan: MotionPlan, t: float) -> str:
-        """Why the clock may not go on past the switch that the next tick would cross, if so."""
-        now = plan.contacts.phase_index(t)
-        after = plan.contacts.phase_index(t + self._period)
-        if now == after:
-            return ""
-        bearing = self._contact_port.Eval(context) > 0.5
-        ended: Phase = plan.contacts.phases[now]
-        begun: Phase = plan.contacts.phases[after]
-        if ended.step is not None and not bearing[ended.step.leg.row]:
-            return f"leg {ended.step.leg.short} has not touched down"
-        if begun.step is not None:
-            leg = begun.step.leg
-            others = np.arange(4) != leg.row
-            if not np.all(bearing[others]):
-                return f"leg {leg.short} is to lift off while another foot does not bear"
-            balance = self._balance_port.Eval(context)
-            margin = balance_margin(balance, others)
-            if margin < max(self._control.lift_off_margin, self._control.margin_demanded):
-                return f"without leg {leg.short} the margin is {margin:.3f} m"
-        return ""
 
     def _begin_catch(
         self, context: Context, state: DiscreteValues, plan: MotionPlan, phase: list[float]

@@ -1,0 +1,54 @@
+"""A run's result, and the files that it leaves behind."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from drake_quad.scenario import Scenario, save_scenario
+from drake_quad.whole_files import write_whole
+
+
+@dataclass(eq=False)
+class RunResult:
+    """A finished (or ended) run.
+
+    Attributes:
+        outcome: `goal_reached`, `fell` or `stopped`.
+        reason: What ended it, in a sentence.
+        summary: What summary.json holds.
+        table: What log.parquet holds.
+        scenario: As it was run, in full.
+    """
+
+    outcome: str
+    reason: str
+    summary: dict[str, Any]
+    table: pa.Table = field(repr=False)
+    scenario: Scenario = field(repr=False)
+
+
+def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
+    """Writes summary.json, log.parquet and scenario.yaml into `directory`.
+
+    None of them is ever half.
+
+    Raises:
+        InputError: If they cannot be written, with the reason.
+    """
+    text = json.dumps(result.summary, indent=2) + "\n"
+    write_whole(directory / "scenario.yaml", lambda p: save_scenario(scenario, p))
+    write_whole(directory / "log.parquet", lambda p: write_log(result.table, p))
+    write_whole(directory / "summary.json", lambda p: p.write_text(text))
+
+
+def write_log(table: pa.Table, path: Path) -> None:
+    """Writes a log as Parquet; floats byte by byte, which halves them."""
+    floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
+    others = [f.name for f in table.schema if f.name not in floats]
+    pq.write_table(
+        table, path, compression="zstd", use_dictionary=others, use_byte_stream_split=floats
+    )
