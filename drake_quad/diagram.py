@@ -14,7 +14,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_quad.control.settings import ControlSettings
 from drake_quad.controller import MakeController
-from drake_quad.diagram_logs import AddLoggers, PartLogger
+from drake_quad.diagram_logs import AddLoggers, PartLogger, logs_of
 from drake_quad.diagram_monitors import AddMonitors, AddPushes
 from drake_quad.diagram_plant import AddSimulatedPlant, feedforward_strength
 from drake_quad.diagram_sensors import AddSensors, at_rest
@@ -48,39 +48,6 @@ class StairClimb:
     layout: StateLayout
     loggers: dict[str, PartLogger]
     monitor_period: float
-
-
-# What is logged: name of the log, system, port. All at the log period.
-LOGS = (
-    ("state", "plant", "state"),
-    ("torque", "plant", "net_actuation"),
-    ("gait_phase", "controller", "gait_phase"),
-    ("standing", "controller", "contact_state_desired"),
-    ("body_desired", "controller", "body_desired"),
-    ("feet_desired", "controller", "feet_desired"),
-    ("bearing", "contact_monitor", "contact_state_measured"),
-    ("force", "contact_monitor", "foot_force_measured"),
-    ("contact_position", "contact_monitor", "foot_contact_position"),
-    ("slip_speed", "contact_monitor", "foot_slip_speed"),
-    ("nonfoot", "contact_monitor", "nonfoot_contact"),
-    ("margin", "stability_monitor", "stability_margin"),
-    ("zmp_margin", "stability_monitor", "zmp_margin"),
-    ("com", "stability_monitor", "com_position"),
-    ("push_force", "push_source", "push_force"),
-    ("catch", "controller", "catch"),
-)
-ESTIMATE_LOGS = (
-    ("state_estimated", "controller", "robot_state_estimated"),
-    ("deviation", "controller", "estimator_deviation"),
-    ("slip_estimated", "controller", "foot_slip_estimated"),
-    ("healthy", "controller", "estimator_healthy"),
-)
-MARGIN_LOGS = (("further_margins", "stability_monitor", "further_margins"),)
-WHOLE_BODY_LOGS = (
-    ("qp_state", "controller", "qp_state"),
-    ("carried", "controller", "carried_estimated"),
-    ("friction", "controller", "friction_estimated"),
-)
 
 
 def MakeStairClimb(
@@ -196,11 +163,7 @@ def MakeStairClimb(
         "stability_monitor": monitors.stability,
         "push_source": push_source,
     }
-    logs = LOGS if sensors is None else (*LOGS, *ESTIMATE_LOGS)
-    if control.kind == "whole_body":
-        logs = (*logs, *WHOLE_BODY_LOGS)
-    if margins != HULL:
-        logs = (*logs, *MARGIN_LOGS)
+    logs = logs_of(control.kind, estimated=sensors is not None, margins=margins)
     ports = {name: systems[system].GetOutputPort(port) for name, system, port in logs}
     loggers = AddLoggers(builder, ports, log_period)
     if visualize is not None:
@@ -245,4 +208,4 @@ def stair_climb_of(preparation: Preparation, *, visualize: Visualize | None = No
     )
 
 
-__all__ = ["LOGS", "MakeController", "MakeStairClimb", "StairClimb", "stair_climb_of"]
+__all__ = ["MakeController", "MakeStairClimb", "StairClimb", "stair_climb_of"]

@@ -1,4 +1,4 @@
-"""One log for many signals: every logger of its own would be asked for its time at every step."""
+"""What is logged, in one log: every logger of its own would be asked for its time at every step."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,6 +7,55 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLog, VectorLogSink
 
 from drake_quad.gait.legs import FloatArray
+from drake_quad.stability.kinds import HULL
+
+# What is logged: name of the log, system, port. All at the log period.
+LOGS = (
+    ("state", "plant", "state"),
+    ("torque", "plant", "net_actuation"),
+    ("gait_phase", "controller", "gait_phase"),
+    ("standing", "controller", "contact_state_desired"),
+    ("body_desired", "controller", "body_desired"),
+    ("feet_desired", "controller", "feet_desired"),
+    ("bearing", "contact_monitor", "contact_state_measured"),
+    ("force", "contact_monitor", "foot_force_measured"),
+    ("contact_position", "contact_monitor", "foot_contact_position"),
+    ("slip_speed", "contact_monitor", "foot_slip_speed"),
+    ("nonfoot", "contact_monitor", "nonfoot_contact"),
+    ("margin", "stability_monitor", "stability_margin"),
+    ("zmp_margin", "stability_monitor", "zmp_margin"),
+    ("com", "stability_monitor", "com_position"),
+    ("push_force", "push_source", "push_force"),
+    ("catch", "controller", "catch"),
+)
+ESTIMATE_LOGS = (
+    ("state_estimated", "controller", "robot_state_estimated"),
+    ("deviation", "controller", "estimator_deviation"),
+    ("slip_estimated", "controller", "foot_slip_estimated"),
+    ("healthy", "controller", "estimator_healthy"),
+)
+MARGIN_LOGS = (("further_margins", "stability_monitor", "further_margins"),)
+WHOLE_BODY_LOGS = (
+    ("qp_state", "controller", "qp_state"),
+    ("carried", "controller", "carried_estimated"),
+    ("friction", "controller", "friction_estimated"),
+)
+
+
+def logs_of(kind: str, *, estimated: bool, margins: str) -> tuple[tuple[str, str, str], ...]:
+    """What is logged of a run: the log's name, the system, its port.
+
+    Args:
+        kind: Of the controller.
+        estimated: Whether it estimates its state.
+        margins: Which are measured, one of `drake_quad.stability.kinds.KINDS`.
+    """
+    return (
+        *LOGS,
+        *(ESTIMATE_LOGS if estimated else ()),
+        *(WHOLE_BODY_LOGS if kind == "whole_body" else ()),
+        *(MARGIN_LOGS if margins != HULL else ()),
+    )
 
 
 @dataclass(frozen=True, eq=False)

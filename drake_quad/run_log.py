@@ -44,7 +44,7 @@ def make_table(
         robot: The robot.
         layout: Where its joints are in the state.
         times: (N,) of the samples [s].
-        logs: By the name of the log (`diagram.LOGS` and its neighbours): (N, size) each.
+        logs: By the name of the log (`diagram_logs.LOGS` and its neighbours): (N, size) each.
         plans: The plans that were followed, in the order in which they were made: of each task
             begun the first, then its revisions.
         state_names: Names of the state's entries, `q_...` and `v_...`.

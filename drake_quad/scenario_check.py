@@ -9,117 +9,14 @@ from typing import Any
 from pydrake.systems.analysis import GetIntegrationSchemes
 
 from drake_quad.errors import InputError
+from drake_quad.scenario_bounds import NOT_NEGATIVE, POSITIVE, WITHIN, WORDS
 from drake_quad.scenario_build import course_of, mission_of
 from drake_quad.scenario_check_world import check_disturbances
 from drake_quad.scenario_config import MissionElement, Scenario
-from drake_quad.stability.kinds import HULL, KINDS
+from drake_quad.stability.kinds import HULL
 
 MULTIPLE_TOLERANCE = 1e-9  # relative: 0.005 is five times 0.001 only up to rounding
 
-_WORDS: dict[str, tuple[str, ...]] = {
-    "gait.pitch": ("level", "slope"),
-    "gait.margin": KINDS,
-    "transition.mode": ("still", "shift"),
-    "body.path": ("optimised", "uniform"),
-    "body.balance": ("static", "dynamic"),
-    "controller.kind": ("ik", "whole_body"),
-    "estimator.kind": ("truth", "ekf"),
-    "design": ("given", "auto"),
-    "sensors.noise": ("none", "realistic"),
-    "monitor.margins": KINDS,
-    "simulation.mode": ("physics", "kinematic"),
-    "simulation.plant.contact_model": ("point", "hydroelastic", "hydroelastic_with_fallback"),
-    # not tamsi: it ignores the joints' gains without a word, and the robot collapses
-    "simulation.plant.discrete_contact_approximation": ("lagged", "similar", "sap"),
-    "simulation.plant.contact_surface_representation": ("polygon", "triangle"),
-}
-
-_POSITIVE = (
-    "gait.cycle_time",
-    "gait.stride",
-    "gait.stance_length",
-    "gait.stance_width",
-    "gait.workspace_length",
-    "gait.workspace_width",
-    "gait.body_height",
-    "spin.cycle_time",
-    "transition.swing_time",
-    "controller.period",
-    "controller.friction",
-    "controller.height_time",
-    "controller.push_speed",
-    "simulation.friction",
-    "simulation.log_period",
-    "simulation.plant.penetration_allowance",
-    "simulation.plant.stiction_tolerance",
-    "simulation.simulator.max_step_size",
-    "simulation.simulator.accuracy",
-)
-
-_NOT_NEGATIVE = (
-    "certify.margin",
-    "certify.clearance",
-    "start.distance",
-    "gait.switch_wait",
-    "gait.stance_stagger",
-    "gait.swing_clearance",
-    "gait.map_error_place",
-    "gait.map_error_height",
-    "spin.workspace_length",
-    "spin.workspace_width",
-    "transition.max_shift",
-    "transition.shift_time",
-    "body.margin_desired",
-    "body.zmp_margin",
-    "controller.kp",
-    "controller.kd",
-    "controller.base_stiffness",
-    "controller.base_damping",
-    "controller.base_rotation_stiffness",
-    "controller.base_rotation_damping",
-    "controller.foothold_time",
-    "controller.unload_time",
-    "controller.load_time",
-    "controller.least_force",
-    "controller.touchdown_press",
-    "controller.search_speed",
-    "controller.lift_off_margin",
-    "controller.margin_demanded",
-    "controller.pressure_margin",
-    "controller.patience",
-    "simulation.plant.time_step",
-    "simulation.plant.sap_near_rigid_threshold",
-    "simulation.seed",
-    "simulation.realtime_rate",
-)
-
-# Values beyond these are slips of the pen, and some would take all memory or never end.
-_WITHIN: dict[str, tuple[float, float]] = {
-    "gait.cycle_time": (0.5, 120.0),
-    "spin.cycle_time": (0.5, 120.0),
-    "gait.switch_wait": (0.0, 60.0),
-    "gait.stride": (0.05, 5.0),
-    "gait.treads": (1, 3),
-    "gait.lag": (1, 6),
-    "gait.places_per_tread": (1, 3),
-    "gait.deep_tread": (0.05, 100.0),
-    "gait.body_ahead": (-3.0, 3.0),
-    "gait.tread_phase_up": (-0.45, 0.45),
-    "gait.tread_phase_down": (-0.45, 0.45),
-    "gait.body_shift_up": (-2.0, 2.0),
-    "gait.body_shift_down": (-2.0, 2.0),
-    "gait.lift_down": (-2.0, 2.0),
-    "gait.max_ahead": (0.0, 100.0),
-    "gait.shank_room": (0.0, 1.0),
-    "gait.pitch_share": (0.0, 1.5),
-    "gait.body_height": (0.05, 5.0),
-    "transition.swing_time": (0.1, 60.0),
-    "transition.shift_time": (0.0, 60.0),
-    "controller.period": (1e-4, 0.05),
-    "controller.stance_stiffness": (0.0, 1.0),
-    "simulation.log_period": (1e-4, 1.0),
-    "simulation.plant.time_step": (0.0, 0.01),
-}
 LONGEST = 1000.0  # [m] of a stretch of the course
 _LONGEST_STAND = 600.0  # [s]
 _SHORTEST_STAND = 0.1  # [s]
@@ -139,17 +36,17 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         source: What the error names as the holder of the field, the file.
     """
     fail = functools.partial(_fail, scenario, source)
-    for path, words in _WORDS.items():
+    for path, words in WORDS.items():
         _check_word(path, words, fail, scenario)
     schemes = tuple(GetIntegrationSchemes())
     _check_word("simulation.simulator.integration_scheme", schemes, fail, scenario)
-    for path in _POSITIVE:
+    for path in POSITIVE:
         if not value_at(scenario, path) > 0:
             raise fail(path, "must be more than 0")
-    for path in _NOT_NEGATIVE:
+    for path in NOT_NEGATIVE:
         if not value_at(scenario, path) >= 0:
             raise fail(path, "must not be negative")
-    for path, (least, most) in _WITHIN.items():
+    for path, (least, most) in WITHIN.items():
         if not least <= value_at(scenario, path) <= most:
             raise fail(path, f"must be from {least:g} to {most:g}")
     for i, stretch in enumerate(scenario.course):

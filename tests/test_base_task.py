@@ -14,8 +14,8 @@ from drake_quad.control.base_task import (
     rotation_error,
     shorten,
     smooth,
+    smooth_step,
 )
-from drake_quad.control.tracking import smooth_step
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.contact_plan import ContactPlan, Step
 from drake_quad.planning.plan_table import phase_table

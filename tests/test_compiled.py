@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_quad.compiled import compiled
-from drake_quad.control.base_task import smooth
-from drake_quad.control.tracking import smooth_step
+from drake_quad.control.base_task import smooth, smooth_step
 from drake_quad.gait.legs import FloatArray
 
 SMALL = st.floats(-1e3, 1e3)

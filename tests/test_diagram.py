@@ -12,13 +12,12 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSyst
 from rig import feet_of
 
 from drake_quad.diagram import (
-    ESTIMATE_LOGS,
-    LOGS,
     MakeController,
     MakeStairClimb,
     StairClimb,
     stair_climb_of,
 )
+from drake_quad.diagram_logs import ESTIMATE_LOGS, LOGS
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import Stance

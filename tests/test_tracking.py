@@ -12,6 +12,7 @@ from rig import flat_walk, paper_robot
 
 from drake_quad.control.feet import leg_array
 from drake_quad.control.follow import _correct_load
+from drake_quad.control.joint_targets import joint_targets
 from drake_quad.control.tracking import (
     DEEPEST,
     DEPTH,
@@ -25,7 +26,6 @@ from drake_quad.control.tracking import (
     TOUCHDOWN,
     URGENT_SEARCH,
     Pace,
-    joint_targets,
     new_memory,
     place_feet,
 )

@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.control.base_task import base_target, foot_load
+from drake_quad.control.joint_targets import joint_targets, soften
 from drake_quad.control.measured import measure_into
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
 from drake_quad.control.records import Records
@@ -17,9 +18,7 @@ from drake_quad.control.tracking import (
     LEAD,
     LOST_LOAD,
     REGAINED,
-    joint_targets,
     place_feet,
-    soften,
 )
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.plan_table import sample_body, sample_feet

@@ -1,0 +1,98 @@
+"""The joint angles and speeds that put the feet where they are to be, and how stiffly."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_quad.compiled import compiled
+from drake_quad.control.feet import leg_row
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_scalar import foot_and_jacobian, solve_leg, solve_rates
+
+
+@compiled
+def joint_targets(
+    legs: FloatArray,
+    places: FloatArray,
+    velocities: FloatArray,
+    load: FloatArray,
+    p: FloatArray,
+    R: FloatArray,
+    p_desired: FloatArray,
+    R_desired: FloatArray,
+    v_desired: FloatArray,
+    w_desired: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Joint angles (12,) [rad] and speeds (12,) [rad/s] that put the feet where they belong.
+
+    A foot under load is placed in the body as desired, one without in the body as measured;
+    between the two the target moves with the load, so that a foot about to lift off lets go.
+    """
+    q, qd = np.empty(12), np.empty(12)
+    for k in range(4):
+        leg = leg_row(legs, k)
+        d, m = places[k] - p_desired, places[k] - p
+        b0, b1, b2 = 0.0, 0.0, 0.0
+        share = load[k]
+        for i in range(3):
+            wanted0, measured0 = R_desired[i, 0] * d[i], R[i, 0] * m[i]
+            wanted1, measured1 = R_desired[i, 1] * d[i], R[i, 1] * m[i]
+            wanted2, measured2 = R_desired[i, 2] * d[i], R[i, 2] * m[i]
+            b0 += measured0 + share * (wanted0 - measured0)
+            b1 += measured1 + share * (wanted1 - measured1)
+            b2 += measured2 + share * (wanted2 - measured2)
+        angles = solve_leg(leg, b0, b1, b2)
+        u0 = velocities[k, 0] - v_desired[0] - (w_desired[1] * d[2] - w_desired[2] * d[1])
+        u1 = velocities[k, 1] - v_desired[1] - (w_desired[2] * d[0] - w_desired[0] * d[2])
+        u2 = velocities[k, 2] - v_desired[2] - (w_desired[0] * d[1] - w_desired[1] * d[0])
+        _, J = foot_and_jacobian(leg, angles[0], angles[1], angles[2])
+        rates = solve_rates(
+            J,
+            (
+                R_desired[0, 0] * u0 + R_desired[1, 0] * u1 + R_desired[2, 0] * u2,
+                R_desired[0, 1] * u0 + R_desired[1, 1] * u1 + R_desired[2, 1] * u2,
+                R_desired[0, 2] * u0 + R_desired[1, 2] * u1 + R_desired[2, 2] * u2,
+            ),
+        )
+        for i in range(3):
+            q[3 * k + i] = angles[i]
+            qd[3 * k + i] = rates[i]
+    return q, qd
+
+
+class Softness(NamedTuple):
+    """How much of the joints' stiffness a loaded leg keeps, and how far it may pull.
+
+    Attributes:
+        share: Of the stiffness and damping.
+        most_away: Of a loaded leg's joints from their targets [rad].
+        most_faster: The same of their speeds [rad/s].
+    """
+
+    share: float
+    most_away: float
+    most_faster: float
+
+
+@compiled
+def soften(
+    q: FloatArray,
+    qd: FloatArray,
+    q_measured: FloatArray,
+    qd_measured: FloatArray,
+    load: FloatArray,
+    softness: Softness,
+) -> tuple[FloatArray, FloatArray]:
+    """Joint targets (12,), (12,) nearer to the joints as they are, the more load a foot carries.
+
+    What is left of the stiffness may not override the program's forces when errors are large.
+    """
+    new_q, new_qd = np.empty(12), np.empty(12)
+    for j in range(12):
+        m = load[j // 3]
+        share = 1.0 - (1.0 - softness.share) * m
+        free = 1e3 * (1.0 - m)
+        away, faster = softness.most_away + free, softness.most_faster + free
+        new_q[j] = q_measured[j] + share * min(max(q[j] - q_measured[j], -away), away)
+        new_qd[j] = qd_measured[j] + share * min(max(qd[j] - qd_measured[j], -faster), faster)
+    return new_q, new_qd
