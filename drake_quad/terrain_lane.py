@@ -172,6 +172,11 @@ class Lane:
             yaws[flight.first : flight.last + 1] = flight.yaw
         return np.asarray(yaws[self._risers()[0]])
 
+    def risers(self) -> tuple[FloatArray, FloatArray]:
+        """Where the risers are along s, and how much higher the ground is beyond (m,), (m,) [m]."""
+        at, before, after = self._risers()
+        return self.breaks[at], after - before
+
     def _risers(self) -> tuple[np.ndarray, FloatArray, FloatArray]:
         """Indices (m,) of the breaks that are risers, and heights before and after each [m]."""
         before = self._height_in(np.arange(len(self.heights)), self.breaks[1:])[:-1]

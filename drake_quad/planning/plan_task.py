@@ -15,6 +15,7 @@ from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.plan_spin import lay_spin
 from drake_quad.planning.plan_walk import lay_walk
+from drake_quad.planning.riser_room import ENOUGH, KEPT, likely_room, riser_room
 from drake_quad.planning.route import Route
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
@@ -66,8 +67,17 @@ def plan_task(
         return plan
     lay = partial(_lay, robot, course, task=task, stance=stance)
     finish = partial(_plan_gait, robot, stance=stance, index=index, footing=footing)
+    rolls = task.kind == "walk" and not settings.uniform_body
+    if rolls:
+        settings = replace(settings, riser_room=likely_room(robot.foot_radius))
     laid = lay(settings)
     plan = finish(settings, laid)
+    if rolls:
+        room = riser_room(course.lanes[task.lane], plan.contacts, robot.foot_radius)
+        if room < ENOUGH:  # they roll farther than feet mostly do
+            settings = replace(settings, riser_room=settings.riser_room + KEPT - room)
+            laid = lay(settings)
+            plan = finish(settings, laid)
     if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
         # The fewest steps leave little margin: the paper's way, through the centres, takes more
         # steps and may leave more.
