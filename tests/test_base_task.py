@@ -8,6 +8,7 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 from rig import flat_walk, rotations
 
 from drake_quad.control.base_task import (
+    LANDED_LOAD,
     base_target,
     body_motion,
     foot_load,
@@ -27,7 +28,11 @@ def load_history(contacts: ContactPlan, count: int = 6000) -> tuple[FloatArray, 
 
 
 def test_foot_load_is_full_in_stance_none_in_the_air_and_ramps_between() -> None:
-    """A foot gives its load away before lift-off and takes it up after touchdown, smoothly."""
+    """A foot gives its load away before lift-off and takes it up after touchdown, smoothly.
+
+    It begins with what it has carried since it landed. From nothing it would lift off again: an
+    ANYmal B's feet did, at every other touchdown, for up to 50 ms.
+    """
     contacts = flat_walk().contacts
     times, load = load_history(contacts)
     _, standing = contacts.feet_at(times)
@@ -40,9 +45,12 @@ def test_foot_load_is_full_in_stance_none_in_the_air_and_ramps_between() -> None
         down = load[np.isin(times, before), row]
         up = load[np.isin(times, after), row]
         assert np.all(np.diff(down) <= 0.0) and down[-1] < 0.01
-        assert np.all(np.diff(up) >= 0.0) and up[0] < 0.01
-    jumps = np.abs(np.diff(load, axis=0)).max()
-    assert jumps <= 1.5 / 0.2 * (times[1] - times[0]) + 2e-4
+        assert np.all(np.diff(up) >= 0.0) and up[0] == LANDED_LOAD
+    landed = np.where(standing, load, LANDED_LOAD)  # as a swing ends
+    jumps = np.abs(np.diff(load, axis=0))
+    touched = ~standing[:-1] & standing[1:]
+    jumps[touched] = np.abs(np.diff(landed, axis=0))[touched]
+    assert jumps.max() <= 1.5 / 0.2 * (times[1] - times[0]) + 2e-4
 
 
 @given(st.floats(0.02, 0.4), st.floats(0.05, 1.0))
@@ -58,7 +66,7 @@ def test_ramps_share_the_time_that_there_is_on_four_feet(gap: float, unload: flo
         assert middle[second.leg.row] == pytest.approx(0.5)
     start = foot_load(contacts, first.touchdown + 1e-9, unload)
     end = foot_load(contacts, first.touchdown + gap - 1e-9, unload)
-    assert start[first.leg.row] < 1e-3 and end[second.leg.row] < 1e-3
+    assert start[first.leg.row] == LANDED_LOAD and end[second.leg.row] < 1e-3
 
 
 @given(st.floats(-2.0, 3.0), st.floats(1e-6, 0.5))

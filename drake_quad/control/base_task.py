@@ -9,6 +9,8 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.plan_table import END, START, SWING, phase_index
 from drake_quad.robot.leg_scalar import yaw_pitch_rotation
 
+LANDED_LOAD = 0.2  # how much of a full load a foot carries that has landed, as a swing ends
+
 
 class Target(NamedTuple):
     """What base and feet are to do now, in W.
@@ -144,7 +146,8 @@ def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
     """How much each of the four feet may carry at a time: none in the air, all in mid-stance.
 
     A foot takes its load up after touchdown, and gives it away before lift-off, over
-    `unload_time` or the time there is on four feet, whichever is shorter.
+    `unload_time` or the time there is on four feet, whichever is shorter. It begins with what it
+    has carried since it landed: the clock passes a touchdown with the foot on the ground.
 
     Args:
         phases: See `phase_table`.
@@ -162,7 +165,7 @@ def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
     before = int(phases[index - 1, SWING]) if index > 0 else -1
     after = int(phases[index + 1, SWING]) if index + 1 < len(phases) else -1
     if before >= 0:
-        load[before] *= smooth_step((t - start) / ramp)
+        load[before] *= max(smooth_step((t - start) / ramp), LANDED_LOAD)
     if after >= 0:
         load[after] *= smooth_step((end - t) / ramp)
     return np.maximum(load, 1e-4)

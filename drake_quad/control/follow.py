@@ -5,7 +5,7 @@ from math import atan2
 import numpy as np
 
 from drake_quad.compiled import compiled
-from drake_quad.control.base_task import base_target, foot_load
+from drake_quad.control.base_task import LANDED_LOAD, base_target, foot_load
 from drake_quad.control.joint_targets import joint_targets, soften
 from drake_quad.control.measured import measure_into
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
@@ -14,7 +14,6 @@ from drake_quad.control.tracking import (
     BODY_RATE,
     HEIGHT,
     LANDED,
-    LANDED_LOAD,
     LEAD,
     LOST_LOAD,
     REGAINED,

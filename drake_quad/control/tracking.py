@@ -24,7 +24,6 @@ TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for t
 LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
 # From then on it comes back slowly: at once it would thrust itself off, and patter.
 REGAIN_TIME = 0.2  # [s] in which a foot that found the ground again takes its load up
-LANDED_LOAD = 0.2  # how much of a full load a foot carries that landed before its time
 
 
 def new_memory(feet: FloatArray) -> FloatArray:
