@@ -13,6 +13,7 @@ from drake_quad.summary_estimate import carried_figures, estimate_figures, least
 from drake_quad.summary_margins import further_figures, spread
 from drake_quad.summary_pose import Columns, base_error
 from drake_quad.summary_push import push_figures
+from drake_quad.summary_swing import swing_figures
 
 __all__ = ["base_error", "push_figures", "segment_figures", "stances", "summarize"]
 
@@ -50,6 +51,7 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "time_under_three_feet": float(few.sum() * period),
         "nonfoot_contact_samples": int(np.sum(c["nonfoot_contacts"] > 0)),
         "nonfoot_force_max": float(np.max(c["nonfoot_force"])),
+        **swing_figures(c),
         "base_error_max": float(np.max(place)),
         "base_tilt_error_max_deg": float(np.degrees(np.max(tilt))),
         "slip_max": float(max(slip)),

@@ -149,6 +149,21 @@ def test_contacts_of_anything_but_feet_are_counted() -> None:
     assert found["nonfoot_contact_samples"] == 3 and found["nonfoot_force_max"] == 77.0
 
 
+def test_what_swing_feet_touch_is_counted_between_lift_off_and_touchdown() -> None:
+    """Of the leg that swings, and not as it leaves the ground or finds it."""
+    leg, phase = values("swing_leg"), values("swing_phase")
+    row = int(leg[(phase > 0.4) & (phase < 0.6)][0])
+    middle = np.flatnonzero((leg == row) & (phase > 0.4) & (phase < 0.6))
+    begun = np.flatnonzero((leg == row) & (phase > 0.0) & (phase < 0.05))
+    own = {f"{SHORT_NAMES[row - 1]}_force_{k}": np.zeros(len(leg)) for k in "xyz"}
+    name = f"{SHORT_NAMES[row - 1]}_force"
+    own[f"{name}_x"][middle[:2]], own[f"{name}_z"][middle[:1]] = -3.0, -4.0
+    own[f"{name}_x"][begun] = 100.0
+    found = summary(changed(**own))
+    assert found["swing_contact_samples"] == 2 and found["swing_force_max"] == 5.0
+    assert summary(log())["swing_contact_samples"] == 0
+
+
 def test_slip_is_the_way_slid_in_one_stance() -> None:
     """1 cm/s for 0.2 s is 2 mm, twice in one stance 4 mm, and nothing in the air."""
     speed, standing = values("FR_slip_speed"), values("FR_standing_planned")

@@ -1,0 +1,28 @@
+"""What feet touch on their way through the air: a riser, a nosing, or ground before its time."""
+
+from typing import Any
+
+import numpy as np
+
+from drake_quad.gait.legs import SHORT_NAMES
+from drake_quad.summary_pose import Columns
+
+WAY = (0.1, 0.9)  # of a swing: before and after it the foot leaves the ground, and finds it
+
+
+def swing_figures(c: Columns) -> dict[str, Any]:
+    """Contacts of swing feet between WAY's ends.
+
+    Returns:
+        `swing_contact_samples` with any, and the greatest force in them, `swing_force_max` [N].
+    """
+    force = np.zeros(len(c["t"]))
+    under_way = (c["swing_phase"] > WAY[0]) & (c["swing_phase"] < WAY[1])
+    for number, leg in enumerate(SHORT_NAMES, start=1):
+        mine = under_way & (c["swing_leg"] == number)
+        parts = np.stack([c[f"{leg}_force_{k}"][mine] for k in "xyz"])
+        force[mine] = np.linalg.norm(parts, axis=0)
+    return {
+        "swing_contact_samples": int(np.sum(force > 0.0)),
+        "swing_force_max": float(np.max(np.nan_to_num(force))),
+    }
