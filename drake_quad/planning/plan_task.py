@@ -1,5 +1,6 @@
 """Plans one task from the stance that the robot is in."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -20,7 +21,7 @@ from drake_quad.planning.route import Route
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.kinds import HULL
-from drake_quad.terrain import Course
+from drake_quad.terrain import Course, Lane
 
 KNOT = 0.2  # [s]
 ZMP_PERIOD = 0.01  # [s]
@@ -67,17 +68,12 @@ def plan_task(
         return plan
     lay = partial(_lay, robot, course, task=task, stance=stance)
     finish = partial(_plan_gait, robot, stance=stance, index=index, footing=footing)
-    rolls = task.kind == "walk" and not settings.uniform_body
-    if rolls:
-        settings = replace(settings, riser_room=likely_room(robot.foot_radius))
-    laid = lay(settings)
-    plan = finish(settings, laid)
-    if rolls:
-        room = riser_room(course.lanes[task.lane], plan.contacts, robot.foot_radius)
-        if room < ENOUGH:  # they roll farther than feet mostly do
-            settings = replace(settings, riser_room=settings.riser_room + KEPT - room)
-            laid = lay(settings)
-            plan = finish(settings, laid)
+    if task.kind == "walk" and not settings.uniform_body:
+        lane = course.lanes[task.lane]
+        settings, laid, plan = _off_risers(lane, robot.foot_radius, settings, lay, finish)
+    else:
+        laid = lay(settings)
+        plan = finish(settings, laid)
     if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
         # The fewest steps leave little margin: the paper's way, through the centres, takes more
         # steps and may leave more.
@@ -95,6 +91,28 @@ def _lay(
 ) -> Laid:
     lay = lay_walk if task.kind == "walk" else lay_spin
     return lay(robot, course, settings, task, stance)
+
+
+def _off_risers(
+    lane: Lane,
+    foot_radius: float,
+    settings: PlanSettings,
+    lay: Callable[[PlanSettings], Laid],
+    finish: Callable[[PlanSettings, Laid], MotionPlan],
+) -> tuple[PlanSettings, Laid, MotionPlan]:
+    """A walk whose feet keep off risers as they roll: how far they do, its own path tells.
+
+    Made once more, from other footprints, if they roll farther than feet mostly do.
+    """
+    settings = replace(settings, riser_room=likely_room(foot_radius))
+    laid = lay(settings)
+    plan = finish(settings, laid)
+    room = riser_room(lane, plan.contacts, foot_radius)
+    if room < ENOUGH:
+        settings = replace(settings, riser_room=settings.riser_room + KEPT - room)
+        laid = lay(settings)
+        plan = finish(settings, laid)
+    return settings, laid, plan
 
 
 def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:
