@@ -7,7 +7,7 @@ import numpy as np
 from drake_quad.gait.legs import SHORT_NAMES
 from drake_quad.summary_pose import Columns
 
-WAY = (0.1, 0.9)  # of a swing: before and after it the foot leaves the ground, and finds it
+WAY = (0.1, 0.8)  # of a swing: before it a foot leaves the ground, after it one may land
 
 
 def swing_figures(c: Columns) -> dict[str, Any]:
