@@ -88,6 +88,8 @@ def run_check(
                 ),
                 check, rise=rise, run=run, count=count,
             )  # fmt: skip
+    if asked.margin != HULL:
+        question["margin"] = asked.margin
     robot = load_robot(asked.robot)
     told = describe_check(check, robot, source=asked.robot, asked=question, nearest=nearest)
     if check.designed is not None and save is not None:

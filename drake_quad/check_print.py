@@ -87,5 +87,6 @@ def _next(told: dict[str, Any]) -> str:
         return (
             f"now: drake-quad check {told['robot']} --rise {near['rise']:g} --run {near['run']:g}"
             f" --count {told['asked']['count']}"
+            + (f" --margin {told['asked']['margin']}" if "margin" in told["asked"] else "")
         )
     return f"now: drake-quad chart {told['robot']}"

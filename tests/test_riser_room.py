@@ -8,16 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig import flat_course, paper_robot, stairs_course
 
+from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import LEGS
+from drake_quad.planning import plan_task as plan_task_module
+from drake_quad.planning import riser_room as riser_room_module
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.lattice import make_lattice
 from drake_quad.planning.mission import Task
+from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.pattern import Pattern
 from drake_quad.planning.plan_mission import initial_stance
 from drake_quad.planning.plan_task import plan_task
 from drake_quad.planning.plan_walk import EDGE_CLEARANCE, foothold
-from drake_quad.planning.riser_room import ENOUGH, likely_room, riser_room, room_at
+from drake_quad.planning.riser_room import ENOUGH, likely_setback, riser_room, room_at
 from drake_quad.planning.settings import PlanSettings
+from drake_quad.terrain import Element, Lane, build_course
 
 BIG = 0.04  # [m]
 AHEAD = PlanSettings(
@@ -26,26 +31,77 @@ AHEAD = PlanSettings(
 
 
 @given(st.floats(0.0, 0.3), st.sampled_from(["up", "down"]))
-def test_room_is_to_the_higher_ground_on_either_side(away: float, going: str) -> None:
-    """Of the first riser; towards lower ground there is none to touch."""
+def test_room_is_to_the_riser_ahead_that_leads_up(away: float, going: str) -> None:
+    """Towards lower ground there is none to touch, nor beyond the last."""
     lane = stairs_course(going).lanes[0]
-    at, rise = lane.risers()
-    side = -1.0 if rise[0] > 0.0 else 1.0
-    s = np.array([at[0] + side * (BIG + away)])
-    assert room_at(lane, s, BIG)[0] == pytest.approx(away, abs=1e-12)
-    beyond = lane.risers()[0][-1] - side * np.array([5.0])
-    assert room_at(lane, beyond, BIG)[0] == np.inf
+    at, _ = lane.risers()
+    s = at[:1] - BIG - away
+    wanted = away if going == "up" else np.inf
+    assert room_at(lane, s, BIG)[0] == pytest.approx(wanted, abs=1e-12)
+    assert room_at(lane, at[-1:] + 0.1, BIG)[0] == np.inf
     assert np.all(room_at(flat_course().lanes[0], s, BIG) == np.inf)
+
+
+def big_footed_walk() -> tuple[Lane, MotionPlan]:
+    """Up three steps on feet that stand as far ahead on the treads as they can."""
+    robot, course = replace(paper_robot(), foot_radius=BIG), stairs_course("up")
+    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
+    stance = initial_stance(robot, course, AHEAD, start=1.25)
+    return course.lanes[0], plan_task(robot, course, AHEAD, task, stance, index=0)
+
+
+def laid(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The setbacks of walks that are laid from now on."""
+    setbacks: list[float] = []
+    whole = plan_task_module.lay_walk
+
+    def lay(robot, course, settings, *rest):  # type: ignore[no-untyped-def]
+        setbacks.append(settings.riser_setback)
+        return whole(robot, course, settings, *rest)
+
+    monkeypatch.setattr(plan_task_module, "lay_walk", lay)
+    return setbacks
+
+
+def test_feet_that_roll_farther_than_mostly_are_set_down_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Once; if that cannot be planned, the first plan is better than none."""
+    monkeypatch.setattr(riser_room_module, "ROLLS", 0.0)
+    setbacks = laid(monkeypatch)
+    lane, plan = big_footed_walk()
+    assert len(setbacks) >= 2 and setbacks[0] == 0.0 < setbacks[1]
+    touched = riser_room(lane, plan.contacts, BIG)
+    whole = plan_task_module.lay_walk
+
+    def lay(robot, course, settings, *rest):  # type: ignore[no-untyped-def]
+        if settings.riser_setback > 0.0:
+            raise PlanningError("no other footprints")
+        return whole(robot, course, settings, *rest)
+
+    monkeypatch.setattr(plan_task_module, "lay_walk", lay)
+    lane, plan = big_footed_walk()
+    assert riser_room(lane, plan.contacts, BIG) < ENOUGH < touched
+
+
+def test_the_top_of_a_slope_is_no_riser() -> None:
+    """Footprints need not keep off it."""
+    course = build_course([Element("floor", length=3.0),
+                           Element("slope", going="up", length=2.0, height=0.4),
+                           Element("floor", length=3.0)])  # fmt: skip
+    lane = course.lanes[0]
+    assert len(lane.risers()[0]) == 0
+    asked = PlanSettings(pattern=Pattern(1, 3, 1), stride=0.25)
+    places = make_lattice(lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1)
+    for k in range(len(places.s) - places.behind):
+        near, far = (foothold(lane, places, LEGS[0], k, replace(asked, riser_setback=b), BIG)
+                     for b in (0.0, 0.1))  # fmt: skip
+        assert near == far
 
 
 def test_big_feet_that_roll_touch_no_riser() -> None:
     """They roll by more than what every footprint keeps from a riser, and are set down farther."""
-    robot = replace(paper_robot(), foot_radius=BIG)
-    course = stairs_course("up")
-    lane = course.lanes[0]
-    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    stance = initial_stance(robot, course, AHEAD, start=1.25)
-    plan = plan_task(robot, course, AHEAD, task, stance, index=0)
+    lane, plan = big_footed_walk()
     assert riser_room(lane, plan.contacts, BIG) >= ENOUGH
     times = sample_times(plan.contacts)
     feet, standing = plan.contacts.feet_at(times)
@@ -64,7 +120,7 @@ def test_footprints_give_way_to_a_riser_as_far_as_the_tread_is_deep_enough() -> 
         places = make_lattice(lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1)
         a, b, _ = lane.treads(lane.flights[0])[0]
         k = int(np.searchsorted(places.s, a)) - places.behind
-        at = {room: foothold(lane, places, LEGS[0], k, replace(asked, riser_room=room), BIG)
+        at = {room: foothold(lane, places, LEGS[0], k, replace(asked, riser_setback=room), BIG)
               for room in (0.0, 0.02, wide)}  # fmt: skip
         edge = BIG + EDGE_CLEARANCE
         assert at[0.0] == pytest.approx(b - edge)
@@ -74,4 +130,4 @@ def test_footprints_give_way_to_a_riser_as_far_as_the_tread_is_deep_enough() -> 
 
 def test_small_feet_are_asked_for_no_more() -> None:
     """What they roll is less than what footprints keep in any case."""
-    assert likely_room(0.008) == 0.0 < likely_room(0.02) < likely_room(0.04)
+    assert likely_setback(0.008) == 0.0 < likely_setback(0.02) < likely_setback(0.04)

@@ -162,6 +162,11 @@ def test_what_swing_feet_touch_is_counted_between_lift_off_and_touchdown() -> No
     found = summary(changed(**own))
     assert found["swing_contact_samples"] == 2 and found["swing_force_max"] == 5.0
     assert summary(log())["swing_contact_samples"] == 0
+    # In a push the clock stands still in mid-swing, and the foot bears.
+    mode = np.array(["settle"] * len(leg))
+    assert summary(changed(**own, gait_mode=mode))["swing_contact_samples"] == 0
+    nothing = {n: np.full(len(leg), np.nan) for n in own}
+    assert summary(changed(**nothing))["swing_contact_samples"] is None
 
 
 def test_slip_is_the_way_slid_in_one_stance() -> None:

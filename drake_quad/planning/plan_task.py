@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from drake_quad.errors import PlanningError
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_spline import BodySpline, knot_count
 from drake_quad.planning.body_zmp import ZmpSamples, sample_zmp
@@ -16,7 +17,7 @@ from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.plan_spin import lay_spin
 from drake_quad.planning.plan_walk import lay_walk
-from drake_quad.planning.riser_room import ENOUGH, KEPT, likely_room, riser_room
+from drake_quad.planning.riser_room import ENOUGH, KEPT, likely_setback, riser_room
 from drake_quad.planning.route import Route
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
@@ -102,17 +103,34 @@ def _off_risers(
 ) -> tuple[PlanSettings, Laid, MotionPlan]:
     """A walk whose feet keep off risers as they roll: how far they do, its own path tells.
 
-    Made once more, from other footprints, if they roll farther than feet mostly do.
+    Made once more, from other footprints, if they roll farther than feet mostly do. Where there is
+    no plan from these, one from others will do.
+
+    Raises:
+        PlanningError: If there is none at all.
     """
-    settings = replace(settings, riser_room=likely_room(foot_radius))
-    laid = lay(settings)
-    plan = finish(settings, laid)
-    room = riser_room(lane, plan.contacts, foot_radius)
-    if room < ENOUGH:
-        settings = replace(settings, riser_room=settings.riser_room + KEPT - room)
-        laid = lay(settings)
-        plan = finish(settings, laid)
-    return settings, laid, plan
+
+    def make(setback: float) -> tuple[PlanSettings, Laid, MotionPlan]:
+        asked = replace(settings, riser_setback=setback)
+        laid = lay(asked)
+        return asked, laid, finish(asked, laid)
+
+    least = settings.riser_setback
+    setback = max(least, likely_setback(foot_radius))
+    try:
+        first = make(setback)
+    except PlanningError:
+        if setback == least:
+            raise
+        return make(least)
+    room = riser_room(lane, first[2].contacts, foot_radius)
+    if room >= ENOUGH:
+        return first
+    try:
+        second = make(setback + KEPT - room)
+    except PlanningError:
+        return first
+    return second if riser_room(lane, second[2].contacts, foot_radius) > room else first
 
 
 def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:

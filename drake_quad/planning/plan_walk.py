@@ -25,7 +25,6 @@ from drake_quad.terrain import Course, Lane
 # A walk begins where the body's program ended the task before, to its tolerance: without some slack
 # ten microns make a walk of whole strides a cycle longer.
 STRIDE_SLACK = 1e-4
-EDGE = 1e-3  # [m] to either side of a riser
 EDGE_CLEARANCE = 0.01  # [m] between the foot's sphere and a nosing or riser
 
 
@@ -180,7 +179,8 @@ def foothold(
     offset += tread_offset(lattice, i, spacing, settings)
     low, high = _level_stretch(lane, float(lattice.s[i]))
     margin = foot_radius + EDGE_CLEARANCE
-    rises = np.isfinite(high) and lane.height(high + EDGE) > lane.height(high - EDGE)
+    at, rise = lane.risers()
+    rises = bool(np.any(rise[np.isclose(at, high)] > 0.0))
     low, high = low + margin, high - margin
     if low > high:
         raise PlanningError(
@@ -189,7 +189,7 @@ def foothold(
             place=float(lattice.s[i]),
         )
     if rises:  # as far as the tread is deep enough
-        high = max(high - settings.riser_room, low)
+        high = max(high - settings.riser_setback, low)
     return float(np.clip(lattice.s[i] + offset, low, high))
 
 

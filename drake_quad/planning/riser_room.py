@@ -1,4 +1,4 @@
-"""The room between feet that stand, rolled as they are, and the risers beside them."""
+"""The room between feet that stand, rolled as they are, and the risers ahead of them."""
 
 from math import inf
 
@@ -10,17 +10,21 @@ from drake_quad.planning.plan_walk import EDGE_CLEARANCE
 from drake_quad.terrain import Lane
 
 KEPT = 0.004  # [m] that feet keep from risers as they roll; they are set down farther off
+JUST = 1e-6  # [s] before a lift-off
 ENOUGH = 0.001  # [m] with which no plan is made anew
 ROLLS = 0.6  # of its radius, that a foot mostly rolls forward in a stance
 
 
-def likely_room(foot_radius: float) -> float:
+def likely_setback(foot_radius: float) -> float:
     """What footprints keep from a riser ahead, beyond EDGE_CLEARANCE, at a first guess [m]."""
     return max(ROLLS * foot_radius + KEPT - EDGE_CLEARANCE, 0.0)
 
 
 def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> float:
     """The least room that feet have that a plan sets down; negative if one is inside a riser.
+
+    Of the riser ahead alone: that is where feet roll to. One whose centre is beyond it, by more
+    than its radius, would not be seen; so far none rolls.
 
     A foot is set down with room before the riser ahead, and rolls towards it as the body goes on.
     One that touches it scrapes up along it in its swing.
@@ -33,7 +37,8 @@ def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> float:
     Returns:
         The room [m]; infinite where there are no risers.
     """
-    times = sample_times(contacts)
+    before = [step.lift_off - JUST for step in contacts.steps]  # when they have rolled farthest
+    times = np.union1d(sample_times(contacts), before)
     feet, standing = contacts.feet_at(times)
     begun = np.full(4, inf)
     for step in reversed(contacts.steps):
@@ -43,14 +48,11 @@ def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> float:
 
 
 def room_at(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
-    """From feet at `s` (n,) along a lane to the higher ground ahead and behind (n,) [m]."""
+    """From feet at `s` (n,) along a lane to the riser ahead of each that leads up (n,) [m]."""
     at, rise = lane.risers()
     room = np.full(len(s), inf)
-    ahead, behind = at[rise > 0.0], at[rise < 0.0]
+    ahead = at[rise > 0.0]
     k = np.searchsorted(ahead, s)
     has = k < len(ahead)
     room[has] = ahead[k[has]] - s[has] - foot_radius
-    k = np.searchsorted(behind, s, side="right") - 1
-    has = k >= 0
-    room[has] = np.minimum(room[has], s[has] - behind[k[has]] - foot_radius)
     return room

@@ -37,8 +37,8 @@ class PlanSettings:
         swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
         map_error_place: By how much the map's risers may be off; swings leave so much room [m].
         map_error_height: By how much its treads may be higher [m].
-        riser_room: Between footprints and a riser ahead, more than there is in any case [m]: feet
-            roll towards it.
+        riser_setback: Of footprints from a riser ahead, beyond what they keep from any edge [m]:
+            feet roll towards it. It is at least what they mostly do.
         body_height: Of B above the mean ground under the feet [m].
         pitch_along_slope: How much of the stairs' slope the body tilts with: 0 level, 1 all of it.
         spin_workspace: The boxes of the spinning gait; the same ones if None.
@@ -81,7 +81,7 @@ class PlanSettings:
     swing_clearance: float = 0.02
     map_error_place: float = 0.0
     map_error_height: float = 0.0
-    riser_room: float = 0.0
+    riser_setback: float = 0.0
     body_height: float = 0.85
     pitch_along_slope: float = 0.0
     spin_workspace: Workspace | None = None
