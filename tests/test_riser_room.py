@@ -71,7 +71,7 @@ def test_feet_that_roll_farther_than_mostly_are_set_down_anew(
     setbacks = laid(monkeypatch)
     lane, plan = big_footed_walk()
     assert len(setbacks) >= 2 and setbacks[0] == 0.0 < setbacks[1]
-    touched = riser_room(lane, plan.contacts, BIG)
+    touched = riser_room(lane, plan.contacts, BIG)[0]
     whole = plan_task_module.lay_walk
 
     def lay(robot, course, settings, *rest):  # type: ignore[no-untyped-def]
@@ -81,7 +81,7 @@ def test_feet_that_roll_farther_than_mostly_are_set_down_anew(
 
     monkeypatch.setattr(plan_task_module, "lay_walk", lay)
     lane, plan = big_footed_walk()
-    assert riser_room(lane, plan.contacts, BIG) < ENOUGH < touched
+    assert riser_room(lane, plan.contacts, BIG)[0] < ENOUGH < touched
 
 
 def test_the_top_of_a_slope_is_no_riser() -> None:
@@ -102,7 +102,7 @@ def test_the_top_of_a_slope_is_no_riser() -> None:
 def test_big_feet_that_roll_touch_no_riser() -> None:
     """They roll by more than what every footprint keeps from a riser, and are set down farther."""
     lane, plan = big_footed_walk()
-    assert riser_room(lane, plan.contacts, BIG) >= ENOUGH
+    assert riser_room(lane, plan.contacts, BIG)[0] >= ENOUGH
     times = sample_times(plan.contacts)
     feet, standing = plan.contacts.feet_at(times)
     rolled = plan.contacts.roll.at(times) if plan.contacts.roll else np.zeros((len(times), 4, 2))

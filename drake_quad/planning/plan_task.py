@@ -17,7 +17,7 @@ from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.plan_spin import lay_spin
 from drake_quad.planning.plan_walk import lay_walk
-from drake_quad.planning.riser_room import ENOUGH, KEPT, likely_setback, riser_room
+from drake_quad.planning.riser_room import ENOUGH, likely_setback, riser_room
 from drake_quad.planning.route import Route
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
@@ -123,14 +123,14 @@ def _off_risers(
         if setback == least:
             raise
         return make(least)
-    room = riser_room(lane, first[2].contacts, foot_radius)
+    room, needed = riser_room(lane, first[2].contacts, foot_radius)
     if room >= ENOUGH:
         return first
     try:
-        second = make(setback + KEPT - room)
+        second = make(max(setback, needed))
     except PlanningError:
         return first
-    return second if riser_room(lane, second[2].contacts, foot_radius) > room else first
+    return second if riser_room(lane, second[2].contacts, foot_radius)[0] > room else first
 
 
 def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:

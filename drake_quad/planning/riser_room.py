@@ -20,8 +20,8 @@ def likely_setback(foot_radius: float) -> float:
     return max(ROLLS * foot_radius + KEPT - EDGE_CLEARANCE, 0.0)
 
 
-def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> float:
-    """The least room that feet have that a plan sets down; negative if one is inside a riser.
+def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[float, float]:
+    """The least room that feet have that a plan sets down, and the setback that they need.
 
     Of the riser ahead alone: that is where feet roll to. One whose centre is beyond it, by more
     than its radius, would not be seen; so far none rolls.
@@ -35,16 +35,24 @@ def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> float:
         foot_radius: [m].
 
     Returns:
-        The room [m]; infinite where there are no risers.
+        The room [m], negative where a foot would be inside a riser, infinite where there are none;
+        and the setback beyond EDGE_CLEARANCE with which all that have less than ENOUGH, rolling as
+        they do here, would have KEPT [m].
     """
-    before = [step.lift_off - JUST for step in contacts.steps]  # when they have rolled farthest
+    steps = contacts.steps
+    before = [step.lift_off - JUST for step in steps]  # when they have rolled farthest
     times = np.union1d(sample_times(contacts), before)
-    feet, standing = contacts.feet_at(times)
-    begun = np.full(4, inf)
-    for step in reversed(contacts.steps):
-        begun[step.leg.row] = step.touchdown
-    s, _ = lane.coordinates(feet[standing & (times[:, None] >= begun)])
-    return float(room_at(lane, s, foot_radius).min(initial=inf))
+    feet, _ = contacts.feet_at(times)
+    s, _ = lane.coordinates(feet)
+    least, rolled = inf, 0.0
+    for k, step in enumerate(steps):
+        end = next((t.lift_off for t in steps[k + 1 :] if t.leg is step.leg), inf)
+        mine = s[(times >= step.touchdown) & (times < end), step.leg.row]
+        room = room_at(lane, mine, foot_radius)
+        if len(room) and room.min() < ENOUGH:
+            rolled = max(rolled, float(room[0] - room.min()))
+        least = min(least, float(room.min(initial=inf)))
+    return least, max(rolled + KEPT - EDGE_CLEARANCE, 0.0)
 
 
 def room_at(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
