@@ -196,6 +196,16 @@ def test_a_plan_that_folds_a_shank_into_the_trunk_is_refused() -> None:
         refuse_touching(replace(robot, trunk_boxes=large), task, samples)
 
 
+def test_a_plan_that_sets_a_foot_against_another_is_refused() -> None:
+    """A Mini Cheetah's rear feet landed on its front ones, going down."""
+    robot, found = paper_robot(), designed()
+    task = mission_of(found.scenario, course_of(found.scenario))[0]
+    samples = check_plan(robot, found.plan.plans[0], dynamic=False)
+    refuse_touching(robot, task, samples)
+    with pytest.raises(PlanningError, match=r"the feet .* would be .* too near each other"):
+        refuse_touching(replace(robot, foot_radius=0.4), task, samples)
+
+
 def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
     """The designer asks it of every task, and refuses at the first."""
     found, large = designed(), np.array([[[-1.0, -1.0, -0.6], [1.0, 1.0, 0.2]]])

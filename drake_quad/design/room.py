@@ -24,6 +24,8 @@ from drake_quad.terrain import Course
 
 TRUNK_POINTS = 7
 
+FEET_APART = 0.005  # [m] between two feet: as exactly as plans are followed, and more
+
 
 @dataclass(frozen=True)
 class Room:
@@ -85,6 +87,14 @@ def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None
     k, row = np.unravel_index(np.argmin(room), room.shape)
     what = f"the shank of {LEGS[row].short} would be {{:.3f}} m inside the trunk"
     _refuse(float(room[k, row]), what, float(samples.times[k]), task)
+    one, two = PAIRS.T
+    room = (
+        np.linalg.norm(p_BF[:, one] - p_BF[:, two], axis=-1) - 2.0 * robot.foot_radius - FEET_APART
+    )
+    k, pair = np.unravel_index(np.argmin(room), room.shape)
+    names = [LEGS[row].short for row in PAIRS[pair]]
+    what = f"the feet {names[0]} and {names[1]} would be {{:.3f}} m too near each other"
+    _refuse(float(room[k, pair]), what, float(samples.times[k]), task)
     room = room_between_legs(robot, p_BF, samples.q)
     k, pair = np.unravel_index(np.argmin(room), room.shape)
     one, two = (LEGS[row].short for row in PAIRS[pair])
