@@ -1,7 +1,6 @@
-"""What is asked of a robot and its stairs, and, if they cannot be climbed, the nearest that can."""
+"""What is asked of a robot and its stairs: a flight by its numbers, or a scenario's course."""
 
-from collections.abc import Callable
-from math import floor, isfinite
+from math import isfinite
 from pathlib import Path
 
 from drake_quad.check_stairs import Check, check_stairs
@@ -12,17 +11,6 @@ from drake_quad.scenario import Scenario, load_scenario
 from drake_quad.stability.kinds import HULL
 
 RISE_MOST, RUN_MOST, COUNT_MOST = 2.0, 5.0, 100
-SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
-LEAST_RISE = 0.02  # [m] below which nothing is called stairs
-FINE = 0.01  # [m] to which the nearest rise is sought
-SHRINK = 0.85  # of a rise: what is tried next as long as nothing works
-# The same on treads like floors, which take long to plan, and of which deeper ones are no easier.
-SHRINK_DEEP = 0.6
-TRIES, TRIES_DEEP = 30, 2
-DEEPER = (1.15, 1.3, 1.5, 1.75, 2.0)  # times the run: what is tried if no rise works on it
-VERIFY = 3  # rises that are tried on the flight's real number of steps
-
-Judge = Callable[[float, float, int], Check]  # of rise, run and count
 
 
 def check_numbers(rise: float, run: float, count: int) -> None:
@@ -88,13 +76,14 @@ def ask_stairs(
         ) from None
 
 
-def ask_course(model: str, scenario: str, *, margin: str = HULL) -> Check:
+def ask_course(model: str, scenario: str, *, margin: str = HULL, nearest: bool = True) -> Check:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
     Args:
         model: A robot's file or name.
         scenario: A shipped scenario's name or a file; its robot and its gait do not count.
         margin: Over what the plan's margin is measured, see `stability.kinds`.
+        nearest: Whether a reason is to say which rise would work; it takes a while.
 
     Raises:
         InputError: If robot or scenario cannot be used.
@@ -113,57 +102,13 @@ def ask_course(model: str, scenario: str, *, margin: str = HULL) -> Check:
     asked.robot.model = whole_path(model)
     asked.gait.margin = margin
     try:
-        return Check(asked, design_scenario(asked, source=scenario, robot=robot), "", {})
+        designed = design_scenario(asked, source=scenario, nearest=nearest, robot=robot)
+        return Check(asked, designed, "", {})
     except PlanningError as error:
         return Check(asked, None, error.reason, dict(error.data))
-
-
-def nearest_stairs(
-    judge: Judge, check: Check, *, rise: float, run: float, count: int
-) -> tuple[float, float] | None:
-    """The nearest stairs that a robot climbs: a lower rise, or if none a deeper run.
-
-    Args:
-        judge: Says whether stairs of rise, run and count can be climbed.
-        check: What was found of the stairs that cannot be climbed.
-        rise: Theirs [m].
-        run: Theirs [m].
-        count: Theirs.
-
-    Returns:
-        Rise and run [m], judged feasible with `count` steps; None if nothing was found.
-    """
-    few = min(count, SEARCH_COUNT)
-    hint, deep = check.data.get("nearest_rise"), "deep" in check.data
-    if "nearest_rise" not in check.data or hint is not None:
-        # Above a hint no rise works, not even on endless stairs, as far as it was sought.
-        low = _down(SHRINK * rise if hint is None else hint)
-        high = rise if hint is None else min(rise, low + FINE)
-        tries = TRIES_DEEP if deep else TRIES
-        while low >= LEAST_RISE and tries > 0 and not judge(low, run, few).feasible:
-            low, high, tries = _down((SHRINK_DEEP if deep else SHRINK) * low), low, tries - 1
-        if tries == 0:
-            low = 0.0
-        while low >= LEAST_RISE and high - low > FINE + 1e-9:
-            middle = _down(0.5 * (low + high))
-            low, high = (middle, high) if judge(middle, run, few).feasible else (low, middle)
-        for lower in range(VERIFY):
-            found = round(low - lower * FINE, 3)
-            if found >= LEAST_RISE and (few == count or judge(found, run, count).feasible):
-                return found, run
-    for times in () if deep else DEEPER:
-        deeper = round(times * run, 2)
-        if deeper <= RUN_MOST and judge(rise, deeper, count).feasible:
-            return rise, deeper
-    return None
 
 
 def whole_path(model: str) -> str:
     """A robot's file by its whole path, so that a scenario can be saved anywhere; names stay."""
     path = Path(model).expanduser()
     return str(path.resolve()) if "://" not in model and path.is_file() else model
-
-
-def _down(rise: float) -> float:
-    """To the millimetre below [m]."""
-    return floor(1000.0 * rise + 1e-6) / 1000.0

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from drake_quad.check_ask import ask_course, ask_stairs, check_numbers, nearest_stairs
+from drake_quad.check_ask import ask_course, ask_stairs, check_numbers
+from drake_quad.check_nearest import nearest_of
 from drake_quad.check_picture import check_picture, save_picture
-from drake_quad.check_report import describe_check
+from drake_quad.check_report import describe_check, with_nearest
 from drake_quad.errors import InputError
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import save_scenario
@@ -43,6 +44,8 @@ def run_check(
     *,
     save: Path | None = None,
     picture: Path | None = None,
+    nearest: bool = True,
+    first: Callable[[dict[str, Any]], object] = lambda _: None,
     note: Callable[[str], object] = lambda _: None,
 ) -> dict[str, Any]:
     """Answers the question; what is told is as `describe_check` has it.
@@ -51,6 +54,9 @@ def run_check(
         asked: The question.
         save: Where to write the designed scenario, if there is one.
         picture: Where to draw the climb, if there is one.
+        nearest: Whether to look for the nearest stairs that it climbs, if not these; it takes a
+            minute or two.
+        first: Is told a no and its reason before that.
         note: Is told what is being done.
 
     Raises:
@@ -64,34 +70,33 @@ def run_check(
         remedy = "is a directory; give a file in it, such as stairs.yaml"
         raise InputError(source="--save", field="save", value=str(save), remedy=remedy)
     given = {"rise": asked.rise, "run": asked.run, "count": asked.count}
-    nearest = None
+    robot = load_robot(asked.robot)
     if asked.scenario is not None:
         for name, value in given.items():
             if value is not None:
                 remedy = "leave it out: with --scenario the stairs are the scenario's"
                 raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
         question: dict[str, Any] = {"scenario": asked.scenario}
-        check = ask_course(asked.robot, asked.scenario, margin=asked.margin)
+        check = ask_course(asked.robot, asked.scenario, margin=asked.margin, nearest=nearest)
     else:
         rise = RISE if asked.rise is None else asked.rise
         run = RUN if asked.run is None else asked.run
         count = COUNT if asked.count is None else asked.count
         check_numbers(rise, run, count)
         question = {"rise": rise, "run": run, "count": count}
-        check = ask_stairs(asked.robot, rise=rise, run=run, count=count, margin=asked.margin)
-        if not check.feasible:
-            note("not these; looking for the nearest stairs that it can climb")
-            nearest = nearest_stairs(
-                lambda r, d, n: ask_stairs(
-                    asked.robot, rise=r, run=d, count=n, nearest=False, thorough=False,
-                    margin=asked.margin,
-                ),
-                check, rise=rise, run=run, count=count,
-            )  # fmt: skip
+        check = ask_stairs(
+            asked.robot, rise=rise, run=run, count=count, nearest=False, margin=asked.margin
+        )
     if asked.margin != HULL:
         question["margin"] = asked.margin
-    robot = load_robot(asked.robot)
-    told = describe_check(check, robot, source=asked.robot, asked=question, nearest=nearest)
+    told = describe_check(check, robot, source=asked.robot, asked=question)
+    if not check.feasible and asked.scenario is None and nearest:
+        first(told)
+        near = nearest_of(
+            check, robot, model=asked.robot, rise=rise, run=run, count=count,
+            margin=asked.margin, note=note,
+        )  # fmt: skip
+        told = with_nearest(told, near)
     if check.designed is not None and save is not None:
         scenario = check.designed.scenario
         try:

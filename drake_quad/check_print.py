@@ -1,9 +1,11 @@
-"""Prints what `drake-quad check` found: an answer, the gait in plain words, and what is left."""
+"""Prints what `drake-quad check` found: answer, gait in plain words, what is left, what next."""
 
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+
+from drake_quad.check_report import NOTHING_NEAR, near_words
 
 # What is left, in people's words, and its unit.
 WORDS = {
@@ -18,7 +20,7 @@ WORDS = {
 
 
 def print_check(told: dict[str, Any], console: Console) -> None:
-    """Prints the answer, the gait, what is left of each limit, and what to do next."""
+    """Prints the answer, the gait, and what is left of each limit."""
     colour = "green" if told["feasible"] else "red"
     first, rest = told["answer"].split(": ", 1)
     console.print(f"[bold {colour}]{first}[/]: {rest}", highlight=False, soft_wrap=True)
@@ -28,7 +30,15 @@ def print_check(told: dict[str, Any], console: Console) -> None:
     if told["slacks"]:
         console.print()
         console.print(_table(told), highlight=False)
+
+
+def print_next(told: dict[str, Any], console: Console) -> None:
+    """Prints what would work instead, where it is known, and what to do next."""
     console.print()
+    if not told["feasible"] and told["answer"].endswith(NOTHING_NEAR):
+        console.print(f"Nearest: {NOTHING_NEAR}.", highlight=False, soft_wrap=True)
+    if told["nearest"] is not None:
+        console.print(f"Nearest: {near_words(told['nearest'])}.", highlight=False, soft_wrap=True)
     if told.get("picture"):
         console.print(f"picture in {told['picture']}", highlight=False, soft_wrap=True)
     console.print(_next(told), highlight=False, soft_wrap=True)

@@ -6,13 +6,14 @@ import numpy as np
 
 from drake_quad.check_stairs import Check
 from drake_quad.design.evaluate import NAMES, wanted_for
-from drake_quad.designer import COULD, NONE_WORKS
 from drake_quad.designer_plan import Designed
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.kinds import HULL
 
 PERIOD = 0.05  # [s] between the samples of the plan that are looked at
+
+NOTHING_NEAR = "no lower rise and no deeper run was found that works"
 
 # What is in the way, in a few words, as a legend has them.
 LIMITS = {
@@ -56,16 +57,14 @@ def describe_check(
     *,
     source: str,
     asked: dict[str, Any],
-    nearest: tuple[float, float] | None = None,
 ) -> dict[str, Any]:
-    """What was found, as plain values in SI units.
+    """What was found, as plain values in SI units; `with_nearest` adds what is near.
 
     Args:
         check: The finding.
         robot: The robot.
         source: What the person gave for it.
         asked: `rise`, `run` and `count`, or `scenario`.
-        nearest: Rise and run of the nearest stairs that it climbs [m].
     """
     wanted = wanted_for(robot)
     designed = check.designed
@@ -78,7 +77,7 @@ def describe_check(
         "asked": asked,
         "reason": check.reason,
         "limit": limit_of(check, robot),
-        "nearest": None if nearest is None else {"rise": nearest[0], "run": nearest[1]},
+        "nearest": None,
         "slacks": {
             name: {
                 "left": left[name],
@@ -112,6 +111,19 @@ def describe_check(
     return told | {"answer": _answer(told)}
 
 
+def with_nearest(told: dict[str, Any], nearest: tuple[float, float] | None) -> dict[str, Any]:
+    """A no as it is told, with rise and run of the nearest stairs that are climbed [m], if any."""
+    if nearest is None:
+        return told | {"answer": f"{told['answer']}; {NOTHING_NEAR}"}
+    near = {"rise": nearest[0], "run": nearest[1]}
+    return told | {"nearest": near, "answer": f"{told['answer']}; {near_words(near)}"}
+
+
+def near_words(near: dict[str, float]) -> str:
+    """Which stairs would work."""
+    return f"{near['rise']:g} m on treads of {near['run']:g} m would work"
+
+
 def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     """What the plan of the course itself leaves, of the limits that it is measured for."""
     joints = np.inf
@@ -142,12 +154,4 @@ def _answer(told: dict[str, Any]) -> str:
             f"Yes: {told['name']} walks {stairs}{ways} with a {kind} margin of at least "
             f"{1e3 * plan['margin']:.0f} mm{strong}"
         )
-    # The design's own guess of what would work is of endless stairs; the one here is planned.
-    reason = told["reason"].split(COULD)[0].split(NONE_WORKS)[0]
-    near = told["nearest"]
-    works = ""
-    if near is not None:
-        works = f"; {near['rise']:g} m on treads of {near['run']:g} m would work"
-    elif "scenario" not in asked:
-        works = "; no lower rise and no deeper run was found that works"
-    return f"No: {told['name']} does not walk {stairs} ({LIMITS[told['limit']]}): {reason}{works}"
+    return f"No: {told['name']} does not walk {stairs} ({LIMITS[told['limit']]}): {told['reason']}"

@@ -3,7 +3,7 @@
 import json
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -61,20 +61,36 @@ def check(
     picture: Annotated[
         Path | None, typer.Option(help="Draw the climb into this file (.svg, .png or .pdf).")
     ] = None,
+    nearest: Annotated[
+        bool, typer.Option(help="After a no, look for the nearest stairs that it climbs.")
+    ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Can this robot climb these stairs? Designs a gait, and plans it up and down in full."""
+    """Can this robot climb these stairs? Designs a gait, and plans it up and down in full.
+
+    A no comes with its reason at once; to find the nearest stairs that work takes a minute more.
+    """
     from drake_quad.check_command import Asked, run_check
+    from drake_quad.check_print import print_check, print_next
 
     asked = Asked(robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin)
+    console, said = Console(), False
+
+    def say(told: dict[str, Any]) -> None:
+        nonlocal said
+        if not (as_json or said):
+            print_check(told, console)
+        said = True
+
     with MESSAGES.status("designing a gait") as status:
-        told = run_check(asked, save=save, picture=picture, note=status.update)
+        told = run_check(
+            asked, save=save, picture=picture, nearest=nearest, first=say, note=status.update
+        )
     if as_json:
         print(json.dumps(told))
     else:
-        from drake_quad.check_print import print_check
-
-        print_check(told, Console())
+        say(told)
+        print_next(told, console)
     raise typer.Exit(0 if told["feasible"] else 1)
 
 

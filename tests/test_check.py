@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +14,14 @@ from command import drake_quad, refused
 from rich.console import Console
 from rig import URL, paper_robot
 
-from drake_quad.check_ask import ask_course, ask_stairs, nearest_stairs
+from drake_quad import check_command, check_nearest
+from drake_quad.check_ask import ask_course, ask_stairs
 from drake_quad.check_command import Asked, run_check
 from drake_quad.check_moments import find_stretches
+from drake_quad.check_nearest import nearest_of, nearest_stairs
 from drake_quad.check_picture import save_picture
-from drake_quad.check_print import print_check
-from drake_quad.check_report import LIMITS, describe_check, limit_of
+from drake_quad.check_print import print_check, print_next
+from drake_quad.check_report import LIMITS, describe_check, limit_of, with_nearest
 from drake_quad.check_stairs import Check
 from drake_quad.design import choose
 from drake_quad.design.evaluate import NAMES
@@ -60,6 +63,7 @@ def test_what_is_told_is_the_plans_own() -> None:
     )
     console = Console(width=160, file=io.StringIO(), record=True)
     print_check(told, console)
+    print_next(told, console)
     lines = console.export_text().splitlines()
     assert lines[0].startswith("Yes: ") and "0.12 m" in lines[0] and "0.32 m" in lines[0]
     assert tuple(told["slacks"]) == NAMES
@@ -87,6 +91,63 @@ def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
         replace(check, designed=weak), paper_robot(), source=URL, asked=asked
     )["answer"]  # fmt: skip
     assert answer.startswith("Yes: ") and "108%" in answer and "108%" not in told["answer"]
+
+
+def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """First a whole answer without what is near, then the same with it; or, asked so, none."""
+    happened: list[str] = []
+
+    def near(*_args: object, **_more: object) -> tuple[float, float]:
+        happened.append("sought")
+        return 0.2, RUN
+
+    def first(told: dict[str, Any]) -> None:
+        assert told["nearest"] is None and "work" not in told["answer"] and told["reason"]
+        happened.append("told")
+
+    monkeypatch.setattr(check_command, "nearest_of", near)
+    asked = Asked(URL, rise=1.9, run=RUN, count=COUNT)
+    told = run_check(asked, first=first)
+    assert happened == ["told", "sought"] and told["nearest"] == {"rise": 0.2, "run": RUN}
+    assert told["answer"].endswith("; 0.2 m on treads of 0.32 m would work")
+    without = run_check(asked, nearest=False)
+    assert len(happened) == 2 and without["nearest"] is None
+    assert told["answer"].startswith(without["answer"])
+
+
+@pytest.mark.parametrize("near", [(0.2, 0.3), None])
+def test_what_is_near_is_printed_below_the_no(near: tuple[float, float] | None) -> None:
+    """By its numbers, with the command that asks for it; or that there is nothing."""
+    check = Check(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
+    asked = {"rise": 0.3, "run": 0.3, "count": 7}
+    told = with_nearest(describe_check(check, paper_robot(), source=URL, asked=asked), near)
+    console = Console(width=160, file=io.StringIO(), record=True)
+    print_next(told, console)
+    text = console.export_text()
+    assert ("Nearest: 0.2 m" in text and "--rise 0.2 --run 0.3 --count 7" in text) == (
+        near is not None
+    )
+    assert (near is not None) != ("was found that works" in text)
+
+
+def test_on_endless_stairs_that_allow_nothing_no_lower_rise_is_planned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What a search finds there is where planning begins, and it is told what is looked at."""
+    monkeypatch.setattr(check_nearest, "highest_rise", lambda *_, **__: 0.1234)
+    monkeypatch.setattr(
+        check_nearest, "ask_stairs",
+        lambda _, *, rise, run, **__: made_up(rise, run, feasible=True),
+    )  # fmt: skip
+    notes: list[str] = []
+    check = Check(Scenario(), None, "", {"slacks": {}, "run": 0.3})
+    near = nearest_of(
+        check, paper_robot(), model=URL, rise=0.9, run=0.3, count=4, note=notes.append
+    )
+    assert near == (0.123, 0.3)
+    assert notes[-1] == "not these; trying 4 steps of 0.123 m on treads of 0.3 m"
 
 
 @pytest.mark.slow
