@@ -86,6 +86,7 @@ def work(trial: Trial) -> Result:
     # Here: a process that only reads results need not wait for these.
     from drake_quad.scenario import scenario_text
     from drake_quad.simulation import run
+    from drake_quad.sweep.designs import designed
     from drake_quad.sweep.provenance import own_sources
 
     begun = time.perf_counter()
@@ -94,7 +95,8 @@ def work(trial: Trial) -> Result:
     try:
         scenario = trial.base.load(list(trial.overrides))
         text = scenario_text(scenario)
-        result = run(scenario, source=trial.base.name)
+        source = trial.base.name
+        result = run(designed(scenario, source), source=source)
         summary, outcome, reason = result.summary, result.outcome, result.reason
         if outcome == "stopped" and any(word in reason for word in NO_MEMORY):
             outcome = "memory"
