@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from math import inf
 
 from drake_quad.design.choose import Design
-from drake_quad.design.room import Room, find_room, refuse_thighs, refuse_touching
+from drake_quad.design.refuse import refuse_thighs, refuse_touching
+from drake_quad.design.room import Room, find_room
 from drake_quad.design.shape import Shape
 from drake_quad.errors import PlanningError
 from drake_quad.planning.contact_plan import swing_times

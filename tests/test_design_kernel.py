@@ -34,11 +34,10 @@ from drake_quad.design.shape import SHANK_POINTS, Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
+from drake_quad.planning.lane_distance import from_ground, from_nosings
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.planning.pattern import Pattern
 from drake_quad.planning.shank_room import (
-    distance,
-    from_nosings,
     knee_axes,
     shank_middles,
     shank_room,
@@ -328,7 +327,7 @@ def test_a_leaning_shanks_end_is_looked_at() -> None:
         knee = body[:3] + calc_knees(robot.geometry, q)[0, 0]
         end = knee + SHANK_POINTS[-1] * (foot - knee)
         told = room[len(SHANK_POINTS) - 1]
-        assert told == pytest.approx(distance(lane, end[None])[0] - 0.018, abs=1e-9)
+        assert told == pytest.approx(from_ground(lane, end[None])[0] - 0.018, abs=1e-9)
         assert (told < 0.0) == inside
 
 

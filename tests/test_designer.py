@@ -11,7 +11,7 @@ from rig import paper_robot
 from drake_quad import designer, designer_lower
 from drake_quad.check_stairs import check_stairs, stairs_scenario
 from drake_quad.design.choose import Design
-from drake_quad.design.room import refuse_touching
+from drake_quad.design.refuse import refuse_touching
 from drake_quad.design.search import AGAIN, QUICK, THOROUGH, Way
 from drake_quad.design.shape import read_shape
 from drake_quad.designer import design_scenario

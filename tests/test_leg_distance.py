@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig import paper_robot
 
-from drake_quad.design.room import refuse_touching
+from drake_quad.design.refuse import refuse_touching
 from drake_quad.errors import PlanningError
 from drake_quad.planning.leg_distance import ENOUGH, PAIRS, between_lines, room_between_legs
 from drake_quad.planning.mission import Task

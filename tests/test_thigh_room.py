@@ -12,7 +12,7 @@ from pydrake.multibody.tree import Body
 from pydrake.systems.framework import DiagramBuilder
 from rig import URL, course_of, flat_walk, paper_robot
 
-from drake_quad.design.room import refuse_thighs
+from drake_quad.design.refuse import refuse_thighs
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task

@@ -7,9 +7,8 @@ import numpy as np
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.box_distance import from_boxes
-from drake_quad.planning.ground_distance import ground_distance
+from drake_quad.planning.lane_distance import from_ground, from_nosings
 from drake_quad.planning.motion_plan import rotations
-from drake_quad.planning.nosing_distance import nosing_distance
 from drake_quad.robot.leg_kinematics import calc_knees
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.shank_outline import ROOM_WORTH, SHANK_POINTS
@@ -40,7 +39,7 @@ def shank_room(
     middles = shank_middles(robot.shank_offsets, knees, feet, across)
     radii = robot.shank_radii
     lines = from_nosings(lane, middles) - np.minimum(radii[:, :-1], radii[:, 1:])
-    return np.concatenate([distance(lane, middles) - radii, lines], axis=-1)
+    return np.concatenate([from_ground(lane, middles) - radii, lines], axis=-1)
 
 
 def trunk_room(
@@ -104,30 +103,3 @@ def knee_axes(q: FloatArray) -> FloatArray:
     """Unit vectors of the knees' axes in B (..., 4, 3), of the joints' angles (..., 4, 3) [rad]."""
     a = q[..., 0]
     return np.stack([np.zeros_like(a), np.cos(a), np.sin(a)], axis=-1)
-
-
-def distance(lane: Lane, points: FloatArray) -> FloatArray:
-    """Signed distance of points (..., 3) in W from a lane's ground [m], negative inside it.
-
-    Along the lane and upwards; the ground goes on beyond the lane's ends.
-    """
-    s, z, ends, heights = _profile(lane, points)
-    return ground_distance(s.ravel(), z.ravel(), ends, heights).reshape(s.shape)
-
-
-def from_nosings(lane: Lane, points: FloatArray) -> FloatArray:
-    """Signed distance of lines that join points (..., M, 3) in W from nosings (..., M - 1) [m]."""
-    s, z, ends, heights = _profile(lane, points)
-    rows = (-1, points.shape[-2])
-    found = nosing_distance(s.reshape(rows), z.reshape(rows), ends, heights)
-    return found.reshape(*s.shape[:-1], rows[1] - 1)
-
-
-def _profile(
-    lane: Lane, points: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Points along a lane and upwards, and its level stretches' ends and heights [m]."""
-    s, _ = lane.coordinates(points[..., :2])
-    ends = np.concatenate([[-np.inf], np.array(lane.breaks)[1:-1], [np.inf]])
-    z = np.ascontiguousarray(points[..., 2])
-    return np.ascontiguousarray(s), z, ends, np.array(lane.heights, dtype=float)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray
+from drake_quad.planning.lane_distance import from_ground, from_nosings
 from drake_quad.planning.motion_plan import rotations
-from drake_quad.planning.shank_room import distance, from_nosings
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Lane
 
@@ -35,5 +35,5 @@ def thigh_room(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -
         + g.p_BH[:, None, None]
     )
     p_W = body[:, None, None, None, :3] + np.einsum("nij,nlkmj->nlkmi", rotations(body), p_B)
-    nearest = np.minimum(distance(lane, p_W).min(axis=-1), from_nosings(lane, p_W).min(axis=-1))
+    nearest = np.minimum(from_ground(lane, p_W).min(axis=-1), from_nosings(lane, p_W).min(axis=-1))
     return np.asarray((nearest - radii).min(axis=-1))
