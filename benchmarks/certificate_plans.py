@@ -163,7 +163,12 @@ def read_record(record: dict[str, Any]) -> tuple[RobotModel, Shank, list[MotionP
         return np.array(r[name], dtype=float)
 
     geometry = LegGeometry(
-        array("hips"), array("offsets"), array("thighs"), array("shanks"), array("knee_signs")
+        array("hips"),
+        array("offsets"),
+        array("thighs"),
+        array("shanks"),
+        array("knee_signs"),
+        array("raised"),
     )
     robot = RobotModel(
         name=r["name"], url="", trunk=r["trunk"], geometry=geometry,

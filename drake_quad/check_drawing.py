@@ -28,7 +28,7 @@ def draw_moment(
         return _flat(lane, body[:3] + np.asarray(p_B) @ R.T)
 
     knees_B = calc_knees(robot.geometry, q)
-    side = np.stack([np.zeros(4), robot.geometry.offset, np.zeros(4)], axis=-1)
+    side = robot.geometry.p_HP
     hips, knees, soles = flat(robot.geometry.p_BH + side), flat(knees_B), _flat(lane, feet)
     size = float(np.max(robot.geometry.reach))
     middle = _flat(lane, body[None, :3])[0]

@@ -120,7 +120,7 @@ def _shade(
     upper: FloatArray,
 ) -> None:
     """Shades where one foot can be, in the plane of the view through where it stands."""
-    reach = float(robot.geometry.reach[leg]) + abs(float(robot.geometry.offset[leg]))
+    reach = float(robot.geometry.reach[leg] + np.linalg.norm(robot.geometry.p_HP[leg]))
     centre = stance.hips[leg]
     across = centre[view[0]] + np.linspace(-1.05, 1.05, GRID) * reach
     high = centre[view[1]] + np.linspace(-1.05, 1.05, GRID) * reach

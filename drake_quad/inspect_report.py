@@ -37,6 +37,7 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
         legs[short] = {
             "hip": g.p_BH[k].tolist(),
             "offset": float(g.offset[k]),
+            "raised": float(g.raised[k]),
             "thigh": float(g.thigh[k]),
             "shank": float(g.shank[k]),
             "knee": "forward" if sides[k] > 0 else "backward",
@@ -113,10 +114,13 @@ def print_robot(told: dict[str, Any], console: Console) -> None:
 def _legs(told: dict[str, Any]) -> Table:
     """Lengths and masses."""
     table = Table(box=None, pad_edge=False)
-    for title in ("leg", "hip x, y, z in mm", "offset", "thigh", "shank", "knee", "masses in kg"):
+    sizes = ["offset", "thigh", "shank"]
+    if any(leg["raised"] for leg in told["legs"].values()):
+        sizes.insert(1, "raised")
+    for title in ("leg", "hip x, y, z in mm", *sizes, "knee", "masses in kg"):
         table.add_column(title, justify="left" if title in ("leg", "knee") else "right")
     for short, leg in told["legs"].items():
-        lengths = [f"{1e3 * leg[key]:.1f}" for key in ("offset", "thigh", "shank")]
+        lengths = [f"{1e3 * leg[key]:.1f}" for key in sizes]
         hip = ", ".join(f"{1e3 * x:.1f}" for x in leg["hip"])
         masses = ", ".join(f"{m:.2f}" for m in leg["masses"])
         table.add_row(short, hip, *lengths, leg["knee"], masses)

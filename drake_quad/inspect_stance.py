@@ -48,9 +48,7 @@ def stand(robot: RobotModel) -> InspectStance:
     shares = shares[np.argsort(np.abs(shares - BENT), kind="stable")]
     chosen = None
     for share in shares:
-        feet = g.p_BH + np.stack(
-            [np.zeros(4), g.offset, np.full(4, -share * g.reach.min())], axis=-1
-        )
+        feet = g.p_BH + g.p_HP - [0.0, 0.0, share * g.reach.min()]
         q, excess = solve_legs(g, feet)
         if chosen is None:
             chosen = q
@@ -60,7 +58,14 @@ def stand(robot: RobotModel) -> InspectStance:
     assert chosen is not None
     feet = calc_feet(g, chosen)
     a = chosen[:, 0]
-    across = np.stack([0 * a, np.cos(a) * g.offset, np.sin(a) * g.offset], axis=-1)
+    across = np.stack(
+        [
+            0 * a,
+            np.cos(a) * g.offset - np.sin(a) * g.raised,
+            np.sin(a) * g.offset + np.cos(a) * g.raised,
+        ],
+        axis=-1,
+    )
     return InspectStance(
         q=chosen,
         height=float(robot.foot_radius - feet[:, 2].min()),

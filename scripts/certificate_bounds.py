@@ -88,6 +88,7 @@ def turn(axis, angle, v):
 def move_leg(robot, leg, body, body_off, foot, foot_off):
     """The leg's joints and points in the middle, and how far each may be off; nan out of reach."""
     l1, l2, d = robot.thighs[leg], robot.shanks[leg], robot.offsets[leg]
+    h = robot.raised[leg]  # of the hip pitch axis over the abduction axis
     sign, hip = robot.knee_signs[leg], robot.hips[leg]
     shift, spin = np.linalg.norm(body_off[:, :3], axis=1), body_off[:, 3] + body_off[:, 4]
     w = foot - body[:, :3]
@@ -102,7 +103,8 @@ def move_leg(robot, leg, body, body_off, foot, foot_off):
     q1 = np.arctan2(v[:, 2], v[:, 1]) - np.arctan2(z, d)
     q1 -= 2.0 * np.pi * np.round(q1 / (2.0 * np.pi))
     tilt = np.arcsin(np.minimum(ball / rho, 1.0)) + ball * np.abs(d) * stretch / least**2
-    # In its plane: a triangle of thigh, shank and the distance D.
+    # In its plane, from the hip pitch axis: a triangle of thigh, shank and the distance D.
+    z = z - h
     D = np.hypot(v[:, 0], z)
     ball2 = stretch * ball
     near, far = D - ball2, D + ball2
@@ -119,12 +121,13 @@ def move_leg(robot, leg, body, body_off, foot, foot_off):
     q = np.stack([q1, q2, sign * k], axis=1)
     off = np.stack([tilt, swing, bend], axis=1)
     zero = np.zeros(len(leg))
-    plane = np.stack([zero, d, zero], axis=1)
+    plane = np.stack([zero, d, h], axis=1)
     knee_B = hip + turn(0, q1, plane + turn(1, q2, np.stack([zero, zero, -l1], axis=1)))
     knee = body[:, :3] + turn(2, body[:, 4], turn(1, body[:, 3], knee_B))
     ahead = turn(1, q2 + q[:, 2], np.tile([1.0, 0.0, 0.0], (len(leg), 1)))
     ahead = turn(2, body[:, 4], turn(1, body[:, 3], turn(0, q1, ahead)))
-    knee_off = shift + spin * np.linalg.norm(knee_B, axis=1) + tilt * np.hypot(l1, d) + swing * l1
+    knee_off = shift + spin * np.linalg.norm(knee_B, axis=1) + tilt * np.hypot(l1 + np.abs(h), d)
+    knee_off += swing * l1
     return Bag(
         q=q, off=off, ball=ball, hip=hip, axle=hip + turn(0, q1, plane), foot_B=foot_B,
         knee_B=knee_B, knee=knee, knee_off=knee_off, foot=foot, foot_off=foot_off, ahead=ahead,
@@ -149,7 +152,8 @@ def masses(robot, leg, state):
     )
     at_knee = m[:, 2] * size[:, 2]
     at_hip = m[:, 1] * size[:, 1] + m[:, 2] * robot.thighs[leg] + at_knee
-    at_side = m[:, 0] * size[:, 0] + at_hip + (m[:, 1] + m[:, 2]) * np.abs(robot.offsets[leg])
+    out = np.hypot(robot.offsets[leg], robot.raised[leg])
+    at_side = m[:, 0] * size[:, 0] + at_hip + (m[:, 1] + m[:, 2]) * out
     return points, np.stack([at_side, at_hip, at_knee], axis=1)
 
 
@@ -164,7 +168,7 @@ def torques(robot, leg, state, points, moments, body, body_off, load, load_off):
     lean = state.off[:, 0] + body_off[:, 3]  # of a joint's axis, and of what is up
     bends = state.off.sum(axis=1)
     shank = robot.shanks[leg] * bends
-    side = np.abs(robot.offsets[leg]) * state.off[:, 0]
+    side = np.hypot(robot.offsets[leg], robot.raised[leg]) * state.off[:, 0]
     moves = (state.ball, state.ball + side, shank)
     for j, (axis, at) in enumerate(zip(axes, (state.hip, state.axle, state.knee_B), strict=True)):
         lever = state.foot_B - at

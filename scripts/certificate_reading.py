@@ -42,7 +42,8 @@ def numbers(values, *shape):
 def read_robot(r):
     """The robot's numbers, each of which has to make sense."""
     n = len(r["shank_places"])
-    shapes = dict(hips=(4, 3), offsets=(4,), thighs=(4,), shanks=(4,), knee_signs=(4,),
+    r = {"raised": [0.0] * 4, **r}  # of older records, whose hip axes met
+    shapes = dict(hips=(4, 3), offsets=(4,), raised=(4,), thighs=(4,), shanks=(4,), knee_signs=(4,),
                   q_lower=(12,), q_upper=(12,), efforts=(12,), trunk_com=(3,), link_masses=(4, 3),
                   link_coms=(4, 3, 3), shank_places=(n,), shank_ahead=(4, n), shank_radii=(4, n),
                   trunk_mass=(), foot_radius=())  # fmt: skip

@@ -38,9 +38,7 @@ def read_urdf(plant, inspector, robot):
     joints = [plant.GetJointByName(name) for name in robot["joints"]]
     plane = [j.frame_on_parent().GetFixedPoseInBodyFrame().translation() for j in joints]
     hips, axles, knees = (np.array(plane[k::3]) for k in range(3))
-    require(
-        np.allclose(axles[:, [0, 2]], 0.0) and np.allclose(knees[:, :2], 0.0), "the normal form"
-    )
+    require(np.allclose(axles[:, 0], 0.0) and np.allclose(knees[:, :2], 0.0), "the normal form")
     links = [rigid(plant, context, joint.child_body()) for joint in joints]
     feet = [foot_of(plant, inspector, joint.child_body()) for joint in joints[2::3]]
     efforts = {
@@ -52,6 +50,7 @@ def read_urdf(plant, inspector, robot):
     return {
         "hips": hips,
         "offsets": axles[:, 1],
+        "raised": axles[:, 2],
         "thighs": -knees[:, 2],
         "shanks": [-p[2] for p, _ in feet],
         "foot_radius": max(radius for _, radius in feet),

@@ -26,7 +26,7 @@ from drake_quad.simulation import RunResult, run
 
 ROBOTS = (
     "anymal_c", "anymal_b", "spot", "b1", "b2", "a2", "go1", "go2", "a1", "aliengo", "laikago",
-    "solo12", "mini_cheetah", "hyqreal1",
+    "solo12", "mini_cheetah", "hyqreal1", "hyq",
 )  # fmt: skip
 STAIRS = ((0.178, 0.28), (0.12, 0.30), (0.10, 0.30))
 COUNT = 4

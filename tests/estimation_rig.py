@@ -222,7 +222,7 @@ def readings(
 def legs_array() -> FloatArray:
     """The shipped robot's legs as the kernels take them."""
     g = paper_robot().geometry
-    return np.column_stack([g.p_BH, g.offset, g.thigh, g.shank])
+    return np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.raised])
 
 
 def estimate(

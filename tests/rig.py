@@ -1,6 +1,7 @@
 """What the tests of robot, planning and systems share: the robot, courses, plans, and a posture."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -27,6 +28,11 @@ GRAVITY = 9.81
 def paper_robot() -> RobotModel:
     """The shipped robot."""
     return load_robot(URL)
+
+
+def with_raised(robot: RobotModel, raised: FloatArray) -> RobotModel:
+    """A robot whose hip pitch axes pass so far above its abduction axes (4,) [m]."""
+    return replace(robot, geometry=replace(robot.geometry, raised=raised))
 
 
 @cache

@@ -50,9 +50,10 @@ def variant(kind: str) -> RobotModel:
         kind, -np.ones(4)
     )
     offset = np.zeros(4) if kind == "no offset" else robot.geometry.offset
+    raised = np.array([-0.08, -0.05, 0.01, -0.08]) * (kind == "raised")
     return replace(
         robot,
-        geometry=replace(robot.geometry, knee_sign=signs, offset=offset),
+        geometry=replace(robot.geometry, knee_sign=signs, offset=offset, raised=raised),
         link_com=robot.link_com + rng.uniform(-0.05, 0.05, (4, 3, 3)),
         trunk_com=np.array([0.03, -0.02, 0.05]),
     )
@@ -74,7 +75,7 @@ def feet_at(pieces: Pieces, cells: Cells, swing_foot: FloatArray, place: float) 
     return feet
 
 
-@pytest.mark.parametrize("kind", ["shipped", "forward", "mixed", "no offset"])
+@pytest.mark.parametrize("kind", ["shipped", "forward", "mixed", "no offset", "raised"])
 @pytest.mark.parametrize("name", ["case_study", "spin_both_ways"])
 def test_values_at_any_time_are_in_the_enclosures(kind: str, name: str) -> None:
     """Angles, knees, shanks' axes, centre of mass, of robots of any kind of knee."""
@@ -102,7 +103,7 @@ def test_values_at_any_time_are_in_the_enclosures(kind: str, name: str) -> None:
             assert np.all(np.abs(c[:, [j]] - enclosure.centre) <= enclosure.radius + 1e-12)
 
 
-@pytest.mark.parametrize("kind", ["shipped", "forward", "mixed", "no offset"])
+@pytest.mark.parametrize("kind", ["shipped", "forward", "mixed", "no offset", "raised"])
 def test_checker_bounds_hold_the_same_values(kind: str) -> None:
     """Its balls and triangles: angles, knees and shanks' axes of the same legs, by other bounds."""
     checker()
@@ -110,8 +111,9 @@ def test_checker_bounds_hold_the_same_values(kind: str) -> None:
     robot, (pieces, cells) = variant(kind), cells_of("case_study")
     g = robot.geometry
     theirs = SimpleNamespace(
-        thighs=g.thigh, shanks=g.shank, offsets=g.offset, knee_signs=g.knee_sign, hips=g.p_BH
-    )
+        thighs=g.thigh, shanks=g.shank, offsets=g.offset, knee_signs=g.knee_sign, hips=g.p_BH,
+        raised=g.raised,
+    )  # fmt: skip
     count = len(cells.half)
     middle, swing_foot = moved(cells, 0.0)
     places = feet_at(pieces, cells, swing_foot, 0.0)

@@ -7,7 +7,7 @@ import pytest
 from design_rig import shape
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from rig import paper_robot
+from rig import paper_robot, with_raised
 
 from drake_quad.design import kernel
 from drake_quad.design.candidate import (
@@ -144,9 +144,10 @@ def test_what_is_passed_over_would_have_changed_nothing(
 @given(st.integers(0, 2**32 - 1))
 def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     """Angles, centre of mass, torques and points are those of the robot floor."""
-    rng, robot = np.random.default_rng(seed), paper_robot()
+    rng = np.random.default_rng(seed)
+    robot = with_raised(paper_robot(), rng.uniform(-0.1, 0.1, 4) * rng.integers(0, 2))
     g = robot.geometry
-    legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign])
+    legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised])
     masses = np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()])
     coms = np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)])
     body = np.array([*rng.uniform(-0.1, 0.1, 2), 0.8, rng.uniform(-0.5, 0.5), 0.0])
@@ -275,7 +276,7 @@ def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
     kernel.slacks(
         cycle.body, cycle.feet, cycle.swing, cycle.landed, stairs.rise, stairs.run,
         robot.foot_radius,
-        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign]),
+        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]),
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),

@@ -8,7 +8,7 @@ from estimation_rig import DT, legs_array
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RotationMatrix
-from rig import paper_robot
+from rig import paper_robot, with_raised
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -72,11 +72,14 @@ def test_normalizing_mends_rounding_and_no_more() -> None:
 
 def test_feet_are_where_the_robots_kinematics_have_them() -> None:
     """Places and velocities of the compiled legs are those of `leg_kinematics`."""
-    generator, geometry = np.random.default_rng(1), paper_robot().geometry
-    for _ in range(20):
+    generator = np.random.default_rng(1)
+    for k in range(20):
+        raised = np.array([-0.08, -0.08, 0.05, 0.05]) * (k % 2)
+        geometry = with_raised(paper_robot(), raised).geometry
+        legs = np.column_stack([legs_array()[:, :6], raised])
         q, qd = generator.uniform(-1.0, 1.0, (4, 3)), generator.uniform(-2.0, 2.0, (4, 3))
         p, v = np.empty((4, 3)), np.empty((4, 3))
-        feet_in_body(legs_array(), np.concatenate([q.ravel(), qd.ravel()]), p, v)
+        feet_in_body(legs, np.concatenate([q.ravel(), qd.ravel()]), p, v)
         np.testing.assert_allclose(p, calc_feet(geometry, q), atol=1e-12)
         expected = np.einsum("kij,kj->ki", calc_jacobians(geometry, q), qd)
         np.testing.assert_allclose(v, expected, atol=1e-12)

@@ -22,6 +22,8 @@ BEASTS = {
     "hip pitch ahead of the hip, knee and foot aside, bent at zero": Quadruped(
         out=(0.06, 0.08, 0.0), aside=(0.1, 0.013), shank=(0.088, -0.31), rear=-1
     ),
+    "hip pitch below the hip": Quadruped(out=(0.02, 0.08, -0.06), signs=(-1, 1, 1), roll=0.3),
+    "hip pitch above the hip": Quadruped(out=(0.0, 0.05, 0.04), tilt=(0.2, 0.1, 0.0)),
     "a knee ahead of the thigh": Quadruped(thigh=(0.025, -0.32), signs=(1, -1, -1)),
     "link frames turned": Quadruped(tilt=(0.3, -0.5, 0.8), thigh=(0.05, -0.3)),
     "hips below the trunk's frame": Quadruped(hip=(0.3, 0.1, -0.07)),

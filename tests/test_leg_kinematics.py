@@ -35,6 +35,7 @@ def random_legs(rng: np.random.Generator) -> LegGeometry:
         thigh=rng.uniform(0.2, 0.7, 4),
         shank=rng.uniform(0.2, 0.7, 4),
         knee_sign=rng.choice([-1.0, 1.0], 4),
+        raised=rng.uniform(-0.1, 0.1, 4) * rng.integers(0, 2),
     )
 
 
@@ -44,7 +45,7 @@ def random_poses(rng: np.random.Generator, legs: LegGeometry) -> FloatArray:
     abduction = rng.uniform(-1.2, 1.2, shape)
     hip = rng.uniform(-1.3, 1.3, shape)
     knee = legs.knee_sign * rng.uniform(0.2, 2.6, shape)
-    below = legs.thigh * np.cos(hip) + legs.shank * np.cos(hip + knee) > 0.05
+    below = legs.thigh * np.cos(hip) + legs.shank * np.cos(hip + knee) > 0.05 + legs.raised
     # A leg stretched towards the ground stands in for those whose foot is above the hip.
     hip, knee = (
         np.where(below, hip, -0.1 * legs.knee_sign),
@@ -56,7 +57,7 @@ def random_poses(rng: np.random.Generator, legs: LegGeometry) -> FloatArray:
 def stumps(legs: LegGeometry) -> LegGeometry:
     """The same legs cut off at their hip pitch axes."""
     nothing = np.zeros(4)
-    return LegGeometry(legs.p_BH, legs.offset, nothing, nothing, legs.knee_sign)
+    return LegGeometry(legs.p_BH, legs.offset, nothing, nothing, legs.knee_sign, legs.raised)
 
 
 def mirrored(legs: LegGeometry, rows: list[int], flip: tuple[float, float]) -> LegGeometry:
@@ -67,6 +68,7 @@ def mirrored(legs: LegGeometry, rows: list[int], flip: tuple[float, float]) -> L
         legs.thigh[rows],
         legs.shank[rows],
         flip[0] * legs.knee_sign[rows],
+        legs.raised[rows],
     )
 
 

@@ -1,16 +1,19 @@
 """The compiled pose of many robots is that of the leg's and the robot's own definitions."""
 
 import numpy as np
-from rig import paper_robot
+import pytest
+from rig import paper_robot, with_raised
 
+from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import pose_robot, rotations
 from drake_quad.robot.leg_kinematics import solve_legs
 from drake_quad.robot.robot_model import calc_com
 
 
-def test_pose_is_that_of_leg_kinematics_and_robot_model() -> None:
+@pytest.mark.parametrize("raised", [np.zeros(4), np.array([-0.08, -0.08, 0.05, 0.05])])
+def test_pose_is_that_of_leg_kinematics_and_robot_model(raised: FloatArray) -> None:
     """Of poses all over, within reach and out of it: angles, excess of reach, centre of mass."""
-    robot, rng, count = paper_robot(), np.random.default_rng(5), 400
+    robot, rng, count = with_raised(paper_robot(), raised), np.random.default_rng(5), 400
     body = np.column_stack(
         [
             rng.uniform(-3.0, 3.0, (count, 3)),

@@ -101,6 +101,7 @@ def enclose_legs(robot: RobotModel, frame: Frame, feet: Vector) -> Legs:
     still = np.zeros_like(down.centre)
     offset = Enclosure(still + g.offset, still, still, still, still, down.half)
     abduction = _nearest(angle_of(z, y) - angle_of(down, offset))
+    down = down - g.raised
     extension = x * x + down * down
     bend = extension - (g.thigh**2 + g.shank**2)
     cos_knee = bend * (0.5 / (g.thigh * g.shank))
@@ -130,7 +131,7 @@ def _nearest(angle: Enclosure) -> Enclosure:
 def enclose_knees(robot: RobotModel, frame: Frame, legs: Legs) -> Vector:
     """The knees in W, (N, 4) each [m]."""
     g = robot.geometry
-    x, down = legs.sin_thigh * -g.thigh, legs.cos_thigh * -g.thigh
+    x, down = legs.sin_thigh * -g.thigh, legs.cos_thigh * -g.thigh + g.raised
     y = legs.cos_abduction * g.offset - legs.sin_abduction * down
     z = legs.sin_abduction * g.offset + legs.cos_abduction * down
     v = frame.turn((x + g.p_BH[:, 0], y + g.p_BH[:, 1], z + g.p_BH[:, 2]))
@@ -177,7 +178,8 @@ def enclose_moments(robot: RobotModel, frame: Frame, legs: Legs) -> Moments:
     )
     sideways = m[:, 0] * c[:, 0, 1] + (m[:, 1] + m[:, 2]) * g.offset
     sideways = sideways + m[:, 1] * c[:, 1, 1] + m[:, 2] * c[:, 2, 1]
-    along, down = thigh[0] + m[:, 0] * c[:, 0, 0], thigh[1] + m[:, 0] * c[:, 0, 2]
+    at_hip = m[:, 0] * c[:, 0, 2] + (m[:, 1] + m[:, 2]) * g.raised
+    along, down = thigh[0] + m[:, 0] * c[:, 0, 0], thigh[1] + at_hip
     across = legs.cos_abduction * sideways - legs.sin_abduction * down
     upward = legs.sin_abduction * sideways + legs.cos_abduction * down
     still = robot.trunk_mass * robot.trunk_com + m.sum(axis=1) @ g.p_BH

@@ -72,6 +72,7 @@ def _robot(robot: RobotModel, shank: Shank) -> dict[str, Any]:
         "joints": list(robot.joint_names),
         "hips": _plain(g.p_BH),
         "offsets": _plain(g.offset),
+        "raised": _plain(g.raised),
         "thighs": _plain(g.thigh),
         "shanks": _plain(g.shank),
         "knee_signs": _plain(g.knee_sign),

@@ -35,7 +35,7 @@ def _numbers(kind: Any) -> np.dtype[np.void]:
 # order the actuators have the joints. The settings, see there.
 CONSTANTS = np.dtype(
     [
-        ("legs", np.float64, (4, 7)),
+        ("legs", np.float64, (4, 8)),
         ("radius", np.float64),
         ("places", np.int64, (26,)),
         ("velocities", np.int64, (12,)),

@@ -34,17 +34,24 @@ class Feet(NamedTuple):
 
 
 def leg_array(geometry: LegGeometry) -> FloatArray:
-    """The legs' lengths as (4, 7) rows in the order of LegConstants."""
-    return np.column_stack(
-        [geometry.p_BH, geometry.offset, geometry.thigh, geometry.shank, geometry.knee_sign]
-    ).astype(float)
+    """The legs' lengths as (4, 8) rows in the order of LegConstants."""
+    g = geometry
+    lengths = [g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]
+    return np.column_stack(lengths).astype(float)
 
 
 @compiled
 def leg_row(legs: FloatArray, k: int) -> LegConstants:
     """Row `k` of `leg_array`."""
     return LegConstants(
-        legs[k, 0], legs[k, 1], legs[k, 2], legs[k, 3], legs[k, 4], legs[k, 5], legs[k, 6]
+        legs[k, 0],
+        legs[k, 1],
+        legs[k, 2],
+        legs[k, 3],
+        legs[k, 4],
+        legs[k, 5],
+        legs[k, 6],
+        legs[k, 7],
     )
 
 

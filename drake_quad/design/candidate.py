@@ -108,7 +108,8 @@ def hip_width(robot: RobotModel) -> float:
 def make_grid(robot: RobotModel, pattern: Pattern, parameters: FloatArray) -> Grid:
     """Candidates from their free parameters (C, 7 or 9), see `bounds`."""
     leg = leg_length(robot)
-    drop = -float(np.mean(robot.geometry.p_BH[:, 2]))  # of the hips below B
+    hips = robot.geometry.p_BH[:, 2] + robot.geometry.raised
+    drop = -float(np.mean(hips))  # of the hip pitch axes below B
     p = np.asarray(parameters, dtype=np.float64).reshape(-1, bounds(pattern).shape[1])
     more = p[:, LIFT_DOWN:] if pattern.per_tread > 1 else np.zeros((len(p), 2))
     return Grid(

@@ -91,7 +91,7 @@ def evaluate(
         stairs.rise,
         stairs.run,
         robot.foot_radius,
-        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign]),
+        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]),
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),

@@ -81,7 +81,7 @@ def torque_used(
     both = q[1] + q[2]
     xk, zk = -leg[5] * sin(both), -leg[5] * cos(both)
     x, z = -leg[4] * sin(q[1]) + xk, -leg[4] * cos(q[1]) + zk
-    y_up = ca * leg[3] - sa * z
+    y_up = ca * leg[3] - sa * (z + leg[7])
     fx, fz = sp * force, -cp * force  # what the foot pushes down with, in B
     t0 = y_up * fz
     t1 = z * fx - ca * x * fz

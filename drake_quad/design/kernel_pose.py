@@ -32,6 +32,7 @@ def angles(
     down = -sqrt(max(across, 1e-12))
     a = atan2(z, y) - atan2(down, d)
     q[0] = (a + pi) % (2.0 * pi) - pi
+    down -= leg[7]
     distance = sqrt(x * x + down * down)
     room = min(l1 + l2 - distance, distance - abs(l1 - l2))
     reach = min(max(distance, abs(l1 - l2) + 1e-6), l1 + l2 - 1e-6)
@@ -59,7 +60,7 @@ def centre(
             else:
                 angle = q[k, 1] + (q[k, 2] if j == 2 else 0.0)
                 c, s = cos(angle), sin(angle)
-                x, y, z = c * p[0] + s * p[2], leg[3] + p[1], -s * p[0] + c * p[2]
+                x, y, z = c * p[0] + s * p[2], leg[3] + p[1], -s * p[0] + c * p[2] + leg[7]
                 if j == 2:
                     x -= leg[4] * sin(q[k, 1])
                     z -= leg[4] * cos(q[k, 1])
@@ -81,7 +82,7 @@ def place_points(
     x, z = -leg[4] * sin(q[1]), -leg[4] * cos(q[1])
     knee, hip = np.empty(3), np.empty(3)
     for part in range(2):
-        px, pz = (x, z) if part == 0 else (0.0, 0.0)
+        px, pz = (x, z + leg[7]) if part == 0 else (0.0, leg[7])
         bx = leg[0] + px
         by = leg[1] + ca * leg[3] - sa * pz
         bz = leg[2] + sa * leg[3] + ca * pz

@@ -72,14 +72,13 @@ def link_places(
     q, _ = solve_legs(robot.geometry, p_BF)
     a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
     g, c = robot.geometry, robot.link_com
-    zero = np.zeros(4)
+    zero, plane = np.zeros(4), g.p_HP
 
     def pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
         ca, sa = np.cos(angle), np.sin(angle)
         x, y, z = p[:, 0], np.broadcast_to(p[:, 1], angle.shape), p[:, 2]
         return np.stack([ca * x + sa * z, y, -sa * x + ca * z], axis=-1)
 
-    plane = np.stack([zero, g.offset, zero], axis=-1)
     knee_at = plane + pitched(hip, np.stack([zero, zero, -g.thigh], axis=-1))
     half_thigh, half_shank = (
         np.stack([zero, zero, ROD * length], axis=-1) for length in (g.thigh, g.shank)

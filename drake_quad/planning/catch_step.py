@@ -164,7 +164,9 @@ def _reachable(
     d[:, :2] -= moved
     p_BF = np.column_stack([c * d[:, 0] + s * d[:, 1], c * d[:, 1] - s * d[:, 0], d[:, 2]])
     g, one = robot.geometry, slice(row, row + 1)
-    leg = LegGeometry(g.p_BH[one], g.offset[one], g.thigh[one], g.shank[one], g.knee_sign[one])
+    leg = LegGeometry(
+        g.p_BH[one], g.offset[one], g.thigh[one], g.shank[one], g.knee_sign[one], g.raised[one]
+    )
     p_HF = p_BF - g.p_BH[row]
     length = np.linalg.norm(p_HF, axis=1, keepdims=True)
     q, excess = solve_legs(leg, p_BF[:, None])

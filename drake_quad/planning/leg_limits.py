@@ -78,7 +78,8 @@ def leg_room(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArra
     q, _ = solve_legs(g, p_BF)
     v = p_BF - g.p_BH
     plane = v[..., 1] ** 2 + v[..., 2] ** 2 - g.offset**2
-    distance = np.sqrt(np.maximum(v[..., 0] ** 2 + plane, 0.0))
+    higher = g.raised * (g.raised + 2.0 * np.sqrt(np.maximum(plane, 0.0)))
+    distance = np.sqrt(np.maximum(v[..., 0] ** 2 + plane + higher, 0.0))
     lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
     knees = np.stack([lower[:, 2], upper[:, 2]]) * g.knee_sign  # bent that much, if positive
     least, most = np.maximum(knees.min(axis=0), 0.0), np.minimum(knees.max(axis=0), np.pi)

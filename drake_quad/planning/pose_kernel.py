@@ -13,8 +13,8 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_model import RobotModel
 
 # Columns of a leg's constants: hip (3), offset, thigh, shank [m], knee's sign, masses of hip, thigh
-# and shank [kg] and their centres (9) [m].
-HIP, OFFSET, THIGH, SHANK, KNEE, MASS, CENTRE, COLUMNS = 0, 3, 4, 5, 6, 7, 10, 19
+# and shank [kg] and their centres (9), how far its hip pitch axis is raised [m].
+HIP, OFFSET, THIGH, SHANK, KNEE, MASS, CENTRE, RAISED, COLUMNS = 0, 3, 4, 5, 6, 7, 10, 19, 20
 FOLDED = 1e-6  # [m] short of stretched or folded, where angles are still smooth
 
 
@@ -22,7 +22,7 @@ def constants(robot: RobotModel) -> tuple[FloatArray, FloatArray]:
     """A robot as `pose` takes it: its legs and its trunk."""
     g = robot.geometry
     lengths = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign])
-    legs = np.column_stack([lengths, robot.link_mass, robot.link_com.reshape(4, 9)])
+    legs = np.column_stack([lengths, robot.link_mass, robot.link_com.reshape(4, 9), g.raised])
     return legs, np.array([robot.trunk_mass, *robot.trunk_com, robot.mass])
 
 
@@ -63,6 +63,7 @@ def pose(
             down = -sqrt(across - d * d)
             a = atan2(z, y) - atan2(down, d)
             a = (a + pi) % (2.0 * pi) - pi
+            down -= c[RAISED]
             distance = sqrt(x * x + down * down)
             reach = min(max(distance, abs(l1 - l2) + FOLDED), l1 + l2 - FOLDED)
             bend = (reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
@@ -79,7 +80,7 @@ def pose(
             ux += m2 * (-sh * l1 + ck * c[s] + sk * c[s + 2])
             uy = m0 * c[p + 1] + m1 * (d + c[r + 1]) + m2 * (d + c[s + 1])
             uz = m0 * c[p + 2] + m1 * (-sh * c[r] + ch * c[r + 2])
-            uz += m2 * (-ch * l1 - sk * c[s] + ck * c[s + 2])
+            uz += m2 * (-ch * l1 - sk * c[s] + ck * c[s + 2]) + (m1 + m2) * c[RAISED]
             ca, sa, m = cos(a), sin(a), m0 + m1 + m2
             mx += ux + m * c[HIP]
             my += ca * uy - sa * uz + m * c[HIP + 1]

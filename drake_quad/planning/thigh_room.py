@@ -21,7 +21,8 @@ def thigh_room(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -
     g, points, radii = robot.geometry, robot.thigh_points, robot.thigh_radii
     a, h = q[..., 0, None, None], q[..., 1, None, None]
     x, y, z = (points[None, ..., k] for k in range(3))
-    turned_x, down = np.cos(h) * x + np.sin(h) * z, np.cos(h) * z - np.sin(h) * x
+    turned_x = np.cos(h) * x + np.sin(h) * z
+    down = np.cos(h) * z - np.sin(h) * x + g.raised[:, None, None]
     across = g.offset[:, None, None] + y
     p_B = (
         np.stack(

@@ -21,6 +21,7 @@ from drake_quad.report.paper_drawing import (
 from drake_quad.report.paper_samples import sample_plan
 from drake_quad.report.paper_study import TABLE_I, UP, CaseStudy, climbing_cycle, wave_cycles
 from drake_quad.report.paper_swings import StairSwing, stair_swing
+from drake_quad.robot.leg_kinematics import calc_knees
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.terrain import Lane
 
@@ -34,12 +35,8 @@ def leg_joints(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatAr
         feet: (4, 3) foot centres in W.
     """
     q = pose_robot(robot, body[None], feet[None])[0][0]
-    a, hip = q[:, 0], q[:, 1]
-    x, z = -robot.geometry.thigh * np.sin(hip), -robot.geometry.thigh * np.cos(hip)
-    y = robot.geometry.offset
-    knee = np.column_stack([x, np.cos(a) * y - np.sin(a) * z, np.sin(a) * y + np.cos(a) * z])
-    R_WB, p_BH = rotations(body), robot.geometry.p_BH
-    p_WH, p_WK = (body[:3] + p @ R_WB.T for p in (p_BH, p_BH + knee))
+    R_WB, g = rotations(body), robot.geometry
+    p_WH, p_WK = (body[:3] + p @ R_WB.T for p in (g.p_BH, calc_knees(g, q)))
     return np.stack([p_WH, p_WK, feet], axis=1)
 
 

@@ -1,11 +1,12 @@
 """Kinematics of the abduction-hip-knee leg, for any number of poses of all four legs at once.
 
 A leg hangs from its hip H in B: a rotation about B's x (abduction), an offset `d` along y to the
-leg's plane, then two rotations about y (hip pitch and knee) with the thigh and the shank along -z.
-Angles are in the order (abduction, hip pitch, knee) and zero with the leg straight down.
+leg's plane and, of robots whose two hip axes do not meet, a height `raised` along z; then two
+rotations about y (hip pitch and knee) with the thigh and the shank along -z. Angles are in the
+order (abduction, hip pitch, knee) and zero with the leg straight down.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +23,7 @@ class LegGeometry:
         thigh: Hip pitch axis to knee, (4,) [m].
         shank: Knee to the foot sphere's centre, (4,) [m].
         knee_sign: -1 for a knee that points backward, +1 for one that points forward, (4,).
+        raised: How far the hip pitch axis passes above the abduction axis, (4,) [m]; mostly 0.
     """
 
     p_BH: FloatArray
@@ -29,6 +31,12 @@ class LegGeometry:
     thigh: FloatArray
     shank: FloatArray
     knee_sign: FloatArray
+    raised: FloatArray = field(default_factory=lambda: np.zeros(4))
+
+    @property
+    def p_HP(self) -> FloatArray:
+        """The hip pitch axis, in the leg's plane, from the hip as long as abduction is 0 (4, 3)."""
+        return np.stack([np.zeros(len(self.offset)), self.offset, self.raised], axis=-1)
 
     @property
     def reach(self) -> FloatArray:
@@ -40,7 +48,7 @@ def calc_feet(geometry: LegGeometry, q: FloatArray) -> FloatArray:
     """Returns the foot centres p_BF, (..., 4, 3) [m], for joint angles `q` (..., 4, 3)."""
     a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
     x = -geometry.thigh * np.sin(hip) - geometry.shank * np.sin(knee)
-    z = -geometry.thigh * np.cos(hip) - geometry.shank * np.cos(knee)
+    z = -geometry.thigh * np.cos(hip) - geometry.shank * np.cos(knee) + geometry.raised
     y = geometry.offset
     ca, sa = np.cos(a), np.sin(a)
     return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
@@ -49,7 +57,7 @@ def calc_feet(geometry: LegGeometry, q: FloatArray) -> FloatArray:
 def calc_knees(geometry: LegGeometry, q: FloatArray) -> FloatArray:
     """Returns the knees p_BK, (..., 4, 3) [m], for joint angles `q` (..., 4, 3)."""
     a, hip = q[..., 0], q[..., 1]
-    x, z = -geometry.thigh * np.sin(hip), -geometry.thigh * np.cos(hip)
+    x, z = -geometry.thigh * np.sin(hip), -geometry.thigh * np.cos(hip) + geometry.raised
     y = geometry.offset
     ca, sa = np.cos(a), np.sin(a)
     return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
@@ -75,7 +83,7 @@ def solve_legs(geometry: LegGeometry, p_BF: FloatArray) -> tuple[FloatArray, Flo
     z = -np.sqrt(across - d**2)
     a = np.arctan2(v[..., 2], v[..., 1]) - np.arctan2(z, d)
     a = (a + np.pi) % (2 * np.pi) - np.pi
-    x = v[..., 0]
+    x, z = v[..., 0], z - geometry.raised
     distance = np.sqrt(x**2 + z**2)
     clipped = np.clip(distance, np.abs(l1 - l2) + 1e-6, l1 + l2 - 1e-6)
     cos_knee = (clipped**2 - l1**2 - l2**2) / (2 * l1 * l2)
@@ -92,7 +100,7 @@ def calc_jacobians(geometry: LegGeometry, q: FloatArray) -> FloatArray:
     sa, ca = np.sin(a), np.cos(a)
     x_hip, z_hip = -geometry.thigh * np.sin(hip), -geometry.thigh * np.cos(hip)
     x_knee, z_knee = -geometry.shank * np.sin(knee), -geometry.shank * np.cos(knee)
-    y, z = np.broadcast_to(geometry.offset, a.shape), z_hip + z_knee
+    y, z = np.broadcast_to(geometry.offset, a.shape), z_hip + z_knee + geometry.raised
     jacobian = np.empty((*q.shape, 3))
     jacobian[..., 0, 0] = 0.0
     jacobian[..., 1, 0] = -sa * y - ca * z

@@ -24,18 +24,20 @@ class LegConstants(NamedTuple):
     thigh: float
     shank: float
     knee_sign: float
+    raised: float
 
 
 def leg_constants(geometry: LegGeometry) -> tuple[LegConstants, ...]:
     """The four legs' lengths as plain floats."""
     return tuple(
-        LegConstants(p[0], p[1], p[2], float(d), float(a), float(b), float(s))
-        for p, d, a, b, s in zip(
+        LegConstants(p[0], p[1], p[2], float(d), float(a), float(b), float(s), float(h))
+        for p, d, a, b, s, h in zip(
             geometry.p_BH.tolist(),
             geometry.offset,
             geometry.thigh,
             geometry.shank,
             geometry.knee_sign,
+            geometry.raised,
             strict=True,
         )
     )
@@ -49,7 +51,8 @@ def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tup
     x_hip, z_hip = -c.thigh * sin(hip), -c.thigh * cos(hip)
     x_knee, z_knee = -c.shank * sin(both), -c.shank * cos(both)
     x, z, d = x_hip + x_knee, z_hip + z_knee, c.offset
-    y_up, z_up = ca * d - sa * z, sa * d + ca * z
+    whole = z + c.raised
+    y_up, z_up = ca * d - sa * whole, sa * d + ca * whole
     return (
         (c.x + x, c.y + y_up, c.z + z_up),
         (
@@ -68,6 +71,7 @@ def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
     down = -sqrt(max(y * y + z * z - d * d, 1e-12))
     a = atan2(z, y) - atan2(down, d)
     a = (a + pi) % (2.0 * pi) - pi
+    down -= c.raised
     reach = min(max(sqrt(x * x + down * down), abs(l1 - l2) + 1e-6), l1 + l2 - 1e-6)
     knee = c.knee_sign * acos(
         min(max((reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2), -1.0), 1.0)

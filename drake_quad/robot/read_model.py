@@ -101,7 +101,7 @@ def read_model(
             )
 
     inspector = scene_graph.model_inspector()
-    rows: dict[str, list[object]] = {k: [] for k in ("hip", "offset", "l1", "l2", "foot", "name")}
+    rows: dict[str, list[object]] = {k: [] for k in ("hip", "pitch", "l1", "l2", "foot", "name")}
     radii, sides = [], []
     for chain, leg in zip(chains, SHORT_NAMES, strict=True):
         shank = chain[2].child_body()
@@ -115,15 +115,15 @@ def read_model(
         foot = max(feet, key=lambda f: float(np.linalg.norm(f[0])))
         to_hip = chain[1].frame_on_parent().GetFixedPoseInBodyFrame().translation()
         to_knee = chain[2].frame_on_parent().GetFixedPoseInBodyFrame().translation()
-        aside = max(abs(to_hip[0]), abs(to_hip[2]), *abs(to_knee[:2]), *abs(foot[0][:2]))
+        aside = max(abs(to_hip[0]), *abs(to_knee[:2]), *abs(foot[0][:2]))
         if aside > tolerance.offset or to_knee[2] >= 0.0 or foot[0][2] >= 0.0:
             raise refuse(
                 f"{leg} leg",
                 [to_hip.tolist(), to_knee.tolist(), foot[0].tolist()],
-                "offsets; hip offset along y and links along -z are needed",
+                "offsets; from hip to hip pitch none along x, and links along -z, are needed",
             )
         rows["hip"].append(chain[0].frame_on_parent().GetFixedPoseInBodyFrame().translation())
-        rows["offset"].append(to_hip[1])
+        rows["pitch"].append(to_hip)
         rows["l1"].append(-to_knee[2])
         rows["l2"].append(-foot[0][2])
         rows["name"].append(inspector.GetName(foot[2]))
@@ -148,6 +148,7 @@ def read_model(
     bodies = [joint.child_body() for joint in joints]
     back, ahead = np.stack(sides, axis=1)
     p_BH: FloatArray = np.array(rows["hip"], dtype=float)
+    p_HP: FloatArray = np.array(rows["pitch"], dtype=float)
     collisions = plant.GetCollisionGeometriesForBody(trunk)
     box: FloatArray = np.stack([p_BH.min(axis=0), p_BH.max(axis=0)])
     if collisions:
@@ -159,10 +160,11 @@ def read_model(
         trunk=trunk.name(),
         geometry=LegGeometry(
             p_BH=read_only(np.array(rows["hip"], dtype=float)),
-            offset=read_only(np.array(rows["offset"], dtype=float)),
+            offset=read_only(p_HP[:, 1].copy()),
             thigh=read_only(np.array(rows["l1"], dtype=float)),
             shank=read_only(np.array(rows["l2"], dtype=float)),
             knee_sign=read_only(np.sign(knees)),
+            raised=read_only(p_HP[:, 2].copy()),
         ),
         joint_names=tuple(j.name() for j in joints),
         q_lower=read_only(lower),

@@ -82,8 +82,7 @@ def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
         y = np.broadcast_to(y, angle.shape)
         return np.stack([ca * x + sa * z, y, -sa * x + ca * z], axis=-1)
 
-    zero = np.zeros(4)
-    plane = np.stack([zero, g.offset, zero], axis=-1)
+    zero, plane = np.zeros(4), g.p_HP
     knee_at = plane + pitched(hip, np.stack([zero, zero, -g.thigh], axis=-1))
     m = robot.link_mass
     moment = (

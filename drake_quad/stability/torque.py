@@ -21,8 +21,7 @@ def calc_holding(robot: RobotModel, q: FloatArray, up: FloatArray) -> FloatArray
     """
     g, m = robot.geometry, robot.link_mass
     a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
-    zero = np.zeros(4)
-    plane = np.stack([zero, g.offset, zero], axis=-1)
+    zero, plane = np.zeros(4), g.p_HP
     down = np.stack([zero, zero, -g.thigh], axis=-1)
     at_knee = _pitched(hip, down)
     # From the hip, before the abduction: of each link its centre of mass, of each joint its axis.

@@ -62,7 +62,7 @@ class StateEstimator(ClockedSystem):
         g = robot.geometry
         self._layout, self._period = layout, period
         self._places = np.concatenate([layout.q_joints, layout.v_joints])
-        self._legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank])
+        self._legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.raised])
         self._radius = robot.foot_radius
         self._settings = settings_array(settings)
         angles = np.zeros(12) if q is None else np.asarray(q, dtype=np.float64).reshape(12)

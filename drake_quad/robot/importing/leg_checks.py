@@ -8,7 +8,7 @@ from drake_quad.robot.importing.find_legs import AXIS_TOLERANCE, between
 from drake_quad.robot.importing.leg_frames import LegFrames
 from drake_quad.robot.importing.records import APPROXIMATED, Note, RawLeg, RawRobot
 
-DROP = 0.005  # [m] between the two hip axes, up to which a RobotModel may ignore it
+APART = 0.5  # of thigh and shank: heights of the hip pitch axis over the abduction axis, at most
 SQUARE = 1e-3  # [rad] out of square, from which it is worth a note
 
 
@@ -60,13 +60,6 @@ def check_directions(leg: RawLeg, axes: FloatArray, source: str) -> None:
 def check_lengths(leg: RawLeg, frames: LegFrames, notes: list[Note], source: str) -> None:
     """Refuses a leg that the normal form does not have; notes one that it has nearly."""
     first, second, third = (h.name for h in leg.hinges)
-    if abs(frames.drop) > DROP:
-        raise InputError(
-            source=source,
-            field=f"{first}, {second}: height between their axes",
-            value=f"{1e3 * frames.drop:.1f} mm",
-            remedy=f"the axes of abduction and hip pitch must meet within {1e3 * DROP:g} mm",
-        )
     lengths = frames.origin[1, 2] - frames.origin[2, 2], frames.origin[2, 2] - frames.foot[2]
     if min(lengths) < 1e-3:
         raise InputError(
@@ -75,9 +68,14 @@ def check_lengths(leg: RawLeg, frames: LegFrames, notes: list[Note], source: str
             value=[round(float(x), 4) for x in lengths],
             remedy="both must have a length",
         )
-    if abs(frames.drop) > 1e-6:
-        text = f"{second}: its axis is {1e3 * frames.drop:.2f} mm above that of {first}"
-        notes.append(Note(APPROXIMATED, f"{text}; gaits are planned as if they met"))
+    most = APART * sum(lengths)
+    if abs(frames.raised) > most:
+        raise InputError(
+            source=source,
+            field=f"{first}, {second}: height between their axes",
+            value=f"{1e3 * frames.raised:.0f} mm",
+            remedy=f"at most half of thigh and shank, {1e3 * most:.0f} mm here",
+        )
     tilt = np.arccos(np.clip(np.diag(frames.axis[:, [0, 1, 1]]), -1.0, 1.0))
     if tilt.max() > SQUARE:
         name = leg.hinges[int(tilt.argmax())].name

@@ -36,8 +36,8 @@ class LegFrames:
     X: tuple[RigidTransform, RigidTransform, RigidTransform]
 
     @property
-    def drop(self) -> float:
-        """How far the hip pitch axis passes above the hip's, [m]: 0 in normal form."""
+    def raised(self) -> float:
+        """How far the hip pitch axis passes above the hip's [m]."""
         return float(self.origin[1, 2] - self.origin[0, 2])
 
 

@@ -98,7 +98,7 @@ def normalise(raw: RawRobot, overrides: Overrides, *, source: str) -> NormalRobo
     """Brings a quadruped into normal form.
 
     Raises:
-        InputError: If a leg's hip axes do not meet, or the hips are not at four corners.
+        InputError: If a leg is none of the normal form, or the hips are not at four corners.
     """
     notes: list[Note] = []
     yaw, said = heading([leg.hinges[0].axis for leg in raw.legs])
