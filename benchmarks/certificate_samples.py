@@ -4,6 +4,9 @@ Margin, joint angles and centre of mass are the planner's own (`evaluate`); dist
 points along the shanks, sample by sample; torques by differences of the centre of mass's height.
 """
 
+from collections.abc import Callable
+from typing import TypeVar, cast
+
 import numba
 import numpy as np
 
@@ -13,6 +16,8 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate, rotations
 from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
 from drake_quad.robot.robot_model import RobotModel, calc_com
+
+F = TypeVar("F", bound=Callable[..., object])
 
 CHUNK = 20000
 POINTS = 4  # on every part of a shank
@@ -137,7 +142,11 @@ def _shanks(robot: RobotModel, shank: Shank, s: PlanSamples, obstacles: Obstacle
     )  # fmt: skip
 
 
-@numba.njit(cache=False)
+def _compiled(function: F) -> F:
+    return cast(F, numba.njit(cache=False)(function))
+
+
+@_compiled
 def _distance(p: FloatArray, centre: FloatArray, axes: FloatArray, half: FloatArray) -> float:
     out, inside = 0.0, -1e9
     for i in range(3):
@@ -151,7 +160,7 @@ def _distance(p: FloatArray, centre: FloatArray, axes: FloatArray, half: FloatAr
     return np.sqrt(out) if out > 0.0 else inside
 
 
-@numba.njit(cache=False)
+@_compiled
 def _distances(p: FloatArray, centre: FloatArray, axes: FloatArray, half: FloatArray) -> FloatArray:
     found = np.empty((len(p), len(centre)))
     for n in range(len(p)):
@@ -160,7 +169,7 @@ def _distances(p: FloatArray, centre: FloatArray, axes: FloatArray, half: FloatA
     return found
 
 
-@numba.njit(cache=False)
+@_compiled
 def _shank_room(
     knees: FloatArray,
     feet: FloatArray,

@@ -107,7 +107,8 @@ def run_in_mujoco(name: str, overrides: list[str]) -> Result:
     except DrakeQuadError as error:
         outcome = "refused" if isinstance(error, InputError) else "stopped"
         return {"outcome": outcome, "reason": str(error)}
-    real = {"mass_factor": p.disturbances.mass_factor, "com_offset": p.disturbances.com_offset}
+    given = p.disturbances
+    real: dict[str, Any] = {"mass_factor": given.mass_factor, "com_offset": given.com_offset}
     if Disturbances(**real) != p.disturbances or scenario.estimator.kind != "truth":
         return {"outcome": "refused", "reason": "has what MuJoCo's robot does not have here"}
     control, plant = control_settings(scenario), MakeModelPlant(p.robot.url)

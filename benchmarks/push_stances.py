@@ -122,7 +122,8 @@ def budgets(
     places = feet - [0.0, 0.0, robot.foot_radius]
     contacts = make_contacts(places, friction=mu)
     limits = joint_limits(robot, R, q, everyone)
-    pendulum = Pendulum(*com.tolist(), ground=float(places[:, 2].mean()))
+    x, y, z = com.tolist()
+    pendulum = Pendulum(x, y, z, ground=float(places[:, 2].mean()))
     region = find_region(contacts, limits=limits)
     area = find_pressure_area(contacts, pendulum, limits=limits)
     free = push_budget(region, area, pendulum, way[None])

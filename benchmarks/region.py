@@ -139,7 +139,8 @@ def queries(count: int, *, seed: int = 0) -> dict[str, list[Callable[[], Any]]]:
         def push(c: Contacts = contacts, body: Pendulum = pendulum, static: Any = static) -> Any:
             return push_budget(static, find_pressure_area(c, body), body, WAYS)
 
-        for name, call in zip(found, (hull, friction, rough, feasible, push), strict=True):
+        calls: tuple[Callable[[], Any], ...] = (hull, friction, rough, feasible, push)
+        for name, call in zip(found, calls, strict=True):
             found[name].append(call)
     return found
 

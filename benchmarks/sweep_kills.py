@@ -128,7 +128,8 @@ def kill_often(directory: Path, kills: int, longest: float, seed: int) -> dict[s
     complete(directory, "killed", "--workers", "2", "--resume")
     complete(directory, "alone", "--workers", "1")
     indices = [one["index"] for one in trials_done(out)]
-    tables = [(directory / name / "trials.parquet").read_bytes() for name in ("killed", "alone")]
+    files = [directory / name / "trials.parquet" for name in ("killed", "alone")]
+    whole = [file.read_bytes() for file in files]
     return {
         "kills": kills,
         "kills_without_a_new_trial": amid,
@@ -136,7 +137,7 @@ def kill_often(directory: Path, kills: int, longest: float, seed: int) -> dict[s
         "trials": len(set(indices)),
         "lost": lost,
         "twice": len(indices) - len(set(indices)),
-        "equal": tables[0] == tables[1],
+        "equal": whole[0] == whole[1],
     }
 
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.provenance import own_sources
@@ -107,7 +109,7 @@ def mishap(trial: Trial) -> dict[str, Any]:
     if what == "hog":
         held = []
         while True:
-            held.append(bytearray(1 << 26))
+            held.append(np.zeros(1 << 26, dtype=np.uint8))  # untouched: to fill it takes a while
     if what == "exit":
         os._exit(3)
     return result(trial)

@@ -40,7 +40,7 @@ def wave_window(plan: MotionPlan, duration: float) -> FloatArray:
     """Even times in the middle of the wave."""
     wave = next(s for s in plan.segments if s.kind == "wave")
     begin = 0.5 * (wave.start + wave.end - duration)
-    return begin + STEP * np.arange(int(duration / STEP))
+    return np.asarray(begin + STEP * np.arange(int(duration / STEP)), dtype=np.float64)
 
 
 def zmp_by_drake(plan: MotionPlan, times: FloatArray) -> FloatArray:

@@ -118,7 +118,7 @@ def test_a_catch_on_stairs_is_on_ground_that_bears_it_and_within_reach(
     assert excess[row] == 0.0
     assert np.all(q[row] >= ROBOT.q_lower.reshape(4, 3)[row])
     assert np.all(q[row] <= ROBOT.q_upper.reshape(4, 3)[row])
-    way = np.linalg.norm(catch.p_W - state.feet[row])
+    way = float(np.linalg.norm(catch.p_W - state.feet[row]))
     assert catch.duration >= max(SHORTEST, way / SPEED) - 1e-9
 
 

@@ -72,9 +72,8 @@ def test_sums_products_and_angles_are_where_they_say(
     holds(a * b, u * v)
     with np.errstate(invalid="ignore"):  # its caller's business
         holds(angle_of(a, b), np.arctan2(u, v))
-    both = Enclosure(
-        *(np.hstack([getattr(a, k), getattr(b, k)]) for k in vars(a) if k != "half"), a.half
-    )
+    stacked = {k: np.hstack([getattr(a, k), getattr(b, k)]) for k in vars(a) if k != "half"}
+    both = Enclosure(**stacked, half=a.half)
     holds(both.sum(axis=1), u + v)
 
 

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig import URL
 
-from drake_quad import chart_stairs as charts
 from drake_quad.chart_grid import Span, grid_of
 from drake_quad.chart_picture import LETTERS, draw_chart, save_chart
 from drake_quad.chart_report import write_chart
@@ -103,7 +102,7 @@ def test_a_cell_is_what_check_finds() -> None:
     for run in (0.32, 2.0):
         works = judge_cell(URL, 2, 0.12, run)
         assert works.margin is not None and works.margin > 0.0 and works.limit == ""
-    assert judge_cell(URL, 2, 0.12, 0.05).limit in charts.LIMITS
+    assert judge_cell(URL, 2, 0.12, 0.05).limit in LIMITS
 
 
 @given(

@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+from typing import Any
 
 import pytest
 from pydrake.common.value import AbstractValue
@@ -21,13 +22,13 @@ def count_asked(base: type[LeafSystem]) -> tuple[int, int]:
 
         def __init__(self) -> None:
             super().__init__()
-            self.DeclareAbstractState(AbstractValue.Make(None))
+            self.DeclareAbstractState(AbstractValue.Make(0))
             self.DeclarePeriodicUnrestrictedUpdateEvent(0.01, 0.0, self._update)
 
         def _update(self, context: Context, state: State) -> None:
             steps.append(context.get_time())
 
-        def __getattribute__(self, name: str) -> object:
+        def __getattribute__(self, name: str) -> Any:
             if name == "DoGetWitnessFunctions":
                 asked.append(name)
             return super().__getattribute__(name)

@@ -25,11 +25,8 @@ from drake_quad.design.evaluate import NAMES, evaluate
 from drake_quad.design.fields import control_fields
 from drake_quad.design.kernel_distance import from_stairs
 from drake_quad.design.staircase import Staircase
+from drake_quad.planning.lane_distance import from_ground, from_nosings
 from drake_quad.planning.pattern import Pattern
-from drake_quad.planning.shank_room import (
-    distance,
-    from_nosings,
-)
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import control_settings, course_of
 from drake_quad.scenario_config_control import ControllerConfig
@@ -45,7 +42,7 @@ def test_a_shank_over_a_nosing_between_its_points_is_seen_on_a_course() -> None:
         )
     ).lanes[0]
     line = np.array([[2.9, 0.0, 0.11], [3.1, 0.0, 0.3]])  # 3.5 mm over it, its ends far away
-    assert distance(lane, line).min() > 0.05
+    assert from_ground(lane, line).min() > 0.05
     assert from_nosings(lane, line)[0] == pytest.approx(0.005 / np.sqrt(2.0), abs=3e-4)
     assert from_nosings(lane, line - [0.0, 0.0, 0.01])[0] < 0.0
 
@@ -139,7 +136,7 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
     # Tread 0 of the endless staircase is the flight's fifth: its middle, at its height.
     s, z = p[:, 0] - (3.0 + 4.5 * 0.3), p[:, 2] - 5 * 0.15
     expected = [from_stairs(a, b, 0.15, 0.3) for a, b in zip(s, z, strict=True)]
-    np.testing.assert_allclose(distance(lane, p), expected, atol=1e-9)
+    np.testing.assert_allclose(from_ground(lane, p), expected, atol=1e-9)
 
 
 def test_feedback_of_the_papers_robot_is_what_it_was_found_to_be() -> None:

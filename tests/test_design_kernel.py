@@ -1,5 +1,6 @@
 """The search's arithmetic, pose by pose: own kinematics, and distances that are true."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -130,12 +131,13 @@ def test_what_is_passed_over_would_have_changed_nothing(
     parts += rng.uniform(-0.4, 0.4, (2, 1, 3)) * rng.integers(0, 2)  # often a shank is in one
     trunk = np.stack([[parts[:, 0].min(axis=0), parts[:, 1].max(axis=0)], *parts])
     line = middle + np.linspace(-0.4, 0.4, 7)[:, None] * [1.0, 0.0, rng.uniform(-0.5, 0.5)]
-    for room in (
+    rooms: tuple[Callable[[float], float], ...] = (
         lambda least: leg_room(front, radii[0], rise, run, least),
         lambda least: trunk_room(front[:SHANK], radii[0], trunk, least),
         lambda least: room_apart(front, rear, radii[0], radii[1], least),
         lambda least: room_under(line, rise, run, least),
-    ):
+    )
+    for room in rooms:
         assert room(least) == pytest.approx(min(least, room(np.inf)), abs=1e-12)
     alone = [trunk_room(front[:SHANK], radii[0], np.stack([p, p]), np.inf) for p in parts]
     assert trunk_room(front[:SHANK], radii[0], trunk, np.inf) == pytest.approx(min(alone))

@@ -1,6 +1,7 @@
 """Laws of the filter, over motions made of kinematics alone."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from drake_quad.estimation.joint_model import ODRI_DRIVE
 from drake_quad.estimation.memory import E_GYRO
 from drake_quad.estimation.settings import EstimatorSettings
 
-NOISY = {"imu_noise": MTI_300, "joint_noise": ODRI_DRIVE}
+NOISY: dict[str, Any] = {"imu_noise": MTI_300, "joint_noise": ODRI_DRIVE}
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.2])

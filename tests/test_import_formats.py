@@ -123,8 +123,8 @@ def figures(robot: RobotModel) -> np.ndarray:
     """All that is read of a robot but its speed limits, which MJCF cannot tell."""
     g = robot.geometry
     arrays = (g.p_BH, g.p_HP, g.thigh, g.shank, g.knee_sign, robot.q_lower, robot.q_upper)
-    arrays += (robot.effort, robot.link_mass, robot.link_com, robot.trunk_com)
-    return np.concatenate([np.ravel(a) for a in arrays])
+    more = (robot.effort, robot.link_mass, robot.link_com, robot.trunk_com)
+    return np.concatenate([np.ravel(a) for a in (*arrays, *more)])
 
 
 @pytest.mark.parametrize("name", FORMATS)

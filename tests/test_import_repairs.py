@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -175,7 +176,7 @@ def test_collision_meshes_become_primitives_that_hold_them(tmp_path: Path) -> No
     (box,) = shapes["body"]
     assert isinstance(box, Box)
     np.testing.assert_allclose(box.size(), [1.0, 2.0, 3.0], atol=1e-9)
-    kinds = {type(shape): shape for shape in shapes["RR_shank"]}
+    kinds: dict[Any, Any] = {type(shape): shape for shape in shapes["RR_shank"]}
     assert set(kinds) == {Sphere, Capsule}
     assert kinds[Capsule].radius() <= kinds[Sphere].radius()
 

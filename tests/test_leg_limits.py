@@ -267,7 +267,8 @@ class Fake:
 def test_of_paths_that_go_to_and_fro_the_one_least_short_is_taken() -> None:
     """And as soon as one is not short at all, no further is looked for."""
     for shorts, best in (([5.0, 3.0, 1.0, 4.0, 2.0, 6.0, 7.0], 2), ([5.0, 3.0, 0.0], 2)):
-        fake, followed = Fake(list(shorts)), []
+        fake = Fake(list(shorts))
+        followed: list[object] = []
         follow = fake.follow
         fake.follow = lambda c, f=follow, seen=followed: (seen.append(c), f(c))[1]  # type: ignore
         body_path._search(fake, PlanSettings(), feasible=False)  # type: ignore[arg-type]

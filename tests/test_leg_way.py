@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig import paper_robot, rotations, stand_plan
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.stability.contacts import make_contacts
 from drake_quad.stability.leg_way import HALVINGS, STEPS, leg_way
@@ -37,7 +37,7 @@ def random_pose(seed: int) -> tuple[FloatArray, FloatArray]:
     return body, feet
 
 
-def fits(body: FloatArray, feet: FloatArray, standing: FloatArray) -> bool:
+def fits(body: FloatArray, feet: FloatArray, standing: BoolArray) -> bool:
     robot = paper_robot()
     q, excess, _ = pose_robot(robot, body[None], feet[None])
     lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
@@ -94,7 +94,8 @@ def test_legs_only_take_away_from_the_budget(seed: int) -> None:
     rng = np.random.default_rng(seed)
     feet = stand_plan().end.feet + rng.uniform(-0.1, 0.1, (4, 3)) * [1.0, 1.0, 0.0]
     contacts = make_contacts(feet, friction=0.8)
-    body = Pendulum(*feet[:, :2].mean(axis=0), 0.85, *rng.uniform(-0.1, 0.1, 2))
+    (x, y), (vx, vy) = feet[:, :2].mean(axis=0), rng.uniform(-0.1, 0.1, 2)
+    body = Pendulum(x, y, 0.85, vx, vy)
     region, area = find_region(contacts), find_pressure_area(contacts, body)
     free = push_budget(region, area, body, WAYS)
     legs = rng.uniform(0.05, 1.0, len(WAYS))
@@ -111,7 +112,8 @@ def test_room_around_caps_the_throw(seed: int, share: float) -> None:
     rng = np.random.default_rng(seed)
     feet = stand_plan().end.feet + rng.uniform(-0.1, 0.1, (4, 3)) * [1.0, 1.0, 0.0]
     contacts = make_contacts(feet, friction=0.8)
-    body = Pendulum(*(feet[:, :2].mean(axis=0) + rng.uniform(-0.2, 0.2, 2)), 0.85)
+    x, y = feet[:, :2].mean(axis=0) + rng.uniform(-0.2, 0.2, 2)
+    body = Pendulum(x, y, 0.85)
     region, area = find_region(contacts), find_pressure_area(contacts, body)
     around = max(region.margin(body.x, body.y), 0.0)
     assert np.all(around <= way_out(region, body.x, body.y, WAYS) + 1e-9)

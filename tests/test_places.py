@@ -1,5 +1,7 @@
 """Treads with several places to step: where they are, how walks use them, how gaits are judged."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -25,7 +27,7 @@ TWICE = PlanSettings(pattern=Pattern(1, 3, 2), stride=0.25, cycle_time=6.0)
 def test_treads_have_so_many_places_evenly_spaced(going: str, per_tread: int) -> None:
     """Symmetric about the tread's middle; the slope's line does not depend on how many."""
     lane = stairs_course(going).lanes[0]
-    ends = {"start": 1.25, "goal": 6.25}
+    ends: dict[str, Any] = {"start": 1.25, "goal": 6.25}
     places = make_lattice(lane, **ends, spacing=RUN / per_tread, behind=2, per_tread=per_tread)
     one = make_lattice(lane, **ends, spacing=RUN, behind=2, per_cycle=1)
     assert np.all(np.diff(places.s) > 0.0)

@@ -42,11 +42,11 @@ def test_none_is_left_at_the_border(seed: int) -> None:
         return
     a, b = region.corners[:2]
     side = 0.5 * (a + b)
-    budget, _ = budget_of(contacts, Pendulum(*side.tolist(), 0.8))
+    budget, _ = budget_of(contacts, Pendulum(side[0], side[1], 0.8))
     out = np.array([b[1] - a[1], a[0] - b[0]])
     assert np.all(budget[out @ WAYS.T > 0.0] < 1e-4)
     beyond = side + 0.1 * out / np.linalg.norm(out)
-    body = Pendulum(*beyond.tolist(), 0.8)
+    body = Pendulum(beyond[0], beyond[1], 0.8)
     assert np.all(budget_of(contacts, body)[0] == 0.0)
     assert capture_margin(region, find_pressure_area(contacts, body), body) < 0.0
 
@@ -74,7 +74,7 @@ def test_within_the_budget_forces_can_brake_all_the_way(seed: int) -> None:
     rng = np.random.default_rng(seed)
     contacts = random_contacts(rng, 4, tilt=0.3)
     middle = contacts.places[:, :2].mean(axis=0)
-    body = Pendulum(*middle.tolist(), 0.8, ground=float(contacts.places[:, 2].mean()))
+    body = Pendulum(middle[0], middle[1], 0.8, ground=float(contacts.places[:, 2].mean()))
     budget, _ = budget_of(contacts, body)
     k = int(rng.integers(0, len(WAYS)))
     if budget[k] == 0.0:

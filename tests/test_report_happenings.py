@@ -44,7 +44,7 @@ PUSHES = (
     f"{{time: {START + 60.0}, speed: 0.3, direction_deg: 0.0}}]}}"
 )
 CONDITIONAL = {"clock", "estimate"}
-ENTRIES = [
+ENTRIES: list[dict[str, Any]] = [
     {"time": START + 0.5, "base_error_max": 0.15, "recovered": True, "recovery_time": 1.26},
     {"time": START + 2.5, "base_error_max": 0.04, "recovered": True, "recovery_time": 0.91},
     {"time": START + 60.0, "base_error_max": None, "recovered": None, "recovery_time": None},

@@ -1,6 +1,7 @@
 """Feet that stand keep off risers, though they roll towards them."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.pattern import Pattern
 from drake_quad.planning.plan_mission import initial_stance
 from drake_quad.planning.plan_task import plan_task
-from drake_quad.planning.plan_walk import EDGE_CLEARANCE, foothold
+from drake_quad.planning.plan_walk import EDGE_CLEARANCE, foothold, lay_walk
 from drake_quad.planning.riser_room import ENOUGH, likely_setback, riser_room, room_at
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.terrain import Element, Lane, build_course
@@ -53,7 +54,7 @@ def big_footed_walk() -> tuple[Lane, MotionPlan]:
 def laid(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """The setbacks of walks that are laid from now on."""
     setbacks: list[float] = []
-    whole = plan_task_module.lay_walk
+    whole = lay_walk
 
     def lay(robot, course, settings, *rest):  # type: ignore[no-untyped-def]
         setbacks.append(settings.riser_setback)
@@ -72,7 +73,7 @@ def test_feet_that_roll_farther_than_mostly_are_set_down_anew(
     lane, plan = big_footed_walk()
     assert len(setbacks) >= 2 and setbacks[0] == 0.0 < setbacks[1]
     touched = riser_room(lane, plan.contacts, BIG)[0]
-    whole = plan_task_module.lay_walk
+    whole = lay_walk
 
     def lay(robot, course, settings, *rest):  # type: ignore[no-untyped-def]
         if settings.riser_setback > 0.0:
@@ -115,7 +116,7 @@ def test_footprints_give_way_to_a_riser_as_far_as_the_tread_is_deep_enough() -> 
     wide = 10.0
     for going, gives in (("up", True), ("down", False)):
         lane = stairs_course(going).lanes[0]
-        phases = {"tread_phase_up": 0.4, "tread_phase_down": 0.4}
+        phases: dict[str, Any] = {"tread_phase_up": 0.4, "tread_phase_down": 0.4}
         asked = PlanSettings(pattern=Pattern(1, 3, 1), stride=0.25, **phases)
         places = make_lattice(lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1)
         a, b, _ = lane.treads(lane.flights[0])[0]

@@ -58,7 +58,7 @@ def changed(**columns: np.ndarray) -> pa.Table:
     return table
 
 
-def summary(table: pa.Table) -> dict[str, object]:
+def summary(table: pa.Table) -> dict[str, Any]:
     return summarize(table, paper_robot())
 
 

@@ -86,7 +86,8 @@ def test_processes_are_replaced(tmp_path: Path) -> None:
 
 def test_a_stop_is_heeded_at_once(tmp_path: Path) -> None:
     """Those under way are given up, their processes ended, and what is done is kept."""
-    begun, seen = time.monotonic(), []
+    begun = time.monotonic()
+    seen: list[int] = []
     trials = [t for t in rig.trials_of(tmp_path) if t.index in (0, 3)]
     for index, _ in carry_out(
         trials, workers=1, limits=Limits(), work=rig.mishap,

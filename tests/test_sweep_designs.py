@@ -1,6 +1,7 @@
 """Trials alike in robot and course share a design, and none can tell."""
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -19,10 +20,13 @@ course:
 """
 
 
-EXTRA = {"course": CourseElement(kind="floor"), "mission": MissionElement(kind="stand")}
+EXTRA: dict[str, Any] = {
+    "course": CourseElement(kind="floor"),
+    "mission": MissionElement(kind="stand"),
+}
 
 
-def trial(**more: object) -> Scenario:
+def trial(**more: Any) -> Scenario:
     return replace(parse_scenario(TEXT, source="here"), **more)
 
 
@@ -48,11 +52,11 @@ def test_what_a_design_reads_makes_another() -> None:
         other = trial()
         section = getattr(other, name)
         if isinstance(section, list):
-            other = replace(other, **{name: [*section, EXTRA[name]]})
+            setattr(other, name, [*section, EXTRA[name]])
         else:
             field, value = next(iter(vars(section).items()))
             more = f"{value}x" if isinstance(value, str) else value + 1.0
-            other = replace(other, **{name: replace(section, **{field: more})})
+            setattr(other, name, replace(section, **{field: more}))
         made = designs.made
         designs(other, "here")
         assert designs.made == made + 1, name

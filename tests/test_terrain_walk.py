@@ -1,6 +1,7 @@
 """Laws of steps over stairs as they are: blocks, curbs, slopes, and treads of all sizes."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -196,7 +197,7 @@ def test_treads_like_floors_have_the_places_of_floors_with_curbs_between(
     lane = course_of(FLOOR, flight, FLOOR).lanes[0]
     curb, tread = Element("curb", going=going, height=rise), Element("floor", length=run)
     curbs = course_of(FLOOR, *[curb, tread] * count, FLOOR).lanes[0]
-    ends = {"start": 1.2, "goal": lane.length - 1.2, "spacing": SPACING}
+    ends: dict[str, Any] = {"start": 1.2, "goal": lane.length - 1.2, "spacing": SPACING}
     deep = make_lattice(lane, **ends, deep=1.2)
     same = make_lattice(curbs, **ends)
     np.testing.assert_allclose(deep.s, same.s, atol=1e-9)

@@ -1,5 +1,7 @@
 """A world unlike the map: by as much as was said, whole, and with ground under the robot."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -277,7 +279,7 @@ def test_an_oblique_turn_is_no_obstacle() -> None:
         ({"yaw": -0.7}, "world.yaw_error_deg"),
     ],
 )
-def test_a_world_that_cannot_be_is_refused(errors: dict[str, float], field: str) -> None:
+def test_a_world_that_cannot_be_is_refused(errors: dict[str, Any], field: str) -> None:
     """No rise, no tread, no level ground: an input error that names the field."""
     with pytest.raises(InputError) as caught:
         real(straight(), **errors)
