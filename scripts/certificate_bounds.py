@@ -8,22 +8,26 @@ theorem; here a foot is somewhere in a ball, and angles are bounded by the trian
 from types import SimpleNamespace as Bag
 
 import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
 
 GRAVITY = 9.81  # [m/s^2]
 
 
-def quintic(s):
+def quintic(s: Floats) -> Floats:
     """The swing's 10 s^3 - 15 s^4 + 6 s^5."""
     return s**3 * (10.0 + s * (6.0 * s - 15.0))
 
 
-def steepest(low, high):
+def steepest(low: Floats, high: Floats) -> Floats:
     """The greatest rate of `quintic` between two phases: 30 s^2 (1 - s)^2 peaks at 1/2."""
     s = np.clip(0.5, low, high)
     return 30.0 * (s * (1.0 - s)) ** 2
 
 
-def move_body(body, task, a, b):
+def move_body(body: Bag, task: Ints, a: Floats, b: Floats) -> tuple[Floats, Floats]:
     """Pose of the body (K, 5) in the middle of [a, b] of tasks (K,), and how far off it may be."""
     middle, half = 0.5 * (a + b), 0.5 * (b - a)[:, None]
     r = middle / body.knot[task]
@@ -38,7 +42,7 @@ def move_body(body, task, a, b):
     return value, half * (np.abs(rate) + half * bend)
 
 
-def roll_at(roll, task, leg, t):
+def roll_at(roll: Bag, task: Ints, leg: Ints, t: Floats) -> Floats:
     """How far feet (K,) have rolled at times (K,), within which no knot divides them (K, 2)."""
     when, found = roll.start[task] + t, np.empty((len(leg), 2))
     for k in range(4):
@@ -48,7 +52,9 @@ def roll_at(roll, task, leg, t):
     return found
 
 
-def move_foot(phases, roll, phase, leg, a, b):
+def move_foot(
+    phases: Bag, roll: Bag, phase: Ints, leg: Ints, a: Floats, b: Floats
+) -> tuple[Floats, Floats]:
     """Where a foot is in the middle of [a, b] (K, 3), and how far from there it may be (K,)."""
     task = phases.task[phase]
     begin, end = (roll_at(roll, task, leg, t) for t in (a, b))
@@ -57,7 +63,7 @@ def move_foot(phases, roll, phase, leg, a, b):
     return at, away + 0.5 * np.linalg.norm(end - begin, axis=1)
 
 
-def swing_foot(phases, phase, leg, a, b):
+def swing_foot(phases: Bag, phase: Ints, leg: Ints, a: Floats, b: Floats) -> tuple[Floats, Floats]:
     """The same of feet that do not roll."""
     at, away = phases.feet[phase, leg], np.zeros(len(leg))
     k = np.flatnonzero(phases.swing[phase] == leg)
@@ -77,7 +83,7 @@ def swing_foot(phases, phase, leg, a, b):
     return at, away
 
 
-def turn(axis, angle, v):
+def turn(axis: int, angle: Floats, v: Floats) -> Floats:
     """Vectors (K, 3) turned about x (0), y (1) or z (2)."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     c, s, turned = np.cos(angle), np.sin(angle), v.copy()
@@ -85,7 +91,9 @@ def turn(axis, angle, v):
     return turned
 
 
-def move_leg(robot, leg, body, body_off, foot, foot_off):
+def move_leg(
+    robot: Bag, leg: Ints, body: Floats, body_off: Floats, foot: Floats, foot_off: Floats
+) -> Bag:
     """The leg's joints and points in the middle, and how far each may be off; nan out of reach."""
     l1, l2, d = robot.thighs[leg], robot.shanks[leg], robot.offsets[leg]
     h = robot.raised[leg]  # of the hip pitch axis over the abduction axis
@@ -135,7 +143,7 @@ def move_leg(robot, leg, body, body_off, foot, foot_off):
     )  # fmt: skip
 
 
-def masses(robot, leg, state):
+def masses(robot: Bag, leg: Ints, state: Bag) -> tuple[Floats, Floats]:
     """Centres of mass of hip, thigh, shank in B (K, 3, 3), and moments that turn with each joint.
 
     The moments (K, 3) [kg m] are upper bounds: link masses times lengths, however the leg bends.
@@ -157,7 +165,17 @@ def masses(robot, leg, state):
     return points, np.stack([at_side, at_hip, at_knee], axis=1)
 
 
-def torques(robot, leg, state, points, moments, body, body_off, load, load_off):
+def torques(
+    robot: Bag,
+    leg: Ints,
+    state: Bag,
+    points: Floats,
+    moments: Floats,
+    body: Floats,
+    body_off: Floats,
+    load: Floats,
+    load_off: Floats,
+) -> tuple[Floats, Floats]:
     """Torques (K, 3) that hold a leg still with `load` [N] under its foot, and how far off."""
     up = np.stack([-np.sin(body[:, 3]), np.zeros(len(leg)), np.cos(body[:, 3])], axis=1)
     m, zero = robot.link_masses[leg], np.zeros((len(leg), 3))

@@ -20,11 +20,17 @@ from certificate_bounds import (
 )
 from certificate_course import distance
 from certificate_reading import SAME, SLOPE, STANDS, require
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+Bound = tuple[Floats, Floats, NDArray[np.str_], Bools]
 
 ROLLS = 1e-3  # [m] to which feet roll as their shanks turn
 
 
-def supports(feet, stands):
+def supports(feet: Floats, stands: Bools) -> tuple[Floats, Floats, Floats, Floats]:
     """What feet (N, 4, 2), of which some stand, make of a centre of mass, with them as they are.
 
     Returns what turns (1, com) about `middle` into shares of the weight, `middle`, and normals and
@@ -49,14 +55,14 @@ def supports(feet, stands):
     return inverse, middle, normal, offset
 
 
-def legs_of(work, items, leg):
+def legs_of(work: Bag, items: Bag, leg: Ints) -> tuple[Floats, Floats, Bag]:
     """Body, feet and legs of items, one leg each."""
     body, off = move_body(work.body, items.task, items.a, items.b)
     foot, foot_off = move_foot(work.phases, work.roll, items.phase, leg, items.a, items.b)
     return body, off, move_leg(work.robot, leg, body, off, foot, foot_off)
 
 
-def statics(work, items):
+def statics(work: Bag, items: Bag) -> Bound:
     """Margin, joint angles, torques and forces of items."""
     robot, n = work.robot, len(items.a)
     four = Bag(**{k: np.repeat(v, 4) for k, v in vars(items).items()})
@@ -99,7 +105,7 @@ def statics(work, items):
     angle = np.minimum(state.q - lower, upper - state.q)
     claim = work.segments.claims[items.segment]
 
-    def each(values):
+    def each(values: Floats) -> Floats:
         return values.reshape(n, 12).min(axis=1)
 
     middle = np.stack(
@@ -121,7 +127,7 @@ def statics(work, items):
     )
 
 
-def feet_items(work, cuts):
+def feet_items(work: Bag, cuts: Bag) -> Bag:
     """Swing feet and the obstacles that they may be near, with the distance they are to keep."""
     phases, course, radius = work.phases, work.course, work.robot.foot_radius
     swinging = np.flatnonzero(phases.swing[cuts.phase] >= 0)
@@ -145,7 +151,7 @@ def feet_items(work, cuts):
     return items
 
 
-def feet(work, items):
+def feet(work: Bag, items: Bag) -> Bound:
     """Distances of swing feet from obstacles."""
     leg = work.phases.swing[items.phase]
     at, off = move_foot(work.phases, work.roll, items.phase, leg, items.a, items.b)
@@ -154,7 +160,7 @@ def feet(work, items):
     return room - off, room, what, np.zeros(len(room), dtype=bool)
 
 
-def shank_items(work, cuts):
+def shank_items(work: Bag, cuts: Bag) -> Bag:
     """All parts of shanks and the boxes that they are near over a stretch of time."""
     robot, boxes = work.robot, np.flatnonzero(~work.course.face)
     parts = len(robot.shank_places) - 1
@@ -176,7 +182,7 @@ def shank_items(work, cuts):
     return items
 
 
-def shanks(work, items):
+def shanks(work: Bag, items: Bag) -> Bound:
     """Distances of parts of shanks from boxes."""
     robot = work.robot
     _, _, state = legs_of(work, items, items.leg)
@@ -209,7 +215,7 @@ def shanks(work, items):
     return room - off - half, np.where(np.isnan(room), -1.0, room), what, half > off
 
 
-def rolling(work):
+def rolling(work: Bag) -> None:
     """Refuses feet that do not roll as their shanks turn, to ROLLS, from touchdown to lift-off.
 
     A ball of radius r goes by r (w x z) while its shank turns by w = 1/2 sum (e x de) over the axes

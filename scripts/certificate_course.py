@@ -3,15 +3,20 @@
 numpy alone, and nothing of drake_quad.
 """
 
+from collections.abc import Iterator
 from types import SimpleNamespace as Bag
 
 import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
 
 LEVEL = 1e-6  # [m] of height within which ground goes on
 ASIDE = 1e-4  # [m] before a side, where it is asked what ground there is
 
 
-def make_course(centre, size, yaw, pitch):
+def make_course(centre: Floats, size: Floats, yaw: Floats, pitch: Floats) -> Bag:
     """The obstacles of M boxes: these, and behind them the bare parts of their sides.
 
     Attributes of the result: centre (n, 3), half (n, 3) [m], axes (n, 3, 3) in rows, face (n,)
@@ -42,14 +47,14 @@ def make_course(centre, size, yaw, pitch):
     return course
 
 
-def from_above(course, p):
+def from_above(course: Bag, p: Floats) -> Floats:
     """Where points (n, 2) are in the boxes' own axes seen from above, (n, M, 2)."""
     d = p[:, None] - course.middle[:, :2]
     x, y = course.ahead.T
     return np.stack([d[..., 0] * x + d[..., 1] * y, d[..., 1] * x - d[..., 0] * y], axis=-1)
 
 
-def bare_faces(course, k, axis):
+def bare_faces(course: Bag, k: int, axis: int) -> Iterator[tuple[Floats, Floats, Floats]]:
     """The parts of two opposite sides of box k that have no ground of their height before them."""
     axes, half, other = course.axes[k], course.half[k], 1 - axis
     others = np.arange(len(course.middle)) != k
@@ -59,8 +64,8 @@ def bare_faces(course, k, axis):
         ends = ends + np.array([[-1.0], [1.0]]) * half[other] * axes[other]
         start, end = from_above(course, ends[:, :2])
         with np.errstate(divide="ignore", invalid="ignore"):
-            cuts = [(s * course.extent - start) / (end - start) for s in (-1.0, 1.0)]
-        cuts = np.concatenate([[0.0, 1.0], np.ravel(cuts)])
+            crossed = [(s * course.extent - start) / (end - start) for s in (-1.0, 1.0)]
+        cuts = np.concatenate([[0.0, 1.0], np.ravel(crossed)])
         cuts = np.unique(cuts[(cuts >= 0.0) & (cuts <= 1.0)])
         middle = (0.5 * (cuts[1:] + cuts[:-1]))[:, None]
         p = ends[0] + middle * (ends[1] - ends[0])
@@ -75,7 +80,7 @@ def bare_faces(course, k, axis):
             yield side + (low + high - 1.0) * half[other] * axes[other], size, axes
 
 
-def distance(course, which, p):
+def distance(course: Bag, which: Ints, p: Floats) -> tuple[Floats, Floats]:
     """Signed distance of points (K, 3) from obstacles `which` (K,) [m]; its gradient along z."""
     axes = course.axes[which]
     local = np.einsum("kij,kj->ki", axes, p - course.centre[which])

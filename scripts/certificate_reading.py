@@ -3,11 +3,18 @@
 numpy alone, and nothing of drake_quad.
 """
 
+from collections.abc import Sequence
 from types import SimpleNamespace as Bag
+from typing import Any
 
 import numpy as np
 from certificate_bounds import move_body, roll_at
 from certificate_course import distance, make_course
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Record = dict[str, Any]
+Rows = list[tuple[Any, ...]]
 
 CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room")
 SAME = 1e-9  # [s], [m] by which what is to be the same may differ: rounding
@@ -23,13 +30,13 @@ class RefusedError(Exception):
     """Why a certificate is not accepted."""
 
 
-def require(condition, reason):
+def require(condition: object, reason: str) -> None:
     """Refuses the certificate unless the condition holds."""
     if not condition:
         raise RefusedError(reason)
 
 
-def numbers(values, *shape):
+def numbers(values: Any, *shape: int) -> Floats:
     """A float array of that shape (-1: any length), all finite."""
     array = np.array(values, dtype=float)
     fits = array.ndim == len(shape) and all(
@@ -39,7 +46,7 @@ def numbers(values, *shape):
     return array
 
 
-def read_robot(r):
+def read_robot(r: Record) -> Bag:
     """The robot's numbers, each of which has to make sense."""
     n = len(r["shank_places"])
     r = {"raised": [0.0] * 4, **r}  # of older records, whose hip axes met
@@ -59,7 +66,7 @@ def read_robot(r):
     return robot
 
 
-def read_course(boxes):
+def read_course(boxes: list[Record]) -> Bag:
     """The obstacles of the course's boxes."""
     centre = numbers([b["centre"] for b in boxes], -1, 3)
     size = numbers([b["size"] for b in boxes], -1, 3)
@@ -68,7 +75,7 @@ def read_course(boxes):
     return make_course(centre, size, yaw, pitch)
 
 
-def read_plan(tasks, course, radius):
+def read_plan(tasks: list[Record], course: Bag, radius: float) -> tuple[Bag, Bag, Bag, Bag, Bag]:
     """Tasks, the feet's rolling, contact phases, segments and cells as flat arrays.
 
     Refuses a plan that is not one motion from the first to the last moment.
@@ -116,7 +123,9 @@ def read_plan(tasks, course, radius):
     )
 
 
-def read_steps(k, task, feet, course, radius):
+def read_steps(
+    k: int, task: Record, feet: Floats, course: Bag, radius: float
+) -> tuple[Rows, Floats]:
     """The contact phases of task k as rows of _PHASE, and where the feet end."""
     rows, lasts, t, feet = [], float(task["duration"]), 0.0, feet.copy()
     for step in task["steps"]:
@@ -136,7 +145,7 @@ def read_steps(k, task, feet, course, radius):
     return rows, feet
 
 
-def read_roll(tasks, lasts):
+def read_roll(tasks: list[Record], lasts: Floats) -> Bag:
     """How far feet have rolled from where they were set down, of all tasks on one axis of time."""
     times = [numbers(t["roll"]["times"], -1) for t in tasks]
     offsets = [
@@ -154,12 +163,12 @@ def read_roll(tasks, lasts):
     )
 
 
-def roll_now(roll, k, t):
+def roll_now(roll: Bag, k: int, t: float) -> Floats:
     """How far the four feet have rolled at a time of task k (4, 2)."""
     return roll_at(roll, np.full(4, k), np.arange(4), np.full(4, t))
 
 
-def require_roll(roll, k, task, phases, course, radius):
+def require_roll(roll: Bag, k: int, task: Record, phases: Rows, course: Bag, radius: float) -> None:
     """Refuses feet that have rolled where they are set down, or off the ground."""
     before = 0.0 if k == 0 else roll_now(roll, k - 1, roll.times[k - 1][-1])
     jump = np.abs(roll_now(roll, k, 0.0) - before).max()
@@ -178,7 +187,7 @@ def require_roll(roll, k, task, phases, course, radius):
     require(good, "a foot rolls off its ground")
 
 
-def covers(edges, lasts, what):
+def covers(edges: Floats, lasts: float, what: str) -> None:
     """Refuses stretches (n, 2) that do not follow one another from 0 to the end."""
     good = len(edges) and np.all(edges[:, 1] > edges[:, 0])
     good = good and np.abs(edges[1:, 0] - edges[:-1, 1]).max(initial=0.0) <= SAME
@@ -188,12 +197,12 @@ def covers(edges, lasts, what):
     )
 
 
-def columns(rows, names):
+def columns(rows: Rows, names: Sequence[str]) -> Bag:
     """Rows of values as named arrays."""
     return Bag(**{n: np.array(c) for n, c in zip(names, zip(*rows, strict=True), strict=True)})
 
 
-def stands(course, p, radius, above=STANDS):
+def stands(course: Bag, p: Floats, radius: float, above: float = STANDS) -> bool:
     """Whether a foot's sphere at p (3,) rests on a box, and is in none.
 
     On a slope it may be `above` it, as rolling is told along the level.
@@ -202,4 +211,5 @@ def stands(course, p, radius, above=STANDS):
     d, up = distance(course, boxes, np.tile(p, (len(boxes), 1)))
     tilted = course.axes[boxes, 2, 2] < 1.0
     rests = (d - radius <= np.where(tilted, above, STANDS)) & (up > 0.7)
-    return np.any(rests) and np.all(d - radius >= -np.where(tilted, SLOPE, STANDS))
+    out = np.all(d - radius >= -np.where(tilted, SLOPE, STANDS))
+    return bool(np.any(rests) and out)

@@ -4,16 +4,25 @@ The file has to be in the normal form: abduction about x, hip pitch and knee abo
 straight down, feet that are spheres. For `check_certificate.py --robot`.
 """
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 from certificate_reading import require
-from pydrake.geometry import SceneGraph, Sphere
+from numpy.typing import NDArray
+from pydrake.geometry import SceneGraph, SceneGraphInspector, Sphere
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
+from pydrake.systems.framework import Context
+
+Floats = NDArray[np.float64]
+Record = dict[str, Any]
 
 SAME = 1e-9  # relative, or of 1: rounding on the way
 
 
-def compare_robot(record, path):
+def compare_robot(record: Record, path: str | Path) -> None:
     """Refuses a record whose robot is not the one in the file."""
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
@@ -30,7 +39,7 @@ def compare_robot(record, path):
         require(not np.any(far), f"the robot's {name} are not those of {path}")
 
 
-def read_urdf(plant, inspector, robot):
+def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Record) -> Record:
     """The numbers of a parsed robot that a certificate has too, by its names of them."""
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, default_positions(plant))
@@ -64,7 +73,7 @@ def read_urdf(plant, inspector, robot):
     }
 
 
-def default_positions(plant):
+def default_positions(plant: MultibodyPlant) -> Floats:
     """All joints at zero, the base upright at W's origin."""
     q = np.zeros(plant.num_positions())
     for index in plant.GetFloatingBaseBodies():
@@ -72,7 +81,7 @@ def default_positions(plant):
     return q
 
 
-def rigid(plant, context, body):
+def rigid(plant: MultibodyPlant, context: Context, body: RigidBody) -> tuple[float, Floats]:
     """Mass of a body and all that is welded to it [kg], and its centre in the body's frame [m]."""
     parts = plant.GetBodiesWeldedTo(body)
     mass = sum(b.default_mass() for b in parts)
@@ -83,7 +92,9 @@ def rigid(plant, context, body):
     return mass, moment / mass if mass > 0.0 else moment
 
 
-def foot_of(plant, inspector, shank):
+def foot_of(
+    plant: MultibodyPlant, inspector: SceneGraphInspector, shank: RigidBody
+) -> tuple[Floats, float]:
     """Centre in the shank's frame and radius of the lowest sphere of a shank and what is on it."""
     context = plant.CreateDefaultContext()
     found = []

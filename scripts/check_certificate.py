@@ -12,11 +12,13 @@ import argparse
 import hashlib
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace as Bag
+from typing import Any
 
 import numpy as np
-from certificate_claims import feet, feet_items, rolling, shank_items, shanks, statics
+from certificate_claims import Bound, feet, feet_items, rolling, shank_items, shanks, statics
 from certificate_reading import (
     CLAIMS,
     SAME,
@@ -28,18 +30,20 @@ from certificate_reading import (
     require,
 )
 
+Record = dict[str, Any]
+
 SHORTEST = 1e-7  # [s] below which nothing is halved any more
 MOST = 3_000_000  # stretches that are looked at before giving up
 ROUNDING = 1e-9
 
 
-def check(record):
+def check(record: Record) -> None:
     """Refuses a certificate (with `RefusedError`) unless all it claims is shown to be true."""
     check_hash(record)
     check_content(record)
 
 
-def check_hash(record):
+def check_hash(record: Record) -> None:
     """Refuses a record whose content is not what was hashed."""
     content = {k: v for k, v in record.items() if k != "sha256"}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -47,7 +51,7 @@ def check_hash(record):
     require(record.get("sha256") == own, "the content is not what was hashed")
 
 
-def check_content(record):
+def check_content(record: Record) -> None:
     """The same but for the hash."""
     require(record["format"] == "drake_quad certificate" and record["version"] == 2, "the format")
     robot, course = read_robot(record["robot"]), read_course(record["course"])
@@ -67,7 +71,7 @@ def check_content(record):
         rolling(work)
 
 
-def cut(work):
+def cut(work: Bag) -> Bag:
     """Stretches of time in which all is smooth, each with its phase, segment and cell."""
     found = []
     for k, lasts in enumerate(work.body.lasts):
@@ -91,7 +95,7 @@ def cut(work):
     )
 
 
-def settle(work, items, bound):
+def settle(work: Bag, items: Bag, bound: Callable[[Bag, Bag], Bound]) -> None:
     """Halves items until `bound` shows each to be as claimed.
 
     `bound` returns of every item the least it may be over what is claimed, what that is in its
@@ -120,9 +124,9 @@ def settle(work, items, bound):
         items = Bag(**{n: np.concatenate([one[n], two[n]]) for n in one})
 
 
-def main():
+def main() -> int:
     """Reads the file, checks it and says what it found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("certificate", type=Path)
     parser.add_argument("--robot", type=Path, help="a URDF to compare the robot's numbers with")
     asked = parser.parse_args()

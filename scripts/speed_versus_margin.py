@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import track
@@ -65,7 +66,7 @@ def plan(scenario: str, fields: Sequence[str]) -> Row:
     except DrakeQuadError as error:
         return {"reason": str(error)}
     walks = [(t, q) for t, q in zip(p.tasks, p.plan.plans, strict=True) if t.kind == "walk"]
-    bodies = [q.body.samples([0.0, q.duration])[:, 0, :2] for _, q in walks]
+    bodies = [q.body.samples(np.array([0.0, q.duration]))[:, 0, :2] for _, q in walks]
     way = sum(float(((end - start) ** 2).sum() ** 0.5) for start, end in bodies)
     margins = [q.margin for q in p.plan.plans if q.margin == q.margin]
     return {"speed": way / sum(q.duration for _, q in walks), "margin": min(margins)}
