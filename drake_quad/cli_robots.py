@@ -68,7 +68,7 @@ def check(
 ) -> None:
     """Can this robot climb these stairs? Designs a gait, and plans it up and down in full.
 
-    A no comes with its reason at once; to find the nearest stairs that work takes a minute more.
+    A no comes with its reason first; to find the nearest stairs that work takes minutes more.
     """
     from drake_quad.check_command import Asked, run_check
     from drake_quad.check_print import print_check, print_next
