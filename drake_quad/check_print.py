@@ -5,7 +5,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from drake_quad.check_report import NOTHING_NEAR, near_words
+from drake_quad.check_report import near_words
 
 # What is left, in people's words, and its unit.
 WORDS = {
@@ -35,10 +35,8 @@ def print_check(told: dict[str, Any], console: Console) -> None:
 def print_next(told: dict[str, Any], console: Console) -> None:
     """Prints what would work instead, where it is known, and what to do next."""
     console.print()
-    if not told["feasible"] and told["answer"].endswith(NOTHING_NEAR):
-        console.print(f"Nearest: {NOTHING_NEAR}.", highlight=False, soft_wrap=True)
-    if told["nearest"] is not None:
-        console.print(f"Nearest: {near_words(told['nearest'])}.", highlight=False, soft_wrap=True)
+    if told["sought"]:
+        console.print(f"Nearest: {near_words(told)}.", highlight=False, soft_wrap=True)
     if told.get("picture"):
         console.print(f"picture in {told['picture']}", highlight=False, soft_wrap=True)
     console.print(_next(told), highlight=False, soft_wrap=True)

@@ -13,8 +13,6 @@ from drake_quad.stability.kinds import HULL
 
 PERIOD = 0.05  # [s] between the samples of the plan that are looked at
 
-NOTHING_NEAR = "no lower rise and no deeper run was found that works"
-
 # What is in the way, in a few words, as a legend has them.
 LIMITS = {
     "reach": "too short legs",
@@ -78,6 +76,7 @@ def describe_check(
         "reason": check.reason,
         "limit": limit_of(check, robot),
         "nearest": None,
+        "sought": False,
         "slacks": {
             name: {
                 "left": left[name],
@@ -113,14 +112,16 @@ def describe_check(
 
 def with_nearest(told: dict[str, Any], nearest: tuple[float, float] | None) -> dict[str, Any]:
     """A no as it is told, with rise and run of the nearest stairs that are climbed [m], if any."""
-    if nearest is None:
-        return told | {"answer": f"{told['answer']}; {NOTHING_NEAR}"}
-    near = {"rise": nearest[0], "run": nearest[1]}
-    return told | {"nearest": near, "answer": f"{told['answer']}; {near_words(near)}"}
+    near = None if nearest is None else {"rise": nearest[0], "run": nearest[1]}
+    sought = told | {"nearest": near, "sought": True}
+    return sought | {"answer": f"{told['answer']}; {near_words(sought)}"}
 
 
-def near_words(near: dict[str, float]) -> str:
-    """Which stairs would work."""
+def near_words(told: dict[str, Any]) -> str:
+    """Which stairs would work, of those that were sought."""
+    near = told["nearest"]
+    if near is None:
+        return "no lower rise and no deeper run was found that works"
     return f"{near['rise']:g} m on treads of {near['run']:g} m would work"
 
 

@@ -21,8 +21,6 @@ from drake_quad.scenario import Scenario, course_of
 
 DEEP = 1.0  # of a leg: depth of treads that may be walked as floors with curbs between them
 TAKEN = 0.7  # quality with which a gait is taken, and no other tried
-# What a reason ends with, if asked for.
-COULD, NONE_WORKS = "; a quick search finds gaits for up to ", "; a quick search finds none"
 
 
 def design_scenario(
@@ -156,9 +154,9 @@ def _hopeless(
         return PlanningError(here, slacks=design.slacks, run=steepest.run)
     highest = highest_rise(robot, shape, steepest.run, below=abs(steepest.rise))
     works = (
-        f"{COULD}{highest:.3g} m"
+        f"; a quick search finds gaits for up to {highest:.3g} m"
         if highest is not None
-        else f"{NONE_WORKS} on a run of {steepest.run:g} m"
+        else f"; a quick search finds none on a run of {steepest.run:g} m"
     )
     return PlanningError(
         here + works,

@@ -3,6 +3,7 @@
 import io
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,11 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import typer
 from command import drake_quad, refused
 from rich.console import Console
 from rig import URL, paper_robot
 
-from drake_quad import check_command, check_nearest
+from drake_quad import check_command, check_nearest, cli_robots
 from drake_quad.check_ask import ask_course, ask_stairs
 from drake_quad.check_command import Asked, run_check
 from drake_quad.check_moments import find_stretches
@@ -115,6 +117,28 @@ def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
     without = run_check(asked, nearest=False)
     assert len(happened) == 2 and without["nearest"] is None
     assert told["answer"].startswith(without["answer"])
+
+
+def test_the_command_prints_a_no_while_it_still_looks(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The reason is on the screen before the nearest stairs are known, once, then these."""
+    check = Check(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
+    asked = {"rise": 0.3, "run": 0.3, "count": 7}
+    told = describe_check(check, paper_robot(), source=URL, asked=asked)
+
+    def looks(_asked: Asked, *, first: Callable[[dict[str, Any]], object], **_: Any) -> object:
+        first(told)
+        printed = capsys.readouterr().out
+        assert printed.startswith("No: ") and "a reason" in printed and "Nearest" not in printed
+        return with_nearest(told, (0.2, 0.3))
+
+    monkeypatch.setattr(check_command, "run_check", looks)
+    with pytest.raises(typer.Exit) as end:
+        cli_robots.check(URL)
+    assert end.value.exit_code == 1
+    printed = capsys.readouterr().out
+    assert "No: " not in printed and "Nearest: 0.2 m on treads of 0.3 m would work." in printed
 
 
 @pytest.mark.parametrize("near", [(0.2, 0.3), None])
