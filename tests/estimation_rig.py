@@ -16,6 +16,7 @@ from drake_quad.estimation.outputs import write_deviation
 from drake_quad.estimation.settings import EstimatorSettings, settings_array
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.robot.leg_scalar import leg_array
 
 DT = 0.002
 
@@ -221,8 +222,7 @@ def readings(
 
 def legs_array() -> FloatArray:
     """The shipped robot's legs as the kernels take them."""
-    g = paper_robot().geometry
-    return np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.raised])
+    return leg_array(paper_robot().geometry)
 
 
 def estimate(

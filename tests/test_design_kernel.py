@@ -44,6 +44,7 @@ from drake_quad.planning.shank_room import (
     shank_room,
 )
 from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
+from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import course_of
 
@@ -149,7 +150,7 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     rng = np.random.default_rng(seed)
     robot = with_raised(paper_robot(), rng.uniform(-0.1, 0.1, 4) * rng.integers(0, 2))
     g = robot.geometry
-    legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised])
+    legs = leg_array(g)
     masses = np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()])
     coms = np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)])
     body = np.array([*rng.uniform(-0.1, 0.1, 2), 0.8, rng.uniform(-0.5, 0.5), 0.0])
@@ -278,7 +279,7 @@ def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
     kernel.slacks(
         cycle.body, cycle.feet, cycle.swing, cycle.landed, stairs.rise, stairs.run,
         robot.foot_radius,
-        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]),
+        leg_array(g),
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from estimation_rig import DT, legs_array
+from estimation_rig import DT
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RotationMatrix
@@ -25,6 +25,7 @@ from drake_quad.estimation.rotation import (
 )
 from drake_quad.estimation.settings import EstimatorSettings, settings_array
 from drake_quad.robot.leg_kinematics import calc_feet, calc_jacobians
+from drake_quad.robot.leg_scalar import leg_array
 
 vectors = st.tuples(*[st.floats(-1.7, 1.7, allow_subnormal=False) for _ in range(3)])
 
@@ -76,7 +77,7 @@ def test_feet_are_where_the_robots_kinematics_have_them() -> None:
     for k in range(20):
         raised = np.array([-0.08, -0.08, 0.05, 0.05]) * (k % 2)
         geometry = with_raised(paper_robot(), raised).geometry
-        legs = np.column_stack([legs_array()[:, :6], raised])
+        legs = leg_array(geometry)
         q, qd = generator.uniform(-1.0, 1.0, (4, 3)), generator.uniform(-2.0, 2.0, (4, 3))
         p, v = np.empty((4, 3)), np.empty((4, 3))
         feet_in_body(legs, np.concatenate([q.ravel(), qd.ravel()]), p, v)

@@ -10,10 +10,10 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.framework import Context
 from rig import feet_of, model_layout, model_plant, paper_robot
 
-from drake_quad.control.feet import Feet, leg_array, leg_row, measure_feet
+from drake_quad.control.feet import Feet, measure_feet
 from drake_quad.control.measured import measure
 from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.leg_scalar import leg_constants
+from drake_quad.robot.leg_scalar import leg_array, leg_constants, leg_row
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=60)

@@ -9,7 +9,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rig import GRAVITY, flat_walk, model_layout, model_plant, paper_robot, state_of
 
-from drake_quad.control.feet import leg_array
 from drake_quad.control.force_qp import (
     SOFT,
     Program,
@@ -23,6 +22,7 @@ from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics
 from drake_quad.control.measured import measure
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margin
+from drake_quad.robot.leg_scalar import leg_array
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=60)

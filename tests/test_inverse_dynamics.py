@@ -9,10 +9,10 @@ from pydrake.multibody.tree import MultibodyForces
 from rig import flat_walk, model_layout, model_plant, paper_robot, state_of
 from test_feet import Case, any_state, case_of, drakes_drift, drakes_jacobian
 
-from drake_quad.control.feet import leg_array
 from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics
 from drake_quad.control.measured import measure
 from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_scalar import leg_array
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=60)

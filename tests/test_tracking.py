@@ -10,7 +10,6 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RollPitchYaw
 from rig import flat_walk, paper_robot
 
-from drake_quad.control.feet import leg_array
 from drake_quad.control.follow import _correct_load
 from drake_quad.control.joint_targets import joint_targets
 from drake_quad.control.tracking import (
@@ -31,6 +30,7 @@ from drake_quad.control.tracking import (
 )
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_kinematics import calc_feet
+from drake_quad.robot.leg_scalar import leg_array
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=40)

@@ -29,12 +29,12 @@ from rig import (
     state_of,
 )
 
-from drake_quad.control.feet import leg_array
 from drake_quad.control.measured import measure
 from drake_quad.control.ports import CATCH_SIZE, Mode
 from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.whole_body_controller import REUSES, WholeBodyController
 

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.leg_kinematics import LegGeometry
-from drake_quad.robot.leg_scalar import LegConstants, foot_and_jacobian
+from drake_quad.robot.leg_scalar import foot_and_jacobian, leg_row
 
 IntArray = NDArray[np.integer[Any]]
 
@@ -33,28 +32,6 @@ class Feet(NamedTuple):
     contact_jacobian: FloatArray
 
 
-def leg_array(geometry: LegGeometry) -> FloatArray:
-    """The legs' lengths as (4, 8) rows in the order of LegConstants."""
-    g = geometry
-    lengths = [g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]
-    return np.column_stack(lengths).astype(float)
-
-
-@compiled
-def leg_row(legs: FloatArray, k: int) -> LegConstants:
-    """Row `k` of `leg_array`."""
-    return LegConstants(
-        legs[k, 0],
-        legs[k, 1],
-        legs[k, 2],
-        legs[k, 3],
-        legs[k, 4],
-        legs[k, 5],
-        legs[k, 6],
-        legs[k, 7],
-    )
-
-
 @compiled
 def measure_feet(
     legs: FloatArray,
@@ -69,7 +46,7 @@ def measure_feet(
     """The feet of a state.
 
     Args:
-        legs: See `leg_array`.
+        legs: See `leg_scalar.leg_array`.
         radius: Of the foot spheres [m].
         p: p_WB (3,) [m].
         R: R_WB (3, 3).

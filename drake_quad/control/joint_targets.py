@@ -5,9 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.compiled import compiled
-from drake_quad.control.feet import leg_row
 from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.leg_scalar import foot_and_jacobian, solve_leg, solve_rates
+from drake_quad.robot.leg_scalar import foot_and_jacobian, leg_row, solve_leg, solve_rates
 
 
 @compiled

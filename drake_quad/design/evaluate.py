@@ -10,6 +10,7 @@ from drake_quad.design.kernel import lacking_each, slacks
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 
 WIDEST_SWAY = 0.25  # of a stretched leg
@@ -81,7 +82,7 @@ def evaluate(
         grid, stairs, foot_radius=robot.foot_radius, clearance=clearance,
         stance_length=stance_length,
     )  # fmt: skip
-    g, wanted = robot.geometry, wanted_room(robot)
+    wanted = wanted_room(robot)
     room = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
     slacks(
         cycle.body,
@@ -91,7 +92,7 @@ def evaluate(
         stairs.rise,
         stairs.run,
         robot.foot_radius,
-        np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]),
+        leg_array(robot.geometry),
         np.stack([robot.q_lower, robot.q_upper, robot.effort]),
         np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),

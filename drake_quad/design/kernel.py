@@ -74,7 +74,7 @@ def slacks(
         rise: Of the staircase [m].
         run: Of the staircase [m].
         foot_radius: [m].
-        legs: (4, 8) hip x, y, z, offset, thigh, shank, knee sign, hip pitch axis raised.
+        legs: (4, 8), see `leg_scalar.leg_array`.
         limits: (3, 12) least and greatest angles [rad], torques [Nm].
         masses: (13,) of the trunk, then of the links leg by leg [kg].
         coms: (13, 3) their centres, in B and in the links' frames [m].

@@ -36,7 +36,7 @@ def feet_in_body(legs: FloatArray, joints: FloatArray, p: FloatArray, v: FloatAr
     """Writes the feet's centres `p` (4, 3) [m] and velocities `v` (4, 3) [m/s] in B.
 
     Args:
-        legs: (4, 7) hip x, y, z, offset, thigh, shank, raised [m], as in LegGeometry.
+        legs: (4, 8), see `leg_scalar.leg_array`.
         joints: (24,) angles [rad], then speeds [rad/s], leg by leg.
         p: Result.
         v: Result.
@@ -48,7 +48,7 @@ def feet_in_body(legs: FloatArray, joints: FloatArray, p: FloatArray, v: FloatAr
         x1, z1 = -legs[k, 4] * sin(hip), -legs[k, 4] * cos(hip)
         x2, z2 = -legs[k, 5] * sin(both), -legs[k, 5] * cos(both)
         x, z, d = x1 + x2, z1 + z2, legs[k, 3]
-        whole = z + legs[k, 6]
+        whole = z + legs[k, 7]
         y_up, z_up = ca * d - sa * whole, sa * d + ca * whole
         p[k, 0], p[k, 1], p[k, 2] = legs[k, 0] + x, legs[k, 1] + y_up, legs[k, 2] + z_up
         along, down = z * dh + z2 * dk, -(x * dh + x2 * dk)  # d(x, z)/dt in the leg's plane

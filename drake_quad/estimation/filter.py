@@ -60,7 +60,7 @@ def step(
         imu: Mean rate [rad/s] and specific force [m/s^2] in B since the last tick, (6,).
         joints: Angles [rad], then speeds [rad/s], leg by leg, (24,).
         contacts: (4,) 1 where a foot bears.
-        legs: (4, 7) as `feet_in_body` takes them.
+        legs: (4, 8) as `feet_in_body` takes them.
         radius: Of the feet [m].
         dt: The period [s].
         s: The settings.

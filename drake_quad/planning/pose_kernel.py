@@ -10,19 +10,19 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 
-# Columns of a leg's constants: hip (3), offset, thigh, shank [m], knee's sign, masses of hip, thigh
-# and shank [kg] and their centres (9), how far its hip pitch axis is raised [m].
-HIP, OFFSET, THIGH, SHANK, KNEE, MASS, CENTRE, RAISED, COLUMNS = 0, 3, 4, 5, 6, 7, 10, 19, 20
+# Columns of a leg's constants: those of `leg_array`, then the masses of hip, thigh and shank [kg]
+# and their centres (9) [m].
+HIP, OFFSET, THIGH, SHANK, KNEE, RAISED, MASS, CENTRE, COLUMNS = 0, 3, 4, 5, 6, 7, 8, 11, 20
 FOLDED = 1e-6  # [m] short of stretched or folded, where angles are still smooth
 
 
 def constants(robot: RobotModel) -> tuple[FloatArray, FloatArray]:
     """A robot as `pose` takes it: its legs and its trunk."""
-    g = robot.geometry
-    lengths = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign])
-    legs = np.column_stack([lengths, robot.link_mass, robot.link_com.reshape(4, 9), g.raised])
+    lengths = leg_array(robot.geometry)
+    legs = np.column_stack([lengths, robot.link_mass, robot.link_com.reshape(4, 9)])
     return legs, np.array([robot.trunk_mass, *robot.trunk_com, robot.mass])
 
 

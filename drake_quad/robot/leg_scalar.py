@@ -7,7 +7,10 @@ hundreds of times a second. The array versions define the leg; a test holds the 
 from math import acos, atan2, cos, pi, sin, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from drake_quad.compiled import compiled
+from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_kinematics import LegGeometry
 
 Vector = tuple[float, float, float]
@@ -40,6 +43,28 @@ def leg_constants(geometry: LegGeometry) -> tuple[LegConstants, ...]:
             geometry.raised,
             strict=True,
         )
+    )
+
+
+def leg_array(geometry: LegGeometry) -> FloatArray:
+    """The legs' lengths as (4, 8) rows in the order of LegConstants, as all kernels take them."""
+    g = geometry
+    lengths = [g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]
+    return np.column_stack(lengths).astype(float)
+
+
+@compiled
+def leg_row(legs: FloatArray, k: int) -> LegConstants:
+    """Row `k` of `leg_array`."""
+    return LegConstants(
+        legs[k, 0],
+        legs[k, 1],
+        legs[k, 2],
+        legs[k, 3],
+        legs[k, 4],
+        legs[k, 5],
+        legs[k, 6],
+        legs[k, 7],
     )
 
 

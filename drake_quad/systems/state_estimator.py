@@ -8,6 +8,7 @@ from drake_quad.estimation.outputs import write_deviation, write_state
 from drake_quad.estimation.settings import DEFAULT_SETTINGS, EstimatorSettings, settings_array
 from drake_quad.estimation.tick import run_filter
 from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.clocked_system import ClockedSystem
@@ -59,10 +60,9 @@ class StateEstimator(ClockedSystem):
         """
         super().__init__()
         self.set_name("state_estimator")
-        g = robot.geometry
         self._layout, self._period = layout, period
         self._places = np.concatenate([layout.q_joints, layout.v_joints])
-        self._legs = np.column_stack([g.p_BH, g.offset, g.thigh, g.shank, g.raised])
+        self._legs = leg_array(robot.geometry)
         self._radius = robot.foot_radius
         self._settings = settings_array(settings)
         angles = np.zeros(12) if q is None else np.asarray(q, dtype=np.float64).reshape(12)

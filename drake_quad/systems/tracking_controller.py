@@ -8,7 +8,6 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues
 
 from drake_quad.control.constants import make_constants
-from drake_quad.control.feet import leg_array
 from drake_quad.control.follow import MODE, RUN, command, follow
 from drake_quad.control.measured import measure
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
@@ -17,6 +16,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.control.tracking import MEMORY_SIZE, new_memory
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.clocked_system import ClockedSystem
