@@ -1,5 +1,6 @@
 """The simulated plant: the robot as it really is, on the course as it really is."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -119,8 +120,11 @@ def feedforward_strength(
 
 def _stance_angles(robot: RobotModel, stance: Stance) -> FloatArray:
     """The joints' angles (12,) in `stance`, leg by leg; smaller feet are on the ground, too."""
-    feet = stance.feet - np.outer(robot.foot_smaller, [0.0, 0.0, 1.0])
-    q, excess, _ = pose_robot(robot, stance.body[None], feet[None])
+    smaller = robot.foot_smaller
+    shank = robot.geometry.shank + smaller
+    real = replace(robot, geometry=replace(robot.geometry, shank=shank))
+    feet = stance.feet - np.outer(smaller, [0.0, 0.0, 1.0])
+    q, excess, _ = pose_robot(real, stance.body[None], feet[None])
     angles = q.reshape(12)
     outside = (angles < robot.q_lower) | (angles > robot.q_upper)
     if excess.max() > 1e-6 or np.any(outside):

@@ -50,6 +50,7 @@ def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Reco
     require(np.allclose(axles[:, 0], 0.0) and np.allclose(knees[:, :2], 0.0), "the normal form")
     links = [rigid(plant, context, joint.child_body()) for joint in joints]
     feet = [foot_of(plant, inspector, joint.child_body()) for joint in joints[2::3]]
+    thickest = max(radius for _, radius in feet)
     efforts = {
         plant.get_joint_actuator(i).joint().name(): plant.get_joint_actuator(i).effort_limit()
         for i in plant.GetJointActuatorIndices()
@@ -61,8 +62,10 @@ def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Reco
         "offsets": axles[:, 1],
         "raised": axles[:, 2],
         "thighs": -knees[:, 2],
-        "shanks": [-p[2] for p, _ in feet],
-        "foot_radius": max(radius for _, radius in feet),
+        # A thinner foot counts as a ball as thick as the thickest that holds it and touches its
+        # end.
+        "shanks": [-p[2] - (thickest - radius) for p, radius in feet],
+        "foot_radius": thickest,
         "q_lower": [j.position_lower_limits()[0] for j in joints],
         "q_upper": [j.position_upper_limits()[0] for j in joints],
         "efforts": [efforts[name] for name in robot["joints"]],

@@ -147,6 +147,7 @@ def read_model(
         raise refuse("transmission", missing, "these joints have no actuator")
     bodies = [joint.child_body() for joint in joints]
     back, ahead = np.stack(sides, axis=1)
+    smaller = max(radii) - np.array(radii)
     p_BH: FloatArray = np.array(rows["hip"], dtype=float)
     p_HP: FloatArray = np.array(rows["pitch"], dtype=float)
     collisions = plant.GetCollisionGeometriesForBody(trunk)
@@ -162,7 +163,9 @@ def read_model(
             p_BH=read_only(np.array(rows["hip"], dtype=float)),
             offset=read_only(p_HP[:, 1].copy()),
             thigh=read_only(np.array(rows["l1"], dtype=float)),
-            shank=read_only(np.array(rows["l2"], dtype=float)),
+            # To the middle of a ball that holds this foot, touches its end and is as thick as the
+            # thickest: whatever asks where feet meet the ground then needs one radius.
+            shank=read_only(np.array(rows["l2"], dtype=float) - smaller),
             knee_sign=read_only(np.sign(knees)),
             raised=read_only(p_HP[:, 2].copy()),
         ),
@@ -177,7 +180,7 @@ def read_model(
         link_mass=read_only(np.array([b.default_mass() for b in bodies]).reshape(4, 3)),
         link_com=read_only(np.array([b.default_com() for b in bodies]).reshape(4, 3, 3)),
         foot_radius=float(max(radii)),
-        foot_smaller=read_only(max(radii) - np.array(radii)),
+        foot_smaller=read_only(smaller),
         foot_geometry=tuple(str(n) for n in rows["name"]),
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),

@@ -31,7 +31,7 @@ class RobotModel:
         trunk_com: The trunk's centre of mass in B, (3,) [m].
         link_mass: Mass of hip, thigh and shank of each leg, (4, 3) [kg].
         link_com: Their centres of mass in their own frames, (4, 3, 3) [m].
-        foot_radius: Radius of the foot spheres [m].
+        foot_radius: Radius of the foot spheres, of the thickest if they are not alike [m].
         foot_geometry: Names of the four feet's collision geometries, as in the file.
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
             middle of its shank is at SHANK_POINTS, (4, 8) [m].
@@ -43,7 +43,8 @@ class RobotModel:
             its hips where it has none.
         trunk_boxes: The same of each of these geometries that no other holds (K, 2, 3) [m].
         foot_smaller: By how much each foot's radius is less than `foot_radius` (4,) [m]; 0 but in
-            files whose feet are not alike.
+            files whose feet are not alike. A smaller foot's shank ends that much nearer the knee:
+            in the middle of a ball of `foot_radius` that holds the foot and touches its end.
     """
 
     name: str
