@@ -5,7 +5,7 @@ from pathlib import Path
 
 import sweep_rig as rig
 
-from drake_quad.sweep.page import write_report, write_section
+from drake_quad.sweep.page import grade, write_report, write_section
 from drake_quad.sweep.replays import make_replays
 
 TEXT = (
@@ -34,6 +34,41 @@ def test_the_report_says_what_the_sweep_found(tmp_path: Path) -> None:
     assert not re.search(r'(src|href)="(?!#)', page)
     write_report(study, told, tmp_path / "a")
     assert (tmp_path / "a" / "report.html").read_text() == page
+
+
+def test_cases_are_named(tmp_path: Path) -> None:
+    """A picture has a panel for each thing that varies, and no more; cases are told by their names.
+
+    Long names stood on each other side by side, and the last row was filled up with empty panels.
+    """
+    cases = "".join(
+        f"      A robot of some maker on stairs number {k}: [gait.cycle_time={7.0 + k}]\n"
+        for k in range(9)
+    )
+    text = rig.PLUMBING + f"  - name: robot and course\n    cases:\n{cases}gate: {{rate: 0.5}}\n"
+    text = text.replace("  - {path: gait.cycle_time, values: [7.0, 8.0]}\n", "")
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
+    study, _ = rig.made(tmp_path, text)
+    write_report(study, told, tmp_path / "a")
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert page.count('<g id="axes_') == len(told["bands"]) == 2
+    worst = page[page.index('id="worst"') :]
+    for row in told["worst"]:
+        assert row["cell"].startswith("A robot of some maker")
+        assert f"<td>{row['cell']}</td>" in worst
+
+
+def test_a_sweep_without_a_gate_is_good_if_all_is() -> None:
+    """The head's colour: of a whole sweep without a gate, or with one, and of none that ran."""
+
+    def of(good: int, gate: float | None = None, complete: bool = True) -> str:
+        passed = None if gate is None else good / 4 >= gate
+        told = {"rate": {"good": good, "trials": 4}, "gate": gate, "passed": passed}
+        return grade({**told, "complete": complete, "kinematic": False})
+
+    assert [of(4), of(3), of(0)] == ["good", "warn", "bad"]
+    assert [of(3, 0.7), of(3, 0.8)] == ["good", "bad"]
+    assert of(4, complete=False) == of(4, 0.9, complete=False) == "warn"
 
 
 def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from drake_quad.report.svg import report_style, to_svg
 
 COLUMNS = 3  # curves side by side
 ROW_HEIGHT = 2.5  # [in]
+LINE_HEIGHT = 0.2  # [in] of names one below the other
+SIDE_BY_SIDE = 36  # letters that fit below a panel
 COLOURS = "RdYlGn"
 
 
@@ -19,18 +21,51 @@ def curves_svg(bands: dict[str, list[dict[str, Any]]]) -> str:
     """A panel for each thing that varies: the rate of each band, with its exact bounds.
 
     Args:
-        bands: As `tell` has them, by what varies.
+        bands: As `tell` has them, by what varies. Where their names are too long to stand side by
+            side, the panel goes over the whole width and they are written one below the other.
     """
-    rows = -(-len(bands) // COLUMNS)
+    listed = {name: own for name, own in bands.items() if _is_list(own)}
+    beside = [name for name in bands if name not in listed]
+    rows = -(-len(beside) // COLUMNS)
+    heights = [ROW_HEIGHT] * rows + [0.6 + LINE_HEIGHT * len(own) for own in listed.values()]
     with report_style():
-        figure = Figure(figsize=(WIDTH, ROW_HEIGHT * rows), layout="constrained")
-        axes = figure.subplots(rows, COLUMNS, squeeze=False, sharey=True).flat
-        for ax, (name, own) in zip(axes, bands.items(), strict=False):
-            draw_curve(ax, name, own)
-        for ax in list(axes)[len(bands) :]:
-            ax.set_visible(False)
+        figure = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
+        grid = figure.add_gridspec(len(heights), COLUMNS, height_ratios=heights)
+        for k, name in enumerate(beside):
+            ax = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
+            draw_curve(ax, name, bands[name])
+            ax.tick_params(labelleft=k % COLUMNS == 0)
+        for k, (name, own) in enumerate(listed.items(), start=rows):
+            draw_list(figure.add_subplot(grid[k, :]), name, own)
         told = ", ".join(bands)
         return to_svg(figure, name="curves", label=f"Rate of success over {told}")
+
+
+def _is_list(bands: list[dict[str, Any]]) -> bool:
+    """Whether bands have names too long to stand side by side."""
+    words = [band["label"] for band in bands if band["low"] is None]
+    return sum(len(word) + 2 for word in words) > SIDE_BY_SIDE
+
+
+def draw_list(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
+    """The rates of bands that have long names, one below the other."""
+    known = [band for band in bands if band["trials"]]
+    for k, band in enumerate(known):
+        rate = band["good"] / band["trials"]
+        ends = [[rate - band["bound_low"]], [band["bound_high"] - rate]]
+        ax.errorbar(
+            rate, k, xerr=ends, fmt="o", markersize=4, elinewidth=1.0, capsize=2,
+            color=GOOD if rate == 1.0 else BAD,
+        )  # fmt: skip
+        ax.annotate(
+            f"{band['good']}/{band['trials']}", (1.0, k), xytext=(8, 0), va="center",
+            textcoords="offset points", fontsize=6.5, color=INK, annotation_clip=False,
+        )  # fmt: skip
+    ax.set_yticks(range(len(known)), [band["label"] for band in known])
+    ax.set_ylim(len(known) - 0.5, -0.5)
+    ax.set_xlim(-0.03, 1.03)
+    ax.set_xticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
+    ax.set_title(name)
 
 
 def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
@@ -40,6 +75,7 @@ def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
     if numbers:
         x = np.array([0.5 * (band["low"] + band["high"]) for band in known])
         half = np.array([0.5 * (band["high"] - band["low"]) for band in known])
+        ax.locator_params(axis="x", nbins=5)
     else:
         x, half = np.arange(len(known), dtype=float), np.zeros(len(known))
         ax.set_xticks(x, [band["label"] for band in known])

@@ -48,16 +48,19 @@ def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
         curves=Markup(curves_svg(bands)) if bands else "",
         maps=[Markup(map_svg(one, k)) for k, one in enumerate(told["maps"])] if bands else [],
         worst=worst,
+        cells=any(row["cell"] for row in worst),
         definition=_definition(study),
     )
     write_whole(out / REPORT, lambda to: to.write_text(text, encoding="utf-8"))
 
 
 def grade(told: dict[str, Any]) -> str:
-    """The colour of the page's head: good, warn or bad."""
-    if told["passed"] is False or not told["rate"]["good"]:
+    """The colour of the page's head: good, warn or bad; without a gate all have to succeed."""
+    rate = told["rate"]
+    if told["passed"] is False or not rate["good"]:
         return "bad"
-    return "good" if told["passed"] and told["complete"] and not told["kinematic"] else "warn"
+    well = told["passed"] if told["gate"] is not None else rate["good"] == rate["trials"]
+    return "good" if well and told["complete"] and not told["kinematic"] else "warn"
 
 
 def write_section(page: Path, told: dict[str, Any], command: str, name: str) -> None:

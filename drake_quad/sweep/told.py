@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from drake_quad.sweep.draws import way_of
+from drake_quad.sweep.draws import GRID, way_of
 from drake_quad.sweep.rates import Band, Rate, bands_of, causes_of, places_of, rate_of
 from drake_quad.sweep.study_config import Study, Vary
 from drake_quad.sweep.trials import count_trials
@@ -46,7 +46,7 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
             for name in table.column_names
             if name.startswith("figure.")
         },
-        "worst": worst_of(table),
+        "worst": worst_of(study, table),
         "clock": _clock(clock),
     }
 
@@ -68,12 +68,12 @@ def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
     by_name = {name: vary for vary in study.vary for name in (vary.path, vary.title) if name}
     if study.maps:
         return [(by_name[one], by_name[other]) for one, other in study.maps]
-    axes = [vary for vary in study.vary if way_of(vary) in ("values", "linspace", "cases")]
+    axes = [vary for vary in study.vary if way_of(vary) in GRID]
     return [(axes[0], axes[1])] if len(axes) > 1 else []
 
 
-def worst_of(table: pa.Table) -> list[dict[str, Any]]:
-    """The trials that failed, then those with the least margin."""
+def worst_of(study: Study, table: pa.Table) -> list[dict[str, Any]]:
+    """The trials that failed, then those with the least margin; `cell` is their place in a grid."""
     ranked = (
         table[RANKED_BY].to_pylist() if RANKED_BY in table.column_names else [None] * len(table)
     )
@@ -83,8 +83,15 @@ def worst_of(table: pa.Table) -> list[dict[str, Any]]:
         key=lambda k: (success[k], np.inf if ranked[k] is None else ranked[k], k),
     )
     names = ("index", "outcome", "reason", "command")
+    axes = [vary for vary in study.vary if way_of(vary) in GRID]
+    labels = []
+    for vary in axes:
+        words, places, _ = places_of(vary, values_of(vary, table))
+        before = "" if way_of(vary) == "cases" else f"{vary.title} "
+        labels.append([before + words[place] for place in places])
     return [
-        {**{name: table[name][k].as_py() for name in names}, "margin": ranked[k]}
+        {name: table[name][k].as_py() for name in names}
+        | {"margin": ranked[k], "cell": ", ".join(label[k] for label in labels)}
         for k in order[:WORST]
     ]
 
