@@ -9,6 +9,7 @@ from drake_quad.errors import InputError, PlanningError
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import Scenario, load_scenario
 from drake_quad.stability.kinds import HULL
+from drake_quad.user_path import user_path
 
 RISE_MOST, RUN_MOST, COUNT_MOST = 2.0, 5.0, 100
 
@@ -110,5 +111,5 @@ def ask_course(model: str, scenario: str, *, margin: str = HULL, nearest: bool =
 
 def whole_path(model: str) -> str:
     """A robot's file by its whole path, so that a scenario can be saved anywhere; names stay."""
-    path = Path(model).expanduser()
+    path = user_path(model)
     return str(path.resolve()) if "://" not in model and path.is_file() else model

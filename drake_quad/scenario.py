@@ -20,6 +20,7 @@ from drake_quad.scenario_disturbances import (
 )
 from drake_quad.scenario_override import Override, apply_override, parse_override
 from drake_quad.scenario_schema import conform, parse_yaml
+from drake_quad.user_path import user_path
 
 __all__ = [
     "Scenario",
@@ -56,7 +57,7 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Sc
             the file, the field's path, its value, and what would be right.
     """
     name = str(name_or_path)
-    path = _models() / f"{name}{SUFFIX}" if name in _shipped() else Path(name).expanduser()
+    path = _models() / f"{name}{SUFFIX}" if name in _shipped() else user_path(name)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as problem:
@@ -146,7 +147,7 @@ def _located(model: str, *, base: Path, source: str) -> str:
     if is_name(model) or ("://" in model and not model.startswith(MODELS)):
         return model
     shipped = model.startswith(MODELS)
-    path = _models() / model.removeprefix(MODELS) if shipped else base / Path(model).expanduser()
+    path = _models() / model.removeprefix(MODELS) if shipped else base / user_path(model)
     if not path.is_file():
         robots = sorted(
             p.name for p in _models().iterdir() if p.suffix in (".urdf", ".sdf", ".xml")

@@ -30,6 +30,7 @@ NASTY: tuple[Any, ...] = (
     "package://nowhere/x.urdf", "/", ".", "..", "~", "*", "&a", "!!python/object:os.system {}", [],
     {}, [[]], [1, 2, 3], [None], {"x": 1}, {"kind": "stairs"}, [{"kind": "floor", "length": 4.0}],
 )  # fmt: skip
+NAMES = ("x$\\foo$", "[/x]", "<b>&", "| a |", "a name that is longer than any column is wide")
 NUMBERS = (
     "0",
     "-1",
@@ -79,7 +80,7 @@ def make_case(number: int) -> Case:
         overrides = tuple(make_override(rng) for _ in range(int(rng.integers(1, 3))))
         return Case(number, kind, pick(rng, scenarios()), overrides, physics)
     if kind in ("study", "study text"):
-        spoil = spoil_data if kind == "study" else spoil_text
+        spoil = spoil_study if kind == "study" else spoil_text
         return Case(number, kind, spoil(pick(rng, studies()), rng))
     if kind in ("robot", "robot text"):
         spoil = spoil_robot if kind == "robot" else spoil_text
@@ -136,6 +137,22 @@ def make_override(rng: np.random.Generator) -> str:
         text = str(value)
     override = f"{pick(rng, paths())}={text}"
     return spoil_text(override, rng) if rng.random() < 0.2 else override
+
+
+def spoil_study(text: str, rng: np.random.Generator) -> str:
+    """The study with something more that varies, or with any of its data changed, or both."""
+    what = rng.random()
+    if what < 0.6:
+        data = yaml.safe_load(text)
+        way = pick(rng, ("uniform", "log_uniform", "normal", "integers", "choice", "values"))
+        ends = [pick(rng, NASTY) for _ in range(2)] if rng.random() < 0.6 else [1, 2]
+        vary = {"path": pick(rng, ("simulation.seed", "gait.cycle_time", *paths())), way: ends}
+        for key, odds in (("step", 0.3), ("name", 0.3), ("bands", 0.2), ("also", 0.1)):
+            if rng.random() < odds:
+                vary[key] = pick(rng, (*NAMES, *NASTY) if key == "name" else NASTY)
+        data.setdefault("vary", []).append(vary)
+        text = str(yaml.safe_dump(data))
+    return text if what < 0.5 else spoil_data(text, rng)
 
 
 def spoil_data(text: str, rng: np.random.Generator) -> str:

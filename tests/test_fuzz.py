@@ -1,5 +1,6 @@
 """Whatever is given, there is a run or one clear line: no traceback, crash, hang or half result."""
 
+import io
 import re
 import shutil
 import tempfile
@@ -9,20 +10,25 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 import sweep_rig as rig
 import yaml
 from fuzz_cases import KINDS, Case, make_case, pick
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
 from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.scenario import parse_scenario
+from drake_quad.sweep.command import print_sweep
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.crew import carry_out
+from drake_quad.sweep.page import write_report, write_section
 from drake_quad.sweep.study import Base, load_study, parse_study
-from drake_quad.sweep.study_config import Limits
-from drake_quad.sweep.trials import Trial, make_trials
+from drake_quad.sweep.study_config import Limits, Study
+from drake_quad.sweep.sweep import sweep
+from drake_quad.sweep.trials import Trial, count_trials, make_trials
 
 LONGEST = 240.0  # [s] that a case may take before it counts as a hang; kernels compile once
 # A case that could be is carried out on a course that is planned at once, for a moment.
@@ -63,6 +69,7 @@ def _do(case: Case, folder: Path) -> None:
                 base.load(list(trial.overrides))
             except InputError as error:
                 assert "\n" not in str(error)
+        _sweep(study, base, folder)
     elif case.kind.startswith("robot"):
         path = folder / "robot.urdf"
         path.write_text(case.text, encoding="utf-8")
@@ -70,6 +77,16 @@ def _do(case: Case, folder: Path) -> None:
         _run(text, folder, MOMENT, physics=case.physics)
     else:
         _run(case.text, folder, case.overrides, physics=case.physics)
+
+
+def _sweep(study: Study, base: Base, folder: Path) -> None:
+    """The study's first trials, made up: its tables, its report, and what is printed of it."""
+    out = folder / "swept"
+    told = sweep(study, base, out, _at_once, limit=4, work=rig.some_fell)
+    write_report(study, told, out)
+    write_section(folder / "page.md", told, "drake-quad sweep study.yaml", "study")
+    print_sweep(told, out, Console(file=io.StringIO()))
+    assert len(pq.read_table(out / "trials.parquet")) == min(4, count_trials(study))
 
 
 def _run(text: str, folder: Path, overrides: tuple[str, ...], *, physics: bool) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -32,10 +33,10 @@ def test_what_a_trial_does_to_its_process_is_a_finding(tmp_path: Path) -> None:
     found = crew(trials, rig.mishap, workers=2, limits={"retries": 1})
     outcomes = [found[k]["outcome"] for k in range(8)]
     assert outcomes == ["goal_reached", "error", "crashed", "timeout", "memory", "timeout",
-                        "goal_reached", "killed"]  # fmt: skip
+                        "goal_reached", "crashed"]  # fmt: skip
     assert found[1]["reason"] == "ValueError: no plan" and "SIGABRT" in found[2]["reason"]
     assert "4 s" in found[3]["reason"] and "1 GiB" in found[4]["reason"]
-    assert "exit code 3" in found[7]["reason"] and "2 times" in found[7]["reason"]
+    assert "exit code 3" in found[7]["reason"] and found[7]["clock"]["tried"] == 1
     assert all(found[k]["success"] == (outcomes[k] == "goal_reached") for k in range(8))
 
 
@@ -61,8 +62,28 @@ def test_how_a_process_ended_is_known_however_late_one_looks(tmp_path: Path) -> 
         over.set()
         busy.join()
         sys.setswitchinterval(interval)
-    assert [one["outcome"] for one in found.values()] == ["killed"] * 3
+    assert [one["outcome"] for one in found.values()] == ["crashed"] * 3
     assert all("exit code 3" in one["reason"] for one in found.values())
+
+
+def test_a_lower_bound_of_the_machine_is_kept(tmp_path: Path) -> None:
+    """Where a process may not have as much as a trial could, it has that, and is no fault."""
+    (trial,) = rig.trials_of(tmp_path, memory=4.0)[:1]
+    code = (
+        "import resource, sweep_rig as rig; from drake_quad.sweep.work import guarded\n"
+        "from pathlib import Path\n"
+        "resource.setrlimit(resource.RLIMIT_DATA, (2 << 30, 2 << 30))\n"
+        f"(trial,) = rig.trials_of(Path({str(tmp_path)!r}), memory=4.0)[:1]\n"
+        "print(guarded(lambda t: {'bound': resource.getrlimit(resource.RLIMIT_DATA)}, trial))\n"
+        "print(resource.getrlimit(resource.RLIMIT_DATA))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=Path(__file__).parent, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    within, after = done.stdout.splitlines()[-2:]
+    assert within == f"{{'bound': ({2 << 30}, {2 << 30})}}" and after == f"({2 << 30}, {2 << 30})"
+    assert trial.memory == 4.0
 
 
 def test_a_killed_process_is_no_finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

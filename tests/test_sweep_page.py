@@ -1,12 +1,25 @@
 """What people see of a sweep: report.html and the section of a Markdown page."""
 
+import io
 import re
+from itertools import combinations
 from pathlib import Path
 
+import pytest
 import sweep_rig as rig
+import yaml
+from command import drake_quad, refused
+from markupsafe import escape
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from rich.console import Console
 
-from drake_quad.sweep.page import grade, write_report, write_section
+from drake_quad.errors import InputError
+from drake_quad.sweep.charts import draw_curves, plain_style
+from drake_quad.sweep.command import print_sweep
+from drake_quad.sweep.page import check_page, grade, write_report, write_section
+from drake_quad.sweep.rates import bands_of, places_of
 from drake_quad.sweep.replays import make_replays
+from drake_quad.sweep.study_config import Vary
 
 TEXT = (
     rig.PLUMBING.replace("trials: 4", "trials: 20")
@@ -51,11 +64,79 @@ def test_cases_are_named(tmp_path: Path) -> None:
     study, _ = rig.made(tmp_path, text)
     write_report(study, told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
-    assert page.count('<g id="axes_') == len(told["bands"]) == 2
+    with plain_style():
+        figure = draw_curves(told["bands"])
+        FigureCanvasAgg(figure).draw()
+    assert len(figure.axes) == len(told["bands"]) == 2
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            shown = [t.get_window_extent() for t in axis.get_ticklabels() if t.get_text()]
+            assert not any(one.overlaps(other) for one, other in combinations(shown, 2))
     worst = page[page.index('id="worst"') :]
     for row in told["worst"]:
         assert row["cell"].startswith("A robot of some maker")
         assert f"<td>{row['cell']}</td>" in worst
+
+
+@pytest.mark.parametrize("name", ["x$\\foo$", "[/x] [bold]", "<b>&amp;", "100 % of {it}"])
+def test_people_may_call_things_as_they_like(tmp_path: Path, name: str) -> None:
+    """No name of a thing or a case is taken for a formula, for colours or for HTML."""
+    cases = {name: ["gait.cycle_time=7.0"], f"{name} " * 9: ["gait.cycle_time=8.0"]}
+    text = rig.PLUMBING.replace("{path: gait.cycle_time, values: [7.0, 8.0]}", "CASES").replace(
+        "CASES", yaml.safe_dump({"name": f"{name}!", "cases": cases}, default_flow_style=True)[:-1]
+    )
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
+    study, _ = rig.made(tmp_path, text)
+    write_report(study, told, tmp_path / "a")
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert f"<td>{escape(name)}</td>" in page
+    console = Console(file=io.StringIO(), width=200)
+    print_sweep(told, tmp_path / "a", console)
+    assert name in console.file.getvalue()  # type: ignore[attr-defined]
+    write_section(tmp_path / "page.md", told, "drake-quad sweep x", "x")
+    assert f"| {name} |" in (tmp_path / "page.md").read_text()
+
+
+def test_bands_of_whole_numbers_hold_what_they_say() -> None:
+    """Few have a band each; many are parted evenly, and no number is in two."""
+    few = Vary(path="a", integers=[3, 5])
+    assert [(b.label, b.rate.trials) for b in bands_of(few, [3, 4, 4, 5], [True] * 4)] == [
+        ("3", 1), ("4", 2), ("5", 1),
+    ]  # fmt: skip
+    many = Vary(path="a", integers=[0, 99])
+    found = bands_of(many, list(range(100)), [True] * 100)
+    assert [(b.label, b.rate.trials) for b in found][:2] == [("0 to 19", 20), ("20 to 39", 20)]
+    falling = Vary(path="a", values=[0.3, 0.1, 0.2])
+    labels, places, _ = places_of(falling, [0.3, 0.1])
+    assert labels == ["0.1", "0.2", "0.3"] and list(places) == [2, 0]
+
+
+def test_a_page_that_cannot_take_the_section_is_refused_first(tmp_path: Path) -> None:
+    """Before any trial: what is no text, and what has half of the section's marks."""
+    page = tmp_path / "page.md"
+    for content, words in (
+        (b"\xff\xfe\x00", "not a text file"),
+        (b"<!-- begin one -->\n", "must have both"),
+        (b"<!-- end one -->\n<!-- begin one -->\n", "must have both"),
+    ):
+        page.write_bytes(content)
+        with pytest.raises(InputError, match=words):
+            check_page(page, "one")
+        done = drake_quad(
+            "sweep", str(rig.study_file(tmp_path).rename(tmp_path / "one.yaml")),
+            "--page", str(page), "--out", str(tmp_path / "out"), cwd=tmp_path,
+        )  # fmt: skip
+        assert words in refused(done) and not list((tmp_path / "out").glob("*"))
+        assert page.read_bytes() == content
+
+
+def test_a_replay_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
+    """Half of a run would be taken for the trial, and never made again."""
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a")
+    study, base = rig.made(tmp_path)
+    assert make_replays(study, base, told, tmp_path / "a", 2, stop=lambda: True) == []
+    assert not (tmp_path / "a" / "trials").exists()
+    assert len(make_replays(study, base, told, tmp_path / "a", 2)) == 2
 
 
 def test_a_sweep_without_a_gate_is_good_if_all_is() -> None:

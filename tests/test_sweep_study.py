@@ -53,6 +53,17 @@ BAD = [
         "twice",
     ),
     (HEAD + "figures: [wall_time]\n", "figures[0]", "again"),
+    (
+        HEAD + "vary: [{path: simulation.friction, uniform: [0.5, 1.0], step: 5.0e-324}]\n",
+        "vary[0].step",
+        "too small",
+    ),
+    (
+        HEAD + f"vary: [{{path: simulation.seed, integers: [0, {10**400}]}}]\n",
+        "vary[0].integers",
+        "from -",
+    ),
+    ("scenario: ~nosuchuser/x\n", "scenario", "no such"),
     (HEAD + "success: [{figure: margin.minimum}]\n", "success[0]", "least or most"),
     (HEAD + "maps: [[a, b]]\n", "maps[0]", "varies"),
     (HEAD + "gate: {rate: 2}\n", "gate.rate", "from 0 to 1"),
@@ -124,6 +135,26 @@ def test_sobol_fills_the_space_more_evenly() -> None:
     """The mean of 256 draws is nearer to its limit than chance has it."""
     draws = Draws(study_of(ONE, trials=256, sampling="sobol"))
     assert abs(np.mean([draws.values(k)[0] for k in range(256)]) - 3.0) < 1e-3
+
+
+@pytest.mark.parametrize("cells", [1, 2, 4, 8])
+@pytest.mark.parametrize("common", ["independent", "common"])
+def test_sobol_fills_the_space_in_every_cell(cells: int, common: str) -> None:
+    """Of a cell's 64 draws one lies in each 64th of each coordinate, whatever the other cells have.
+
+    Dealt out of one sequence, two cells would have half of the space each: every second point of it
+    lies in the same half.
+    """
+    axis = Vary(path="g", values=list(range(cells)))
+    many = [Vary(path=f"u{k}", uniform=[0.0, 1.0]) for k in range(4)]
+    draws = Draws(study_of(axis, *many, trials=64, sampling="sobol", draws=common))
+    rows = np.array([draws.values(k) for k in range(draws.count)])
+    of_cells = [rows[rows[:, 0] == cell, 1:] for cell in range(cells)]
+    for own in of_cells:
+        strata = np.sort((64.0 * own).astype(int), axis=0)
+        np.testing.assert_array_equal(strata, np.tile(np.arange(64)[:, None], 4))
+    apart = common == "independent"
+    assert all(np.any(own != of_cells[0]) == apart for own in of_cells[1:])
 
 
 def test_the_first_trials_cover_the_grid() -> None:

@@ -17,6 +17,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout, make_layout
 from drake_quad.scenario import Scenario, course_of, load_scenario, world_of
 from drake_quad.terrain import Course
+from drake_quad.user_path import user_path
 
 SUMMARY, LOG, SCENARIO = "summary.json", "log.parquet", "scenario.yaml"
 
@@ -71,7 +72,7 @@ def read_run(directory: str | Path) -> Run:
     Raises:
         InputError: No such directory, no scenario in it, or one that cannot be used.
     """
-    directory = Path(directory).expanduser()
+    directory = user_path(directory)
     if not (directory / SCENARIO).is_file():
         there = "holds no scenario.yaml" if directory.is_dir() else "no such directory"
         raise InputError(

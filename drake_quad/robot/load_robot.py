@@ -17,6 +17,7 @@ from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.parse_source import PARSER_ERRORS
 from drake_quad.robot.read_model import EXACT, IMPORTED, read_model
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.user_path import user_path
 
 
 def AddRobot(plant: MultibodyPlant, url: str) -> ModelInstanceIndex:
@@ -67,7 +68,7 @@ def normal_form(url: str) -> str:
     """
     given = find_given(url)
     path = given.found.path
-    itself = url if "://" in url or Path(url).expanduser().is_file() else str(path)  # of a name
+    itself = url if "://" in url or user_path(url).is_file() else str(path)  # of a name
     if _is_imported(str(path)):
         return itself
     stat = path.stat()
@@ -124,7 +125,7 @@ def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:
         if "://" in file:
             models = parser.AddModels(url=file)
         else:
-            models = parser.AddModels(str(Path(file).expanduser().resolve()))
+            models = parser.AddModels(str(user_path(file).resolve()))
     except PARSER_ERRORS as error:
         raise refuse(f"cannot be read as a robot: {str(error).splitlines()[0]}") from None
     if len(models) != 1:

@@ -1,5 +1,7 @@
 """Draws a sweep: curves of success over what varies, and heat maps."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
@@ -21,24 +23,39 @@ def curves_svg(bands: dict[str, list[dict[str, Any]]]) -> str:
     """A panel for each thing that varies: the rate of each band, with its exact bounds.
 
     Args:
-        bands: As `tell` has them, by what varies. Where their names are too long to stand side by
-            side, the panel goes over the whole width and they are written one below the other.
+        bands: As `tell` has them, by what varies.
+    """
+    with plain_style():
+        told = ", ".join(bands)
+        return to_svg(draw_curves(bands), name="curves", label=f"Rate of success over {told}")
+
+
+@contextmanager
+def plain_style() -> Iterator[None]:
+    """The report's style, with names of people's own as they are: a `$` is no formula."""
+    with report_style(), matplotlib.rc_context({"text.parse_math": False}):
+        yield
+
+
+def draw_curves(bands: dict[str, list[dict[str, Any]]]) -> Figure:
+    """The same as a figure; made within `plain_style`.
+
+    Where bands' names are too long to stand side by side, the panel goes over the whole width and
+    they are written one below the other.
     """
     listed = {name: own for name, own in bands.items() if _is_list(own)}
     beside = [name for name in bands if name not in listed]
     rows = -(-len(beside) // COLUMNS)
     heights = [ROW_HEIGHT] * rows + [0.6 + LINE_HEIGHT * len(own) for own in listed.values()]
-    with report_style():
-        figure = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
-        grid = figure.add_gridspec(len(heights), COLUMNS, height_ratios=heights)
-        for k, name in enumerate(beside):
-            ax = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
-            draw_curve(ax, name, bands[name])
-            ax.tick_params(labelleft=k % COLUMNS == 0)
-        for k, (name, own) in enumerate(listed.items(), start=rows):
-            draw_list(figure.add_subplot(grid[k, :]), name, own)
-        told = ", ".join(bands)
-        return to_svg(figure, name="curves", label=f"Rate of success over {told}")
+    figure = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
+    grid = figure.add_gridspec(len(heights), COLUMNS, height_ratios=heights)
+    for k, name in enumerate(beside):
+        ax = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
+        draw_curve(ax, name, bands[name])
+        ax.tick_params(labelleft=k % COLUMNS == 0)
+    for k, (name, own) in enumerate(listed.items(), start=rows):
+        draw_list(figure.add_subplot(grid[k, :]), name, own)
+    return figure
 
 
 def _is_list(bands: list[dict[str, Any]]) -> bool:
@@ -73,7 +90,7 @@ def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
     known = [band for band in bands if band["trials"]]
     numbers = all(band["low"] is not None for band in known)
     if numbers:
-        x = np.array([0.5 * (band["low"] + band["high"]) for band in known])
+        x = np.array([0.5 * (band["low"] + band["high"]) for band in known], dtype=float)
         half = np.array([0.5 * (band["high"] - band["low"]) for band in known])
         ax.locator_params(axis="x", nbins=5)
     else:
@@ -108,7 +125,7 @@ def map_svg(told: dict[str, Any], number: int) -> str:
     """
     good, trials = np.array(told["good"], dtype=float), np.array(told["trials"], dtype=float)
     rate = np.divide(good, trials, out=np.full_like(good, np.nan), where=trials > 0)
-    with report_style():
+    with plain_style():
         size = (min(WIDTH, 2.2 + 0.9 * len(told["x_labels"])), 1.2 + 0.42 * len(told["y_labels"]))
         figure = Figure(figsize=size, layout="constrained")
         ax = figure.subplots()

@@ -64,7 +64,7 @@ def carry_out_on(
         client: Of `connect`; it is closed at the end.
         trials: In the order in which they are to begin.
         limits: Of tries, and of a process's age.
-        stop: Whether to stop: those under way are then given up.
+        stop: Whether to stop: what those under way come to is then not waited for.
         work: Of one trial: a module's own function.
 
     Yields:

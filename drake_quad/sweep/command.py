@@ -7,11 +7,12 @@ from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.table import Column, Table
+from rich.text import Text
 
 from drake_quad.errors import InputError
 from drake_quad.sweep.crew import carry_out
-from drake_quad.sweep.page import write_report, write_section
+from drake_quad.sweep.page import check_page, write_report, write_section
 from drake_quad.sweep.replays import make_replays
 from drake_quad.sweep.study import load_study
 from drake_quad.sweep.sweep import CarryOut, sweep
@@ -62,10 +63,9 @@ def run_sweep(asked: Asked, console: Console, stop: Callable[[], bool]) -> dict[
         if value is not None and value < least[name]:
             remedy = f"give {least[name]} or more"
             raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
-    if asked.page is not None and asked.page.is_dir():
-        remedy = "is a directory; give a Markdown file in it"
-        raise InputError(source="--page", field="page", value=str(asked.page), remedy=remedy)
     study, base = load_study(asked.study)
+    if asked.page is not None:
+        check_page(asked.page, asked.study.stem)
     here = _cluster(asked, study.limits, stop) if asked.dask else _crew(asked, study.limits, stop)
     bar = _Bar(console)
     try:
@@ -77,7 +77,7 @@ def run_sweep(asked: Asked, console: Console, stop: Callable[[], bool]) -> dict[
         bar.end()
     if asked.replays and not stop():
         with console.status("running the worst trials again"):
-            make_replays(study, base, told, asked.out, asked.replays)
+            make_replays(study, base, told, asked.out, asked.replays, stop)
     write_report(study, told, asked.out)
     if asked.page is not None:
         command = f"drake-quad sweep {asked.study}"
@@ -159,9 +159,10 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
     for name, bands in told["bands"].items():
         if len(bands) == 1:
             continue
-        table = Table(name, "trials", "succeeded", "with bounds at 95 %", box=None)
+        table = Table(Column(Text(name)), "trials", "succeeded", "with bounds at 95 %", box=None)
         for band in bands:
-            table.add_row(band["label"], str(band["trials"]), str(band["good"]), band["text"])
+            label = Text(band["label"])
+            table.add_row(label, str(band["trials"]), str(band["good"]), band["text"])
         console.print(table, highlight=False)
     for cause in told["causes"]:
         console.print(f"{cause['trials']:4d} × {cause['cause']}", markup=False, highlight=False)
@@ -169,4 +170,4 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
         if trial["outcome"] != "goal_reached":
             command = repeat_into(trial["command"], trial["index"], out)
             console.print(command, markup=False, highlight=False, soft_wrap=True)
-    say(f"look at {out / 'report.html'}")
+    console.print(f"look at {out / 'report.html'}", markup=False, highlight=False, soft_wrap=True)

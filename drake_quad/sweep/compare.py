@@ -38,14 +38,15 @@ def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
         for name, side in sides.items()
     }
     told["fisher_p"] = float(fisher_exact(counts).pvalue)
-    told["paired"] = (
+    told["paired"] = paired = (
         _paired(one, other) if sides["before"]["study"] == sides["after"]["study"] else None
     )
-    p = told["paired"]["p"] if told["paired"] else told["fisher_p"]
     rates = [told[name]["rate"]["rate"] for name in ("before", "after")]
-    told["p"], told["verdict"] = p, "no different"
-    if p < SIGNIFICANT:
-        told["verdict"] = "worse" if rates[1] < rates[0] else "better"
+    # Of what the test looks at: one side may have trials that the other has not.
+    worse = len(paired["lost"]) > len(paired["won"]) if paired else rates[1] < rates[0]
+    told["p"], told["verdict"] = paired["p"] if paired else told["fisher_p"], "no different"
+    if told["p"] < SIGNIFICANT:
+        told["verdict"] = "worse" if worse else "better"
     return told
 
 
@@ -67,6 +68,12 @@ def print_comparison(told: dict[str, Any], console: Console) -> None:
         f"[{colour}]{told['verdict']}[/]: by chance with p = {told['p']:.3g} ({test} exact test)",
         highlight=False,
     )
+    for side in sides:
+        if not side["complete"]:
+            console.print(
+                f"{side['directory']} is part of its study: trials that end early come first",
+                markup=False, highlight=False, soft_wrap=True,
+            )  # fmt: skip
     for word in ("lost", "won") if told["paired"] else ():
         trials = told["paired"][word]
         if trials:
@@ -83,7 +90,7 @@ def _side(directory: Path) -> dict[str, Any]:
         raise InputError(source=str(directory), field="trials", value=0, remedy=remedy)
     try:
         found = json.loads((directory / FINDINGS).read_text(encoding="utf-8"))
-        study, commit = found["study"], found["commit"]
+        study, commit, complete = found["study"], found["commit"], found["complete"]
     except (OSError, ValueError, KeyError, TypeError):
         remedy = "not there, or not a sweep's; give the directory of a `drake-quad sweep`"
         path = str(directory / FINDINGS)
@@ -92,6 +99,7 @@ def _side(directory: Path) -> dict[str, Any]:
         "directory": str(directory),
         "study": study,
         "commit": commit,
+        "complete": complete,
         "rate": rate_told(rate_of(sum(table["success"].to_pylist()), len(table))),
         "causes": causes_of(table["outcome"].to_pylist(), table["reason"].to_pylist()),
         "table": table,

@@ -1,6 +1,5 @@
 """Which value each trial of a study has: of study and index alone, so that any machine agrees."""
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -80,16 +79,17 @@ class Draws:
         self._values = [axis_values(vary) for vary in self.axes]
         self.cells = int(np.prod([len(v) for v in self._values], dtype=np.int64))
         self.count = self.cells * study.trials  # of all trials
+        self._sobol: dict[int, np.ndarray] = {}  # by cell
 
     def values(self, index: int) -> list[Value]:
         """What the trial has, in the order of `study.vary`; of `cases` the name."""
-        cell, number = index % self.cells, self._number(index)
+        cell = index % self.cells
         places = np.unravel_index(cell, [len(values) for values in self._values])
         of_axis = {
             id(vary): values[int(place)]
             for vary, values, place in zip(self.axes, self._values, places, strict=True)
         }
-        points = dict(zip(map(id, self.drawn), self._point(number), strict=True))
+        points = dict(zip(map(id, self.drawn), self._point(index), strict=True))
         return [
             of_axis[id(vary)] if id(vary) in of_axis else draw(vary, points[id(vary)])
             for vary in self.study.vary
@@ -106,20 +106,25 @@ class Draws:
         seed = np.random.SeedSequence(self.study.seed, spawn_key=(number,))
         return np.random.default_rng(seed)
 
-    def _point(self, number: int) -> list[float]:
+    def _point(self, index: int) -> list[float]:
         """A point of the unit cube, a coordinate for each of `drawn`."""
         if not self.drawn:
             return []
         if self.study.sampling == "sobol":
-            return [float(u) for u in self._sobol[number]]
-        generator = self._generator(number)
+            cell = 0 if self.study.draws == "common" else index % self.cells
+            if cell not in self._sobol:
+                self._sobol[cell] = self._sequence(cell)
+            return [float(u) for u in self._sobol[cell][index // self.cells]]
+        generator = self._generator(self._number(index))
         generator.integers(2**31)  # the seed's
         return [float(u) for u in generator.random(len(self.drawn))]
 
-    @cached_property
-    def _sobol(self) -> np.ndarray:
-        """(N, d): the sequence as far as it is needed, Owen-scrambled by the study's seed."""
-        generator = np.random.default_rng(self.study.seed)
+    def _sequence(self, cell: int) -> np.ndarray:
+        """(N, d): a cell's sequence, Owen-scrambled by the study's seed and the cell's number.
+
+        Each cell has its own: every second point of one sequence lies in half of the space.
+        """
+        key = (cell,) if cell else ()
+        generator = np.random.default_rng(np.random.SeedSequence(self.study.seed, spawn_key=key))
         sequence = qmc.Sobol(len(self.drawn), scramble=True, rng=generator)
-        needed = self.study.trials if self.study.draws == "common" else self.count
-        return np.asarray(sequence.random_base2(max(needed - 1, 0).bit_length()))
+        return np.asarray(sequence.random_base2((self.study.trials - 1).bit_length()))

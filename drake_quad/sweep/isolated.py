@@ -78,6 +78,9 @@ class Isolated:
             if -error.code in OWN_END:
                 name = signal.Signals(-error.code).name
                 return lost(trial, "crashed", f"its process ended itself by {name}"), ""
+            if error.code > 0:
+                reason = f"its process ended itself with exit code {error.code}"
+                return lost(trial, "crashed", reason), ""
             return None, f"its process was ended from outside (exit code {error.code})"
         except Interrupted:
             self.end()

@@ -8,6 +8,7 @@ import yaml
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from drake_quad.errors import InputError
 from drake_quad.report.templates import read_css
 from drake_quad.sweep.charts import curves_svg, map_svg
 from drake_quad.sweep.study import as_plain
@@ -78,13 +79,35 @@ def put_section(page: Path, name: str, written: str) -> None:
     Raises:
         InputError: If it cannot be written.
     """
-    begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
-    text = page.read_text(encoding="utf-8") if page.exists() else TITLE
+    text, begin, end = check_page(page, name)
     if begin not in text:
         text = text.rstrip("\n") + f"\n\n{begin}\n{end}\n"
     pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
     text = pattern.sub(lambda _: f"{begin}\n{written}\n{end}", text, count=1)
     write_whole(page, lambda to: to.write_text(text, encoding="utf-8"))
+
+
+def check_page(page: Path, name: str) -> tuple[str, str, str]:
+    """The page's text as it is, and the marks between which the section `name` goes.
+
+    Raises:
+        InputError: If no section can be written there.
+    """
+
+    def refuse(remedy: str) -> InputError:
+        return InputError(source="--page", field="page", value=str(page), remedy=remedy)
+
+    begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
+    if page.is_dir():
+        raise refuse("is a directory; give a Markdown file in it")
+    try:
+        text = page.read_text(encoding="utf-8") if page.exists() else TITLE
+    except (OSError, ValueError) as problem:
+        reason = problem.strerror if isinstance(problem, OSError) else "not a text file"
+        raise refuse(f"cannot be read: {reason}; give a Markdown file") from None
+    if (begin in text) != (end in text) or text.find(begin) > text.find(end):
+        raise refuse(f"must have both {begin} and, after it, {end}, or none of them")
+    return text, begin, end
 
 
 def section(told: dict[str, Any], command: str, name: str) -> str:

@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import drake_quad
-from drake_quad.sweep.study import Base, as_plain
+from drake_quad.robot.robot_digest import robot_digest
+from drake_quad.sweep.draws import extremes
+from drake_quad.sweep.study import Base, as_plain, overrides_of
 from drake_quad.sweep.study_config import Study
 
 PACKAGE = Path(drake_quad.__file__).parent
 # Rooms and modules that tell of runs, and have no part in one.
 TELLING = ("report", "cli", "check", "chart", "inspect", "plan")
-WORKING = ("work.py", "study.py", "draws.py", "trials.py")  # of this room
+WORKING = ("work.py", "study.py", "draws.py", "trials.py", "designs.py")  # of this room
 
 
 def sources_digest() -> str:
@@ -43,13 +45,22 @@ def own_sources() -> str:
 
 
 def study_digest(study: Study, base: Base) -> str:
-    """Of the study and its scenario, the robot's file included."""
+    """Of the study and its scenario, the robots included."""
     told = {"study": as_plain(study), "scenario": base.text or base.name}
     digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode())
-    model = Path(base.load(study.set).robot.model)
-    if model.is_file():
-        digest.update(model.read_bytes())
+    digest.update(" ".join(robots_of(study, base)).encode())
     return digest.hexdigest()[:16]
+
+
+def robots_of(study: Study, base: Base) -> list[str]:
+    """The digests of all robots that a checked study has."""
+    models = {base.load(study.set).robot.model}
+    for vary in study.vary:
+        for value in extremes(vary):
+            own = overrides_of(vary, value)
+            if any(text.startswith("robot") for text in own):
+                models.add(base.load([*study.set, *own]).robot.model)
+    return sorted({robot_digest(model) for model in models})
 
 
 @cache
@@ -57,6 +68,12 @@ def versions() -> dict[str, str]:
     """Of the libraries that a result depends on."""
     names = ("drake_quad", "drake", "numpy", "scipy", "piqp", "daqp", "numba")
     return {**{name: version(name) for name in names}, "python": platform.python_version()}
+
+
+@cache
+def own_versions() -> str:
+    """A digest of them."""
+    return hashlib.sha256(json.dumps(versions()).encode()).hexdigest()[:8]
 
 
 def commit() -> str:

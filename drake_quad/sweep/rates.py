@@ -80,16 +80,31 @@ def places_of(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarray,
     if way_of(vary) in (*GRID, "choice"):
         known = axis_values(vary) if way_of(vary) in GRID else list(vary.choice or [])
         known = [value for k, value in enumerate(known) if value not in known[:k]]
-        places = np.array([known.index(value) for value in values], dtype=int)
         numbers = all(type(value) in (int, float) for value in known)
+        known = sorted(known) if numbers else known
+        places = np.array([known.index(value) for value in values], dtype=int)
         ends = [(value, value) if numbers else (None, None) for value in known]
         return [f"{v:g}" if type(v) is float else str(v) for v in known], places, ends
+    if vary.integers is not None:
+        return _whole_bands(vary.integers[0], vary.integers[1], vary.bands, values)
     # Bands that as many draws fall into, or nearly so: even in the distribution.
     edges = [draw(vary, min(k / vary.bands, 1.0 - 2.0**-53)) for k in range(vary.bands + 1)]
     edges = sorted(set(edges))
     places = np.clip(np.searchsorted(edges[1:-1], values, side="right"), 0, len(edges) - 2)
     ends = list(pairwise(edges))
     return [f"{low:.3g} to {high:.3g}" for low, high in ends], places, ends
+
+
+def _whole_bands(
+    first: int, last: int, bands: int, values: Sequence[int]
+) -> tuple[list[str], np.ndarray, list[Any]]:
+    """Bands of whole numbers: one each if they are few, else as many in each as can be."""
+    count = last - first + 1
+    bands = min(bands, count)
+    starts = [first + k * count // bands for k in range(bands + 1)]
+    places = np.searchsorted(starts[1:-1], values, side="right")
+    ends = [(low, after - 1) for low, after in pairwise(starts)]
+    return [f"{a}" if a == b else f"{a} to {b}" for a, b in ends], places, ends
 
 
 def bands_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list[Band]:

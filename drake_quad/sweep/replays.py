@@ -1,5 +1,6 @@
 """Runs the worst trials of a sweep again, each with its report, which the sweep's links to."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +16,28 @@ NO_RUN = ("refused", "infeasible", "crashed", "killed", "memory", "timeout", "er
 
 
 def make_replays(
-    study: Study, base: Base, told: dict[str, Any], out: Path, count: int
-) -> list[int]:
-    """Runs the worst `count` trials again that are not there yet; their indices.
+    study: Study, base: Base, told: dict[str, Any], out: Path, count: int,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[int]:  # fmt: skip
+    """Runs the worst `count` trials again that are not there yet; the indices of those that ran.
+
+    One that is stopped leaves nothing: its files would be taken for the trial's.
 
     Raises:
         InputError: If their files cannot be written.
     """
     worst = [row["index"] for row in told["worst"] if row["outcome"] not in NO_RUN][:count]
     missing = [k for k in worst if not (directory_of(k, out) / "report.html").is_file()]
+    made: list[int] = []
     for index in missing:
         (trial,) = make_trials(study, base, first=index, last=index + 1)
+        result = run(base.load(list(trial.overrides)), source=base.name, stop=stop)
+        if stop():
+            break
         directory = directory_of(index, out)
         directory.mkdir(parents=True, exist_ok=True)
-        result = run(base.load(list(trial.overrides)), source=base.name)
         write_files(result, result.scenario, directory)
-        build_report(directory)
         write_scene_log(directory)
-    return missing
+        build_report(directory)  # the last: by it the files are taken for whole
+        made.append(index)
+    return made

@@ -16,6 +16,7 @@ from drake_quad.scenario_schema import conform, parse_yaml
 from drake_quad.sweep.draws import Value, extremes
 from drake_quad.sweep.study_check import check_study
 from drake_quad.sweep.study_config import Bound, Gate, Limits, Study, Vary
+from drake_quad.user_path import user_path
 
 _PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
 # What conform cannot know the types of: they are checked here, or by the scenario itself.
@@ -56,13 +57,13 @@ def load_study(path: str | Path) -> tuple[Study, Base]:
     """
     source = str(path)
     try:
-        text = Path(path).expanduser().read_text(encoding="utf-8")
+        text = user_path(path).read_text(encoding="utf-8")
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else "not a text file"
         remedy = f"cannot be read: {reason}; give a study in YAML, see docs/sweeps.md"
         raise InputError(source=source, field="study", value=source, remedy=remedy) from None
     study = parse_study(text, source=source)
-    base = find_base(study, directory=Path(path).expanduser().parent)
+    base = find_base(study, directory=user_path(path).parent)
     check_against(study, base, source=source)
     return study, base
 
@@ -93,7 +94,7 @@ def parse_study(text: str, *, source: str) -> Study:
 
 def find_base(study: Study, *, directory: Path) -> Base:
     """The study's scenario: a file relative to the study's, or a shipped one."""
-    path = directory / Path(study.scenario).expanduser()
+    path = directory / user_path(study.scenario)
     if not path.is_file():
         return Base(study.scenario)
     try:

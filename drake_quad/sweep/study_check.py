@@ -6,12 +6,13 @@ from typing import Any
 
 from drake_quad.errors import InputError
 from drake_quad.scenario_override import parse_override
-from drake_quad.sweep.draws import DRAWN, GRID, Draws
+from drake_quad.sweep.draws import DRAWN, GRID, WIDEST, Draws
 from drake_quad.sweep.study_config import Study, Vary
 
 MOST_TRIALS = 1_000_000
 MOST_BANDS = 50
 LONGEST_AXIS = 10_000
+MOST_WHOLE = 2**53  # up to which every whole number is a number of a table
 # Figures that are not the same in two runs of one trial: they have a table of their own.
 WALL_CLOCK = ("wall_time", "real_time_factor", "planning_time")
 
@@ -84,8 +85,18 @@ def _check_vary(vary: Vary, at: str, fail: Fail) -> None:
         way not in ("uniform", "log_uniform", "normal") or not vary.step > 0.0
     ):
         raise fail(f"{at}.step", vary.step, "must be more than 0, of a drawn number")
+    if vary.step is not None:
+        _check_step(vary, vary.step, f"{at}.step", fail)
     if not 1 <= vary.bands <= MOST_BANDS:
         raise fail(f"{at}.bands", vary.bands, f"must be from 1 to {MOST_BANDS}")
+
+
+def _check_step(vary: Vary, step: float, field: str, fail: Fail) -> None:
+    """What is drawn is a number of steps that can be counted."""
+    drawn = vary.uniform or vary.log_uniform or vary.normal or [0.0]
+    reach = max(map(abs, drawn)) * (1.0 if vary.normal is None else 1.0 + WIDEST)
+    if not reach / step < MOST_WHOLE:
+        raise fail(field, step, f"is too small for numbers as far from 0 as {reach:g}")
 
 
 def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
@@ -94,6 +105,8 @@ def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
     if way in ("uniform", "log_uniform", "integers"):
         if len(value) != 2 or not value[0] < value[1]:
             raise fail(field, value, "must be two numbers, the lesser first")
+        if way == "integers" and max(map(abs, value)) > MOST_WHOLE:
+            raise fail(field, value, f"must be from {-MOST_WHOLE} to {MOST_WHOLE}")
         if not math.isfinite(float(value[1]) - float(value[0])):
             raise fail(field, value, "are too far apart")
         if way == "log_uniform" and not value[0] > 0.0:

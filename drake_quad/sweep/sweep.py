@@ -10,7 +10,7 @@ from typing import Any
 from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.journal import Journal
-from drake_quad.sweep.provenance import commit, describe
+from drake_quad.sweep.provenance import commit, describe, own_versions, robots_of
 from drake_quad.sweep.study import Base, as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.table import CLOCK, TRIALS, write_tables
@@ -20,6 +20,12 @@ from drake_quad.sweep.work import work
 from drake_quad.whole_files import write_whole
 
 FINDINGS, STUDY, REPORT = "sweep.json", "study.json", "report.html"
+
+SAID = {
+    "sources": "the sources of drake_quad are others",
+    "versions": "the libraries' versions are others",
+    "robot": "the robot's files are others",
+}
 
 Result = dict[str, Any]
 # Carries out trials: yields the index of each and what came of it, as they end.
@@ -65,6 +71,11 @@ def sweep(
         SourcesChangedError: The program was changed while the sweep ran; what was done is kept.
     """
     told = describe(study, base)
+    basis = {
+        "sources": [told["sources"]],
+        "versions": [own_versions()],
+        "robot": robots_of(study, base),
+    }
     journal = Journal(out, told)
     journal.open(resume=resume)
     begun = time.perf_counter()
@@ -82,11 +93,13 @@ def sweep(
         )
         begin(len(journal.done), max(of, len(journal.done)))
         for index, result in carry_out(pending, work):
-            if result["sources"] not in (None, told["sources"]):
-                raise SourcesChangedError(
-                    "the sources of drake_quad were changed while the sweep ran; what was done "
-                    "before is kept, and --resume goes on with it once they are as they were"
-                )
+            for name, own in basis.items():
+                if result[name] is not None and result[name] not in own:
+                    raise SourcesChangedError(
+                        f"{SAID[name]} where trial {index} was carried out (changed since, or "
+                        "another machine); what was done before is kept, and --resume goes on with "
+                        "it once they are as they were"
+                    )
             journal.add(index, result)
             note(index, result, len(journal.done), max(of, len(journal.done)))
         trials, clock = write_tables(study, base, journal.done, out)

@@ -9,10 +9,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
+from drake_quad.scenario import scenario_text
 from drake_quad.sweep.draws import way_of
 from drake_quad.sweep.study import Base
+from drake_quad.sweep.study_check import MOST_WHOLE
 from drake_quad.sweep.study_config import Study, Vary
-from drake_quad.sweep.trials import count_trials, figures_of, make_trials, repeat
+from drake_quad.sweep.trials import Trial, count_trials, figures_of, make_trials, repeat
 from drake_quad.whole_files import write_whole
 
 TRIALS, CLOCK = "trials.parquet", "clock.parquet"
@@ -49,8 +51,9 @@ def make_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
         result = done[trial.index]
         columns["index"].append(trial.index)
         columns["seed"].append(trial.seed)
-        for name in ("success", "outcome", "reason", "mode", "scenario"):
+        for name in ("success", "outcome", "reason", "mode"):
             columns[name].append(result[name])
+        columns["scenario"].append(result["scenario"] or _scenario_of(trial))
         for name, value in zip(varied, trial.values, strict=True):
             columns[name].append(json.dumps(value) if types[name] == pa.string() else value)
         for name in figures:
@@ -105,6 +108,14 @@ def read_table(directory: Path) -> pa.Table:
     return table
 
 
+def _scenario_of(trial: Trial) -> str | None:
+    """The scenario of a trial that gave no result, if there is such a scenario."""
+    try:
+        return scenario_text(trial.base.load(list(trial.overrides)))
+    except InputError:
+        return None
+
+
 def _type_of(vary: Vary) -> pa.DataType:
     """Of the column; what is not a number is written as JSON."""
     way = way_of(vary)
@@ -113,5 +124,8 @@ def _type_of(vary: Vary) -> pa.DataType:
     if way == "integers":
         return pa.int64()
     values = vary.values if vary.values is not None else vary.choice
-    numbers = values is not None and all(type(value) in (int, float) for value in values)
+    # Whole numbers that are no floats of a table are written as JSON, too, with every digit.
+    numbers = values is not None and all(
+        type(v) is float or (type(v) is int and abs(v) <= MOST_WHOLE) for v in values
+    )
     return pa.float64() if numbers else pa.string()

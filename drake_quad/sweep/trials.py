@@ -1,11 +1,12 @@
 """A study's trials: what any process needs to carry one out, and the command that repeats it."""
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from drake_quad.scenario_override import parse_override
 from drake_quad.sweep.draws import Draws
 from drake_quad.sweep.study import Base, overrides_of
 from drake_quad.sweep.study_config import Bound, Study
@@ -29,7 +30,7 @@ class Trial:
 
     Attributes:
         index: In its study, from 0.
-        seed: Its `simulation.seed`, unless the study sets that.
+        seed: Its `simulation.seed`: drawn, unless the study sets it.
         values: What it has of each thing that varies, in the study's order.
         base: The scenario.
         overrides: Of the scenario's fields, those of the study first.
@@ -60,14 +61,14 @@ def figures_of(study: Study) -> tuple[str, ...]:
 def make_trials(study: Study, base: Base, *, first: int, last: int) -> Iterator[Trial]:
     """The trials from `first` until before `last`, in order, each made as it is asked for."""
     draws, figures = Draws(study), figures_of(study)
-    seeded = any(text.split("=")[0].strip() == "simulation.seed" for text in _texts(study))
     for index in range(first, min(last, draws.count)):
         values = draws.values(index)
         overrides = list(study.set)
         for vary, value in zip(study.vary, values, strict=True):
             overrides += overrides_of(vary, value)
-        seed = draws.seed(index)
-        if not seeded:
+        seed = seed_in(overrides)
+        if seed is None:
+            seed = draws.seed(index)
             overrides.append(f"simulation.seed={seed}")
         yield Trial(
             index=index,
@@ -105,10 +106,14 @@ def repeat_into(command: str, index: int, out: Path) -> str:
     return f"{command} --out {shlex.quote(str(directory_of(index, out)))}"
 
 
-def _texts(study: Study) -> Iterator[str]:
-    """Everything in the study that names a field."""
-    yield from study.set
-    for vary in study.vary:
-        yield from (vary.path, *vary.also)
-        for overrides in (vary.cases or {}).values():
-            yield from overrides
+def seed_in(overrides: Sequence[str]) -> int | None:
+    """The `simulation.seed` that overrides set, if they do."""
+    seed = None
+    for text in overrides:
+        if text.lstrip().startswith("simulation"):
+            override = parse_override(text)
+            if override.path == "simulation.seed":
+                seed = override.value
+            elif override.path == "simulation":  # all of it, and what was said of it before is gone
+                seed = override.value.get("seed") if isinstance(override.value, dict) else None
+    return seed if isinstance(seed, int) and abs(seed) < 2**63 else None

@@ -19,6 +19,7 @@ GRACE = 30.0  # [s] beyond a trial's time after which its process ends itself
 PR_SET_PDEATHSIG = 1  # Linux: prctl(2)
 # Words by which a run says that it ran out of memory: Python's, and C++'s.
 NO_MEMORY = ("MemoryError", "bad_alloc", "Unable to allocate")
+BASIS = ("sources", "versions", "robot")  # what a result is of, beside its trial
 
 Result = dict[str, Any]
 
@@ -38,8 +39,11 @@ def guarded(work: Callable[[Trial], Result], trial: Trial) -> Result:
         What `work` does; or what says that it raised, as plain values: whatever an exception holds
         on to is let go of before anything more is done.
     """
-    unbounded = resource.RLIM_INFINITY
-    resource.setrlimit(resource.RLIMIT_DATA, (int(trial.memory * GIB), unbounded))
+    soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    bound = int(trial.memory * GIB)
+    if hard != resource.RLIM_INFINITY:  # a lower one than the trial's, which may not be raised
+        bound = min(bound, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (bound, hard))
     # A process that nobody watches any more ends all the same: the default of SIGALRM kills.
     signal.setitimer(signal.ITIMER_REAL, trial.wall_time + GRACE)
     try:
@@ -50,8 +54,8 @@ def guarded(work: Callable[[Trial], Result], trial: Trial) -> Result:
         outcome, reason = "error", f"{type(error).__name__}: {error}"
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        resource.setrlimit(resource.RLIMIT_DATA, (unbounded, unbounded))
-    return lost(trial, outcome, reason or f"took more than {trial.memory:g} GiB")
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
+    return lost(trial, outcome, reason or f"took more than {bound / GIB:g} GiB")
 
 
 def lost(trial: Trial, outcome: str, reason: str) -> Result:
@@ -63,7 +67,7 @@ def lost(trial: Trial, outcome: str, reason: str) -> Result:
         "mode": None,
         "figures": dict.fromkeys(trial.figures),
         "scenario": None,
-        "sources": None,
+        **dict.fromkeys(BASIS),
         "clock": {
             "wall": None,
             "simulating": None,
@@ -80,21 +84,23 @@ def work(trial: Trial) -> Result:
     Returns:
         `outcome` (goal_reached, fell, stopped; infeasible, if there is no plan; refused, if there
         is no such scenario; memory), `reason`, `success`, `mode`,
-        `figures` by name, None where not measured, and `scenario` as it was run. Under `clock` all
-        that is another in each run: seconds, memory, process.
+        `figures` by name, None where not measured, `scenario` as it was run, and digests of BASIS.
+        Under `clock` all that is another in each run: seconds, memory, process.
     """
     # Here: a process that only reads results need not wait for these.
+    from drake_quad.robot.robot_digest import robot_digest
     from drake_quad.scenario import scenario_text
     from drake_quad.simulation import run
     from drake_quad.sweep.designs import designed
-    from drake_quad.sweep.provenance import own_sources
+    from drake_quad.sweep.provenance import own_sources, own_versions
 
     begun = time.perf_counter()
     summary: dict[str, Any] = {}
-    text = None
+    text = robot = None
     try:
         scenario = trial.base.load(list(trial.overrides))
         text = scenario_text(scenario)
+        robot = robot_digest(scenario.robot.model)
         source = trial.base.name
         result = run(designed(scenario, source), source=source)
         summary, outcome, reason = result.summary, result.outcome, result.reason
@@ -116,6 +122,8 @@ def work(trial: Trial) -> Result:
         "figures": figures,
         "scenario": text,
         "sources": own_sources(),
+        "versions": own_versions(),
+        "robot": robot,
         "clock": {
             "wall": time.perf_counter() - begun,
             "simulating": summary.get("wall_time"),

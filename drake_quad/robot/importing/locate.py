@@ -7,6 +7,7 @@ from pathlib import Path
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importing.catalogue import PACKAGES, find_by_name, is_name, root_of
+from drake_quad.user_path import user_path
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ def find_robot(model: str) -> Found:
     if not model:
         raise refuse("cannot be read as a robot: no file is given")
     if "://" not in model:
-        path = Path(model).expanduser()
+        path = user_path(model)
         if path.is_file():
             return Found(path.resolve(), model, path.name.split(".")[0])
         if is_name(model):  # before directories: that of a robot's run is often named after it

@@ -1,0 +1,25 @@
+"""What tells two robots apart that are called alike."""
+
+import hashlib
+from dataclasses import replace
+
+from drake_quad.robot.importing.import_robot import find_given
+from drake_quad.robot.importing.locate import files_named_in
+
+
+def robot_digest(model: str) -> str:
+    """Of a robot's file, the files that it names and what is said of it; wherever they lie.
+
+    Args:
+        model: A file, a robot's name, or a `.robot.yaml` that names one.
+
+    Raises:
+        InputError: If it is not there.
+    """
+    given = find_given(model)
+    digest = hashlib.sha256(given.found.path.read_bytes())
+    digest.update(repr(replace(given.overrides, model="")).encode())
+    # A mesh's name and size stand for its contents: some have tens of megabytes.
+    for path in files_named_in(given.found.path):
+        digest.update(f"{path.name} {path.stat().st_size}".encode())
+    return digest.hexdigest()[:12]

@@ -1,0 +1,104 @@
+"""What a sweep's results are of: robots, sources, libraries, seeds; and what is compared."""
+
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sweep_rig as rig
+
+from drake_quad.scenario import parse_scenario
+from drake_quad.sweep.compare import compare_sweeps
+from drake_quad.sweep.provenance import robots_of, study_digest
+from drake_quad.sweep.study import parse_study
+from drake_quad.sweep.sweep import SourcesChangedError
+from drake_quad.sweep.table import make_table
+from drake_quad.sweep.trials import Trial, make_trials
+from drake_quad.sweep.work import lost
+
+
+def at_once(trials: Any, work: Any) -> Any:
+    """Carries out in this very process."""
+    for trial in trials:
+        result = work(trial)
+        yield trial.index, {**result, "clock": {**result["clock"], "tried": 1}}
+
+
+def test_every_robot_of_a_study_counts(tmp_path: Path) -> None:
+    """A study is another one if any robot's file is: of a grid's, or behind a `.robot.yaml`."""
+    urdf = resources.files("drake_quad_models") / "paper_quadruped.urdf"
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.urdf").write_text(urdf.read_text())
+    (tmp_path / "c.robot.yaml").write_text("model: b.urdf\n")
+    models = ", ".join(str(tmp_path / name) for name in ("a.urdf", "c.robot.yaml"))
+    text = rig.PLUMBING + f"  - {{path: robot.model, values: [{models}]}}\n"
+    digests = []
+    for length in ("", "<!-- the same in other words -->"):
+        (tmp_path / "b.urdf").write_text(urdf.read_text() + length)
+        study, base = rig.made(tmp_path, text)
+        digests.append(study_digest(study, base))
+        assert len(robots_of(study, base)) == (2 if length else 1)  # by what is in their files
+    assert digests[0] != digests[1]
+
+
+def test_a_trial_of_another_robot_or_of_other_libraries_stops_the_sweep(tmp_path: Path) -> None:
+    """As on a cluster whose machines are not alike; what was done before is kept."""
+    for name in ("sources", "versions", "robot"):
+
+        def other(trial: Trial, name: str = name) -> dict[str, Any]:
+            return {**rig.made_up(trial), name: "another" if trial.index == 2 else None}
+
+        out = tmp_path / name
+        with pytest.raises(SourcesChangedError, match=name.rstrip("s")):
+            rig.sweep_made_up(tmp_path, out, work=other, carry_out=at_once)
+        assert len((out / "journal.jsonl").read_text().splitlines()) == 1 + 2
+        assert not (out / "trials.parquet").exists()
+
+
+def test_the_table_has_the_seed_that_a_run_had(tmp_path: Path) -> None:
+    """Drawn, or the study's own, in whatever way it says so; and lost trials' scenarios too."""
+    for text, seed in (
+        (rig.PLUMBING, None),
+        (rig.PLUMBING.replace("set:\n", "set:\n  - simulation.seed=7\n"), 7),
+        (rig.PLUMBING.replace("set:\n", "set:\n  - 'simulation={seed: 8}'\n"), 8),
+        (rig.PLUMBING + "  - {path: simulation.seed, integers: [9, 10]}\n", None),
+    ):
+        study, base = rig.made(tmp_path, text)
+        for trial in make_trials(study, base, first=0, last=4):
+            assert base.load(list(trial.overrides)).simulation.seed == trial.seed
+            assert seed in (None, trial.seed)
+    study, base = rig.made(tmp_path)
+    gone = {k: lost(t, "crashed", "x") for k, t in enumerate(rig.trials_of(tmp_path))}
+    table = make_table(study, base, gone)
+    for text, seed in zip(table["scenario"].to_pylist(), table["seed"].to_pylist(), strict=True):
+        assert parse_scenario(text, source="table").simulation.seed == seed
+
+
+def test_numbers_beyond_a_tables_are_written_in_full(tmp_path: Path) -> None:
+    """Every digit is there, and the table can be written."""
+    text = rig.PLUMBING.replace("[7.0, 8.0]", f"[7, 8, {2**53 + 1}]")
+    study, base = parse_study(text, source="x"), rig.made(tmp_path)[1]
+    done = {k: rig.result(t) for k, t in enumerate(make_trials(study, base, first=0, last=3))}
+    told = make_table(study, base, done)["vary.gait.cycle_time"].to_pylist()
+    assert told == ["7", "8", str(2**53 + 1)]
+
+
+def test_the_verdict_is_of_the_trials_that_both_have(tmp_path: Path) -> None:
+    """A sweep that lost trials is worse, however badly the other's further trials went."""
+
+    def first_well(trial: Trial) -> dict[str, Any]:
+        return rig.result(trial, "goal_reached" if trial.index < 16 else "fell", "")
+
+    def lost_some(trial: Trial) -> dict[str, Any]:
+        return rig.result(trial, "fell" if trial.index % 2 else "goal_reached", "")
+
+    text = rig.PLUMBING.replace("trials: 4", "trials: 30")
+    rig.sweep_made_up(tmp_path, tmp_path / "before", text, work=first_well, carry_out=at_once)
+    rig.sweep_made_up(
+        tmp_path, tmp_path / "after", text, work=lost_some, carry_out=at_once, limit=16
+    )
+    told = compare_sweeps(tmp_path / "before", tmp_path / "after")
+    assert told["before"]["rate"]["rate"] < told["after"]["rate"]["rate"]
+    assert len(told["paired"]["lost"]) == 8 and not told["paired"]["won"]
+    assert told["verdict"] == "worse" and told["p"] < 0.01
+    assert told["before"]["complete"] and not told["after"]["complete"]
