@@ -65,6 +65,12 @@ BAD = [
     ),
     ("scenario: ~nosuchuser/x\n", "scenario", "no such"),
     (HEAD + "success: [{figure: margin.minimum}]\n", "success[0]", "least or most"),
+    (
+        HEAD + "success: [{figure: margin.minimun, least: 0.1}]\n",
+        "success[0].figure",
+        "margin.minimum?",
+    ),
+    (HEAD + "figures: [margin]\n", "figures[0]", "number of summary.json"),
     (HEAD + "maps: [[a, b]]\n", "maps[0]", "varies"),
     (HEAD + "gate: {rate: 2}\n", "gate.rate", "from 0 to 1"),
     (HEAD + "limits: {wall_time: 0}\n", "limits.wall_time", "from"),

@@ -1,11 +1,13 @@
 """What a study's values must be: checked once, after reading, by their paths."""
 
+import difflib
 import math
 from collections.abc import Callable
 from typing import Any
 
 from drake_quad.errors import InputError
 from drake_quad.scenario_override import parse_override
+from drake_quad.summary_keys import FIGURES, WALL_CLOCK
 from drake_quad.sweep.draws import DRAWN, GRID, WIDEST, Draws
 from drake_quad.sweep.study_config import Study, Vary
 
@@ -13,8 +15,6 @@ MOST_TRIALS = 1_000_000
 MOST_BANDS = 50
 LONGEST_AXIS = 10_000
 MOST_WHOLE = 2**53  # up to which every whole number is a number of a table
-# Figures that are not the same in two runs of one trial: they have a table of their own.
-WALL_CLOCK = ("wall_time", "real_time_factor", "planning_time")
 
 Fail = Callable[[str, Any, str], InputError]
 
@@ -167,7 +167,11 @@ def _check_figures(study: Study, fail: Fail) -> None:
     named = [(f"success[{k}].figure", bound.figure) for k, bound in enumerate(study.success)]
     named += [(f"figures[{k}]", figure) for k, figure in enumerate(study.figures)]
     for field, figure in named:
-        if not figure or figure in WALL_CLOCK:
+        if figure in WALL_CLOCK:
             raise fail(field, figure, "must be a figure that a trial has again when run again")
+        if figure not in FIGURES:
+            near = difflib.get_close_matches(figure, FIGURES, n=1, cutoff=0.4)
+            remedy = "must be a number of summary.json" + (f": {near[0]}?" if near else "")
+            raise fail(field, figure, f"{remedy} (docs/log_format.md lists them)")
     if len(set(study.figures)) != len(study.figures):
         raise fail("figures", study.figures, "names one twice")
