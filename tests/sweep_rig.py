@@ -95,6 +95,12 @@ def some_fell(trial: Trial) -> dict[str, Any]:
     return result(trial) if trial.index % 3 else result(trial, "fell", "the trunk is tilted by 40°")
 
 
+def endless(trial: Trial) -> dict[str, Any]:
+    """Nothing comes of it."""
+    time.sleep(1000.0)
+    return result(trial)
+
+
 def slow(trial: Trial) -> dict[str, Any]:
     """The same, with time to be killed in."""
     time.sleep(0.03)

@@ -64,7 +64,7 @@ def carry_out_on(
         client: Of `connect`; it is closed at the end.
         trials: In the order in which they are to begin.
         limits: Of tries, and of a process's age.
-        stop: Whether to stop: what those under way come to is then not waited for.
+        stop: Whether to stop: those under way are then given up, by the workers too.
         work: Of one trial: a module's own function.
 
     Yields:
@@ -122,7 +122,25 @@ def do(trial: Trial, limits: Limits, work: Work) -> Result:
             isolated.end()
         isolated = Isolated(recycle=limits.recycle, retries=limits.retries, work=work)
         _own.isolated, _own.of = isolated, (limits, work)
-    return isolated.run(trial)
+    return isolated.run(trial, _given_up())
+
+
+def _given_up() -> Callable[[], bool]:
+    """Whether nobody wants this worker's task any more: its sweep was stopped, or is gone.
+
+    Dask does not interrupt what runs. Without this a stopped sweep's trials would keep the workers
+    from the next one's for as long as they take.
+    """
+    from distributed import get_worker
+    from distributed.worker import thread_state
+
+    tasks, key = get_worker().state.tasks, thread_state.key
+
+    def given_up() -> bool:
+        task = tasks.get(key)
+        return task is None or task.state == "cancelled"
+
+    return given_up
 
 
 def _error(address: str, remedy: str) -> InputError:
