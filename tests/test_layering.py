@@ -19,6 +19,7 @@ FLOORS = {
     "compiled": -1,
     "gait": 0,
     "terrain": 0,
+    "user": 0,  # user_path.py
     "world": 0,
     "robot": 1,
     "planning": 1,
