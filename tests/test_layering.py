@@ -15,11 +15,11 @@ PACKAGE = Path(__file__).resolve().parents[1] / "drake_quad"
 FLOORS = {
     "errors": -1,
     "whole": -1,  # whole_files.py
+    "user": -1,  # user_path.py
     "version": -1,  # drake_quad/__init__.py
     "compiled": -1,
     "gait": 0,
     "terrain": 0,
-    "user": 0,  # user_path.py
     "world": 0,
     "robot": 1,
     "planning": 1,
