@@ -1,17 +1,8 @@
 """Which figures summary.json has, by dotted paths: what a study can keep, and be judged by."""
 
-SPREADS = (
-    "margin",
-    "margin_planned",
-    "zmp_margin",
-    "margin_friction",
-    "margin_friction_planned",
-    "margin_capture",
-    "push_budget",
-    "margin_feasible",
-    "margin_feasible_planned",
-    "margin_dynamic",
-)  # each with the three of SPREAD
+from drake_quad.summary_margins import FURTHER
+
+SPREADS = ("margin", "margin_planned", "zmp_margin", *FURTHER)  # each with the three of SPREAD
 SPREAD = ("minimum", "percentile_1", "median")
 PARTS = {
     "clock_waited_for": ("touchdown", "lift_off", "recovery"),
