@@ -34,7 +34,7 @@ def limit_of(check: Check, robot: RobotModel) -> str:
         return ""
     data = check.data
     if "slacks" in data:
-        wanted = wanted_for(robot)
+        wanted = wanted_for(robot)  # what is short is told without any room for a map's errors
         return min(NAMES, key=lambda name: data["slacks"][name] / getattr(wanted, name))
     if "room" in data:
         return "trunk" if "the trunk" in check.reason else "legs"
@@ -64,8 +64,8 @@ def describe_check(
         source: What the person gave for it.
         asked: `rise`, `run` and `count`, or `scenario`.
     """
-    wanted = wanted_for(robot)
     designed = check.designed
+    wanted = vars(wanted_for(robot)) if designed is None else designed.design.wanted
     left = designed.design.slacks if designed is not None else check.data.get("slacks", {})
     on_course = {} if designed is None else _on_course(designed, robot)
     told = {
@@ -80,7 +80,7 @@ def describe_check(
         "slacks": {
             name: {
                 "left": left[name],
-                "wanted": getattr(wanted, name),
+                "wanted": wanted[name],
                 "on_course": on_course.get(name),
             }
             for name in NAMES

@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 
 from drake_quad.design.candidate import hip_length, leg_length
@@ -76,9 +77,30 @@ def _design(
 ) -> Designed:
     """See `design_scenario`; which flights are walked as such is the scenario's to say.
 
+    Where the map may be wrong, shanks keep more room; if no gait does, as little as otherwise.
+
     Raises:
         PlanningError: As there.
     """
+    if scenario.gait.map_error_place > 0.0:
+        with suppress(PlanningError):
+            return _design_for(
+                scenario, robot, scenario.gait.map_error_place,
+                source=source, nearest=False, thorough=thorough,
+            )  # fmt: skip
+    return _design_for(scenario, robot, 0.0, source=source, nearest=nearest, thorough=thorough)
+
+
+def _design_for(
+    scenario: Scenario,
+    robot: RobotModel,
+    map_error: float,
+    *,
+    source: str,
+    nearest: bool,
+    thorough: bool,
+) -> Designed:
+    """See `_design`, for risers that may be off by `map_error` [m]."""
     shape = read_shape(robot)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course, scenario.gait.deep_tread)
@@ -88,7 +110,7 @@ def _design(
 
     def gaits(way: Way) -> Iterator[Gait]:
         nonlocal nearest_gait
-        for design in choose_gaits(robot, shape, flights, way):
+        for design in choose_gaits(robot, shape, flights, way, map_error=map_error):
             if nearest_gait is None or design.score > nearest_gait.score:
                 nearest_gait = design
             if design.feasible:

@@ -246,7 +246,9 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
     ways, names = [], {QUICK: "quick", AGAIN: "again", THOROUGH: "thorough"}
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
-    def gaits(robot: RobotModel, shape: object, flights: object, way: Way) -> Iterator[Design]:
+    def gaits(
+        robot: RobotModel, shape: object, flights: object, way: Way, **_: object
+    ) -> Iterator[Design]:
         ways.append(names[way])
         yield replace(designed().design, score=score)
 
@@ -270,7 +272,9 @@ def test_where_any_plan_will_do_no_other_way_is_gone(monkeypatch: pytest.MonkeyP
     ways, scores = [], []
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
-    def gaits(robot: RobotModel, shape: object, flights: object, way: Way) -> Iterator[Design]:
+    def gaits(
+        robot: RobotModel, shape: object, flights: object, way: Way, **_: object
+    ) -> Iterator[Design]:
         ways.append(way)
         for score in (0.8, 0.7, 0.6):
             scores.append(score)
@@ -318,7 +322,7 @@ def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
     scores: list[float] = []
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
-    def gaits(*asked: object) -> Iterator[Design]:
+    def gaits(*asked: object, **_: object) -> Iterator[Design]:
         for score in (0.8, 0.2) if asked[-1] is QUICK else (0.2,):
             yield replace(designed().design, score=score)
 

@@ -67,7 +67,12 @@ class Design:
 
 
 def choose_gaits(
-    robot: RobotModel, shape: Shape, flights: Sequence[Staircase], way: Way = QUICK
+    robot: RobotModel,
+    shape: Shape,
+    flights: Sequence[Staircase],
+    way: Way = QUICK,
+    *,
+    map_error: float = 0.0,
 ) -> Iterator[Design]:
     """The best gaits of the most promising patterns for all of the flights together.
 
@@ -79,19 +84,21 @@ def choose_gaits(
         shape: How thick it is.
         flights: As they are walked, going down with negative rises; none for level ground alone.
         way: How to search. If not the quick way, treads of two places are looked at in any case.
+        map_error: By how much the stairs' risers may be off [m], see `wanted_for`.
     """
     runs = [stairs.run for stairs in flights]
     one, two = PLACES
     patterns = make_patterns(robot, runs, one) if flights else LEVEL_PATTERNS
     hopeless = np.inf if way is QUICK else HOPELESS
-    searches = _search(robot, shape, patterns, flights, way, hopeless=hopeless)
+    wanted = wanted_room(robot, map_error)
+    searches = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
     early = next(searches, None)
     if early is not None and early.score >= ENOUGH:
         yield early
     found = [*([] if early is None else [early]), *searches]
     if flights and (way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH):
         patterns = make_patterns(robot, runs, two)
-        found += _search(robot, shape, patterns, flights, way, hopeless=hopeless)
+        found += _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
     found.sort(
         key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d.gait.pattern)), reverse=True
     )
@@ -109,6 +116,7 @@ def _search(
     patterns: Sequence[Pattern],
     flights: Sequence[Staircase],
     way: Way,
+    wanted: FloatArray,
     *,
     enough: float = -np.inf,
     hopeless: float = np.inf,
@@ -120,9 +128,10 @@ def _search(
     if not patterns:
         return
     # On level ground a stride that is sought for every gait anyway must be possible.
-    leg, wanted = leg_length(robot), wanted_room(robot)
+    leg = leg_length(robot)
     searches = [
-        Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)]) for p in patterns
+        Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)], wanted)
+        for p in patterns
     ]
     lower, upper, _ = bounds(patterns[0])
     first = lower + qmc.LatinHypercube(len(lower), rng=way.seed).random(way.members) * (
@@ -141,7 +150,10 @@ def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) ->
     runs = [stairs.run for stairs in flights]
     for per_tread in PLACES:
         patterns = make_patterns(robot, runs, per_tread)
-        found = _search(robot, shape, patterns, flights, QUICK, enough=SURELY, hopeless=HOPELESS)
+        found = _search(
+            robot, shape, patterns, flights, QUICK, wanted_room(robot),
+            enough=SURELY, hopeless=HOPELESS,
+        )  # fmt: skip
         if any(design.feasible for design in found):
             return True
     return False

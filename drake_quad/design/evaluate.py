@@ -14,6 +14,7 @@ from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 
 WIDEST_SWAY = 0.25  # of a stretched leg
+LEANING = 0.7  # sin 45°
 
 # What a gait is to leave, beyond nothing: with that much room a slack counts as full.
 NAMES = ("reach", "joints", "torque", "margin", "legs", "apart", "trunk")
@@ -42,12 +43,18 @@ class Wanted:
     trunk: float
 
 
-def wanted_for(robot: RobotModel) -> Wanted:
-    """What is enough for a robot of its size."""
+def wanted_for(robot: RobotModel, map_error: float = 0.0) -> Wanted:
+    """What is enough for a robot of its size.
+
+    Args:
+        robot: The robot.
+        map_error: By how much the map's risers may be off [m]: nosings come so much nearer along
+            the way, and to a shank that leans by 45° by LEANING of it.
+    """
     leg = leg_length(robot)
     return Wanted(
-        reach=0.05 * leg, joints=0.2, torque=0.15, margin=0.05 * leg, legs=0.02 * leg,
-        apart=0.02 * leg, trunk=0.03 * leg,
+        reach=0.05 * leg, joints=0.2, torque=0.15, margin=0.05 * leg,
+        legs=0.02 * leg + LEANING * map_error, apart=0.02 * leg, trunk=0.03 * leg,
     )  # fmt: skip
 
 
@@ -61,6 +68,7 @@ def evaluate(
     stance_length: float | None = None,
     found: FloatArray | None = None,
     enough: FloatArray | None = None,
+    wanted: FloatArray | None = None,
 ) -> FloatArray:
     """The least room that every candidate of a grid leaves on a staircase, (C, 7) by NAMES.
 
@@ -77,12 +85,13 @@ def evaluate(
         found: (C, 7) the room on other stairs, which counts too.
         enough: (C,) what candidates may lack (see `lacking_room`): the room of one that lacks more
             is not looked at to the end, and lacks more than that.
+        wanted: (7,) by NAMES; `wanted_room` of the robot unless given.
     """
     cycle = make_cycle(
         grid, stairs, foot_radius=robot.foot_radius, clearance=clearance,
         stance_length=stance_length,
     )  # fmt: skip
-    wanted = wanted_room(robot)
+    wanted = wanted_room(robot) if wanted is None else wanted
     room = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
     slacks(
         cycle.body,
@@ -106,9 +115,9 @@ def evaluate(
     return room
 
 
-def wanted_room(robot: RobotModel) -> FloatArray:
-    """The room that is enough for a robot of its size, (7,) by NAMES."""
-    wanted = wanted_for(robot)
+def wanted_room(robot: RobotModel, map_error: float = 0.0) -> FloatArray:
+    """The room that is enough, (7,) by NAMES; see `wanted_for`."""
+    wanted = wanted_for(robot, map_error)
     return np.array([getattr(wanted, name) for name in NAMES])
 
 

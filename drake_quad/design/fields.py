@@ -19,7 +19,6 @@ Fields = dict[str, dict[str, float | int | str]]
 MASS, LEG = 60.0, 1.22  # of the robot that the numbers below are of [kg], [m]
 CYCLE_TIME = 8.0  # [s]
 TREADS_TIME = {1: 0.9, 2: 1.1, 3: 1.35}  # of it: a shorter step takes less time
-SHANK_ROOM = {1: 0.02, 2: 0.02}  # of a leg, by places a tread
 SHIPPED_RADIUS = 0.008  # [m] of the feet of the robot that controllers' fields are scaled from
 MOST_AHEAD = 0.15  # of a leg: that the body may be ahead of its place, or behind
 SWING_TIME, SHIFT_TIME = 1.2, 1.3  # [s]
@@ -58,7 +57,7 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
         "body_shift_up": float(c.shift_up[0]),
         "body_shift_down": float(c.shift_down[0]),
         "lift_down": float(c.lift_down[0]),
-        "shank_room": SHANK_ROOM[c.pattern.per_tread] * leg,
+        "shank_room": design.wanted["legs"],
         "max_ahead": MOST_AHEAD * leg + float(c.surge[0]),
         "stance_length": hip_length(robot),
         "stance_width": float(c.width[0]),

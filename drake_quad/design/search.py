@@ -63,9 +63,15 @@ class Search:
     """
 
     def __init__(
-        self, robot: RobotModel, shape: Shape, pattern: Pattern, flights: Sequence[Staircase]
+        self,
+        robot: RobotModel,
+        shape: Shape,
+        pattern: Pattern,
+        flights: Sequence[Staircase],
+        wanted: FloatArray | None = None,
     ) -> None:
         self._robot, self._shape, self._pattern, self._flights = robot, shape, pattern, flights
+        self._wanted = wanted_room(robot) if wanted is None else wanted
         self.rivals: FloatArray | None = None
 
     def __call__(self, x: FloatArray) -> FloatArray:
@@ -74,8 +80,8 @@ class Search:
         lower, upper, usual = bounds(self._pattern)
         unusual = UNUSUAL * np.mean(((x.T - usual) / (upper - lower)) ** 2, axis=1)
         enough = None if self.rivals is None else self.rivals - unusual + ROUNDING
-        room = least_room(self._robot, self._shape, grid, self._flights, enough)
-        return np.asarray(unusual + lacking_room(room, wanted_room(self._robot)))
+        room = least_room(self._robot, self._shape, grid, self._flights, enough, self._wanted)
+        return np.asarray(unusual + lacking_room(room, self._wanted))
 
     def least(
         self,
@@ -125,15 +131,17 @@ def least_room(
     grid: Grid,
     flights: Sequence[Staircase],
     enough: FloatArray | None = None,
+    wanted: FloatArray | None = None,
 ) -> FloatArray:
-    """The least room on any of the flights, (C, 7) by NAMES; see `evaluate` for `enough`."""
-    room, wanted = np.full((len(grid), len(NAMES)), np.inf), wanted_room(robot)
+    """The least room on any of the flights, (C, 7) by NAMES; `enough`, `wanted`: see `evaluate`."""
+    room = np.full((len(grid), len(NAMES)), np.inf)
+    wanted = wanted_room(robot) if wanted is None else wanted
     enough = np.full(len(grid), np.inf) if enough is None else enough
     for stairs in flights:
         length = grid.stance_length if stairs.rise == 0.0 else None
         on = lacking_room(room, wanted) <= enough
         room[on] = evaluate(
             robot, shape, grid.take(on), stairs, clearance=swing_clearance(robot),
-            stance_length=length, found=room[on], enough=enough[on],
+            stance_length=length, found=room[on], enough=enough[on], wanted=wanted,
         )  # fmt: skip
     return room
