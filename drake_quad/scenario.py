@@ -45,12 +45,15 @@ DESIGNED = {"gait", "spin", "transition", "body", "controller"}
 MODELS = "package://drake_quad_models/"
 
 
-def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+def load_scenario(
+    name_or_path: str | Path, overrides: Sequence[str] = (), *, here: Path | None = None
+) -> Scenario:
     """Loads and checks a scenario.
 
     Args:
         name_or_path: A shipped scenario's name, for example `case_study`, or a YAML file.
         overrides: `path=value` each, for example `gait.duty_factor=0.8` or `course[1].rise=0.2`.
+        here: As for `parse_scenario`.
 
     Raises:
         InputError: No such scenario, or anything in it that cannot be used: one line that names
@@ -63,11 +66,16 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Sc
     except (OSError, ValueError) as problem:
         raise _unreadable(name, problem) from None
     source = path.name if name in _shipped() else name
-    return parse_scenario(text, source=source, base=path.parent, overrides=overrides)
+    return parse_scenario(text, source=source, base=path.parent, overrides=overrides, here=here)
 
 
 def parse_scenario(
-    text: str, *, source: str, base: Path | None = None, overrides: Sequence[str] = ()
+    text: str,
+    *,
+    source: str,
+    base: Path | None = None,
+    overrides: Sequence[str] = (),
+    here: Path | None = None,
 ) -> Scenario:
     """Loads and checks a scenario from its YAML text, for example from `scenario_text`.
 
@@ -76,6 +84,8 @@ def parse_scenario(
         source: What errors name as its origin.
         base: Directory from which the robot's file is looked up; the working directory if none.
         overrides: As for `load_scenario`.
+        here: Directory from which a robot's file that they name is looked up; the working directory
+            if none.
 
     Raises:
         InputError: As for `load_scenario`.
@@ -91,7 +101,7 @@ def parse_scenario(
         plain = conform(data, Scenario, path="", source=source)
         scenario: Scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(plain) or "{}")
         check_scenario(scenario, source=source)
-        where = Path.cwd() if own_model or base is None else base
+        where = (here or Path.cwd()) if own_model or base is None else base
         scenario.robot.model = _located(scenario.robot.model, base=where, source=source)
     except InputError as error:
         raise _blamed(error, parsed) from None

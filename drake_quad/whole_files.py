@@ -1,5 +1,6 @@
 """Files that are whole or not there: written beside their place, then moved into it."""
 
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -17,6 +18,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write(partial)
+        with partial.open("rb") as written:  # or a power cut could leave its name without its text
+            os.fsync(written.fileno())
         partial.replace(path)
     except OSError as error:
         with suppress(OSError):  # it may never have been made

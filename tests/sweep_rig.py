@@ -128,6 +128,11 @@ def mishap(trial: Trial) -> dict[str, Any]:
     return result(trial)
 
 
+def no_server(_pipe: object) -> None:
+    """A process that ends before it has a trial, as of sources with a mistake in them."""
+    os._exit(5)
+
+
 def killed_once(trial: Trial) -> dict[str, Any]:
     """The first try of the trial 1 is killed from outside; `seed` of it is the parent's file."""
     mark = Path(os.environ["SWEEP_TEST_MARK"])

@@ -72,7 +72,7 @@ def test_a_sweep_that_is_stopped_leaves_the_workers_free(tmp_path: Path) -> None
 def test_nobody_at_the_address_is_one_line(tmp_path: Path) -> None:
     """It names the option and the address, before any trial."""
     rig.study_file(tmp_path)
-    for address in ("tcp://127.0.0.1:1", "nonsense"):
+    for address in ("tcp://127.0.0.1:1", "nonsense", "tls://127.0.0.1:1", ""):
         done = drake_quad("sweep", "study.yaml", "--dask", address, cwd=tmp_path)
         line = refused(done)
         assert "--dask" in line and address in line

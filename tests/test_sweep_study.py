@@ -13,6 +13,7 @@ from scipy.stats import kstest
 from drake_quad.errors import InputError
 from drake_quad.scenario import load_scenario
 from drake_quad.sweep.draws import Draws, axis_values
+from drake_quad.sweep.rates import bands_of
 from drake_quad.sweep.study import load_study, parse_study, value_text
 from drake_quad.sweep.study_config import Study, Vary
 from drake_quad.sweep.trials import make_trials, repeat
@@ -51,6 +52,11 @@ BAD = [
         "values: [2]}]\n",
         "vary[1]",
         "twice",
+    ),
+    (
+        HEAD + "vary: [{path: simulation.friction, log_uniform: [1.0e-300, 1.0e+300]}]\n",
+        "vary[0].log_uniform",
+        "too far apart",
     ),
     (HEAD + "figures: [wall_time]\n", "figures[0]", "again"),
     (
@@ -214,3 +220,11 @@ def test_parse_study_fills_in_defaults() -> None:
     study = parse_study("scenario: flat_walk\n", source="mine.yaml")
     assert study == Study(scenario="flat_walk")
     assert load_scenario("flat_walk").simulation.friction == 0.8
+
+
+def test_draws_that_a_step_makes_all_alike_are_one_band(tmp_path: Path) -> None:
+    """A step wider than the range leaves one number, and all trials in one band of it."""
+    text = HEAD + "vary: [{path: simulation.friction, uniform: [0.8, 0.9], step: 1.0}]\n"
+    (vary,) = rig.made(tmp_path, text)[0].vary
+    (band,) = bands_of(vary, [1.0] * 4, [True, True, False, True])
+    assert (band.low, band.high, band.rate.good, band.rate.trials) == (1.0, 1.0, 3, 4)

@@ -1,11 +1,12 @@
 """Carries out trials on a Dask cluster, each in a process beside the worker that has it."""
 
+import logging
 import multiprocessing
+import queue
 import threading
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
-from concurrent.futures import TimeoutError as TimeIsUp
 from typing import Any
 
 from drake_quad.errors import DrakeQuadError, InputError
@@ -41,9 +42,11 @@ def connect(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise _error(address, 'Dask is not installed: pip install "drake_quad[dask]"') from None
+    # What becomes of the connection is told of here, in a line.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         return Client(address, timeout=CONNECT_TIME)
-    except (OSError, ValueError) as problem:
+    except Exception as problem:  # each of its transports has its own
         reason = (str(problem) or type(problem).__name__).splitlines()[0]
         raise _error(address, f"no scheduler answers: {reason}") from None
 
@@ -73,33 +76,36 @@ def carry_out_on(
     Raises:
         ClusterGoneError: If the scheduler does not answer any more, or a worker can do no trial.
     """
-    from distributed import wait
     from distributed.scheduler import KilledWorker
 
     name = uuid.uuid4().hex  # on the cluster a key is another sweep's result if both have it
     with client:
         pending = {
-            client.submit(do, trial, limits, work, pure=False, key=f"{name}-{trial.index}"): trial
-            for trial in trials
-        }
+            client.submit(do, trial, limits, work, name, pure=False, key=f"{name}-{trial.index}"):
+            trial for trial in trials
+        }  # fmt: skip
+        done: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        for future in pending:
+            future.add_done_callback(done.put)
         try:
             while pending and not stop():
                 try:
-                    ready = wait(list(pending), timeout=LOOK_PERIOD, return_when="FIRST_COMPLETED")
-                except TimeIsUp:
+                    future = done.get(timeout=LOOK_PERIOD)
+                except queue.Empty:
                     continue
-                for future in ready.done:
-                    trial = pending.pop(future)
-                    try:
-                        result: Result = future.result()
-                    except KilledWorker as error:
-                        result = lost(trial, "killed", str(error))
-                    except (CancelledError, OSError):
+                trial = pending.pop(future)
+                failed = future.status == "error"
+                try:
+                    result: Result = future.result()
+                except KilledWorker as error:
+                    result = lost(trial, "killed", str(error))
+                except Exception as error:
+                    if not failed:
                         raise
-                    except Exception as error:  # no drake_quad there, or another one
-                        told = " ".join(f"{type(error).__name__}: {error}".split())
-                        raise ClusterGoneError(f"a worker can do no trial: {told}") from None
-                    yield trial.index, result
+                    # No drake_quad there, or another one, or no process that begins.
+                    told = " ".join(f"{type(error).__name__}: {error}".split())
+                    raise ClusterGoneError(f"a worker can do no trial: {told}") from None
+                yield trial.index, result
         except (CancelledError, OSError) as problem:
             if stop():
                 return
@@ -111,17 +117,20 @@ def carry_out_on(
             client.cancel(list(pending), force=True)
 
 
-def do(trial: Trial, limits: Limits, work: Work) -> Result:
-    """What a worker does: the trial, in the process that belongs to this thread of it."""
+def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
+    """What a worker does: the trial, in the process that belongs to this thread of it.
+
+    Each sweep has a process of its own: since the last one drake_quad may have been changed.
+    """
     isolated: Isolated | None = getattr(_own, "isolated", None)
-    if isolated is None or _own.of != (limits, work):
+    if isolated is None or _own.of != sweep:
         # Dask's workers are daemons, to which multiprocessing allows no children of their own; but
         # these end with them (`begin_process`).
         multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
         if isolated is not None:
             isolated.end()
         isolated = Isolated(recycle=limits.recycle, retries=limits.retries, work=work)
-        _own.isolated, _own.of = isolated, (limits, work)
+        _own.isolated, _own.of = isolated, sweep
     return isolated.run(trial, _given_up())
 
 

@@ -1,5 +1,7 @@
 """`drake-quad sweep`: its options made into a sweep, its progress, and what it prints."""
 
+import os
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +21,7 @@ from drake_quad.sweep.sweep import CarryOut, sweep
 from drake_quad.sweep.trials import repeat_into
 
 PACE_WINDOW = 1800.0  # [s] over which the pace is taken, for the time left
+MOST_EACH = 8  # processes a core
 TOLD = 20  # lines of progress where there is no terminal
 
 
@@ -63,25 +66,34 @@ def run_sweep(asked: Asked, console: Console, stop: Callable[[], bool]) -> dict[
         if value is not None and value < least[name]:
             remedy = f"give {least[name]} or more"
             raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
+    most = MOST_EACH * (os.cpu_count() or 1)
+    if asked.workers > most:
+        remedy = f"give {most} or fewer: there are {os.cpu_count()} cores"
+        raise InputError(source="--workers", field="workers", value=asked.workers, remedy=remedy)
     study, base = load_study(asked.study)
     if asked.page is not None:
         check_page(asked.page, asked.study.stem)
-    here = _cluster(asked, study.limits, stop) if asked.dask else _crew(asked, study.limits, stop)
+    place = _crew if asked.dask is None else _cluster
+    here = place(asked, study.limits, stop)
     bar = _Bar(console)
+
+    def finish(told: dict[str, Any]) -> None:
+        bar.end()
+        if asked.replays and not stop():
+            with console.status("running the worst trials again"):
+                make_replays(study, base, told, asked.out, asked.replays, stop)
+        write_report(study, told, asked.out)
+        if asked.page is not None:
+            command = shlex.join(["drake-quad", "sweep", str(asked.study)])
+            write_section(asked.page, told, command, asked.study.stem)
+
     try:
         told = sweep(
-            study, base, asked.out, here,
-            resume=asked.resume, limit=asked.limit, begin=bar.begin, note=bar.note,
+            study, base, asked.out, here, resume=asked.resume, limit=asked.limit,
+            begin=bar.begin, note=bar.note, finish=finish,
         )  # fmt: skip
     finally:
         bar.end()
-    if asked.replays and not stop():
-        with console.status("running the worst trials again"):
-            make_replays(study, base, told, asked.out, asked.replays, stop)
-    write_report(study, told, asked.out)
-    if asked.page is not None:
-        command = f"drake-quad sweep {asked.study}"
-        write_section(asked.page, told, command, asked.study.stem)
     return {**told, "interrupted": stop()}
 
 

@@ -60,9 +60,9 @@ def carry_out(
             done.put(None)
 
     threads = [threading.Thread(target=serve, daemon=True) for _ in range(workers)]
-    for thread in threads:
-        thread.start()
     try:
+        for thread in threads:
+            thread.start()
         running = len(threads)
         while running:
             try:
@@ -78,4 +78,5 @@ def carry_out(
     finally:
         ended.set()
         for thread in threads:
-            thread.join()
+            if thread.ident is not None:
+                thread.join()

@@ -5,9 +5,11 @@ and each worker of a Dask cluster. So what becomes of a trial is the same everyw
 """
 
 import signal
+import time
 from collections.abc import Callable
 from typing import Any
 
+from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.process import Interrupted, Process, ProcessLost, Work
 from drake_quad.sweep.trials import Trial
 from drake_quad.sweep.work import lost, work
@@ -17,8 +19,14 @@ __all__ = ["Interrupted", "Isolated", "Work"]
 # The signals by which a process ends itself. Any other comes from outside, and is no trial's fault.
 OWN_END = (signal.SIGABRT, signal.SIGSEGV, signal.SIGFPE, signal.SIGBUS, signal.SIGILL)
 BEGIN_TIME = 120.0  # [s] that a process may take to begin: it imports Drake
+# After which a stop is known of [s]: what ended a process may have been meant for all of the sweep.
+STOP_KNOWN = 0.5
 
 Result = dict[str, Any]
+
+
+class NoProcessError(DrakeQuadError):
+    """Processes end before they have a trial: that is no trial's fault, and the sweep's end."""
 
 
 class Isolated:
@@ -33,21 +41,30 @@ class Isolated:
     def __init__(self, *, recycle: int, retries: int, work: Work = work) -> None:
         self._recycle, self._retries, self._work = recycle, retries, work
         self._process: Process | None = None
+        self._basis: Result | None = None  # of the process, once it has the trial
 
     def run(self, trial: Trial, stop: Callable[[], bool] = lambda: False) -> Result:
         """Carries out the trial; what comes of it says how often it was `tried` under `clock`.
 
         Raises:
             Interrupted: As soon as `stop` says so.
+            NoProcessError: If no process begins, in as many tries as the trial may have.
         """
-        reason = ""
-        for tried in range(1, self._retries + 2):
+        result: Result | None = None
+        tried, reason = 0, ""
+        while result is None and tried <= self._retries:
+            tried, self._basis = tried + 1, None
             result, reason = self._try(trial, stop)
-            if result is not None:
-                return _tried(result, tried)
-        return _tried(
-            lost(trial, "killed", f"{reason}, {self._retries + 1} times"), self._retries + 1
-        )
+        if result is None:
+            if self._basis is None:
+                raise NoProcessError(
+                    f"no process for trials begins: {reason}, {tried} times; what was "
+                    "done is kept: --resume goes on with it once `drake-quad --help` works here"
+                )
+            result = lost(trial, "killed", f"{reason}, {tried} times")
+        # What gave no result is of the same sources as one that does.
+        basis = {k: v for k, v in (self._basis or {}).items() if result.get(k) is None}
+        return {**result, **basis, "clock": {**result["clock"], "tried": tried}}
 
     def end(self) -> None:
         """Ends the process, whatever it does."""
@@ -65,23 +82,15 @@ class Isolated:
             # What passes before it has the trial, its start and its imports, is no trial's time.
             if not process.wait(BEGIN_TIME, stop):
                 self.end()
-                return None, "its process did not answer"
-            process.take()
+                return None, f"it did not answer in {BEGIN_TIME:g} s"
+            self._basis = process.take()
             if not process.wait(trial.wall_time, stop):
                 self.end()
                 return lost(trial, "timeout", late), ""
             result: Result = process.take()
         except ProcessLost as error:
             self.end()
-            if error.code == -signal.SIGALRM:
-                return lost(trial, "timeout", late), ""
-            if -error.code in OWN_END:
-                name = signal.Signals(-error.code).name
-                return lost(trial, "crashed", f"its process ended itself by {name}"), ""
-            if error.code > 0:
-                reason = f"its process ended itself with exit code {error.code}"
-                return lost(trial, "crashed", reason), ""
-            return None, f"its process was ended from outside (exit code {error.code})"
+            return self._judge(trial, error.code, late, process.paused, stop)
         except Interrupted:
             self.end()
             raise
@@ -89,6 +98,22 @@ class Isolated:
             self.end()
         return result, ""
 
-
-def _tried(result: Result, times: int) -> Result:
-    return {**result, "clock": {**result["clock"], "tried": times}}
+    def _judge(
+        self, trial: Trial, code: int, late: str, paused: bool, stop: Callable[[], bool]
+    ) -> tuple[Result | None, str]:
+        """As `_try`, for a process that ended before its trial did."""
+        if self._basis is not None:
+            if code == -signal.SIGALRM and not paused:  # its own clock goes on in a pause
+                return lost(trial, "timeout", late), ""
+            if -code in OWN_END:
+                name = signal.Signals(-code).name
+                return lost(trial, "crashed", f"its process ended itself by {name}"), ""
+            if code > 0:
+                reason = f"its process ended itself with exit code {code}"
+                return lost(trial, "crashed", reason), ""
+        until = time.monotonic() + STOP_KNOWN
+        while time.monotonic() < until:
+            if stop():
+                raise Interrupted
+            time.sleep(0.05)
+        return None, f"its process was ended (exit code {code})"

@@ -7,6 +7,8 @@ leaves half a line at most; whoever goes on with it drops that line and does its
 import fcntl
 import json
 import os
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
@@ -15,11 +17,14 @@ from drake_quad.errors import InputError
 from drake_quad.whole_files import write_whole
 
 NAME = "journal.jsonl"
+DAMAGED = "journal.damaged.jsonl"  # what there was, where not all of it could be read
 SAID = {
     "study": "of another study, or of this one before it was changed",
     "sources": "of other sources of drake_quad",
     "versions": "of other versions of the libraries",
 }
+
+NEEDED = {"index", "outcome", "reason", "success", "figures", "scenario", "clock"}
 
 Result = dict[str, Any]
 
@@ -31,11 +36,14 @@ class Journal:
     Attributes:
         directory: Of the sweep.
         study: What it is of, by the keys of SAID: any other's is refused.
+        leavings: Names of what else a sweep leaves there: without a journal nothing can be said
+            of it, and it stays.
         done: What came of the trials so far, by index.
     """
 
     directory: Path
     study: dict[str, Any]
+    leavings: Sequence[str] = ()
     done: dict[int, Result] = field(default_factory=dict)
     _file: TextIO | None = None
 
@@ -51,15 +59,23 @@ class Journal:
         lock = (self.directory / ".lock").open("w")
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        except OSError as problem:
             lock.close()
+            if not isinstance(problem, BlockingIOError):
+                raise self._error(f"no file can be locked there: {problem.strerror}") from None
             raise self._error("another sweep is at work there: wait, or give another") from None
         self._lock = lock
         try:
             if path.exists() and path.stat().st_size:
                 if not resume:
                     raise self._error("holds a sweep: go on with it by --resume, or give another")
-                self._take(*read_journal(self.directory))
+                self._take(*read_journal(self.directory, keep_damaged=True))
+            else:
+                left = [name for name in self.leavings if (self.directory / name).exists()]
+                if left:
+                    raise self._error(
+                        f"holds {left[0]} of a sweep without its journal: give another"
+                    )
             # Written anew: the last line may be half of one.
             lines = [json.dumps(self.study), *(json.dumps(one) for one in self.done.values())]
             write_whole(path, lambda to: to.write_text("\n".join(lines) + "\n", "utf-8"))
@@ -72,17 +88,37 @@ class Journal:
         """Appends what came of a trial; once it returns no end of this process loses it."""
         assert self._file is not None and index not in self.done
         whole = {"index": index, **result}
-        self._file.write(json.dumps(whole) + "\n")
-        self._file.flush()
-        os.fsync(self._file.fileno())
+        path = self.directory / NAME
+        try:
+            self._file.write(json.dumps(whole) + "\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+            gone = os.fstat(self._file.fileno()).st_nlink == 0
+        except OSError as problem:
+            raise InputError(
+                source="--out",
+                field=NAME,
+                value=str(path),
+                remedy=f"cannot be written: {problem.strerror}; make room, and go on with --resume",
+            ) from None
+        if gone:
+            raise InputError(
+                source="--out",
+                field=NAME,
+                value=str(path),
+                remedy="was removed while the sweep ran: begin it again",
+            )
         self.done[index] = whole
 
     def close(self) -> None:
         """Gives it free."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-        self._lock.close()
+        try:
+            if self._file is not None:
+                with suppress(OSError):  # what could not be written was told of
+                    self._file.close()
+                self._file = None
+        finally:
+            self._lock.close()
 
     def _take(self, study: dict[str, Any], done: dict[int, Result]) -> None:
         own = json.loads(json.dumps(self.study))
@@ -97,8 +133,16 @@ class Journal:
         )
 
 
-def read_journal(directory: Path) -> tuple[dict[str, Any], dict[int, Result]]:
+def read_journal(
+    directory: Path, *, keep_damaged: bool = False
+) -> tuple[dict[str, Any], dict[int, Result]]:
     """What the journal in `directory` says of its study, and its whole lines by index.
+
+    Lines that cannot be read, such as half of one or what a disk spoilt, count as not there.
+
+    Args:
+        directory: Of the sweep.
+        keep_damaged: Whether to keep a copy beside it if more than its end cannot be read.
 
     Raises:
         InputError: There is none, or it is not one.
@@ -109,20 +153,24 @@ def read_journal(directory: Path) -> tuple[dict[str, Any], dict[int, Result]]:
         return InputError(source=str(directory), field=NAME, value=path, remedy=remedy)
 
     try:
-        lines = (directory / NAME).read_bytes().split(b"\n")
+        whole = (directory / NAME).read_bytes()
     except OSError:
         raise error("not there; give the directory of a `drake-quad sweep`") from None
-    read: list[dict[str, Any]] = []
-    for line in lines:
-        try:
-            value = json.loads(line)
-        except ValueError:
-            break
-        if not isinstance(value, dict):
-            break
-        read.append(value)
-    if not read or not set(SAID) <= read[0].keys():
+    first, *lines = [_plain(line) for line in whole.rstrip(b"\n").split(b"\n")]
+    if first is None or not set(SAID) <= first.keys():
         raise error("is not the journal of a sweep")
-    if any(not isinstance(one.get("index"), int) or "outcome" not in one for one in read[1:]):
+    read = [line for line in lines if line is not None]
+    if any(type(one.get("index")) is not int or not one.keys() >= NEEDED for one in read):
         raise error("has lines that are no trials: it was written by something else")
-    return read[0], {one["index"]: one for one in read[1:]}
+    if keep_damaged and None in lines[:-1]:
+        write_whole(directory / DAMAGED, lambda to: to.write_bytes(whole))
+    return first, {one["index"]: one for one in read}
+
+
+def _plain(line: bytes) -> dict[str, Any] | None:
+    """A line's mapping; None if it is none."""
+    try:
+        value = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return value if isinstance(value, dict) else None

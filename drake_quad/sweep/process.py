@@ -8,9 +8,10 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from drake_quad.sweep.trials import Trial
-from drake_quad.sweep.work import begin_process, guarded
+from drake_quad.sweep.work import begin_process, guarded, own_basis
 
 LOOK_PERIOD = 0.2  # [s] between looks at whether to stop
+PAUSE = 5.0  # [s] beyond LOOK_PERIOD that a look may take; if longer, this process was paused
 END_TIME = 5.0  # [s] that it may take to end once its pipe has
 
 Work = Callable[[Trial], dict[str, Any]]
@@ -33,15 +34,24 @@ class Process:
 
     All that is known of it comes through one pipe and its exit code, and one thread asks for both,
     so nothing depends on which of two is seen first.
+
+    Attributes:
+        given: How many trials it was given.
+        paused: Whether it was paused with this process, as by Ctrl-Z, while that waited for it.
     """
 
     def __init__(self) -> None:
         context = get_context("spawn")  # Drake and forks do not mix
         self._pipe, far = context.Pipe()
         self._process = context.Process(target=serve, args=(far,), daemon=True)
-        self._process.start()
+        # Ctrl-C reaches it too, from its first moment on, when it knows nothing of that yet.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        try:
+            self._process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         far.close()  # so that the pipe ends with the process
-        self.given = 0
+        self.given, self.paused = 0, False
 
     def give(self, work: Work, trial: Trial) -> None:
         """Gives it a trial."""
@@ -52,16 +62,21 @@ class Process:
             raise ProcessLost(self._code()) from None
 
     def wait(self, seconds: float, stop: Callable[[], bool]) -> bool:
-        """Whether it says something, or ends, within so many seconds [s].
+        """Whether it says something, or ends, within so many seconds [s], pauses apart.
 
         Raises:
             Interrupted: As soon as `stop` says so.
         """
         until = time.monotonic() + seconds
         while not stop():
-            left = until - time.monotonic()
+            looked = time.monotonic()
+            left = until - looked
             if self._pipe.poll(max(0.0, min(LOOK_PERIOD, left))):
                 return True
+            if time.monotonic() - looked > LOOK_PERIOD + PAUSE:
+                until += time.monotonic() - looked
+                self.paused = True
+                continue
             if left <= 0.0:
                 return False
         raise Interrupted
@@ -104,5 +119,5 @@ def serve(pipe: Connection) -> None:
             work, trial = pipe.recv()
         except EOFError:
             return
-        pipe.send(None)  # it has it
+        pipe.send(own_basis())  # it has it
         pipe.send(guarded(work, trial))

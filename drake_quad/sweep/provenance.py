@@ -58,7 +58,7 @@ def robots_of(study: Study, base: Base) -> list[str]:
     for vary in study.vary:
         for value in extremes(vary):
             own = overrides_of(vary, value)
-            if any(text.startswith("robot") for text in own):
+            if any(text.lstrip().startswith("robot") for text in own):
                 models.add(base.load([*study.set, *own]).robot.model)
     return sorted({robot_digest(model) for model in models})
 

@@ -90,6 +90,7 @@ def places_of(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarray,
     # Bands that as many draws fall into, or nearly so: even in the distribution.
     edges = [draw(vary, min(k / vary.bands, 1.0 - 2.0**-53)) for k in range(vary.bands + 1)]
     edges = sorted(set(edges))
+    edges *= 2 if len(edges) == 1 else 1  # all draws are alike
     places = np.clip(np.searchsorted(edges[1:-1], values, side="right"), 0, len(edges) - 2)
     ends = list(pairwise(edges))
     return [f"{low:.3g} to {high:.3g}" for low, high in ends], places, ends

@@ -2,8 +2,9 @@
 
 import dataclasses
 import json
+import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +32,13 @@ class Base:
         name: As on the command line.
         text: The file's; None of a shipped scenario.
         directory: From which the robot's file is looked up.
+        here: The same, where an override names it: as on the command line.
     """
 
     name: str
     text: str | None = None
     directory: str | None = None
+    here: str = field(default_factory=os.getcwd)
 
     def load(self, overrides: list[str]) -> Scenario:
         """The scenario with these overrides.
@@ -43,10 +46,13 @@ class Base:
         Raises:
             InputError: If it cannot be used.
         """
+        here = Path(self.here)
         if self.text is None:
-            return load_scenario(self.name, overrides)
+            return load_scenario(self.name, overrides, here=here)
         directory = None if self.directory is None else Path(self.directory)
-        return parse_scenario(self.text, source=self.name, base=directory, overrides=overrides)
+        return parse_scenario(
+            self.text, source=self.name, base=directory, overrides=overrides, here=here
+        )
 
 
 def load_study(path: str | Path) -> tuple[Study, Base]:

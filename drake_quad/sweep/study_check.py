@@ -111,6 +111,8 @@ def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
             raise fail(field, value, "are too far apart")
         if way == "log_uniform" and not value[0] > 0.0:
             raise fail(field, value, "must be more than 0")
+        if way == "log_uniform" and not math.isfinite(float(value[1]) / float(value[0])):
+            raise fail(field, value, "are too far apart")
     elif way == "normal" and (len(value) != 2 or not 0.0 < value[1] < 1e300):
         raise fail(field, value, "must be mean and standard deviation, the latter more than 0")
     elif way == "linspace":

@@ -15,11 +15,12 @@ from drake_quad.sweep.study import Base, as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.table import CLOCK, TRIALS, write_tables
 from drake_quad.sweep.told import tell
-from drake_quad.sweep.trials import Trial, count_trials, make_trials
+from drake_quad.sweep.trials import TRIALS_DIRECTORY, Trial, count_trials, make_trials
 from drake_quad.sweep.work import work
 from drake_quad.whole_files import write_whole
 
 FINDINGS, STUDY, REPORT = "sweep.json", "study.json", "report.html"
+LEAVINGS = (TRIALS, CLOCK, FINDINGS, REPORT, TRIALS_DIRECTORY)
 
 SAID = {
     "sources": "the sources of drake_quad are others",
@@ -48,6 +49,7 @@ def sweep(
     limit: int | None = None,
     begin: Callable[[int, int], object] = lambda _done, _of: None,
     note: Note = lambda _index, _result, _done, _of: None,
+    finish: Callable[[dict[str, Any]], object] = lambda _findings: None,
     work: Work = work,
 ) -> dict[str, Any]:
     """Carries out what of the study is not done, and writes its tables and findings into `out`.
@@ -61,6 +63,7 @@ def sweep(
         limit: Do only the study's first so many trials.
         begin: Told how many of how many trials are done before, once nothing is refused any more.
         note: Told of each trial that is done.
+        finish: Told the findings, while no other sweep can be at work in `out`.
         work: Of one trial: a module's own function.
 
     Returns:
@@ -76,7 +79,7 @@ def sweep(
         "versions": [own_versions()],
         "robot": robots_of(study, base),
     }
-    journal = Journal(out, told)
+    journal = Journal(out, told, LEAVINGS)
     journal.open(resume=resume)
     begun = time.perf_counter()
     try:
@@ -110,6 +113,7 @@ def sweep(
             **told,
         }
         _write(out / FINDINGS, findings)
+        finish(findings)
     finally:
         journal.close()
     return findings

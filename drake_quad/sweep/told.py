@@ -110,14 +110,19 @@ def _map(study: Study, pair: tuple[Vary, Vary], table: pa.Table) -> dict[str, An
     """Good and all trials of each cell; rows are the second's bands."""
     (x_labels, x, _), (y_labels, y, _) = (places_of(vary, values_of(vary, table)) for vary in pair)
     good = np.asarray(table["success"].to_pylist(), dtype=bool)
-    cells = [[(y == j) & (x == i) for i in range(len(x_labels))] for j in range(len(y_labels))]
+    cells, size = y * len(x_labels) + x, len(x_labels) * len(y_labels)
+    shape = len(y_labels), len(x_labels)
+    all_of, good_of = (
+        np.bincount(cells[which], minlength=size).reshape(shape).tolist()
+        for which in (slice(None), good)
+    )
     return {
         "x": pair[0].title,
         "y": pair[1].title,
         "x_labels": x_labels,
         "y_labels": y_labels,
-        "good": [[int(good[cell].sum()) for cell in row] for row in cells],
-        "trials": [[int(cell.sum()) for cell in row] for row in cells],
+        "good": good_of,
+        "trials": all_of,
     }
 
 

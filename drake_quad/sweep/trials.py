@@ -23,6 +23,8 @@ FIGURES = (
     "simulated_time",
 )
 
+TRIALS_DIRECTORY = "trials"  # of those that were run again
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -90,7 +92,7 @@ def count_trials(study: Study) -> int:
 
 def directory_of(index: int, out: Path) -> Path:
     """Where the files of a trial go that is run again."""
-    return out / "trials" / f"{index:06d}"
+    return out / TRIALS_DIRECTORY / f"{index:06d}"
 
 
 def repeat(trial: Trial) -> str:

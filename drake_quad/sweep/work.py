@@ -18,7 +18,7 @@ GIB = 1 << 30
 GRACE = 30.0  # [s] beyond a trial's time after which its process ends itself
 PR_SET_PDEATHSIG = 1  # Linux: prctl(2)
 # Words by which a run says that it ran out of memory: Python's, and C++'s.
-NO_MEMORY = ("MemoryError", "bad_alloc", "Unable to allocate")
+NO_MEMORY = ("MemoryError", "bad_alloc", "Unable to allocate", "Cannot allocate memory")
 BASIS = ("sources", "versions", "robot")  # what a result is of, beside its trial
 
 Result = dict[str, Any]
@@ -52,10 +52,19 @@ def guarded(work: Callable[[Trial], Result], trial: Trial) -> Result:
         outcome, reason = "memory", ""
     except Exception as error:  # a trial that cannot be carried out is a finding too
         outcome, reason = "error", f"{type(error).__name__}: {error}"
+        if any(word in reason for word in NO_MEMORY):
+            outcome, reason = "memory", ""
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
     return lost(trial, outcome, reason or f"took more than {bound / GIB:g} GiB")
+
+
+def own_basis() -> Result:
+    """What any result of this process is of, whatever becomes of its trial."""
+    from drake_quad.sweep.provenance import own_sources, own_versions
+
+    return {"sources": own_sources(), "versions": own_versions()}
 
 
 def lost(trial: Trial, outcome: str, reason: str) -> Result:
@@ -92,7 +101,6 @@ def work(trial: Trial) -> Result:
     from drake_quad.scenario import scenario_text
     from drake_quad.simulation import run
     from drake_quad.sweep.designs import designed
-    from drake_quad.sweep.provenance import own_sources, own_versions
 
     begun = time.perf_counter()
     summary: dict[str, Any] = {}
@@ -121,8 +129,7 @@ def work(trial: Trial) -> Result:
         "mode": summary.get("simulation"),
         "figures": figures,
         "scenario": text,
-        "sources": own_sources(),
-        "versions": own_versions(),
+        **own_basis(),
         "robot": robot,
         "clock": {
             "wall": time.perf_counter() - begun,

@@ -1,0 +1,190 @@
+"""What befalls a sweep from outside is no finding about a trial, and costs no finding."""
+
+import json
+import os
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sweep_rig as rig
+
+from drake_quad.errors import InputError
+from drake_quad.sweep import process as process_module
+from drake_quad.sweep.crew import carry_out
+from drake_quad.sweep.isolated import Interrupted, Isolated, NoProcessError
+from drake_quad.sweep.journal import DAMAGED, NAME, read_journal
+from drake_quad.sweep.process import Process
+from drake_quad.sweep.provenance import own_sources, own_versions
+from drake_quad.sweep.study_config import Limits
+from drake_quad.sweep.sweep import LEAVINGS
+
+
+def test_a_process_that_does_not_begin_is_no_trials_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sweep ends then, with what is done; nothing is counted as crashed."""
+    monkeypatch.setattr(process_module, "serve", rig.no_server)
+    done: list[int] = []
+    with pytest.raises(NoProcessError, match=r"exit code 5\), 2 times.*--resume"):
+        for index, _ in carry_out(
+            rig.trials_of(tmp_path), workers=2, limits=Limits(retries=1), work=rig.made_up
+        ):
+            done.append(index)
+    assert done == []
+
+
+def test_ctrl_c_reaches_no_process_that_begins(tmp_path: Path) -> None:
+    """It is for the sweep, whose group the process is in from its first moment on."""
+    isolated = Isolated(recycle=10, retries=0, work=rig.made_up)
+    isolated._process = begun = Process()
+    pid = begun._process.pid
+    assert pid is not None
+    for _ in range(5):
+        os.kill(pid, signal.SIGINT)
+        time.sleep(0.1)
+    try:
+        assert isolated.run(rig.trials_of(tmp_path)[0])["outcome"] in ("goal_reached", "fell")
+    finally:
+        isolated.end()
+
+
+def test_a_process_that_is_ended_with_its_sweep_leaves_no_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A signal to all of the sweep's processes: the trial is given up, whatever may be retried."""
+    mark = tmp_path / "mark"
+    monkeypatch.setenv("SWEEP_TEST_MARK", str(mark))
+    isolated = Isolated(recycle=10, retries=0, work=rig.killed_once)
+    with pytest.raises(Interrupted):
+        isolated.run(rig.trials_of(tmp_path)[1], mark.exists)
+
+
+def test_what_gave_no_result_says_of_what_sources_it_is(tmp_path: Path) -> None:
+    """As every other: a machine with another drake_quad fails its trials in its own ways."""
+    trials = [t for t in rig.trials_of(tmp_path, wall_time=1.0) if t.index in (1, 2, 3)]
+    for _, result in carry_out(trials, workers=1, limits=Limits(), work=rig.mishap):
+        assert result["sources"] == own_sources() and result["versions"] == own_versions()
+
+
+class Slept:
+    """A pipe that says something at the fourth look; the second takes as long as a pause."""
+
+    looks = 0
+
+    def poll(self, seconds: float) -> bool:
+        """As a connection's."""
+        self.looks += 1
+        time.sleep(0.6 if self.looks == 2 else seconds)
+        return self.looks == 4
+
+
+@pytest.mark.parametrize(("pause", "heard"), [(0.1, True), (5.0, False)])
+def test_a_pause_is_no_trials_time(
+    monkeypatch: pytest.MonkeyPatch, pause: float, heard: bool
+) -> None:
+    """Of a sweep that is stopped and goes on (Ctrl-Z, fg) the time between does not count."""
+    monkeypatch.setattr(process_module, "PAUSE", pause)
+    waiting = Process.__new__(Process)
+    waiting._pipe, waiting.paused = Slept(), False  # type: ignore[assignment]
+    assert waiting.wait(0.5, lambda: False) is heard
+    assert waiting.paused is heard
+
+
+@pytest.mark.parametrize("bad", [b"\x00\xff\x00", b"[" * 200_000, b"[1, 2]", b""])
+def test_a_spoilt_line_costs_its_own_trial_alone(tmp_path: Path, bad: bytes) -> None:
+    """The others stay, it is done again, and what there was is kept beside it."""
+    out, again = tmp_path / "out", []
+    rig.sweep_made_up(tmp_path, out)
+    tables = (out / "trials.parquet").read_bytes()
+    lines = (out / NAME).read_bytes().split(b"\n")
+    lines[4] = bad
+    damaged = b"\n".join(lines)
+    (out / NAME).write_bytes(damaged)
+    rig.sweep_made_up(
+        tmp_path, out, resume=True, note=lambda index, *_: again.append(index)
+    )  # fmt: skip
+    assert again == [3] and (out / "trials.parquet").read_bytes() == tables
+    assert (out / DAMAGED).read_bytes() == damaged
+    assert len(read_journal(out)[1]) == 8
+
+
+def test_a_line_that_is_no_result_is_refused(tmp_path: Path) -> None:
+    """A mapping that lacks what every result has was written by something else."""
+    out = tmp_path / "out"
+    rig.sweep_made_up(tmp_path, out)
+    text = (out / NAME).read_text()
+    (out / NAME).write_text(text + json.dumps({"index": 9, "outcome": "fell"}) + "\n")
+    with pytest.raises(InputError, match="no trials"):
+        read_journal(out)
+
+
+@pytest.mark.parametrize("emptied", [False, True])
+@pytest.mark.parametrize("name", LEAVINGS)
+def test_tables_without_a_journal_are_not_taken_for_rubbish(
+    tmp_path: Path, name: str, emptied: bool
+) -> None:
+    """Nobody knows what they are of: they stay, with --resume too."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / name).write_text("of hours")
+    if emptied:
+        (out / NAME).touch()
+    for resume in (False, True):
+        with pytest.raises(InputError, match="without its journal"):
+            rig.sweep_made_up(tmp_path, out, resume=resume)
+    assert (out / name).read_text() == "of hours"
+
+
+def test_a_journal_that_is_removed_ends_the_sweep(tmp_path: Path) -> None:
+    """What would be written to it would be nowhere."""
+    out = tmp_path / "out"
+    with pytest.raises(InputError, match="removed while the sweep ran"):
+        rig.sweep_made_up(tmp_path, out, note=lambda *_: (out / NAME).unlink(missing_ok=True))
+
+
+def test_a_full_disk_is_told_with_the_file_and_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And what was done before is there to go on from."""
+    out = tmp_path / "out"
+    full: list[int] = []
+
+    def fsync(file: int) -> None:
+        if full:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    with pytest.raises(InputError, match=rf"{NAME}.*No space left.*--resume"):
+        rig.sweep_made_up(tmp_path, out, note=lambda *_: full.append(1))
+    monkeypatch.undo()
+    again: list[int] = []
+    rig.sweep_made_up(tmp_path, out, resume=True, note=lambda index, *_: again.append(index))
+    assert again[0] in (1, 2) and again[-1] == 7
+
+
+def test_no_other_sweep_begins_before_the_report_is_written(tmp_path: Path) -> None:
+    """While the worst trials run again, too."""
+    out, seen = tmp_path / "out", []
+
+    def finish(told: dict[str, Any]) -> None:
+        seen.append(told["trials"])
+        with pytest.raises(InputError, match="another sweep is at work"):
+            rig.sweep_made_up(tmp_path, out, resume=True)
+
+    rig.sweep_made_up(tmp_path, out, finish=finish)
+    assert seen == [8]
+
+
+def test_a_robots_file_is_looked_up_where_the_sweep_began(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Wherever a worker runs: an override's path is relative to the command line's directory."""
+    (tmp_path / "other").mkdir()
+    (tmp_path / "a.urdf").write_text("<robot/>")
+    monkeypatch.chdir(tmp_path)
+    _, base = rig.made(tmp_path)
+    monkeypatch.chdir(tmp_path / "other")
+    model = base.load(["robot.model=a.urdf"]).robot.model
+    assert model == (tmp_path / "a.urdf").as_uri() or model == str(tmp_path / "a.urdf")
