@@ -35,8 +35,8 @@ def main() -> None:
     except DrakeQuadError as error:
         _fail(str(error), 1)
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        _fail(f"{where}{error.strerror or error}", 2)
+        where = error.filename or f"in `{' '.join(['drake-quad', *sys.argv[1:]])}`"
+        _fail(f"{where}: {error.strerror or error}", 2)
     except KeyboardInterrupt:
         _fail("interrupted", 130)
 
