@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -169,3 +170,21 @@ def test_mapping_that_is_no_text_is_named(tmp_path: Path) -> None:
     (Path(robot.url).parent / MAPPING).write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match=MAPPING):
         describe_robot(robot, source="robot.urdf")
+
+
+def test_terminal_that_lacks_letters_gets_their_codes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where nothing but ASCII can be printed, degrees are a code, and nothing else changes."""
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    done = drake_quad("inspect", write(tmp_path, BARE.text()), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "\\xb0" in done.stdout and "23.93 kg" in done.stdout
+
+
+def test_file_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
+    """Drake takes UTF-8 names alone; the line shows the byte."""
+    path = os.fsencode(tmp_path) + b"/r\xff.urdf"
+    Path(os.fsdecode(path)).write_text(BARE.text())
+    line = refused(drake_quad("inspect", os.fsdecode(path), cwd=tmp_path))
+    assert "udcff" in line and "rename it" in line

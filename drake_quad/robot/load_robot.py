@@ -67,6 +67,11 @@ def normal_form(url: str) -> str:
         InputError: If there is no such robot, or it cannot be brought into normal form.
     """
     path = Path(url)
+
+    def refuse(value: str, reason: str) -> InputError:
+        remedy = f"cannot be read: {reason}"
+        return InputError(source=url, field="robot.model", value=value, remedy=remedy)
+
     try:
         given = find_given(url)
         path = given.found.path
@@ -77,12 +82,9 @@ def normal_form(url: str) -> str:
             return url if "://" in url or user_path(url).is_file() else str(path)  # of a name
         return str(import_robot(given))
     except OSError as error:
-        raise InputError(
-            source=url,
-            field="robot.model",
-            value=error.filename or str(path),
-            remedy=f"cannot be read: {error.strerror or error}",
-        ) from None
+        raise refuse(error.filename or str(path), error.strerror or str(error)) from None
+    except UnicodeEncodeError:
+        raise refuse(str(path), "its name, or a folder's, is no UTF-8; rename it") from None
 
 
 def _is_imported(file: str) -> bool:
