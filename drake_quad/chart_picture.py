@@ -78,7 +78,8 @@ def draw_chart(told: dict[str, Any]) -> Figure:
     _mark_standards(ax, told["standards"])
     incomplete = "" if told["complete"] else " (not all was looked at)"
     ax.set_title(
-        f"Stairs that {told['name']} climbs up and down, flights of {told['count']}{incomplete}"
+        f"Stairs that {told['name']} climbs up and down, flights of {told['count']}{incomplete}",
+        parse_math=False,
     )
     _legend(figure, told)
     return figure

@@ -6,6 +6,7 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from drake_quad.whole_files import write_whole
 
@@ -22,10 +23,8 @@ def print_chart(told: dict[str, Any], directory: Path, console: Console) -> None
     works = [cell for cell in cells if cell["margin"] is not None]
     colour, total = "green" if works else "red", len(told["rises"]) * len(told["runs"])
     looked = "" if told["complete"] else f", of which {len(cells)} were looked at"
-    console.print(
-        f"[bold {colour}]{told['name']} climbs {len(works)} of {total} stairs[/]{looked}",
-        highlight=False,
-    )
+    climbs = f"{told['name']} climbs {len(works)} of {total} stairs"
+    console.print(Text.assemble((climbs, f"bold {colour}"), looked))
     table = Table("run", "highest rise", "margin", "what is in the way above", box=None)
     for run in told["runs"]:
         here = [cell for cell in cells if cell["run"] == run]
@@ -42,7 +41,7 @@ def print_chart(told: dict[str, Any], directory: Path, console: Console) -> None
             "-" if above is None else told["limits"][above["limit"]],
         )
     console.print(table, highlight=False)
-    console.print(f"look at {directory / 'chart.png'}", highlight=False, soft_wrap=True)
+    console.print(Text(f"look at {directory / 'chart.png'}"), soft_wrap=True)
 
 
 def _rise(cell: dict[str, Any]) -> float:

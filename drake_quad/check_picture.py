@@ -66,6 +66,7 @@ def draw_check(designed: Designed, robot: RobotModel) -> Figure:
         f"{designed.scenario.description}: {gait.treads} tread{'s' if gait.treads > 1 else ''} "
         f"a cycle, least static margin {1e3 * designed.margin:.0f} mm",
         fontsize=11,
+        parse_math=False,
     )
     return figure
 
@@ -95,7 +96,7 @@ def _margin(
     for plan, begun in zip(mission.plans, mission.starts, strict=True):
         if plan.duration > 0.08 * mission.duration:
             name = max(plan.segments, key=lambda s: s.end - s.start).name
-            ax.text(begun, 1.03e3 * top, f" {name}", color=INK)
+            ax.text(begun, 1.03e3 * top, f" {name}", color=INK, parse_math=False)
     for stretch in stretches:
         begun, colour = mission.starts[stretch.plan.index], UP if stretch.going == "up" else DOWN
         ax.axvspan(begun + stretch.start, begun + stretch.start + stretch.cycle_time,

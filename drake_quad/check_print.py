@@ -4,6 +4,7 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from drake_quad.check_report import near_words
 
@@ -23,10 +24,10 @@ def print_check(told: dict[str, Any], console: Console) -> None:
     """Prints the answer, the gait, and what is left of each limit."""
     colour = "green" if told["feasible"] else "red"
     first, rest = told["answer"].split(": ", 1)
-    console.print(f"[bold {colour}]{first}[/]: {rest}", highlight=False, soft_wrap=True)
+    console.print(Text.assemble((first, f"bold {colour}"), f": {rest}"), soft_wrap=True)
     if told["feasible"]:
         for line in gait_lines(told):
-            console.print(line, highlight=False, soft_wrap=True)
+            console.print(Text(line), soft_wrap=True)
     if told["slacks"]:
         console.print()
         console.print(_table(told), highlight=False)
@@ -36,10 +37,10 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     """Prints what would work instead, where it is known, and what to do next."""
     console.print()
     if told["sought"]:
-        console.print(f"Nearest: {near_words(told)}.", highlight=False, soft_wrap=True)
+        console.print(Text(f"Nearest: {near_words(told)}."), soft_wrap=True)
     if told.get("picture"):
-        console.print(f"picture in {told['picture']}", highlight=False, soft_wrap=True)
-    console.print(_next(told), highlight=False, soft_wrap=True)
+        console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)
+    console.print(Text(_next(told)), soft_wrap=True)
 
 
 def gait_lines(told: dict[str, Any]) -> list[str]:

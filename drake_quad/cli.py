@@ -5,6 +5,7 @@ not, 2 the input cannot be used.
 """
 
 import sys
+from io import TextIOWrapper
 
 import typer
 
@@ -26,6 +27,8 @@ for command in (run, plan, report, replay, inspect, check, chart, sweep, compare
 
 def main() -> None:
     """Entry point: errors on purpose become one line and an exit status."""
+    if isinstance(sys.stdout, TextIOWrapper):  # letters that a terminal or a pipe does not have
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         app()
     except InputError as error:
@@ -35,8 +38,8 @@ def main() -> None:
     except DrakeQuadError as error:
         _fail(str(error), 1)
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        _fail(f"{where}{error.strerror or error}", 2)
+        where = error.filename or f"in `{' '.join(['drake-quad', *sys.argv[1:]])}`"
+        _fail(f"{where}: {error.strerror or error}", 2)
     except KeyboardInterrupt:
         _fail("interrupted", 130)
 

@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
+from rich.text import Text
 
 
 def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> None:
@@ -14,17 +15,15 @@ def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> 
     lines = summary_lines(summary)
     if good and (summary.get("time_under_three_feet") or 0.0) > 0.0:
         console.print("[yellow]not statically stable throughout: see the figures[/]")
-    console.print(
-        f"[bold {'green' if good else 'red'}]{summary.get('outcome')}[/]: {summary.get('reason')}",
-        highlight=False,
-    )
+    outcome = (str(summary.get("outcome")), f"bold {'green' if good else 'red'}")
+    console.print(Text.assemble(outcome, f": {summary.get('reason')}"))
     table = Table(show_header=False, box=None, pad_edge=False)
     for label, text in lines:
-        table.add_row(label, text)
+        table.add_row(Text(label), Text(text))
     console.print(table)
-    console.print(f"files in {directory}", highlight=False)
+    console.print(Text(f"files in {directory}"))
     if report:
-        console.print(f"look at {directory / 'report.html'}", highlight=False)
+        console.print(Text(f"look at {directory / 'report.html'}"))
 
 
 def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -70,13 +69,15 @@ def print_plan(result: dict[str, Any]) -> None:
     kind = result["margin_kind"]
     beyond = [] if kind == "hull" else [f"margin_{kind}_min"]
     titles = ["smallest margin [m]", *(f"{kind} [m]" for _ in beyond)]
-    table = Table("segment", "kind", "from [s]", "to [s]", *titles, "steps", box=None)
+    heads = ("segment", "kind", "from [s]", "to [s]", *titles, "steps")
+    # As text: rich would take [s] for a style.
+    table = Table(*(Column(Text(head)) for head in heads), box=None)
     for s in result["segments"]:
         steps = "-".join(str(step["leg"]) for step in s.get("steps", []))
         found = [s[key] for key in ("margin_min", *beyond)]
         margins = ["-" if m is None else f"{m:.3f}" for m in found]
         times = [f"{s['start']:.1f}", f"{s['end']:.1f}"]
-        table.add_row(s["name"], s["kind"], *times, *margins, steps)
+        table.add_row(Text(s["name"]), s["kind"], *times, *margins, steps)
     console = Console()
     console.print(table)
     least = f", {kind} {result[f'planned_margin_{kind}_min']:.3f} m" if beyond else ""

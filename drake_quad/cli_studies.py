@@ -49,7 +49,7 @@ def sweep(
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
     else:
-        print_sweep(told, directory, Console())
+        print_sweep(told, directory, Console(emoji=False))
     raise typer.Exit(1 if told["passed"] is False or told["interrupted"] else 0)
 
 
@@ -68,5 +68,5 @@ def compare(
     if as_json:
         print(json.dumps(told))
     else:
-        print_comparison(told, Console())
+        print_comparison(told, Console(emoji=False))
     raise typer.Exit(1 if told["verdict"] == "worse" else 0)

@@ -1,6 +1,47 @@
 """The one tree of errors. An error carries the offending data, and its text says what to do."""
 
+import reprlib
 from typing import Any
+
+LONGEST = 400  # letters of a value, or of a field's path, in a line
+LONGEST_PATH = 1000
+LONGEST_REMEDY = 3000
+
+
+class _Brief(reprlib.Repr):
+    """repr() that neither follows aliases without end nor chokes on what has no repr().
+
+    Depth times width bound the work: ten lists of ten times another, nine floors of them, are a
+    few lines of YAML and more than any memory holds when written out.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxlong = 4, 40
+        self.maxdict = self.maxlist = self.maxtuple = self.maxset = 30
+        self.maxstring = self.maxother = LONGEST
+
+    def repr_int(self, x: int, level: int) -> str:
+        """As it is, or how long it is: Python writes out no more than 4300 digits."""
+        if x.bit_length() > 4000:
+            return f"<a whole number of about {int(0.30103 * x.bit_length())} digits>"
+        return super().repr_int(x, level)
+
+    def repr_dict(self, x: dict[Any, Any], level: int) -> str:
+        """In the order given; reprlib sorts."""
+        if level <= 0:
+            return "{...}"
+        shown = list(x.items())[: self.maxdict]
+        pieces = [f"{self.repr1(k, level - 1)}: {self.repr1(v, level - 1)}" for k, v in shown]
+        return "{" + ", ".join([*pieces, *(["..."] if len(x) > len(shown) else [])]) + "}"
+
+
+_BRIEF = _Brief()
+
+
+def brief(value: object) -> str:
+    """A value as a line tells it: its repr(), whole unless it is long, made in a bounded time."""
+    return _cut(_BRIEF.repr(value), LONGEST)
 
 
 class DrakeQuadError(Exception):
@@ -9,6 +50,8 @@ class DrakeQuadError(Exception):
 
 class InputError(DrakeQuadError):
     """Something that a person gave cannot be used: the command line exits with status 2.
+
+    The text has what is very long shortened; the attributes are as given.
 
     Args:
         source: The file (or option) that holds the value.
@@ -22,7 +65,8 @@ class InputError(DrakeQuadError):
         self.field = field
         self.value = value
         self.remedy = remedy
-        super().__init__(" ".join(f"{source}: {field} = {value!r}: {remedy}".split()))
+        where = f"{_cut(source, LONGEST_PATH)}: {_cut(field, LONGEST)} = {brief(value)}"
+        super().__init__(" ".join(f"{where}: {_cut(remedy, LONGEST_REMEDY)}".split()))
 
 
 class PlanningError(DrakeQuadError):
@@ -37,3 +81,10 @@ class PlanningError(DrakeQuadError):
         self.reason = reason
         self.data = data
         super().__init__(reason)
+
+
+def _cut(text: str, longest: int) -> str:
+    """The text, or its beginning and end with how much there is of it."""
+    if len(text) <= longest:
+        return text
+    return f"{text[: longest // 2]}... ({len(text)} letters) ...{text[-longest // 4 :]}"

@@ -38,7 +38,8 @@ def draw_robot(robot: RobotModel) -> Figure:
     behind.invert_xaxis()
     _measure(side, robot, stance)
     name = f"{robot.name}: {robot.mass:.1f} kg, hips {stance.height:.2f} m up"
-    side.set_title(f"{name}\nfrom its right: x forward", loc="left")
+    # A name is no mathematics, dollars or not.
+    side.set_title(f"{name}\nfrom its right: x forward", loc="left", parse_math=False)
     _legend(figure)
     return figure
 
@@ -105,7 +106,7 @@ def _draw(
     ends = np.concatenate([*polygons, stance.hips[:, view] + [wide, 0.0],
                            stance.hips[:, view] - [wide, 0.0]])  # fmt: skip
     ax.set_xlim(ends[:, 0].min() - 0.05 * wide, ends[:, 0].max() + 0.05 * wide)
-    ax.set_ylim(-0.3 * wide, max(stance.height, *(p[:, 1].max() for p in polygons)) + 0.15 * wide)
+    ax.set_ylim(-0.3 * wide, max([stance.height, *(p[:, 1].max() for p in polygons)]) + 0.15 * wide)
     ax.set_xlabel("m")
     ax.grid(alpha=0.25, lw=0.5)
 

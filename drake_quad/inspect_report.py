@@ -1,15 +1,14 @@
 """What `drake-quad inspect` tells of a robot: figures as plain values, and as tables."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from drake_quad.gait.legs import SHORT_NAMES
-from drake_quad.robot.importing.import_robot import MAPPING
+from drake_quad.inspect_mapping import read_mapping
 from drake_quad.robot.robot_model import RobotModel
 
 ROLES = ("abduction", "hip", "knee")
@@ -27,6 +26,9 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
     Args:
         robot: As loaded.
         source: What the person gave for it.
+
+    Raises:
+        InputError: If what the importer wrote of it is spoilt.
     """
     g, mapping = robot.geometry, read_mapping(robot)
     sides = tuple(int(s) for s in g.knee_sign)
@@ -82,29 +84,25 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
     }
 
 
-def read_mapping(robot: RobotModel) -> dict[str, Any]:
-    """What the importer wrote of a robot's own file; empty for a file that was never imported."""
-    if "://" in robot.url:
-        return {}
-    path = Path(robot.url).parent / MAPPING
-    return dict(yaml.safe_load(path.read_text(encoding="utf-8"))) if path.is_file() else {}
-
-
 def print_robot(told: dict[str, Any], console: Console) -> None:
-    """Prints the figures as tables, and all that is not as in the robot's own file."""
+    """Prints the figures as tables, and all that is not as in the robot's own file.
+
+    Names are printed as they are: rich would take `[/x]` for its own.
+    """
     console.print(
-        f"[bold]{told['name']}[/]: {told['mass']:.2f} kg, {told['knees']}", highlight=False
+        Text.assemble((told["name"], "bold"), f": {told['mass']:.2f} kg, {told['knees']}")
     )
     table = Table(show_header=False, box=None, pad_edge=False)
     com = ", ".join(f"{1e3 * x:.0f}" for x in told["trunk_com"])
-    table.add_row("trunk", f"{told['trunk']}, {told['trunk_mass']:.2f} kg, its centre at {com} mm")
+    trunk = f"{told['trunk']}, {told['trunk_mass']:.2f} kg, its centre at {com} mm"
+    table.add_row("trunk", Text(trunk))
     table.add_row("reach of a leg", f"{told['reach']:.3f} m, stretched")
     table.add_row("feet", f"spheres of {1e3 * told['foot_radius']:.1f} mm")
     origin = ", ".join(f"{1e3 * x:.0f}" for x in told["p_TB"])
     if told["normal_form"] == "imported":
         table.add_row("B's origin", f"amid the hips, at {origin} mm in the trunk's own frame")
     console.print(table, highlight=False)
-    console.print(f"file: {told['file']} ({told['normal_form']})", highlight=False, soft_wrap=True)
+    console.print(Text(f"file: {told['file']} ({told['normal_form']})"), soft_wrap=True)
     console.print()
     console.print(_legs(told), highlight=False)
     console.print(_joints(told), highlight=False)
@@ -156,7 +154,7 @@ def _joints(told: dict[str, Any]) -> Table:
             sign, turn = "-" if joint["sign"] < 0 else "", np.rad2deg(joint["turn"])
             table.add_row(
                 short,
-                joint["name"],
+                Text(joint["name"]),
                 f"{low:.0f} to {high:.0f}{marks['limits']}",
                 f"{joint['effort']:.3g}{marks['effort']}",
                 f"{joint['speed']:.3g}{marks['speed']}",
@@ -178,4 +176,4 @@ def _print_notes(notes: list[dict[str, str]], console: Console) -> None:
         )
     for (kind, text), subjects in told.items():
         who = ", ".join(s for s in subjects if s)
-        console.print(f"  {kind}: {who + ': ' if who else ''}{text}", highlight=False)
+        console.print(Text(f"  {kind}: {who + ': ' if who else ''}{text}"))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.text import Text
 
 from drake_quad.certificate.certify import Certificate, certify
 from drake_quad.certificate.chain import shank_of
@@ -84,4 +85,4 @@ def certificate_lines(told: dict[str, Any]) -> list[str]:
 def print_certificate(told: dict[str, Any], console: Console) -> None:
     """Prints `certificate_lines`."""
     for line in certificate_lines(told):
-        console.print(line, highlight=False, soft_wrap=True)
+        console.print(Text(line), soft_wrap=True)

@@ -19,8 +19,9 @@ from drake_quad.scenario_disturbances import (
     world_of,
 )
 from drake_quad.scenario_override import Override, apply_override, parse_override
-from drake_quad.scenario_schema import conform, parse_yaml
+from drake_quad.scenario_schema import conform
 from drake_quad.user_path import user_path
+from drake_quad.yaml_text import parse_yaml
 
 __all__ = [
     "Scenario",

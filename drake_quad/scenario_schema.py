@@ -1,4 +1,4 @@
-"""YAML text against the scenario's fields: unknown keys and wrong types, by their exact paths.
+"""Plain data against the scenario's fields: unknown keys and wrong types, by their exact paths.
 
 yaml_load_typed checks these too, but its complaints name neither the path nor what would be
 right, and it lets nan, inf and a float for a whole number pass.
@@ -13,61 +13,10 @@ import types
 import typing
 from typing import Any
 
-import yaml
-from pydrake.common.yaml import yaml_load_data
-
 from drake_quad.errors import InputError
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _NAMES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
-
-
-def parse_yaml(text: str, *, source: str) -> dict[str, Any]:
-    """The document of a scenario as plain data.
-
-    Top-level keys that begin with an underscore hold anchors for the rest, and are dropped.
-
-    Raises:
-        InputError: Not YAML, a key given twice, empty, or not a mapping.
-    """
-
-    def error(value: Any, remedy: str) -> InputError:
-        return InputError(source=source, field="document", value=value, remedy=remedy)
-
-    try:
-        _refuse_twins(yaml.compose(text, Loader=yaml.SafeLoader), set())
-        data = yaml_load_data(text, private=True)
-    except yaml.MarkedYAMLError as problem:
-        mark = problem.problem_mark
-        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "somewhere"
-        raise error(where, f"not YAML: {problem.problem or problem.context}") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as problem:
-        raise error("text", f"not YAML: {str(problem).splitlines()[0]}") from None
-    if data is None:
-        raise error("", "empty: a scenario needs a course at least")
-    if not isinstance(data, dict):
-        raise error(type(data).__name__, "must be a mapping of fields, such as course: [...]")
-    return {key: value for key, value in data.items() if not str(key).startswith("_")}
-
-
-def _refuse_twins(node: Any, seen: set[int]) -> None:
-    """Raises yaml's own error at a key that its mapping already has: YAML would drop the first."""
-    if node is None or id(node) in seen:
-        return
-    seen.add(id(node))
-    if isinstance(node, yaml.SequenceNode):
-        for item in node.value:
-            _refuse_twins(item, seen)
-    elif isinstance(node, yaml.MappingNode):
-        keys = set()
-        for key, value in node.value:
-            word = str(key.value)
-            if word in keys:
-                raise yaml.MarkedYAMLError(
-                    problem=f"{word} is given twice", problem_mark=key.start_mark
-                )
-            keys.add(word)
-            _refuse_twins(value, seen)
 
 
 def field_types(schema: Any) -> dict[str, Any] | None:

@@ -15,12 +15,19 @@ from typing import Any
 
 import numpy as np
 import yaml
+from fuzz_files import sample, say_less, spoil_bytes, spoil_xml
 from synthetic_robot import Quadruped
 
 from drake_quad.scenario_config import Scenario
 from drake_quad.scenario_schema import field_types, unwrap_optional
 
 ROOT = Path(__file__).resolve().parents[1]
+# Of cases that are robots' files alone, from number FILES on.
+FILE_KINDS = (
+    "sdf", "mjcf", "said", "sdf text", "mjcf text", "said text", "sdf", "mjcf", "said bytes",
+    "sdf bytes", "mjcf bytes",
+)  # fmt: skip
+FILES = 1_000_000
 KINDS = ("scenario", "override", "text", "study", "study text", "robot", "robot text", "result")
 
 NASTY: tuple[Any, ...] = (
@@ -54,7 +61,7 @@ class Case:
 
     Attributes:
         number: From which all of it follows.
-        kind: One of KINDS.
+        kind: One of KINDS, or of FILE_KINDS.
         text: Of the file.
         overrides: Of a scenario.
         physics: Whether a scenario that can be is simulated for a moment, or moved along its plan.
@@ -70,6 +77,8 @@ class Case:
 def make_case(number: int) -> Case:
     """The case of that number."""
     rng = np.random.default_rng([20261121, number])
+    if number >= FILES:
+        return Case(number, kind_of(number), spoil_file(kind_of(number), rng))
     kind = KINDS[number % len(KINDS)]
     physics = bool(rng.random() < 0.15)
     if kind in ("scenario", "text"):
@@ -86,6 +95,23 @@ def make_case(number: int) -> Case:
         spoil = spoil_robot if kind == "robot" else spoil_text
         return Case(number, kind, spoil(pick(rng, robots()), rng), physics=physics)
     return Case(number, kind, "")  # a result: what is spoilt is for who carries it out
+
+
+def kind_of(number: int) -> str:
+    """What the case of that number is."""
+    kinds = KINDS if number < FILES else FILE_KINDS
+    return kinds[number % len(kinds)]
+
+
+def spoil_file(kind: str, rng: np.random.Generator) -> str:
+    """A robot's file of a kind; bytes that are no text as surrogates."""
+    form, _, how = kind.partition(" ")
+    text = say_less(rng) if form == "said" else sample(form)
+    if how:
+        return (spoil_bytes if how == "bytes" else spoil_text)(text, rng)
+    if form == "said":
+        return spoil_data(text, rng) if rng.random() < 0.6 else text
+    return spoil_xml(text, rng)
 
 
 def pick(rng: np.random.Generator, items: Any) -> Any:

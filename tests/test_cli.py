@@ -12,6 +12,7 @@ import pytest
 import typer
 from command import COMMAND, drake_quad, refused
 
+from drake_quad import cli
 from drake_quad.cli import app
 
 FLOOR = "{kind: floor, length: 4.0}"
@@ -135,3 +136,20 @@ def test_ctrl_c_keeps_what_was_logged(tmp_path: Path) -> None:
     assert log["t"].to_numpy()[-1] == pytest.approx(summary["simulated_time"], abs=0.02)
     for name in ("scenario.yaml", "report.html", "scene.lcmlog"):
         assert (tmp_path / "run" / name).stat().st_size > 0
+
+
+def test_systems_error_without_a_file_names_the_command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not every error of the system says which file it is about; then the command is told."""
+
+    def fail() -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(cli, "app", fail)
+    monkeypatch.setattr("sys.argv", ["drake-quad", "inspect", "some.urdf"])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == 2
+    line = "drake-quad: in `drake-quad inspect some.urdf`: Input/output error\n"
+    assert capsys.readouterr().err == line

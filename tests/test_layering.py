@@ -16,6 +16,7 @@ FLOORS = {
     "errors": -1,
     "whole": -1,  # whole_files.py
     "user": -1,  # user_path.py
+    "yaml": -1,  # yaml_text.py
     "version": -1,  # drake_quad/__init__.py
     "compiled": -1,
     "gait": 0,
@@ -72,6 +73,7 @@ NEIGHBOURS = {
     ("chart", "check"),
     ("main", "cli"),
     ("whole", "errors"),
+    ("yaml", "errors"),
 }
 FORBIDDEN = {
     ("report", "systems"),
@@ -80,10 +82,11 @@ FORBIDDEN = {
     *((room, "world") for room in ("robot", "planning", "control", "estimation", "stability")),
     # Floor 0 runs where numpy alone is.
     *((room, "compiled") for room in ("gait", "terrain", "world")),
+    *((room, "yaml") for room in ("gait", "terrain", "world")),
 }
 
 FLOOR_ZERO_LIBRARIES = {"numpy", "drake_quad"}
-MORE_LIBRARIES = {"compiled": {"numba"}}
+MORE_LIBRARIES = {"compiled": {"numba"}, "yaml": {"yaml", "pydrake"}}
 
 
 def room_of(parts: tuple[str, ...]) -> str:
@@ -173,6 +176,8 @@ def test_a_file_imports_only_from_floors_below(path: Path, parts: tuple[str, ...
         (("attic",), "import math"),
         (("compiled",), "from drake_quad.gait.legs import Leg"),
         (("compiled",), "import scipy"),
+        (("yaml_text",), "import scipy"),
+        (("terrain",), "from drake_quad.yaml_text import parse_yaml"),
         (("gait", "swing"), "from drake_quad.compiled import compiled"),
         (("gait", "swing"), "import numba"),
         (("planning", "x"), "from drake_quad.control.settings import ControlSettings"),
@@ -205,6 +210,7 @@ def test_an_import_upward_is_caught(parts: tuple[str, ...], source: str) -> None
         (("compiled",), "import numba\nfrom typing import cast"),
         (("control", "x"), "from drake_quad.planning.motion_plan import PlanSample"),
         (("control", "x"), "from drake_quad.compiled import compiled"),
+        (("robot", "x"), "from drake_quad.yaml_text import parse_yaml"),
         (("systems", "x"), "from drake_quad.control.tracking import place_feet"),
         (("diagram_wires",), "from drake_quad.controller import MakeController"),
     ],

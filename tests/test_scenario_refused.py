@@ -27,6 +27,18 @@ NOT_SCENARIOS = [
     ("description: 2024-13-45", "not YAML"),
     ("? [a, b]\n: c", "not YAML"),
     ("\x01", "not YAML"),
+    ("description: !!bool x", "'x' is no bool"),
+    (f"description: {'9' * 5000}", "no whole number"),
+    ("course: &a [*a]", "holds itself"),
+    (
+        "a: &a {x: 1}\nb: &b {<<: [*a, *a, *a, *a, *a, *a, *a, *a, *a, *a]}\n"
+        + "".join(
+            f"{to}: &{to} {{<<: [{', '.join([f'*{of}'] * 10)}]}}\n"
+            for of, to in zip("bcdefghij", "cdefghijk", strict=True)
+        ),
+        "more than 1000000 values",
+    ),
+    ("a: 1\n--- 2", "found another document"),
     ("[" * 5000, "not YAML"),
     (FLOOR + "gait: {stride: 1.0, stride: 0.5}", "stride is given twice"),
     (FLOOR + FLOOR, "course is given twice"),

@@ -66,15 +66,25 @@ def normal_form(url: str) -> str:
     Raises:
         InputError: If there is no such robot, or it cannot be brought into normal form.
     """
-    given = find_given(url)
-    path = given.found.path
-    itself = url if "://" in url or user_path(url).is_file() else str(path)  # of a name
-    if _is_imported(str(path)):
-        return itself
-    stat = path.stat()
-    if given.overrides == Overrides() and _is_normal(str(path), stat.st_mtime_ns, stat.st_size):
-        return itself
-    return str(import_robot(given))
+    path = Path(url)
+
+    def refuse(value: str, reason: str) -> InputError:
+        remedy = f"cannot be read: {reason}"
+        return InputError(source=url, field="robot.model", value=value, remedy=remedy)
+
+    try:
+        given = find_given(url)
+        path = given.found.path
+        stat = path.stat()
+        if given.overrides == Overrides() and (
+            _is_imported(str(path)) or _is_normal(str(path), stat.st_mtime_ns, stat.st_size)
+        ):
+            return url if "://" in url or user_path(url).is_file() else str(path)  # of a name
+        return str(import_robot(given))
+    except OSError as error:
+        raise refuse(error.filename or str(path), error.strerror or str(error)) from None
+    except UnicodeEncodeError:
+        raise refuse(str(path), "its name, or a folder's, is no UTF-8; rename it") from None
 
 
 def _is_imported(file: str) -> bool:

@@ -13,11 +13,12 @@ import yaml
 from drake_quad.errors import InputError
 from drake_quad.scenario import load_scenario, parse_scenario
 from drake_quad.scenario_config import Scenario
-from drake_quad.scenario_schema import conform, parse_yaml
+from drake_quad.scenario_schema import conform
 from drake_quad.sweep.draws import Value, extremes
 from drake_quad.sweep.study_check import check_study
 from drake_quad.sweep.study_config import Bound, Gate, Limits, Study, Vary
 from drake_quad.user_path import user_path
+from drake_quad.yaml_text import parse_yaml
 
 _PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
 # What conform cannot know the types of: they are checked here, or by the scenario itself.
@@ -83,7 +84,7 @@ def parse_study(text: str, *, source: str) -> Study:
     if not text.strip():
         remedy = "empty: a study needs a scenario at least"
         raise InputError(source=source, field="document", value="", remedy=remedy)
-    data = parse_yaml(text, source=source)
+    data = parse_yaml(text, source=source, needs="scenario: ...")
     free = _take_free(data, source=source)
     plain = conform(data, Study, path="", source=source)
     varies = plain.pop("vary", [])

@@ -12,6 +12,7 @@ import platformdirs
 import yaml
 
 from drake_quad.errors import InputError
+from drake_quad.robot.importing.check_said import check_said
 from drake_quad.robot.importing.collision import (
     between_hips,
     foot_shape,
@@ -23,8 +24,9 @@ from drake_quad.robot.importing.locate import Found, files_named_in, find_robot
 from drake_quad.robot.importing.mapping import make_mapping
 from drake_quad.robot.importing.mesh_files import have_trimesh
 from drake_quad.robot.importing.normal_form import NormalRobot, normalise
-from drake_quad.robot.importing.overrides import SUFFIX, Overrides, read_overrides
+from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.parse_source import Parsed, parse
+from drake_quad.robot.importing.read_overrides import is_yaml, read_overrides
 from drake_quad.robot.importing.read_robot import read_robot
 from drake_quad.robot.importing.records import Note, Piece
 from drake_quad.robot.importing.visual import write_visuals
@@ -62,14 +64,30 @@ def find_given(model: str) -> Given:
         InputError: If it is not there.
     """
     found = find_robot(model)
-    if not found.path.name.endswith((SUFFIX, ".yaml", ".yml")):
+    if not is_yaml(found.path):
         return Given(found, Overrides(), model)
     overrides = read_overrides(found.path)
-    inner = overrides.model
-    beside = found.path.parent / inner
-    own = find_robot(str(beside) if "://" not in inner and beside.is_file() else inner)
+    own = _named_in(found.path, overrides.model)
     name = overrides.name or found.name
     return Given(Found(own.path, model, name), overrides, model)
+
+
+def _named_in(yaml_path: Path, inner: str) -> Found:
+    """The robot's own file, which a `.robot.yaml` names as `inner`."""
+
+    def refuse(remedy: str) -> InputError:
+        return InputError(source=yaml_path.name, field="model", value=inner, remedy=remedy)
+
+    beside = yaml_path.parent / inner
+    try:
+        own = find_robot(str(beside) if "://" not in inner and beside.is_file() else inner)
+    except InputError as error:
+        raise refuse(f"{error.remedy} (relative to {yaml_path.parent})") from None
+    except OSError as error:  # a name longer than any file's
+        raise refuse(f"cannot be read as a robot: {error.strerror}") from None
+    if is_yaml(own.path):
+        raise refuse("names another .robot.yaml; name the robot's own URDF, SDF or MJCF")
+    return own
 
 
 def import_robot(given: Given) -> Path:
@@ -132,7 +150,9 @@ def normal_robot(parsed: Parsed, given: Given) -> NormalRobot:
         name=given.found.name,
         legs=list(legs.values()) if legs else None,
     )
-    return normalise(raw, given.overrides, source=given.source)
+    robot = normalise(raw, given.overrides, source=given.source)
+    check_said(robot, given.overrides, source=given.source)
+    return robot
 
 
 def collision_shapes(robot: NormalRobot) -> tuple[dict[str, list[Piece]], list[Note]]:

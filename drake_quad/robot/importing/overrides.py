@@ -1,17 +1,10 @@
 """What a person may say of a robot that its file does not, or says wrongly: a `.robot.yaml`."""
 
-from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-import yaml
 
-from drake_quad.errors import InputError
-from drake_quad.gait.legs import SHORT_NAMES
 from drake_quad.robot.importing.limits import JointLimits
-
-SUFFIX = ".robot.yaml"
 
 
 @dataclass(frozen=True)
@@ -76,79 +69,3 @@ class Overrides:
             speed=limits.speed if self.speed is None else np.array(self.speed, dtype=float),
             notes=notes,
         )
-
-
-def read_overrides(path: Path) -> Overrides:
-    """Reads a `.robot.yaml`.
-
-    Raises:
-        InputError: If it is no such file, or a field of it is unknown or of the wrong kind.
-    """
-    source = path.name
-
-    def refuse(name: str, value: object, remedy: str) -> InputError:
-        return InputError(source=source, field=name, value=value, remedy=remedy)
-
-    try:
-        data: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = " ".join(str(error).split())
-        raise refuse("robot.model", str(path), f"cannot be read: {reason}") from None
-    if not isinstance(data, dict) or not isinstance(data.get("model"), str):
-        raise refuse("model", data, "the file must name the robot's own file as `model`")
-    known = [f.name for f in fields(Overrides)]
-    for name in data:
-        if name not in known:
-            raise refuse(str(name), data[name], f"no such field; there are {', '.join(known)}")
-    given = {name: value for name, value in data.items() if value is not None}
-    for name, count in (("effort", 3), ("speed", 3), ("abduction", 2), ("hip", 2), ("knee", 2)):
-        if name in given:
-            given[name] = _numbers(given[name], count, refuse, name)
-    for name in ("abduction", "hip", "knee"):
-        if name in given and not given[name][0] < given[name][1]:
-            raise refuse(name, given[name], "the smaller first")
-    if "knee" in given and given["knee"][0] < 0.0:
-        raise refuse("knee", given["knee"], "how far it bends at least and at most: not negative")
-    for name in ("effort", "speed"):
-        if name in given and min(given[name]) <= 0.0:
-            raise refuse(name, given[name], "must be greater than 0")
-    for name in ("foot_radius", "forward_deg"):
-        if name in given:
-            given[name] = _numbers([given[name]], 1, refuse, name)[0]
-    if given.get("foot_radius", 1.0) <= 0.0:
-        raise refuse("foot_radius", given["foot_radius"], "must be greater than 0")
-    if "knees" in given:
-        given["knees"] = _knees(given["knees"], refuse)
-    legs = given.get("legs")
-    if legs is not None and (
-        not isinstance(legs, dict)
-        or sorted(legs) != sorted(SHORT_NAMES)
-        or any(
-            not isinstance(v, list) or len(v) != 3 or any(not isinstance(n, str) for n in v)
-            for v in legs.values()
-        )
-    ):
-        raise refuse("legs", legs, "three joints' names for each of FL, FR, RL, RR are needed")
-    return Overrides(**given)
-
-
-def _numbers(value: Any, count: int, refuse: Any, name: str) -> list[float]:
-    """A list of just so many finite numbers."""
-    ok = isinstance(value, list) and len(value) == count
-    if not ok or any(isinstance(x, bool) or not isinstance(x, (int, float)) for x in value):
-        raise refuse(name, value, f"{count} numbers are needed" if count > 1 else "not a number")
-    if not np.all(np.isfinite(value)):
-        raise refuse(name, value, "must be finite")
-    return [float(x) for x in value]
-
-
-def _knees(value: Any, refuse: Any) -> dict[str, str]:
-    """The side of each leg's knee."""
-    sides = {leg: value for leg in SHORT_NAMES} if isinstance(value, str) else value
-    if (
-        not isinstance(sides, dict)
-        or not set(sides) <= set(SHORT_NAMES)
-        or not set(map(str, sides.values())) <= {"forward", "backward"}
-    ):
-        raise refuse("knees", value, "`forward` or `backward`, or one of them by leg (FL: ...)")
-    return dict(sides)

@@ -1,0 +1,110 @@
+"""YAML text as plain data, or one clear error: nothing in it hangs, chokes or is silently lost."""
+
+from typing import Any
+
+import yaml
+from pydrake.common.yaml import yaml_load_data
+
+from drake_quad.errors import InputError, brief
+
+MOST_VALUES = 1_000_000  # in a document, its aliases written out
+# Scalars that Python makes something of, or chokes on.
+MADE = {f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "timestamp")}
+CHOKED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
+
+
+def parse_yaml(text: str, *, source: str, needs: str = "course: [...]") -> dict[str, Any]:
+    """The document of a file as plain data.
+
+    Top-level keys that begin with an underscore hold anchors for the rest, and are dropped.
+
+    Args:
+        text: The document.
+        source: Its file, for errors.
+        needs: An example of a field that it has, for errors.
+
+    Raises:
+        InputError: Not YAML, a key given twice, a number or date that is none, aliases without
+            end, empty, or not a mapping.
+    """
+
+    def error(value: Any, remedy: str) -> InputError:
+        return InputError(source=source, field="document", value=value, remedy=remedy)
+
+    try:
+        loader = yaml.SafeLoader("")
+        _weigh(yaml.compose(text, Loader=yaml.SafeLoader), {}, loader)
+        data = yaml_load_data(text, private=True)
+    except yaml.MarkedYAMLError as problem:
+        mark = problem.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "somewhere"
+        said = " ".join(word for word in (problem.context, problem.problem) if word)
+        raise error(where, f"not YAML: {said}") from None
+    except RecursionError:
+        raise error("text", "not YAML: brackets within brackets too deep to be read") from None
+    except (yaml.YAMLError, *CHOKED) as problem:
+        raise error("text", f"not YAML: {' '.join(str(problem).split())}") from None
+    if data is None:
+        raise error("", f"empty: {needs} is needed at least")
+    if not isinstance(data, dict):
+        raise error(type(data).__name__, f"must be a mapping of fields, such as {needs}")
+    return {key: value for key, value in data.items() if not str(key).startswith("_")}
+
+
+def _weigh(node: Any, seen: dict[int, int], loader: yaml.SafeLoader) -> int:
+    """How many values a node comes to with its aliases written out.
+
+    Args:
+        node: As composed.
+        seen: What the nodes so far come to, by id; 0 while a node is being looked at.
+        loader: Makes scalars.
+
+    Raises:
+        MarkedYAMLError: At a key that its mapping already has (YAML would drop the first), at a
+            scalar that cannot be made, and where there are too many values.
+    """
+    if node is None:
+        return 0
+    if id(node) not in seen:
+        seen[id(node)] = 0
+        if isinstance(node, yaml.SequenceNode):
+            total = 1 + sum(_weigh(item, seen, loader) for item in node.value)
+        elif isinstance(node, yaml.MappingNode):
+            _refuse_twins(node)
+            total = 1 + sum(_weigh(value, seen, loader) for _, value in node.value)
+        else:
+            total = 1
+            _try_scalar(node, loader)
+        seen[id(node)] = total
+    if not 0 < seen[id(node)] <= MOST_VALUES:
+        many = "holds itself" if not seen[id(node)] else f"comes to more than {MOST_VALUES} values"
+        raise yaml.MarkedYAMLError(
+            problem=f"what is here {many}, by its aliases", problem_mark=node.start_mark
+        )
+    return seen[id(node)]
+
+
+def _refuse_twins(node: yaml.MappingNode) -> None:
+    """Raises yaml's own error at a key that is no word, and at one that was there before."""
+    keys = set()
+    for key, _ in node.value:
+        if not isinstance(key, yaml.ScalarNode):
+            raise yaml.MarkedYAMLError(problem="a key is a word", problem_mark=key.start_mark)
+        if key.value in keys:
+            raise yaml.MarkedYAMLError(
+                problem=f"{brief(key.value)[1:-1]} is given twice", problem_mark=key.start_mark
+            )
+        keys.add(key.value)
+
+
+def _try_scalar(node: yaml.ScalarNode, loader: yaml.SafeLoader) -> None:
+    """Raises yaml's own error if the scalar is no such number, date or yes-no as it says."""
+    if node.tag not in MADE:
+        return
+    try:
+        loader.construct_object(node)
+    except CHOKED:
+        kind = {"int": "whole number", "float": "number", "timestamp": "date"}
+        word = node.tag.rpartition(":")[2]
+        problem = f"{brief(node.value)} is no {kind.get(word, word)}; text goes in quotes"
+        raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark) from None
