@@ -66,9 +66,12 @@ def _without_materials(dae: bytes) -> bytes:
 def read_points(path: Path) -> FloatArray | None:
     """All vertices of a mesh, (n, 3), or None if it cannot be read."""
     if path.suffix.lower() == ".obj":
-        lines = path.read_text(errors="replace").splitlines()
-        rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
-        points = np.array(rows, dtype=float).reshape(-1, 3)
+        try:
+            lines = path.read_text(errors="replace").splitlines()
+            rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
+            points = np.array(rows, dtype=float).reshape(-1, 3)
+        except (OSError, ValueError):
+            return None
     else:
         parts = [np.asarray(part.vertices, dtype=float) for part in load_parts(path)]
         points = np.concatenate(parts) if parts else np.zeros((0, 3))
