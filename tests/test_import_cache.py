@@ -96,3 +96,11 @@ def test_normal_form_that_is_none_is_not_kept(
             load_robot(path)
         assert caught.value.source == path
     assert list(cache.iterdir()) == []
+
+
+def test_normal_form_whose_inertia_drake_would_replace_is_none(tmp_path: Path) -> None:
+    """A mass below zero in a file of this form is refused as in any other."""
+    shipped = Path(load_robot("paper_quadruped").url).read_text()
+    light = shipped.replace('<mass value="', '<mass value="-', 1)
+    with pytest.raises(InputError, match="mass"):
+        load_robot(write(tmp_path, light))
