@@ -70,6 +70,8 @@ WRONG = {  # sample, what in it becomes what, and words of the line that refuses
     "MJCF foot without size": (M, ' size="0.02"', "", "FL_shank: sphere.size = None"),
     "MJCF mass 0": (M, 'mass="9.0"', 'mass="0"', "body: mass = '0'"),
     "MJCF no body's inertia": (M, '"0.004 0.005', '"0.004 -0.005', "body: inertial.diaginertia"),
+    "MJCF two inertials": (M, GEOM, f"{GEOM}<inertial mass='1'/>", "body: inertial = 2"),
+    "MJCF angle": (M, "<worldbody>", '<compiler angle="degrees"/><worldbody>', "compiler.angle"),
     "MJCF armature below 0": (M, JOINT, f'{JOINT} armature="-1"', "FL_hip_joint: armature = '-1'"),
     "MJCF armature in words": (M, JOINT, f'{JOINT} armature="much"', "armature = 'much'"),
     "MJCF torque in words": (M, JOINT, f'{JOINT} actuatorfrcrange="a b"', "actuatorfrcrange"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from import_rig import write
 from pydrake.geometry import Box
-from test_import_formats import sdf
+from test_import_formats import mjcf, sdf
 from test_import_repairs import CUBE, collision_shapes, notes_of
 
 from drake_quad.robot.load_robot import load_robot
@@ -40,11 +40,16 @@ def test_mesh_declared_convex_is_a_mesh(kind: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(box.size(), (1.0, 2.0, 3.0))
 
 
-@pytest.mark.parametrize("line", ["v a b c", "v 1 2"])
+@pytest.mark.parametrize("line", ["v a b c", "v 1 2", "v 1 2 nan", "v 1 2 1e300"])
 def test_mesh_with_a_bad_vertex_is_dropped(line: str, tmp_path: Path) -> None:
     """It cannot be read, which is told."""
     write(tmp_path, f"{CUBE}{line}\n", "cube.obj")
     robot = with_cube(tmp_path)
+    assert "mesh cube.obj cannot be read" in "\n".join(notes_of(robot))
+    asset = '<asset><mesh name="cube" file="cube.obj"/></asset><worldbody>'
+    text = mjcf().replace("<worldbody>", asset)
+    text = text.replace("<freejoint/>", '<freejoint/><geom type="mesh" mesh="cube"/>')
+    robot = load_robot(write(tmp_path, text, "r.xml"))
     assert "mesh cube.obj cannot be read" in "\n".join(notes_of(robot))
 
 

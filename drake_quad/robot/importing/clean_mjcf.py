@@ -64,6 +64,9 @@ def _refuse_unread(c: Cleaned, compiler: dict[str, str]) -> None:
                 remedy = "is not read: write what it makes into the file as bodies"
                 name = element.get("name") or element.get("prefix") or ""
                 raise c.refuse(f"<{element.tag}>", name, remedy)
+    angle = compiler.get("angle", "degree")
+    if angle not in ("degree", "radian"):
+        raise c.refuse("compiler.angle", angle, "must be degree or radian")
     for key in _UNREAD_MASSES:
         if any(value > 0.0 for value in c.strictly(compiler.get(key), f"compiler.{key}")):
             remedy = "is not read: write the masses that it makes into the file"

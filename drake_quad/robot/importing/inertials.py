@@ -67,10 +67,12 @@ def check_mjcf_inertial(c: Cleaned, body: ET.Element) -> None:
     """Looks at a body of an MJCF.
 
     Raises:
-        InputError: If its mass is not above zero, or no body has its inertia.
+        InputError: If it has two, its mass is not above zero, or no body has its inertia.
     """
-    name = body.get("name", "")
-    for inertial in body.findall("inertial"):
+    name, found = body.get("name", ""), body.findall("inertial")
+    if len(found) > 1:
+        raise c.refuse(f"{name}: inertial", len(found), "give one")
+    for inertial in found:
         _above_zero(c, name, inertial.get("mass"))
         for key, count in (("diaginertia", 3), ("fullinertia", 6)):
             values = floats(inertial.get(key))
