@@ -45,9 +45,11 @@ def check_numbers(root: ET.Element, source: str) -> None:
     Raises:
         InputError: Naming the element, its attribute and the text.
     """
-    named = ""
-    for element in root.iter():
-        named = element.get("name") or named
+    ahead = [(root, "")]
+    while ahead:
+        element, holder = ahead.pop()
+        named = element.get("name") or element.get("joint") or holder
+        ahead += [(child, named) for child in reversed(element)]
         tag = element.tag.rpartition(COLON)[2]
         places = [(key, text) for key, text in element.attrib.items() if key in _NUMERIC]
         if len(element) == 0 and element.text and tag not in _NAMING:
@@ -57,7 +59,7 @@ def check_numbers(root: ET.Element, source: str) -> None:
                 kind = key or tag
                 limited = kind in _NUMERIC - _MAY_BE_INFINITE
                 if math.isnan(number) or (limited and abs(number) > GREATEST):
-                    place = f"{named}: {element.tag.replace(COLON, ':')}"
+                    place = (f"{named}: " if named else "") + element.tag.replace(COLON, ":")
                     raise InputError(
                         source=source,
                         field=place + (f".{key}" if key else ""),
