@@ -83,3 +83,24 @@ def test_place_that_cannot_be_written_is_refused(
     monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "file" / "cache"))
     with pytest.raises(InputError, match="set DRAKE_QUAD_CACHE to another directory"):
         load_robot(write(tmp_path, TEXT))
+
+
+def test_normal_form_that_is_none_is_not_kept(
+    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The line names the file that was given, and the next try starts anew."""
+    monkeypatch.setattr(module, "make_urdf", lambda *_, **__: '<robot name="r"/>')
+    path = write(tmp_path, TEXT)
+    for _ in range(2):
+        with pytest.raises(InputError) as caught:
+            load_robot(path)
+        assert caught.value.source == path
+    assert list(cache.iterdir()) == []
+
+
+def test_normal_form_whose_inertia_drake_would_replace_is_none(tmp_path: Path) -> None:
+    """A mass below zero in a file of this form is refused as in any other."""
+    shipped = Path(load_robot("paper_quadruped").url).read_text()
+    light = shipped.replace('<mass value="', '<mass value="-', 1)
+    with pytest.raises(InputError, match="mass"):
+        load_robot(write(tmp_path, light))

@@ -15,6 +15,7 @@ from drake_quad.errors import InputError
 from drake_quad.robot.importing.import_robot import MAPPING, find_given, import_robot
 from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.parse_source import PARSER_ERRORS
+from drake_quad.robot.importing.parser_reason import parser_reason, quiet
 from drake_quad.robot.read_model import EXACT, IMPORTED, read_model
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.user_path import user_path
@@ -100,19 +101,17 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
     """
     if not path.endswith(".urdf"):
         return False
-    logger = logging.getLogger("drake")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)  # what is wrong with it, the importer says
-    try:
-        plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
-        plant.RegisterAsSourceForSceneGraph(scene_graph)
-        instance = _parse(plant, path)
-        plant.Finalize()
-        robot = read_model(plant, scene_graph, instance, url=path)
-    except (InputError, *PARSER_ERRORS):
+    with quiet(logging.WARNING) as said:  # what is wrong with it, the importer says
+        try:
+            plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+            plant.RegisterAsSourceForSceneGraph(scene_graph)
+            instance = _parse(plant, path)
+            plant.Finalize()
+            robot = read_model(plant, scene_graph, instance, url=path)
+        except (InputError, *PARSER_ERRORS):
+            return False
+    if any("inertia" in line for line in said):  # Drake puts another in the place of a wrong one
         return False
-    finally:
-        logger.setLevel(level)
     limits = (robot.q_lower, robot.q_upper, robot.effort, robot.speed)
     return bool(np.all(np.isfinite(limits)) and np.all(robot.speed > 0.0))
 
@@ -137,7 +136,7 @@ def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:
         else:
             models = parser.AddModels(str(user_path(file).resolve()))
     except PARSER_ERRORS as error:
-        raise refuse(f"cannot be read as a robot: {str(error).splitlines()[0]}") from None
+        raise refuse(f"cannot be read as a robot: {parser_reason(error, [], {})}") from None
     if len(models) != 1:
         raise refuse(f"holds {len(models)} models; give a file with one")
     instance: ModelInstanceIndex = models[0]

@@ -4,9 +4,11 @@ import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from drake_quad.robot.importing.cleaned import Cleaned, Drive
+from drake_quad.robot.importing.cleaned import DRIVE_NUMBERS, Cleaned, Drive
+from drake_quad.robot.importing.inertials import check_urdf_inertial
 from drake_quad.robot.importing.records import REPAIRED
-from drake_quad.robot.importing.xml_text import _COLON, floats, read_xml
+from drake_quad.robot.importing.xml_numbers import COLON, floats
+from drake_quad.robot.importing.xml_text import read_xml
 
 
 def clean_urdf(c: Cleaned) -> None:
@@ -14,11 +16,15 @@ def clean_urdf(c: Cleaned) -> None:
 
     Args:
         c: Of which the tree is changed and the rest is filled.
+
+    Raises:
+        InputError: If a mass or a drive's number is none.
     """
     _inline_materials(c.root)
     _let_float(c)
     for link in c.root.findall("link"):
         name = link.get("name", "")
+        check_urdf_inertial(c, link)
         for kind in ("visual", "collision"):
             for element in list(link.findall(kind)):
                 mesh = element.find("geometry/mesh")
@@ -41,12 +47,11 @@ def clean_urdf(c: Cleaned) -> None:
         for name in [j.get("name", "") for j in transmission.findall("joint")]:
             drive = c.drives.get(name)
             for actuator in transmission.findall("actuator") if drive else ():
-                rotor = actuator.find(f"drake{_COLON}rotor_inertia")
-                gear = actuator.find(f"drake{_COLON}gear_ratio")
-                if drive and rotor is not None:
-                    drive.rotor_inertia = (floats(rotor.get("value")) or [0.0])[0]
-                if drive and gear is not None:
-                    drive.gear_ratio = (floats(gear.get("value")) or [1.0])[0]
+                for tag, otherwise, most in DRIVE_NUMBERS:
+                    told = actuator.find(f"drake{COLON}{tag}")
+                    if told is not None:
+                        text, field = told.get("value"), f"{name}: {tag}"
+                        setattr(drive, tag, c.drive_number(text, field, otherwise, most))
         c.root.remove(transmission)
     c.reference.update(_standing_pose(c))
 

@@ -6,7 +6,7 @@ shank reaches beyond it.
 """
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Mesh, Sphere
+from pydrake.geometry import Box, Capsule, Convex, Mesh, Sphere
 from pydrake.math import RigidTransform
 
 from drake_quad.gait.legs import FloatArray
@@ -88,7 +88,7 @@ def _id(leg: NormalLeg) -> str:
 
 def _is_mesh(piece: Piece) -> bool:
     """Whether a shape is no primitive."""
-    return isinstance(piece.shape, Mesh) or type(piece.shape).__name__ in ("Convex", "MeshcatCone")
+    return isinstance(piece.shape, (Mesh, Convex))
 
 
 def _within_foot(piece: Piece, foot: FloatArray, radius: float) -> bool:

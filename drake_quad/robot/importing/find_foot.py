@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
+from pydrake.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, Mesh, Sphere
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.importing.mesh_files import read_points
@@ -68,7 +68,7 @@ def find_foot(shank: Group, knee: FloatArray, *, radius: float | None = None) ->
 def points_of(piece: Piece) -> FloatArray:
     """Points whose hull is a shape or holds it, (n, 3) in the frame of its pose [m]."""
     s = piece.shape
-    if isinstance(s, Mesh):
+    if isinstance(s, (Mesh, Convex)):
         points = read_points(s.source().path())
         local = np.zeros((1, 3)) if points is None else points * np.array(s.scale3())
     else:

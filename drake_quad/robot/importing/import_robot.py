@@ -4,6 +4,8 @@ import hashlib
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -26,6 +28,7 @@ from drake_quad.robot.importing.mesh_files import have_trimesh
 from drake_quad.robot.importing.normal_form import NormalRobot, normalise
 from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.parse_source import Parsed, parse
+from drake_quad.robot.importing.read_again import read_again
 from drake_quad.robot.importing.read_overrides import is_yaml, read_overrides
 from drake_quad.robot.importing.read_robot import read_robot
 from drake_quad.robot.importing.records import Note, Piece
@@ -101,40 +104,54 @@ def import_robot(given: Given) -> Path:
     urdf = folder / f"{given.found.name}.urdf"
     if urdf.is_file():
         return urdf
-    try:
+    with _kept(given):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".making_") as making:
-            _make(given, Path(making) / folder.name)
+        place = tempfile.TemporaryDirectory(dir=folder.parent, prefix=".making_")
+    with place as making:
+        _make(given, Path(making) / folder.name)
+        with _kept(given):
             try:
                 (Path(making) / folder.name).replace(folder)
             except OSError:  # another process was quicker, or left half a folder
                 if not urdf.is_file():
                     shutil.rmtree(folder, ignore_errors=True)
                     (Path(making) / folder.name).replace(folder)
+    return urdf
+
+
+@contextmanager
+def _kept(given: Given) -> Iterator[None]:
+    """Says of a place where nothing can be written how to give another."""
+    try:
+        yield
     except OSError as error:
         raise InputError(
             source=given.source,
             field=CACHE_VARIABLE,
-            value=str(folder.parent),
+            value=str(cache_directory()),
             remedy=f"imported robots cannot be kept there: {error.strerror or error}; "
             f"set {CACHE_VARIABLE} to another directory",
         ) from None
-    return urdf
 
 
 def _make(given: Given, folder: Path) -> None:
     """Imports the robot into a new folder."""
-    folder.mkdir()
+    urdf = folder / f"{given.found.name}.urdf"
     with parse(given.found) as parsed:
         robot = normal_robot(parsed, given)
         collision, notes = collision_shapes(robot)
-        visual, more = write_visuals(robot, folder, collision)
-        notes = list(dict.fromkeys([*parsed.cleaned.notes, *robot.notes, *notes, *more]))
-        comment = f"Normal form of {given.found.path.name}, made by drake_quad; see {MAPPING}."
-        text = make_urdf(robot, collision, visual, comment=comment.replace("--", "-"))
-    (folder / f"{given.found.name}.urdf").write_text(text, encoding="utf-8")
-    mapping = make_mapping(robot, notes, source=given.found.path.name)
-    (folder / MAPPING).write_text(yaml.safe_dump(mapping, sort_keys=False), encoding="utf-8")
+        with _kept(given):
+            folder.mkdir()
+            visual, more = write_visuals(robot, folder, collision)
+            notes = list(dict.fromkeys([*parsed.cleaned.notes, *robot.notes, *notes, *more]))
+            comment = f"Normal form of {given.found.path.name}, made by drake_quad; see {MAPPING}."
+            text = make_urdf(robot, collision, visual, comment=comment.replace("--", "-"))
+            urdf.write_text(text, encoding="utf-8")
+            mapping = yaml.safe_dump(
+                make_mapping(robot, notes, source=given.found.path.name), sort_keys=False
+            )
+            (folder / MAPPING).write_text(mapping, encoding="utf-8")
+    read_again(urdf, given.source)
 
 
 def normal_robot(parsed: Parsed, given: Given) -> NormalRobot:

@@ -4,11 +4,13 @@ import numpy as np
 
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.importing.find_foot import Foot
 from drake_quad.robot.importing.find_legs import AXIS_TOLERANCE, between
 from drake_quad.robot.importing.leg_frames import LegFrames
 from drake_quad.robot.importing.records import APPROXIMATED, Note, RawLeg, RawRobot
 
 APART = 0.5  # of thigh and shank: heights of the hip pitch axis over the abduction axis, at most
+THINNEST = 1e-3  # [m] radius of a foot
 SQUARE = 1e-3  # [rad] out of square, from which it is worth a note
 
 
@@ -55,6 +57,33 @@ def check_directions(leg: RawLeg, axes: FloatArray, source: str) -> None:
                 value=np.round(axes[k], 3).tolist(),
                 remedy=f"axis, {np.rad2deg(angle):.0f}° off: joint {k + 1} of a leg {rule}",
             )
+
+
+def check_names(raw: RawRobot, source: str) -> None:
+    """Refuses links and joints whose names no URDF can hold: twice, `world`, or with `::`."""
+    links = [raw.trunk.name, *(group.name for leg in raw.legs for group in leg.groups)]
+    joints = [hinge.name for leg in raw.legs for hinge in leg.hinges]
+    for kind, names in (("link", links), ("joint", joints)):
+        for name in names:
+            fault = "is the name of more than one" if names.count(name) > 1 else ""
+            if (kind, name) == ("link", "world"):
+                fault = "is the name of what the robot stands in"
+            if "::" in name:
+                fault = "holds ::, which stands between names of models"
+            if fault:
+                remedy = f"{fault}; give each {kind} of the robot a name of its own"
+                raise InputError(source=source, field=f"{kind}.name", value=name, remedy=remedy)
+
+
+def check_foot(leg: RawLeg, foot: Foot, shank: float, source: str) -> None:
+    """Refuses a foot that is no ball at the end of a shank of this length [m]."""
+    if not THINNEST <= foot.radius <= 0.5 * shank:
+        raise InputError(
+            source=source,
+            field=f"{leg.groups[2].name}: radius of its foot",
+            value=foot.radius,
+            remedy=f"must be from {THINNEST:g} m to half of the shank, {0.5 * shank:.3g} m here",
+        )
 
 
 def check_lengths(leg: RawLeg, frames: LegFrames, notes: list[Note], source: str) -> None:

@@ -7,7 +7,14 @@ from pathlib import Path
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importing.catalogue import PACKAGES, find_by_name, is_name, root_of
+from drake_quad.robot.importing.xml_text import read_text
 from drake_quad.user_path import user_path
+
+_FOLDER = re.compile(r"(?:meshdir|assetdir)\s*=\s*(['\"])(.+?)\1")
+_NAMED = re.compile(r"(?:filename|file)\s*=\s*(['\"])(.+?)\1|<uri>\s*([^<\s]+)")
+_INCLUDED = re.compile(
+    r"<include\b(?:[^>]*?\sfile\s*=\s*[\"']([^\"']+)|.*?<uri>\s*([^<\s]+))", re.DOTALL
+)
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,7 @@ def find_robot(model: str) -> Found:
     if "://" not in model:
         path = user_path(model)
         if path.is_file():
-            return Found(path.resolve(), model, path.name.split(".")[0])
+            return Found(path.resolve(), model, path.name.split(".")[0] or "robot")
         if is_name(model):  # before directories: that of a robot's run is often named after it
             return Found(find_by_name(model), model, model.rpartition(":")[2])
         if path.is_dir():
@@ -51,7 +58,7 @@ def find_robot(model: str) -> Found:
     found = resolve(model, beside=Path())
     if found is None:
         raise refuse("cannot be read as a robot: no such package, or no such file in it")
-    return Found(found, model, found.name.split(".")[0])
+    return Found(found, model, found.name.split(".")[0] or "robot")
 
 
 def resolve(uri: str, *, beside: Path) -> Path | None:
@@ -84,20 +91,35 @@ def resolve(uri: str, *, beside: Path) -> Path | None:
 
 
 def files_named_in(path: Path) -> list[Path]:
-    """The meshes and other files that a robot's file names, as far as they are there, and SRDFs."""
-    text = path.read_text(encoding="utf-8", errors="replace")
-    folders = ["", *re.findall(r'(?:meshdir|assetdir)\s*=\s*"([^"]+)"', text)]
-    named = set(re.findall(r'(?:filename|file)\s*=\s*"([^"]+)"|<uri>\s*([^<\s]+)', text))
-    found = {
-        resolve(uri if "://" in uri or not folder else f"{folder}/{uri}", beside=path.parent)
-        for pair in named
-        for uri in pair
+    """The meshes and other files that a robot's file names, as far as they are there, and SRDFs.
+
+    Files that it includes, or that those include, count with all that they name.
+    """
+    texts, pending, bases = [], [path], {path.parent: None}
+    found: set[Path | None] = {path}
+    while pending:
+        file = pending.pop()
+        bases[file.parent] = None
+        try:
+            texts.append(read_text(file))
+        except (OSError, LookupError, UnicodeError):
+            continue  # whoever reads it as a robot says so
+        # SDF resolves beside the file that includes, MJCF beside the first one.
+        uris = [uri for pair in _INCLUDED.findall(texts[-1]) for uri in pair if uri]
+        new = {resolve(uri, beside=base) for uri in uris for base in (file.parent, path.parent)}
+        pending += [p for p in new - found if p is not None]
+        found |= new
+    text = "\n".join(texts)
+    folders = ["", *(folder for _, folder in _FOLDER.findall(text))]
+    found |= {
+        resolve(uri if "://" in uri or not folder else f"{folder}/{uri}", beside=base)
+        for uri in {uri for _, *pair in _NAMED.findall(text) for uri in pair if uri}
         for folder in folders
-        if uri
+        for base in bases
     }
     for place in (path.parent, path.parent.parent / "srdf"):
         found |= set(place.glob("*.srdf"))
-    return sorted(p for p in found if p is not None)
+    return sorted(p for p in found - {path} if p is not None)
 
 
 def _file(path: Path) -> Path | None:

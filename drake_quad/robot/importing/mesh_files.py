@@ -16,6 +16,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from drake_quad.gait.legs import FloatArray
 
+FARTHEST = 1e9  # in a mesh's own units
+
 
 @cache
 def have_trimesh() -> bool:
@@ -36,7 +38,7 @@ def load_parts(path: Path) -> list[Any]:
             parts = _surfaces(trimesh.load_scene(bare, file_type="dae"))
     except Exception:  # whatever the parsers of broken files may raise
         return []
-    return parts
+    return parts if all(_are_points(part.vertices) for part in parts) else []
 
 
 def _surfaces(scene: Any) -> list[Any]:
@@ -66,13 +68,21 @@ def _without_materials(dae: bytes) -> bytes:
 def read_points(path: Path) -> FloatArray | None:
     """All vertices of a mesh, (n, 3), or None if it cannot be read."""
     if path.suffix.lower() == ".obj":
-        lines = path.read_text(errors="replace").splitlines()
-        rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
-        points = np.array(rows, dtype=float).reshape(-1, 3)
+        try:
+            lines = path.read_text(errors="replace").splitlines()
+            rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
+            points = np.array(rows, dtype=float).reshape(-1, 3)
+        except (OSError, ValueError):
+            return None
     else:
         parts = [np.asarray(part.vertices, dtype=float) for part in load_parts(path)]
         points = np.concatenate(parts) if parts else np.zeros((0, 3))
-    return points if len(points) and np.all(np.isfinite(points)) else None
+    return points if len(points) and _are_points(points) else None
+
+
+def _are_points(points: Any) -> bool:
+    """Whether vertices are numbers, none of them far beyond any robot."""
+    return bool(np.all(np.abs(np.asarray(points, dtype=float)) <= FARTHEST))
 
 
 def hull_as_obj(path: Path, scratch: Path) -> Path | None:
@@ -94,7 +104,7 @@ def hull_as_obj(path: Path, scratch: Path) -> Path | None:
 def whole_as_obj(path: Path, scratch: Path) -> Path | None:
     """The mesh itself as an .obj: where it is if it is one, in `scratch` if not."""
     if path.suffix.lower() == ".obj":
-        return path
+        return path if read_points(path) is not None else None
     made = scratch / f"{_stem(path)}.obj"
     parts = load_parts(path)
     if not parts:

@@ -9,7 +9,9 @@ from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.robot.importing.find_foot import Foot, find_foot
 from drake_quad.robot.importing.leg_checks import (
     check_directions,
+    check_foot,
     check_lengths,
+    check_names,
     corners,
     heading,
 )
@@ -101,6 +103,7 @@ def normalise(raw: RawRobot, overrides: Overrides, *, source: str) -> NormalRobo
         InputError: If a leg is none of the normal form, or the hips are not at four corners.
     """
     notes: list[Note] = []
+    check_names(raw, source)
     yaw, said = heading([leg.hinges[0].axis for leg in raw.legs])
     if overrides.forward_deg is not None:
         yaw = float(np.deg2rad(overrides.forward_deg))
@@ -117,6 +120,7 @@ def normalise(raw: RawRobot, overrides: Overrides, *, source: str) -> NormalRobo
         foot = find_foot(leg.groups[2], leg.hinges[2].point, radius=overrides.foot_radius)
         frames = straighten(axes, points, X_BT @ foot.centre)
         check_lengths(leg, frames, notes, source)
+        check_foot(leg, foot, float(frames.origin[2, 2] - frames.foot[2]), source)
         drafts.append((leg, frames, foot))
     hips = np.array([frames.origin[0] for _, frames, _ in drafts])
     centre = np.round(hips.mean(axis=0), 12)

@@ -1,6 +1,5 @@
 """Reads a robot's file through Drake's parser, cleaned before."""
 
-import logging
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,10 +13,12 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importing.clean_mjcf import clean_mjcf
-from drake_quad.robot.importing.clean_sdf import clean_sdf
+from drake_quad.robot.importing.clean_sdf import clean_sdf, included_file
 from drake_quad.robot.importing.clean_urdf import clean_urdf
 from drake_quad.robot.importing.cleaned import Cleaned
 from drake_quad.robot.importing.locate import Found
+from drake_quad.robot.importing.parser_reason import parser_reason, quiet
+from drake_quad.robot.importing.xml_numbers import COLON
 from drake_quad.robot.importing.xml_text import read_xml, write_xml
 
 # What a file can make Drake raise: its assertions are a SystemExit in Python.
@@ -56,39 +57,30 @@ def parse(found: Found) -> Iterator[Parsed]:
     root = read_xml(found.path, found.model)
     if root.tag not in SUFFIXES:
         raise refuse(
-            f"cannot be read as a robot: it begins with <{root.tag}>; URDF begins with <robot>, "
-            "SDF with <sdf>, MJCF with <mujoco>"
+            f"cannot be read as a robot: it begins with <{root.tag.replace(COLON, ':')}>; "
+            "URDF begins with <robot>, SDF with <sdf>, MJCF with <mujoco>"
         )
     with tempfile.TemporaryDirectory(prefix="drake_quad_") as folder:
         scratch = Path(folder)
-        c = Cleaned(root, found.path.parent, scratch, files=[found.path])
-        if root.tag == "robot":
-            clean_urdf(c)
-        elif root.tag == "sdf":
-            clean_sdf(c)
-        else:
-            clean_mjcf(c, found.model)
+        c = Cleaned(root, found.path.parent, scratch, found.model, files=[found.path])
+        try:
+            {"robot": clean_urdf, "sdf": clean_sdf, "mujoco": clean_mjcf}[root.tag](c)
+        except RecursionError:
+            raise refuse("cannot be read as a robot: models in it are nested too deep") from None
         file = scratch / f"robot{SUFFIXES[root.tag]}"
         write_xml(root, file)
+        said: list[str] = []
         plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
         plant.RegisterAsSourceForSceneGraph(scene_graph)
         try:
-            with _quiet():
+            with quiet() as said:
                 instances = Parser(plant).AddModels(str(file))
-            plant.Finalize()
+                plant.Finalize()
         except PARSER_ERRORS as error:
-            reason = str(error).splitlines()[0].replace(str(file), found.path.name)
+            names = {str(file): found.path.name}
+            for number, path in enumerate(c.included, start=1):
+                names[str(included_file(scratch, number))] = path.name
+            names[f"{scratch}/"] = ""
+            reason = parser_reason(error, said, names)
             raise refuse(f"cannot be read as a robot: {reason}") from None
         yield Parsed(plant, scene_graph, instances, c)
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Without Drake's warnings of all that it does not know in a file."""
-    logger = logging.getLogger("drake")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)

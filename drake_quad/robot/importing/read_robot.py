@@ -1,9 +1,10 @@
 """Reads the legs and the trunk of a parsed robot: masses, axes, limits, shapes, all in T."""
 
 import numpy as np
-from pydrake.geometry import Role
+from pydrake.geometry import HalfSpace, MeshcatCone, Role
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import Joint
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Joint, RigidBody
 from pydrake.systems.framework import Context
 
 from drake_quad.errors import InputError
@@ -11,6 +12,7 @@ from drake_quad.robot.importing.cleaned import Drive
 from drake_quad.robot.importing.find_legs import axis_of, find_legs
 from drake_quad.robot.importing.parse_source import Parsed
 from drake_quad.robot.importing.records import (
+    ASSUMED,
     DROPPED,
     NO_MASS,
     REPAIRED,
@@ -109,10 +111,15 @@ def _set(tree: Tree, context: Context, joint: Joint, angle: float) -> None:
     tree.plant.SetPositions(context, q)
 
 
+def _scoped(plant: MultibodyPlant, part: RigidBody | Joint) -> str:
+    """The name of a body or joint after that of its model."""
+    return f"{plant.GetModelInstanceName(part.model_instance())}::{part.name()}"
+
+
 def _hinge(tree: Tree, context: Context, body: int, drives: dict[str, Drive]) -> Hinge:
     """The joint that carries `body`."""
     joint, line = tree.joint_to[body], axis_of(tree, context, body)
-    drive = drives.get(joint.name(), Drive())
+    drive = drives.get(_scoped(tree.plant, joint), drives.get(joint.name(), Drive()))
     return Hinge(
         name=joint.name(),
         axis=line.axis,
@@ -140,7 +147,9 @@ def _group(
         X_TL = to_T @ body.EvalPoseInWorld(context)
         M = body.CalcSpatialInertiaInBodyFrame(context)
         mass = float(M.get_mass())
-        if mass > 0.0:
+        if _scoped(tree.plant, body) in parsed.cleaned.massless:
+            parsed.cleaned.note(ASSUMED, f"link {body.name()}: no inertial; it has no mass")
+        elif mass > 0.0:
             inertia = np.array(M.CalcRotationalInertia().CopyToFullMatrix3())
             rigid = rigid + RigidMass(mass, np.array(M.CalcComMoment()), inertia).moved(X_TL)
         for role, pieces in shapes.items():
@@ -164,13 +173,16 @@ def _pieces(parsed: Parsed, body: object, role: Role, X_TL: RigidTransform) -> l
     frame = parsed.plant.GetBodyFrameIdOrThrow(body.index())  # type: ignore[attr-defined]
     found = []
     for g in inspector.GetGeometries(frame, role):
-        colour = None
+        colour, name = None, inspector.GetName(g).rpartition("::")[2]
+        if isinstance(inspector.GetShape(g), (HalfSpace, MeshcatCone)):
+            text = f"link {body.name()}: {name} is a plane or cone"  # type: ignore[attr-defined]
+            parsed.cleaned.note(DROPPED, text)
+            continue
         if role == Role.kIllustration:
             properties = inspector.GetIllustrationProperties(g)
             if properties.HasProperty("phong", "diffuse"):
                 rgba = properties.GetProperty("phong", "diffuse")
                 colour = (rgba.r(), rgba.g(), rgba.b(), rgba.a())
-        name = inspector.GetName(g).rpartition("::")[2]
         X = X_TL @ inspector.GetPoseInFrame(g)
         found.append(Piece(name, body.name(), inspector.GetShape(g), X, colour))  # type: ignore[attr-defined]
     return found

@@ -1,5 +1,6 @@
 """A parsed plant as a tree: bodies, and the joints that carry them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from pydrake.multibody.plant import MultibodyPlant
@@ -34,11 +35,7 @@ class Tree:
 
     def welded(self, index: int) -> list[int]:
         """A body and all that is welded to it, outwards."""
-        found = [index]
-        for child in self.children[index]:
-            if self.is_fixed(child):
-                found += self.welded(child)
-        return found
+        return self._outwards(index, self.is_fixed)
 
     def moving(self, index: int) -> list[int]:
         """The bodies that move on what is welded to a body."""
@@ -51,10 +48,14 @@ class Tree:
 
     def below(self, index: int, *, without: frozenset[int] = frozenset()) -> list[int]:
         """A body and all that it carries by whatever joints, but those `without` and theirs."""
-        found = [index]
-        for child in self.children[index]:
-            if child not in without:
-                found += self.below(child, without=without)
+        return self._outwards(index, lambda child: child not in without)
+
+    def _outwards(self, index: int, follow: Callable[[int], bool]) -> list[int]:
+        """A body and all that it carries by those to `follow`, each before what it carries."""
+        found, ahead = [], [index]
+        while ahead:
+            found.append(ahead.pop())
+            ahead += filter(follow, reversed(self.children[found[-1]]))
         return found
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydrake.geometry import Mesh, Sphere
+from pydrake.geometry import Convex, Mesh, Sphere
 
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.importing.catalogue import EXTRA
@@ -57,7 +57,7 @@ def write_visuals(
     for link in (robot.trunk, *(link for leg in robot.legs for link in leg.links)):
         pieces = made.setdefault(link.name, [])
         for piece in link.visual:
-            if not isinstance(piece.shape, Mesh):
+            if not isinstance(piece.shape, (Mesh, Convex)):
                 pieces.append(piece)
                 continue
             path = Path(piece.shape.source().path())

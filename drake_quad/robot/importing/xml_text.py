@@ -1,53 +1,17 @@
-"""A robot's file as an XML tree, whatever it does with namespaces; numbers in it checked."""
+"""A robot's file as an XML tree, whatever it does with namespaces and encodings."""
 
-import math
+import codecs
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from drake_quad.errors import InputError
+from drake_quad.robot.importing.xml_numbers import COLON, check_numbers
 
+MOST_NESTED = 200  # levels of elements: robots have some thirty, Python's stack a thousand
 # A prefix that nobody declares is an error to an XML parser and none to those who write URDF.
 _PREFIXED = re.compile(r"(</?|\s)([A-Za-z_][\w.-]*):([A-Za-z_][\w.-]*)(?=[\s=/>])")
-_COLON = "__colon__"
-_NUMERIC = frozenset(
-    [
-        "xyz",
-        "rpy",
-        "value",
-        "ixx",
-        "iyy",
-        "izz",
-        "ixy",
-        "ixz",
-        "iyz",
-        "mass",
-        "diaginertia",
-        "fullinertia",
-        "pos",
-        "quat",
-        "euler",
-        "axisangle",
-        "range",
-        "size",
-        "axis",
-        "ref",
-        "lower",
-        "upper",
-        "effort",
-        "velocity",
-        "radius",
-        "length",
-        "scale",
-        "damping",
-        "friction",
-        "armature",
-        "ctrlrange",
-        "forcerange",
-        "fromto",
-    ]
-)
-_MAY_BE_INFINITE = frozenset({"lower", "upper", "effort", "velocity", "range", "ctrlrange"})
+_DECLARED = re.compile(rb"\s*<\?xml[^>]*?\sencoding\s*=\s*[\"']([\w.:-]+)[\"']")
 
 
 def read_xml(path: Path, source: str) -> ET.Element:
@@ -58,56 +22,72 @@ def read_xml(path: Path, source: str) -> ET.Element:
     """
 
     def refuse(remedy: str) -> InputError:
+        remedy = f"cannot be read as a robot: {remedy}"
         return InputError(source=source, field="robot.model", value=source, remedy=remedy)
 
     if path.is_dir():
-        raise refuse("cannot be read as a robot: it is a directory; give the robot's file in it")
+        raise refuse("it is a directory; give the robot's file in it")
     try:
-        text = path.read_bytes().decode("utf-8-sig", errors="replace")
+        text = read_text(path)
     except OSError as error:
-        raise refuse(f"cannot be read as a robot: {error.strerror or error}") from None
+        raise refuse(error.strerror or str(error)) from None
+    except (LookupError, UnicodeError) as error:
+        raise refuse(f"it is not in the encoding that it declares ({error})") from None
     if not text.strip():
-        raise refuse("cannot be read as a robot: the file is empty")
+        raise refuse("the file is empty")
     text = re.sub(r"\sxmlns\s*=\s*(\"[^\"]*\"|'[^']*')", "", text)
-    text = _PREFIXED.sub(rf"\1\2{_COLON}\3", text)
+    text = _PREFIXED.sub(rf"\1\2{COLON}\3", text)
     text = re.sub(r"^\s*<\?xml[^>]*\?>", "", text)  # its encoding is no longer true
     try:
         root = ET.fromstring(text)
     except (ET.ParseError, ValueError) as error:
-        raise refuse(f"cannot be read as a robot: it is no XML ({error})") from None
-    _check_numbers(root, source)
+        raise refuse(f"it is no XML ({error})") from None
+    check_depth(root, source)
+    check_numbers(root, source)
     return root
+
+
+def read_text(path: Path) -> str:
+    """A file's text by its byte order mark, by the encoding that it declares, or as UTF-8.
+
+    Raises:
+        OSError: If it cannot be read.
+        LookupError: If nobody knows the encoding that it declares.
+        UnicodeError: If it is not in that encoding.
+    """
+    data = path.read_bytes()
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16")
+    declared = _DECLARED.match(data)
+    encoding = declared[1].decode("ascii").lower() if declared else "utf-8"
+    if encoding in ("utf-8", "utf8", "us-ascii", "ascii"):
+        # Comments are often in another: no reason to refuse a robot.
+        return data.decode("utf-8-sig", errors="replace")
+    return data.decode(encoding)
+
+
+def check_depth(root: ET.Element, source: str) -> None:
+    """Refuses a tree whose elements are nested deeper than any robot's.
+
+    Raises:
+        InputError: If they are.
+    """
+    level, depth = [root], 0
+    while level:
+        depth += 1
+        if depth > MOST_NESTED:
+            raise InputError(
+                source=source,
+                field=f"<{level[0].tag.replace(COLON, ':')}>",
+                value=depth,
+                remedy=f"elements are nested too deep: at most {MOST_NESTED} levels",
+            )
+        level = [child for element in level for child in element]
 
 
 def write_xml(root: ET.Element, path: Path) -> None:
     """Writes the tree, its prefixes as they were."""
-    text = ET.tostring(root, encoding="unicode").replace(_COLON, ":")
+    text = ET.tostring(root, encoding="unicode").replace(COLON, ":")
     if "drake:" in text and "xmlns:drake" not in text:
         text = re.sub(rf"<{root.tag}\b", f'<{root.tag} xmlns:drake="drake"', text, count=1)
     path.write_text(text, encoding="utf-8")
-
-
-def floats(text: str | None) -> list[float]:
-    """The numbers in an attribute; none for none."""
-    try:
-        return [float(word) for word in (text or "").replace(",", " ").split()]
-    except ValueError:
-        return []
-
-
-def _check_numbers(root: ET.Element, source: str) -> None:
-    """Refuses nan anywhere, and infinity where there cannot be any."""
-    named = ""
-    for element in root.iter():
-        named = element.get("name") or named
-        places = [(key, text) for key, text in element.attrib.items() if key in _NUMERIC]
-        if len(element) == 0 and element.text:  # SDF has its numbers between tags
-            places.append(("", element.text))
-        for key, text in places:
-            for number in floats(text):
-                bad = math.isnan(number) or (math.isinf(number) and key not in _MAY_BE_INFINITE)
-                if bad and (key or math.isnan(number)):
-                    field = f"{named}: {element.tag}" + (f".{key}" if key else "")
-                    raise InputError(
-                        source=source, field=field, value=text, remedy="must be a number"
-                    )
