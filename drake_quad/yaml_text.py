@@ -90,6 +90,7 @@ def _refuse_twins(node: yaml.MappingNode) -> None:
     for key, _ in node.value:
         if not isinstance(key, yaml.ScalarNode):
             raise yaml.MarkedYAMLError(problem="a key is a word", problem_mark=key.start_mark)
+        _refuse_halves(key)
         if key.value in keys:
             raise yaml.MarkedYAMLError(
                 problem=f"{brief(key.value)[1:-1]} is given twice", problem_mark=key.start_mark
@@ -97,8 +98,18 @@ def _refuse_twins(node: yaml.MappingNode) -> None:
         keys.add(key.value)
 
 
+def _refuse_halves(node: yaml.ScalarNode) -> None:
+    """Raises yaml's own error at half a letter (a lone surrogate): no file can hold it."""
+    try:
+        node.value.encode()
+    except UnicodeEncodeError:
+        problem = f"{brief(node.value)} is no text: it has half a letter (a lone surrogate)"
+        raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark) from None
+
+
 def _try_scalar(node: yaml.ScalarNode, loader: yaml.SafeLoader) -> None:
-    """Raises yaml's own error if the scalar is no such number, date or yes-no as it says."""
+    """Raises yaml's own error if the scalar is no text, number, date or yes-no as it says."""
+    _refuse_halves(node)
     if node.tag not in MADE:
         return
     try:

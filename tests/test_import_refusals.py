@@ -204,8 +204,9 @@ SAID: dict[str, tuple[str, list[str]]] = {
     **{
         f"a name such as {name[:12]!r}": (f"name: {name}", ["name = "])
         for name in ("/tmp/x", "../../x", "'..'", "a/b", "5", "true", "[a, b]", "'[/x]'", "'a b'",
-                     '"a\\0b"', '"\\ud800"', "''", "a://b", "x" * 200)
+                     '"a\\0b"', "''", "a://b", "x" * 200)
     },
+    "half a letter": ('name: "\\ud800"', ["line 2, column 7", "half a letter"]),
 }  # fmt: skip
 
 

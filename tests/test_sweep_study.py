@@ -58,6 +58,12 @@ BAD = [
         "vary[0].log_uniform",
         "too far apart",
     ),
+    (HEAD + 'description: "\\ud800"\n', "document", "half a letter"),
+    (
+        HEAD + 'vary: [{name: robot, cases: {"a\\ud800": []}}]\n',
+        "document",
+        "half a letter",
+    ),
     (HEAD + "figures: [wall_time]\n", "figures[0]", "again"),
     (
         HEAD + "vary: [{path: simulation.friction, uniform: [0.5, 1.0], step: 5.0e-324}]\n",

@@ -8,7 +8,7 @@ from drake_quad.robot.importing.overrides import Overrides
 
 
 def check_said(robot: NormalRobot, overrides: Overrides, *, source: str) -> None:
-    """Makes sure that each leg is where its name says, and no foot thicker than its shank is long.
+    """Makes sure that each leg is where its name says.
 
     Args:
         robot: In normal form, by the overrides.
@@ -30,11 +30,3 @@ def check_said(robot: NormalRobot, overrides: Overrides, *, source: str) -> None
                 remedy=f"by where their hips are these joints are {leg.short}'s: front is +x and "
                 "left is +y of the trunk, unless forward_deg says otherwise",
             )
-    shank = min(abs(float(leg.links[2].end[2])) for leg in robot.legs)
-    if overrides.foot_radius is not None and not overrides.foot_radius < 0.5 * shank:
-        raise InputError(
-            source=source,
-            field="foot_radius",
-            value=overrides.foot_radius,
-            remedy=f"must be less than half of the shank, {0.5 * shank:.3f} m here",
-        )

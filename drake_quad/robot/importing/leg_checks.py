@@ -75,12 +75,23 @@ def check_names(raw: RawRobot, source: str) -> None:
                 raise InputError(source=source, field=f"{kind}.name", value=name, remedy=remedy)
 
 
-def check_foot(leg: RawLeg, foot: Foot, shank: float, source: str) -> None:
-    """Refuses a foot that is no ball at the end of a shank of this length [m]."""
+def check_foot(leg: RawLeg, foot: Foot, shank: float, source: str, *, said: bool) -> None:
+    """Refuses a foot that is no ball at the end of a shank of this length [m].
+
+    Args:
+        leg: The leg.
+        foot: Its foot.
+        shank: The shank's length [m].
+        source: What the person gave.
+        said: Whether a person said the radius.
+
+    Raises:
+        InputError: If it is none.
+    """
     if not THINNEST <= foot.radius <= 0.5 * shank:
         raise InputError(
             source=source,
-            field=f"{leg.groups[2].name}: radius of its foot",
+            field="foot_radius" if said else f"{leg.groups[2].name}: radius of its foot",
             value=foot.radius,
             remedy=f"must be from {THINNEST:g} m to half of the shank, {0.5 * shank:.3g} m here",
         )
