@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 
 import pytest
-from design_rig import MODEL
+from design_rig import MODEL, shape
 from rig import paper_robot
 
 from drake_quad import designer
 from drake_quad.check_stairs import stairs_scenario
 from drake_quad.design.choose import Design, choose_gaits
 from drake_quad.design.evaluate import LEANING, wanted_for
+from drake_quad.design.staircase import Staircase
 from drake_quad.designer import design_scenario
 from drake_quad.designer_plan import Designed
 from drake_quad.scenario import Scenario
@@ -55,3 +56,10 @@ def test_stairs_without_so_much_room_are_climbed_all_the_same(
     found = design_scenario(asked(ERROR), robot=paper_robot())
     assert errors[0] == ERROR and errors[-1] == 0.0
     assert shape_of(found) == shape_of(design_scenario(asked(0.0), robot=paper_robot()))
+
+
+def test_room_is_worth_more_than_pace_where_the_map_may_be_wrong() -> None:
+    """Gaits come by their room alone, and the first not before the others are looked at."""
+    flights = [Staircase(0.15, 0.3), Staircase(-0.15, 0.3)]
+    scores = [d.score for d in choose_gaits(paper_robot(), shape(), flights, map_error=ERROR)]
+    assert len(scores) > 1 and scores == sorted(scores, reverse=True)

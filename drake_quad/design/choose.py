@@ -92,16 +92,16 @@ def choose_gaits(
     hopeless = np.inf if way is QUICK else HOPELESS
     wanted = wanted_room(robot, map_error)
     searches = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
-    early = next(searches, None)
+    # Where the map may be wrong, room is worth more than pace: all are compared by it alone.
+    bonus = SPEED_BONUS if map_error == 0.0 else 0.0
+    early = next(searches, None) if map_error == 0.0 else None
     if early is not None and early.score >= ENOUGH:
         yield early
     found = [*([] if early is None else [early]), *searches]
     if flights and (way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH):
         patterns = make_patterns(robot, runs, two)
         found += _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
-    found.sort(
-        key=lambda d: (d.feasible, d.score + SPEED_BONUS * _pace(d.gait.pattern)), reverse=True
-    )
+    found.sort(key=lambda d: (d.feasible, d.score + bonus * _pace(d.gait.pattern)), reverse=True)
     yield from (d for d in found if d is not early or d.score < ENOUGH)
 
 
