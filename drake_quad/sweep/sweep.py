@@ -20,7 +20,8 @@ from drake_quad.sweep.work import work
 from drake_quad.whole_files import write_whole
 
 FINDINGS, STUDY, REPORT = "sweep.json", "study.json", "report.html"
-LEAVINGS = (TRIALS, CLOCK, FINDINGS, REPORT, TRIALS_DIRECTORY)
+MADE = (TRIALS, CLOCK, FINDINGS, REPORT)  # of the journal
+LEAVINGS = (*MADE, TRIALS_DIRECTORY)
 
 SAID = {
     "sources": "the sources of drake_quad are others",
@@ -84,7 +85,7 @@ def sweep(
     begun = time.perf_counter()
     try:
         # Until all is written anew, nothing old is there that could be read as this sweep's.
-        for name in (TRIALS, CLOCK, FINDINGS, REPORT):
+        for name in MADE:
             with suppress(FileNotFoundError):
                 (out / name).unlink()
         _write(out / STUDY, {"definition": as_plain(study), "base": base.name, **told})

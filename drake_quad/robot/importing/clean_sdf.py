@@ -97,11 +97,7 @@ def _find_meshes(c: Cleaned, link: ET.Element) -> None:
             uri = element.find("geometry/mesh/uri")
             if uri is None:
                 continue
-            uri_text = (uri.text or "").strip()
-            if kind == "collision":
-                found = c.collision_mesh(uri_text, name)
-            else:
-                found = c.locate_mesh(uri_text, f"visual of link {name}")
+            found = c.mesh_of(name, kind, (uri.text or "").strip())
             if found is None:
                 link.remove(element)
             else:

@@ -30,11 +30,7 @@ def clean_urdf(c: Cleaned) -> None:
                 mesh = element.find("geometry/mesh")
                 if mesh is None:
                     continue
-                uri_text = mesh.get("filename", "")
-                if kind == "collision":
-                    found = c.collision_mesh(uri_text, name)
-                else:
-                    found = c.locate_mesh(uri_text, f"visual of link {name}")
+                found = c.mesh_of(name, kind, mesh.get("filename", ""))
                 if found is None:
                     link.remove(element)
                 else:

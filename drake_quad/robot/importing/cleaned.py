@@ -85,10 +85,18 @@ class Cleaned:
             self.files.append(found)
         return found
 
-    def collision_mesh(self, uri: str, link: str) -> Path | None:
-        """The convex hull of a link's mesh, as a file that Drake takes, or None with a note."""
-        what = f"collision of link {link}"
+    def mesh_of(self, link: str, kind: str, uri: str) -> Path | None:
+        """The file of a link's mesh, or None with a note.
+
+        Args:
+            link: Its name.
+            kind: `visual`, or `collision`: of that the convex hull, as a file that Drake takes.
+            uri: As the robot's file names the mesh.
+        """
+        what = f"{kind} of link {link}"
         found = self.locate_mesh(uri, what)
+        if kind == "visual":
+            return found
         hull = hull_as_obj(found, self.scratch) if found else None
         if found and hull is None:
             self.note(DROPPED, f"{what}: mesh {found.name} cannot be read")

@@ -1,0 +1,52 @@
+"""The command's own part of a sweep, and what befalls trials that says of itself what it was."""
+
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sweep_rig as rig
+from command import drake_quad, refused
+
+from drake_quad.sweep.provenance import robots_of
+from drake_quad.sweep.trials import Trial
+from drake_quad.sweep.work import guarded
+
+
+def test_more_processes_than_a_machine_can_bear_are_refused(tmp_path: Path) -> None:
+    """Before any is begun, with how many would do."""
+    rig.study_file(tmp_path)
+    line = refused(drake_quad("sweep", "study.yaml", "--workers", "100000", cwd=tmp_path))
+    assert "--workers" in line and "100000" in line and "cores" in line
+
+
+def test_a_pages_command_can_be_pasted(tmp_path: Path) -> None:
+    """Blanks in the study's name are quoted."""
+    study = rig.study_file(tmp_path).rename(tmp_path / "my study.yaml")
+    text = rig.PLUMBING.replace("trials: 4", "trials: 1").replace("[7.0, 8.0]", "[7.0]")
+    study.write_text(text)
+    done = drake_quad("sweep", "my study.yaml", "--page", "page.md", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = (tmp_path / "page.md").read_text().splitlines()
+    assert shlex.join(["drake-quad", "sweep", "my study.yaml"]) in lines
+
+
+@pytest.mark.parametrize("said", ["std::bad_alloc", "[Errno 12] Cannot allocate memory"])
+def test_memory_that_ran_out_is_told_as_such(tmp_path: Path, said: str) -> None:
+    """Whoever ran out of it: Drake's C++ and the system raise what they please."""
+
+    def work(_trial: Trial) -> dict[str, Any]:
+        raise RuntimeError(said)
+
+    assert guarded(work, rig.trials_of(tmp_path)[0])["outcome"] == "memory"
+
+
+def test_a_blank_before_an_override_hides_no_robot(tmp_path: Path) -> None:
+    """Its file is part of what makes a sweep the same."""
+    cases = "- {name: robot, cases: {a: [], b: [' robot.model=other.urdf']}}\n"
+    models = Path(__file__).resolve().parents[1] / "models"
+    text = (models / "paper_quadruped.urdf").read_text()
+    other = tmp_path / "other.urdf"
+    other.write_text(text + "<!-- another -->")
+    told = cases.replace("other.urdf", str(other))
+    assert len(robots_of(*rig.made(tmp_path, rig.PLUMBING + "  " + told))) == 2
