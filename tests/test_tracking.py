@@ -333,6 +333,30 @@ def test_body_follows_the_ground_as_found(height: float) -> None:
     assert np.all(np.diff(found) > 0.0) and max(found) <= 1.0
 
 
+@examples
+@given(seeds, st.integers(0, 3), st.floats(0.67, 0.79))
+def test_swing_ends_on_ground_as_high_as_its_neighbour_found_it(
+    seed: int, row: int, s: float
+) -> None:
+    """As far off the map as the other foot of its pair, whatever the other pair does."""
+    rng, walk = np.random.default_rng(seed), Walk(swing=row)
+    off = rng.uniform(-0.03, 0.03, 4)
+    walk.feet[:, 2] += off
+    walk.s = s
+    result = walk.tick(2000)
+    beside = row ^ 1
+    assert result.place[row, 2] - walk.planned[row, 2] == pytest.approx(off[beside], abs=1e-6)
+
+
+def test_swing_goes_by_all_feet_where_its_neighbour_does_not_stand() -> None:
+    """Two feet in the air: the mean of those that stand."""
+    walk = Walk(swing=0)
+    walk.standing[1], walk.bearing[1] = False, 0.0
+    walk.feet[2:, 2] += np.array([0.01, 0.03])
+    walk.s = 0.7
+    assert walk.tick(3000).place[0, 2] - walk.planned[0, 2] == pytest.approx(0.02, abs=1e-4)
+
+
 def test_one_high_foot_counts_as_a_quarter() -> None:
     """It is the standing feet's mean; a foot in the air has no say."""
     walk = Walk()

@@ -138,8 +138,14 @@ def place_feet(
                     place[k, i] = planned[k, i] + rest * lifted[i]
                     velocity[k, i] = rate * planned_velocity[k, i]
                     acceleration[k, i] = rate * rate * planned_acceleration[k, i]
-                # It ends on ground that is as much higher than the map's as where the others stand.
-                place[k, 2] += (1.0 - rest) * new[HEIGHT]
+                # It ends on ground that is as much higher than the map's as where its neighbour
+                # stands: if rises are unlike the map's the error grows tread by tread, and the
+                # other pair's feet are treads behind or ahead.
+                beside = k ^ 1
+                found = new[HEIGHT]
+                if standing[beside]:
+                    found = memory[HOLD + 3 * beside + 2] - planned[beside, 2]
+                place[k, 2] += (1.0 - rest) * found
                 place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0) + new[DEPTH]
                 hold[:] = place[k]
                 continue

@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus
 from drake_quad.control.stability import judge
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.stability.fallen import DOWN_TIME, FALLEN_TILT
+from drake_quad.stability.fallen import FALL_TIME, FALLEN_TILT
 from drake_quad.stability.kinds import HULL
 from drake_quad.stability.measured import Gauge, Margins, Posture, demand_of
 from drake_quad.stability.region import AT_REST
@@ -59,7 +59,8 @@ class StabilityMonitor(ClockedSystem):
         self._zmp = DeclareStateOutput(self, "zmp_margin", 1)
         self._com = DeclareStateOutput(self, "com_position", 3)
         self._further = DeclareStateOutput(self, "further_margins", np.full(len(Margins), np.nan))
-        self._down = self.DeclareDiscreteState(1)  # [s] for which the trunk has been down
+        # [s] for which the trunk has been tilted, and down.
+        self._fallen = self.DeclareDiscreteState(2)
         # When; then about the centre of mass, angular and linear. Nan until there is one.
         self._momentum = self.DeclareDiscreteState(np.full(7, np.nan))
         self._scratch = DeclareScratch(self, model)
@@ -88,13 +89,14 @@ class StabilityMonitor(ClockedSystem):
         i = self._layout.q_base
         w, qx, qy, qz, _, _, z = x[i : i + 7].tolist()
         upright = 1.0 - 2.0 * (qx * qx + qy * qy) / (w * w + qx * qx + qy * qy + qz * qz)
-        if upright < self._tilt:
+        # Where no foot bears, where they bore last: a collapsed robot may lie on its knees.
+        now = upright < self._tilt, z - ground < self._height
+        fallen = state.get_mutable_value(self._fallen)
+        fallen[:] = np.where(now, fallen + self._period, 0.0)
+        if fallen[0] > FALL_TIME:
             tilt = np.degrees(np.arccos(max(upright, -1.0)))
             return EventStatus.ReachedTermination(self, f"fell: the trunk is tilted by {tilt:.0f}°")
-        # Where no foot bears, where they bore last: a collapsed robot may lie on its knees.
-        down = state.get_mutable_value(self._down)
-        down[0] = down[0] + self._period if z - ground < self._height else 0.0
-        if down[0] > DOWN_TIME:
+        if fallen[1] > FALL_TIME:
             return EventStatus.ReachedTermination(self, "fell: the trunk is down at its feet")
         return EventStatus.Succeeded()
 
