@@ -14,8 +14,12 @@ def stem(scenario: str) -> str:
     return Path(scenario).name.removesuffix(".yaml").removesuffix(".scenario")
 
 
-def claim(directory: Path) -> None:
-    """Makes sure before any long work that the directory can be written to."""
+def claim(directory: Path, option: str = "--out") -> None:
+    """Makes sure before any long work that the directory can be written to.
+
+    Raises:
+        InputError: If it cannot; it names the option by which the directory was given.
+    """
     try:
         directory.mkdir(parents=True, exist_ok=True)
         probe = directory / ".writable"
@@ -23,10 +27,10 @@ def claim(directory: Path) -> None:
         probe.unlink()
     except OSError as error:
         raise InputError(
-            source="--out",
+            source=option,
             field="directory",
             value=str(directory),
-            remedy=f"cannot be written to: {error.strerror}; give another with --out",
+            remedy=f"cannot be written to: {error.strerror}; give another with {option}",
         ) from None
 
 

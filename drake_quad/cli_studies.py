@@ -39,6 +39,8 @@ def sweep(
 
     directory = out if out is not None else Path("sweeps") / stem(str(study))
     claim(directory)
+    if page is not None:
+        claim(page.parent, "--page")
     cores = os.cpu_count() or 1
     asked = Asked(
         study, directory, workers if workers is not None else cores, dask, resume, limit, replays,

@@ -1,7 +1,10 @@
 """On a Dask cluster a sweep gives what it gives here, whatever becomes of workers meanwhile."""
 
+import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -12,8 +15,11 @@ import sweep_rig as rig
 from command import drake_quad, refused
 from distributed import Client, LocalCluster
 
-from drake_quad.sweep.cluster import carry_out_on, connect
+from drake_quad.errors import InputError
+from drake_quad.sweep import cluster
+from drake_quad.sweep.cluster import ClusterGoneError, carry_out_on, connect
 from drake_quad.sweep.isolated import Work
+from drake_quad.sweep.journal import read_journal
 from drake_quad.sweep.study_config import Limits
 
 TEXT = rig.PLUMBING.replace("trials: 4", "trials: 20")
@@ -25,22 +31,22 @@ def test_a_worker_that_is_killed_costs_no_trial(tmp_path: Path, workers: int) ->
     with LocalCluster(
         n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
         host="127.0.0.1",
-    ) as cluster:  # fmt: skip
+    ) as local:  # fmt: skip
         seen: list[int] = []
 
         def meddle(index: int, *_: object) -> None:
             seen.append(index)
-            nannies = list(cluster.workers.values())
+            nannies = list(local.workers.values())
             if len(seen) == 8:
                 os.kill(nannies[0].pid, signal.SIGKILL)
             if len(seen) == 12 and workers > 2:
-                with Client(cluster.scheduler_address) as client:
+                with Client(local.scheduler_address) as client:
                     client.restart_workers([nannies[1].worker_address])
 
         rig.sweep_made_up(
             tmp_path, tmp_path / "dask", TEXT, work=rig.slow, note=meddle,
             carry_out=lambda trials, work: carry_out_on(
-                connect(cluster.scheduler_address), trials, limits=Limits(recycle=1000), work=work
+                connect(local.scheduler_address), trials, limits=Limits(recycle=1000), work=work
             ),
         )  # fmt: skip
     assert sorted(seen) == list(range(40))
@@ -53,10 +59,10 @@ def test_a_sweep_that_is_stopped_leaves_the_workers_free(tmp_path: Path) -> None
     """What was under way is given up within seconds, and the next sweep does not wait for it."""
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
-    ) as cluster:
+    ) as local:
 
         def carried(work: Work, stop: Callable[[], bool]) -> list[tuple[int, dict[str, Any]]]:
-            client = connect(cluster.scheduler_address)
+            client = connect(local.scheduler_address)
             trials = rig.trials_of(tmp_path, wall_time=300.0)[:2]
             limits = Limits(recycle=1000)
             return list(carry_out_on(client, trials, limits=limits, stop=stop, work=work))
@@ -69,10 +75,82 @@ def test_a_sweep_that_is_stopped_leaves_the_workers_free(tmp_path: Path) -> None
         assert time.monotonic() - begun < 60.0  # the endless one would have had its 300 s
 
 
-def test_nobody_at_the_address_is_one_line(tmp_path: Path) -> None:
+def test_a_scheduler_that_goes_away_ends_the_sweep_with_what_was_done(tmp_path: Path) -> None:
+    """One error that says how to go on, no waiting for ever; the journal has what came before."""
+    known = tmp_path / "scheduler.json"
+    command = [sys.executable, "-m", "dask"]
+    host = ["--scheduler-file", str(known), "--host", "127.0.0.1", "--no-dashboard"]
+    env = {**os.environ, "PYTHONPATH": str(Path(rig.__file__).parent)}  # its trials are the rig's
+    scheduler = subprocess.Popen([*command, "scheduler", "--port", "0", *host], env=env)
+    worker = subprocess.Popen(
+        [*command, "worker", "--nthreads", "1", "--no-nanny", "--death-timeout", "5", *host],
+        env=env,
+    )
+    try:
+        until = time.monotonic() + 60.0
+        while not known.exists() and time.monotonic() < until:
+            time.sleep(0.1)
+        address = json.loads(known.read_text())["address"]
+
+        def kill_it(index: int, *_: object) -> None:
+            if scheduler.poll() is None:
+                scheduler.kill()
+                scheduler.wait()
+
+        begun = time.monotonic()
+        with pytest.raises(ClusterGoneError, match="--resume"):
+            rig.sweep_made_up(
+                tmp_path, tmp_path / "dask", TEXT, work=rig.slow, note=kill_it,
+                carry_out=lambda trials, work: carry_out_on(
+                    connect(address), trials, limits=Limits(), work=work
+                ),
+            )  # fmt: skip
+        assert time.monotonic() - begun < 90.0
+    finally:
+        for process in (scheduler, worker):
+            process.kill()
+            process.wait()
+    assert 1 <= len(read_journal(tmp_path / "dask")[1]) < 40
+
+
+def test_a_worker_without_trials_keeps_no_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is ended some time after the last trial, not before, and begun again for another."""
+    monkeypatch.setattr(cluster, "_given_up", lambda: lambda: False)
+    monkeypatch.setattr(cluster, "IDLE", 3.0)
+    trial, limits = rig.trials_of(tmp_path, wall_time=300.0)[0], Limits()
+
+    def pid() -> int:
+        isolated = cluster._own.isolated
+        return -1 if isolated._process is None else int(isolated._process._process.pid)
+
+    try:
+        first = cluster.do(trial, limits, rig.made_up, "a sweep")
+        begun = pid()
+        assert cluster.do(trial, limits, rig.made_up, "a sweep")["outcome"] == first["outcome"]
+        assert pid() == begun > 0
+        cluster._own.idle.join(60.0)
+        assert pid() == -1
+        with pytest.raises(ProcessLookupError):
+            os.kill(begun, 0)
+        assert cluster.do(trial, limits, rig.made_up, "a sweep")["outcome"] == first["outcome"]
+        assert pid() not in (-1, begun)
+        other = pid()
+        cluster.do(trial, limits, rig.made_up, "another sweep")
+        assert pid() not in (-1, other)
+    finally:
+        cluster._own.idle.cancel()
+        cluster._own.isolated.end()
+
+
+def test_nobody_at_the_address_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It names the option and the address, before any trial."""
     rig.study_file(tmp_path)
-    for address in ("tcp://127.0.0.1:1", "nonsense", "tls://127.0.0.1:1", ""):
+    monkeypatch.setattr(cluster, "CONNECT_TIME", 1.0)
+    with pytest.raises(InputError, match=r"tls://127\.0\.0\.1:1"):
+        connect("tls://127.0.0.1:1")
+    for address in ("tcp://127.0.0.1:1", "nonsense", ""):
         done = drake_quad("sweep", "study.yaml", "--dask", address, cwd=tmp_path)
         line = refused(done)
         assert "--dask" in line and address in line

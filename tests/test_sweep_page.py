@@ -167,6 +167,18 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     assert seed is not None and f"seed: {seed[1]}" in scenario
 
 
+def test_a_page_that_cannot_be_written_is_refused_first(tmp_path: Path) -> None:
+    """Not after hours of trials: the page's folder is tried before any of them."""
+    (tmp_path / "notes").write_text("a file, no folder")
+    done = drake_quad(
+        "sweep", str(rig.study_file(tmp_path)), "--page", "notes/page.md", "--out", "out",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert "--page" in done.stderr and "cannot be written to" in done.stderr
+    assert not (tmp_path / "out" / "journal.jsonl").exists()
+
+
 def test_a_section_leaves_the_rest_of_the_page(tmp_path: Path) -> None:
     """Written twice it is there once, in its place; all else stays as it was."""
     page = tmp_path / "page.md"

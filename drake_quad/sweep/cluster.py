@@ -17,6 +17,7 @@ from drake_quad.sweep.work import lost, work
 
 CONNECT_TIME = 10.0  # [s]
 LOOK_PERIOD = 0.5  # [s] between looks at whether to stop
+IDLE = 60.0  # [s] without a trial after which a worker's process is ended: it has some 400 MB
 
 Result = dict[str, Any]
 _own = threading.local()  # of each thread of a worker
@@ -120,9 +121,14 @@ def carry_out_on(
 def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
     """What a worker does: the trial, in the process that belongs to this thread of it.
 
-    Each sweep has a process of its own: since the last one drake_quad may have been changed.
+    Each sweep has a process of its own: since the last one drake_quad may have been changed. One
+    that has had no trial for a while is ended, for nobody tells a worker that a sweep is over.
     """
     isolated: Isolated | None = getattr(_own, "isolated", None)
+    idle: threading.Timer | None = getattr(_own, "idle", None)
+    if idle is not None:
+        idle.cancel()
+        idle.join()  # it may be ending the process now
     if isolated is None or _own.of != sweep:
         # Dask's workers are daemons, to which multiprocessing allows no children of their own; but
         # these end with them (`begin_process`).
@@ -131,7 +137,11 @@ def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
             isolated.end()
         isolated = Isolated(recycle=limits.recycle, retries=limits.retries, work=work)
         _own.isolated, _own.of = isolated, sweep
-    return isolated.run(trial, _given_up())
+    result = isolated.run(trial, _given_up())
+    _own.idle = threading.Timer(IDLE, isolated.end)
+    _own.idle.daemon = True
+    _own.idle.start()
+    return result
 
 
 def _given_up() -> Callable[[], bool]:
