@@ -6,13 +6,16 @@ from pathlib import Path
 from drake_quad.errors import InputError
 from drake_quad.robot.importing.cleaned import Cleaned
 from drake_quad.robot.importing.locate import resolve
+from drake_quad.robot.importing.misspelt import check_spelling
 from drake_quad.robot.importing.xml_text import check_depth, read_xml
 
 MOST_INCLUDED = 200  # by one robot: its file, twice in a file that is twice in another ..., grows
 Chain = tuple[Path, ...]  # the robot's file, one that it includes, one that this includes, ...
 
 
-def open_included(c: Cleaned, uri: str, chain: Chain, tags: tuple[str, ...]) -> ET.Element:
+def open_included(
+    c: Cleaned, uri: str, chain: Chain, tags: tuple[str, ...], *, inside: str = ""
+) -> ET.Element:
     """The root of an included file, which is added to `c.files`.
 
     Args:
@@ -20,9 +23,10 @@ def open_included(c: Cleaned, uri: str, chain: Chain, tags: tuple[str, ...]) -> 
         uri: As the file names it.
         chain: By what way the file that includes was reached.
         tags: With which the included one may begin.
+        inside: Tag of the element that takes what the included one holds, if another does.
 
     Raises:
-        InputError: If it is not there, is no robot's, or includes itself.
+        InputError: If it is not there, is no robot's, includes itself, or has misspelt names.
     """
     source = told(c, chain)
 
@@ -45,6 +49,7 @@ def open_included(c: Cleaned, uri: str, chain: Chain, tags: tuple[str, ...]) -> 
     if root.tag not in tags:
         begins = " or ".join(f"<{tag}>" for tag in tags)
         raise refuse(f"{found.name} begins with <{root.tag}>; one to include, with {begins}")
+    check_spelling(root, str(found), inside=inside)
     return root
 
 
@@ -76,7 +81,8 @@ def _include(c: Cleaned, root: ET.Element, chain: Chain) -> None:
                     value=uri,
                     remedy="is included twice; MuJoCo takes each file once",
                 )
-            other = open_included(c, uri, chain, ("mujoco", "mujocoinclude"))
+            tags = ("mujoco", "mujocoinclude")
+            other = open_included(c, uri, chain, tags, inside=element.tag)
             _include(c, other, (*chain, c.included[-1]))
             place = list(element).index(child)
             element[place : place + 1] = list(other)

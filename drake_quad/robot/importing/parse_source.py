@@ -17,6 +17,7 @@ from drake_quad.robot.importing.clean_sdf import clean_sdf, included_file
 from drake_quad.robot.importing.clean_urdf import clean_urdf
 from drake_quad.robot.importing.cleaned import Cleaned
 from drake_quad.robot.importing.locate import Found
+from drake_quad.robot.importing.misspelt import check_spelling
 from drake_quad.robot.importing.parser_reason import parser_reason, quiet
 from drake_quad.robot.importing.xml_numbers import COLON
 from drake_quad.robot.importing.xml_text import read_xml, write_xml
@@ -60,6 +61,7 @@ def parse(found: Found) -> Iterator[Parsed]:
             f"cannot be read as a robot: it begins with <{root.tag.replace(COLON, ':')}>; "
             "URDF begins with <robot>, SDF with <sdf>, MJCF with <mujoco>"
         )
+    check_spelling(root, found.model)
     with tempfile.TemporaryDirectory(prefix="drake_quad_") as folder:
         scratch = Path(folder)
         c = Cleaned(root, found.path.parent, scratch, found.model, files=[found.path])
