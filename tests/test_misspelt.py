@@ -6,6 +6,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from command import drake_quad, refused
 from import_rig import write
+from rig import URL
 from test_import_formats import mjcf, sdf, urdf
 from test_import_impossible import changed, file_of
 
@@ -125,6 +126,15 @@ def test_command_ends_with_the_line_alone(tmp_path: Path) -> None:
     write(tmp_path, changed(U, "effort=", "efort="))
     line = refused(drake_quad("inspect", "robot.urdf", cwd=tmp_path))
     assert line.endswith(WRONG["URDF effort"][3])
+
+
+@pytest.mark.parametrize(("old", "new"), [('rpy="1.5708', 'ryp="1.5708'), ("damping=", "daming=")])
+def test_file_in_normal_form_is_read_by_the_same_rule(old: str, new: str, tmp_path: Path) -> None:
+    """Such a file is used as it is, and Drake reads the misspelt one as well."""
+    text = find_robot(URL).path.read_text()
+    assert load_robot(write(tmp_path, text)).url == str(tmp_path / "robot.urdf")
+    with pytest.raises(InputError, match=r"did you mean (rpy|damping)"):
+        load_robot(write(tmp_path, changed(text, old, new)))
 
 
 def test_included_file_is_named(tmp_path: Path) -> None:

@@ -13,9 +13,11 @@ from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importing.import_robot import MAPPING, find_given, import_robot
+from drake_quad.robot.importing.misspelt import check_spelling
 from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.parse_source import PARSER_ERRORS
 from drake_quad.robot.importing.parser_reason import parser_reason, quiet
+from drake_quad.robot.importing.xml_text import read_xml
 from drake_quad.robot.read_model import EXACT, IMPORTED, read_model
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.user_path import user_path
@@ -103,6 +105,7 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
         return False
     with quiet(logging.WARNING) as said:  # what is wrong with it, the importer says
         try:
+            check_spelling(read_xml(Path(path), path), path)  # the parser passes over it
             plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
             plant.RegisterAsSourceForSceneGraph(scene_graph)
             instance = _parse(plant, path)
