@@ -18,6 +18,7 @@ import yaml
 from fuzz_files import sample, say_less, spoil_bytes, spoil_xml
 from synthetic_robot import Quadruped
 
+from drake_quad.scenario import parse_scenario, scenario_text
 from drake_quad.scenario_config import Scenario
 from drake_quad.scenario_schema import field_types, unwrap_optional
 
@@ -28,6 +29,14 @@ FILE_KINDS = (
     "sdf bytes", "mjcf bytes",
 )  # fmt: skip
 FILES = 1_000_000
+# Of scenarios that are whole and a little unlike those that are shipped, from number GENTLE on.
+GENTLE_KIND = "gentle"
+GENTLE = 2_000_000
+CHOICES = {
+    ("controller", "kind"): ("whole_body", "ik"),
+    ("estimator", "kind"): ("none", "ekf"),
+    ("simulation", "seed"): (0, 1, 2**31),
+}
 KINDS = ("scenario", "override", "text", "study", "study text", "robot", "robot text", "result")
 
 NASTY: tuple[Any, ...] = (
@@ -77,6 +86,8 @@ class Case:
 def make_case(number: int) -> Case:
     """The case of that number."""
     rng = np.random.default_rng([20261121, number])
+    if number >= GENTLE:
+        return Case(number, GENTLE_KIND, change_gently(rng), physics=bool(rng.random() < 0.7))
     if number >= FILES:
         return Case(number, kind_of(number), spoil_file(kind_of(number), rng))
     kind = KINDS[number % len(KINDS)]
@@ -99,6 +110,8 @@ def make_case(number: int) -> Case:
 
 def kind_of(number: int) -> str:
     """What the case of that number is."""
+    if number >= GENTLE:
+        return GENTLE_KIND
     kinds = KINDS if number < FILES else FILE_KINDS
     return kinds[number % len(kinds)]
 
@@ -150,6 +163,22 @@ def paths() -> list[str]:
         return [path, *(walk(inner[0], f"{path}[0]") if inner else [])]
 
     return walk(Scenario, "")
+
+
+def change_gently(rng: np.random.Generator) -> str:
+    """A shipped scenario with all of its fields, a few of whose numbers are changed a bit."""
+    text = scenario_text(parse_scenario(pick(rng, scenarios()), source="shipped"))
+    data = yaml.safe_load(text)
+    data["design"] = "given"
+    for (section, name), values in CHOICES.items():
+        if rng.random() < 0.3:
+            data[section][name] = pick(rng, values)
+    for _ in range(int(rng.integers(1, 5))):
+        holder, key = place_in(data, rng)
+        if type(holder[key]) in (int, float):
+            number = holder[key] * rng.uniform(0.8, 1.25)
+            holder[key] = round(number) if type(holder[key]) is int else number
+    return str(yaml.safe_dump(data))
 
 
 def make_override(rng: np.random.Generator) -> str:

@@ -31,7 +31,11 @@ def test_a_pages_command_can_be_pasted(tmp_path: Path) -> None:
     assert shlex.join(["drake-quad", "sweep", "my study.yaml"]) in lines
 
 
-@pytest.mark.parametrize("said", ["std::bad_alloc", "[Errno 12] Cannot allocate memory"])
+@pytest.mark.parametrize("said", [
+        "std::bad_alloc", "[Errno 12] Cannot allocate memory",
+        "cenic.so: failed to map segment from shared object",
+    ],
+)  # fmt: skip
 def test_memory_that_ran_out_is_told_as_such(tmp_path: Path, said: str) -> None:
     """Whoever ran out of it: Drake's C++ and the system raise what they please."""
 

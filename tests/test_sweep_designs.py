@@ -1,15 +1,19 @@
 """Trials alike in robot and course share a design, and none can tell."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
+import sweep_rig as rig
 
 from drake_quad.designer import design_scenario
 from drake_quad.errors import PlanningError
 from drake_quad.scenario import Scenario, parse_scenario, scenario_text
 from drake_quad.scenario_config import CourseElement, MissionElement
 from drake_quad.sweep.designs import KEPT, UNREAD, Designs
+from drake_quad.sweep.trials import make_trials
+from drake_quad.sweep.work import work
 
 TEXT = """
 robot: {model: paper_quadruped}
@@ -82,6 +86,23 @@ def test_no_more_are_kept_than_there_is_room_for_and_a_given_gait_is_left_alone(
     assert designs.made == KEPT + 2
     given = trial(design="given")
     assert designs(given, "here") is given
+
+
+def test_a_table_has_the_gait_that_walked(tmp_path: Path) -> None:
+    """Not the gait that stands in a scenario which asks for a design."""
+    text = rig.PLUMBING.replace("set:\n", "set:\n  - design=auto\n")
+    result = work(rig.trials_of(tmp_path, text)[0])
+    assert result["outcome"] == "goal_reached", result["reason"]
+    walked = parse_scenario(result["scenario"], source="table")
+    asked = trial_base(tmp_path, text)
+    assert asked.design == "auto" and walked.design != "auto"
+    assert walked.gait == design_scenario(asked).scenario.gait != asked.gait
+
+
+def trial_base(directory: Path, text: str) -> Scenario:
+    """The scenario that the first trial of a study is to run."""
+    study, base = rig.made(directory, text)
+    return base.load(list(next(iter(make_trials(study, base, first=0, last=1))).overrides))
 
 
 def test_what_cannot_be_designed_is_refused_each_time() -> None:

@@ -6,6 +6,9 @@ from dataclasses import replace
 from drake_quad.robot.importing.import_robot import find_given
 from drake_quad.robot.importing.locate import files_named_in
 
+# [bytes] A greater file is a mesh, whose name and size stand for it: some have tens of megabytes.
+MOST_READ = 1 << 20
+
 
 def robot_digest(model: str) -> str:
     """Of a robot's file, the files that it names and what is said of it; wherever they lie.
@@ -19,7 +22,9 @@ def robot_digest(model: str) -> str:
     given = find_given(model)
     digest = hashlib.sha256(given.found.path.read_bytes())
     digest.update(repr(replace(given.overrides, model="")).encode())
-    # A mesh's name and size stand for its contents: some have tens of megabytes.
     for path in files_named_in(given.found.path):
-        digest.update(f"{path.name} {path.stat().st_size}".encode())
+        size = path.stat().st_size
+        digest.update(f"{path.name} {size}".encode())
+        if size <= MOST_READ:
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:12]

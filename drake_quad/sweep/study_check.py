@@ -46,7 +46,7 @@ def check_study(study: Study, *, source: str) -> None:
     _check_figures(study, fail)
     for name, least, most in (
         ("wall_time", 0.1, 1e6),
-        ("memory", 0.25, 1024.0),
+        ("memory", 0.5, 1024.0),
         ("retries", 0, 100),
         ("recycle", 1, 100_000),
     ):

@@ -17,8 +17,11 @@ from drake_quad.sweep.trials import Trial
 GIB = 1 << 30
 GRACE = 30.0  # [s] beyond a trial's time after which its process ends itself
 PR_SET_PDEATHSIG = 1  # Linux: prctl(2)
-# Words by which a run says that it ran out of memory: Python's, and C++'s.
-NO_MEMORY = ("MemoryError", "bad_alloc", "Unable to allocate", "Cannot allocate memory")
+# Words by which a run says that it ran out of memory: Python's, C++'s and the dynamic linker's.
+NO_MEMORY = (
+    "MemoryError", "bad_alloc", "Unable to allocate", "Cannot allocate memory",
+    "failed to map segment",
+)  # fmt: skip
 BASIS = ("sources", "versions", "robot")  # what a result is of, beside its trial
 
 Result = dict[str, Any]
@@ -93,7 +96,8 @@ def work(trial: Trial) -> Result:
     Returns:
         `outcome` (goal_reached, fell, stopped; infeasible, if there is no plan; refused, if there
         is no such scenario; memory), `reason`, `success`, `mode`,
-        `figures` by name, None where not measured, `scenario` as it was run, and digests of BASIS.
+        `figures` by name, None where not measured, `scenario` as it was run, with its gait if that
+        was designed, and digests of BASIS.
         Under `clock` all that is another in each run: seconds, memory, process.
     """
     # Here: a process that only reads results need not wait for these.
@@ -110,7 +114,9 @@ def work(trial: Trial) -> Result:
         text = scenario_text(scenario)
         robot = robot_digest(scenario.robot.model)
         source = trial.base.name
-        result = run(designed(scenario, source), source=source)
+        scenario = designed(scenario, source)
+        text = scenario_text(scenario)  # with the gait that walks
+        result = run(scenario, source=source)
         summary, outcome, reason = result.summary, result.outcome, result.reason
         if outcome == "stopped" and any(word in reason for word in NO_MEMORY):
             outcome = "memory"
