@@ -35,7 +35,8 @@ def sweep(
     Leaves trials.parquet, clock.parquet, sweep.json and report.html in the directory, also after
     Ctrl-C. Exit status 1 if fewer succeed than the study's gate asks for.
     """
-    from drake_quad.sweep.command import Asked, print_sweep, run_sweep
+    from drake_quad.sweep.command import Asked, run_sweep
+    from drake_quad.sweep.printing import print_sweep
 
     directory = out if out is not None else Path("sweeps") / stem(str(study))
     claim(directory)

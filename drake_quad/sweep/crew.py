@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from drake_quad.sweep.isolated import Interrupted, Isolated, Work
+from drake_quad.sweep.process import LOOK_PERIOD
 from drake_quad.sweep.study_config import Limits
 from drake_quad.sweep.trials import Trial
 from drake_quad.sweep.work import work
-
-LOOK_PERIOD = 0.2  # [s] between looks at whether to stop
 
 Result = dict[str, Any]
 

@@ -11,12 +11,13 @@ from markupsafe import Markup
 from drake_quad.errors import InputError
 from drake_quad.report.templates import read_css
 from drake_quad.sweep.charts import curves_svg, map_svg
+from drake_quad.sweep.replays import replay_of
 from drake_quad.sweep.study import as_plain
 from drake_quad.sweep.study_config import Study
-from drake_quad.sweep.trials import directory_of, repeat_into
+from drake_quad.sweep.sweep import REPORT
+from drake_quad.sweep.trials import repeat_into
 from drake_quad.whole_files import write_whole
 
-REPORT = "report.html"
 TITLE = """\
 # Success maps
 
@@ -32,7 +33,7 @@ def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
     """
     worst = []
     for row in told["worst"]:
-        replay = directory_of(row["index"], out) / "report.html"
+        replay = replay_of(row["index"], out)
         link = replay.relative_to(out).as_posix() if replay.is_file() else ""
         command = repeat_into(row["command"], row["index"], out)
         worst.append({**row, "link": link, "repeat": command})

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from drake_quad.report.build import build_report
+from drake_quad.report.build import REPORT, build_report
 from drake_quad.report.scene_log import write_scene_log
 from drake_quad.simulation import run, write_files
 from drake_quad.sweep.study import Base
@@ -13,6 +13,11 @@ from drake_quad.sweep.trials import directory_of, make_trials
 
 # Trials with these outcomes had no run, or would take this process with them.
 NO_RUN = ("refused", "infeasible", "crashed", "killed", "memory", "timeout", "error")
+
+
+def replay_of(index: int, out: Path) -> Path:
+    """The report of a trial that was run again, if it was."""
+    return directory_of(index, out) / REPORT
 
 
 def make_replays(
@@ -27,7 +32,7 @@ def make_replays(
         InputError: If their files cannot be written.
     """
     worst = [row["index"] for row in told["worst"] if row["outcome"] not in NO_RUN][:count]
-    missing = [k for k in worst if not (directory_of(k, out) / "report.html").is_file()]
+    missing = [k for k in worst if not replay_of(k, out).is_file()]
     made: list[int] = []
     for index in missing:
         (trial,) = make_trials(study, base, first=index, last=index + 1)

@@ -23,7 +23,7 @@ FINDINGS, STUDY, REPORT = "sweep.json", "study.json", "report.html"
 MADE = (TRIALS, CLOCK, FINDINGS, REPORT)  # of the journal
 LEAVINGS = (*MADE, TRIALS_DIRECTORY)
 
-SAID = {
+CHANGED = {
     "sources": "the sources of drake_quad are others",
     "versions": "the libraries' versions are others",
     "robot": "the robot's files are others",
@@ -100,7 +100,7 @@ def sweep(
             for name, own in basis.items():
                 if result[name] is not None and result[name] not in own:
                     raise SourcesChangedError(
-                        f"{SAID[name]} where trial {index} was carried out (changed since, or "
+                        f"{CHANGED[name]} where trial {index} was carried out (changed since, or "
                         "another machine); what was done before is kept, and --resume goes on with "
                         "it once they are as they were"
                     )

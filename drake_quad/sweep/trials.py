@@ -11,7 +11,7 @@ from drake_quad.sweep.draws import Draws
 from drake_quad.sweep.study import Base, overrides_of
 from drake_quad.sweep.study_config import Bound, Study
 
-FIGURES = (
+USUAL_FIGURES = (
     "margin.minimum",
     "zmp_margin.minimum",
     "base_error_max",
@@ -55,7 +55,7 @@ class Trial:
 
 def figures_of(study: Study) -> tuple[str, ...]:
     """The figures that the study keeps: its own, and those that it judges by."""
-    kept = dict.fromkeys(study.figures or FIGURES)
+    kept = dict.fromkeys(study.figures or USUAL_FIGURES)
     kept.update(dict.fromkeys(bound.figure for bound in study.success))
     return tuple(kept)
 
