@@ -168,7 +168,7 @@ def test_no_other_sweep_begins_before_the_report_is_written(tmp_path: Path) -> N
     """While the worst trials run again, too."""
     out, seen = tmp_path / "out", []
 
-    def finish(told: dict[str, Any]) -> None:
+    def finish(told: dict[str, Any], _trials: Any) -> None:
         seen.append(told["trials"])
         with pytest.raises(InputError, match="another sweep is at work"):
             rig.sweep_made_up(tmp_path, out, resume=True)

@@ -132,11 +132,10 @@ def test_a_page_that_cannot_take_the_section_is_refused_first(tmp_path: Path) ->
 
 def test_a_replay_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
     """Half of a run would be taken for the trial, and never made again."""
-    told = rig.sweep_made_up(tmp_path, tmp_path / "a")
     study, base = rig.made(tmp_path)
-    assert make_replays(study, base, told, tmp_path / "a", 2, stop=lambda: True) == []
-    assert not (tmp_path / "a" / "trials").exists()
-    assert len(make_replays(study, base, told, tmp_path / "a", 2)) == 2
+    assert make_replays(study, base, [3, 1], tmp_path, stop=lambda: True) == []
+    assert not (tmp_path / "trials").exists()
+    assert make_replays(study, base, [3], tmp_path) == [3]
 
 
 def test_a_sweep_without_a_gate_is_good_if_all_is() -> None:
@@ -156,12 +155,16 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     """They are runs of those very trials; what is there is not made again."""
     told = rig.sweep_made_up(tmp_path, tmp_path / "a")
     study, base = rig.made(tmp_path)
-    made = make_replays(study, base, told, tmp_path / "a", 1)
-    assert made == [told["worst"][0]["index"]]
-    assert make_replays(study, base, told, tmp_path / "a", 1) == []
+    first = told["worst"][0]["index"]
+    assert make_replays(study, base, [first], tmp_path / "a") == [first]
+    assert make_replays(study, base, [first], tmp_path / "a") == []
     write_report(study, told, tmp_path / "a")
-    link = f"trials/{made[0]:06d}/report.html"
-    assert f'href="{link}"' in (tmp_path / "a" / "report.html").read_text()
+    link = f"trials/{first:06d}/report.html"
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert page.count(f'href="{link}"') == 1 and "Replays of others" not in page
+    write_report(study, {**told, "worst": told["worst"][1:]}, tmp_path / "a")
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert f'Replays of others: <a href="{link}">trial {first}</a>.</p>' in page
     scenario = (tmp_path / "a" / link).with_name("scenario.yaml").read_text()
     seed = re.search(r"simulation\.seed=(\d+)", told["worst"][0]["command"])
     assert seed is not None and f"seed: {seed[1]}" in scenario

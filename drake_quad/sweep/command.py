@@ -7,14 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
 from rich.console import Console
 
 from drake_quad.errors import InputError
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.page import check_page, write_report, write_section
 from drake_quad.sweep.progress import Bar
-from drake_quad.sweep.replays import make_replays
-from drake_quad.sweep.study import load_study
+from drake_quad.sweep.replays import make_replays, replayable, replays_in
+from drake_quad.sweep.study import Base, load_study
+from drake_quad.sweep.study_config import Limits, Study
 from drake_quad.sweep.sweep import CarryOut, sweep
 
 MOST_EACH = 8  # processes a core
@@ -72,11 +74,10 @@ def run_sweep(asked: Asked, console: Console, stop: Callable[[], bool]) -> dict[
     here = place(asked, study.limits, stop)
     bar = Bar(console)
 
-    def finish(told: dict[str, Any]) -> None:
+    def finish(told: dict[str, Any], trials: pa.Table) -> None:
         bar.end()
         if asked.replays and not stop():
-            with console.status("running the worst trials again"):
-                make_replays(study, base, told, asked.out, asked.replays, stop)
+            _replay(asked, study, base, replayable(trials, asked.replays), console, stop)
         write_report(study, told, asked.out)
         if asked.page is not None:
             command = shlex.join(["drake-quad", "sweep", str(asked.study)])
@@ -92,13 +93,27 @@ def run_sweep(asked: Asked, console: Console, stop: Callable[[], bool]) -> dict[
     return {**told, "interrupted": stop()}
 
 
-def _crew(asked: Asked, limits: Any, stop: Callable[[], bool]) -> CarryOut:
+def _replay(
+    asked: Asked, study: Study, base: Base, worst: list[int], console: Console,
+    stop: Callable[[], bool],
+) -> None:  # fmt: skip
+    """Runs the worst trials again; says so if these are fewer than asked for."""
+    there = len(worst) - len(set(worst) - replays_in(asked.out).keys())
+    with console.status("running the worst trials again"):
+        made = make_replays(study, base, worst, asked.out, stop)
+    if len(made) + there < asked.replays:
+        why = "stopped" if stop() else "no other trial that is done had a run"
+        told = f"--replays {asked.replays}: {len(made)} made, {there} were there before; {why}"
+        console.print(told, highlight=False, soft_wrap=True)
+
+
+def _crew(asked: Asked, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
     return lambda trials, work: carry_out(
         trials, workers=asked.workers, limits=limits, stop=stop, work=work
     )
 
 
-def _cluster(asked: Asked, limits: Any, stop: Callable[[], bool]) -> CarryOut:
+def _cluster(asked: Asked, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
     from drake_quad.sweep.cluster import carry_out_on, connect
 
     client = connect(asked.dask or "")

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from drake_quad.errors import InputError
 from drake_quad.report.templates import read_css
 from drake_quad.sweep.charts import curves_svg, map_svg
-from drake_quad.sweep.replays import replay_of
+from drake_quad.sweep.replays import replays_in
 from drake_quad.sweep.study import as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.sweep import REPORT
@@ -31,12 +31,11 @@ def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
 
     Trials that were run again into the directory that their command names are linked.
     """
+    replays = {k: path.relative_to(out).as_posix() for k, path in replays_in(out).items()}
     worst = []
     for row in told["worst"]:
-        replay = replay_of(row["index"], out)
-        link = replay.relative_to(out).as_posix() if replay.is_file() else ""
         command = repeat_into(row["command"], row["index"], out)
-        worst.append({**row, "link": link, "repeat": command})
+        worst.append({**row, "link": replays.pop(row["index"], ""), "repeat": command})
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True,
         undefined=StrictUndefined, trim_blocks=True,
@@ -50,6 +49,7 @@ def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
         curves=Markup(curves_svg(bands)) if bands else "",
         maps=[Markup(map_svg(one, k)) for k, one in enumerate(told["maps"])] if bands else [],
         worst=worst,
+        replays=replays,
         cells=any(row["cell"] for row in worst),
         definition=_definition(study),
     )

@@ -1,40 +1,50 @@
 """Runs the worst trials of a sweep again, each with its report, which the sweep's links to."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+
+import pyarrow as pa
 
 from drake_quad.report.build import REPORT, build_report
 from drake_quad.report.scene_log import write_scene_log
 from drake_quad.simulation import run, write_files
 from drake_quad.sweep.study import Base
 from drake_quad.sweep.study_config import Study
-from drake_quad.sweep.trials import directory_of, make_trials
+from drake_quad.sweep.trials import TRIALS_DIRECTORY, directory_of, make_trials
+from drake_quad.sweep.worst import worst_first
 
 # Trials with these outcomes had no run, or would take this process with them.
 NO_RUN = ("refused", "infeasible", "crashed", "killed", "memory", "timeout", "error")
 
 
-def replay_of(index: int, out: Path) -> Path:
-    """The report of a trial that was run again, if it was."""
-    return directory_of(index, out) / REPORT
+def replayable(table: pa.Table, count: int) -> list[int]:
+    """The worst trials that had a run, the worst first: at most so many, by their indices."""
+    indices, outcomes = table["index"].to_pylist(), table["outcome"].to_pylist()
+    return [indices[k] for k in worst_first(table) if outcomes[k] not in NO_RUN][:count]
+
+
+def replays_in(out: Path) -> dict[int, Path]:
+    """The reports of all trials that were run again, by index."""
+    found = sorted((out / TRIALS_DIRECTORY).glob(f"*/{REPORT}"))
+    return {int(path.parent.name): path for path in found if path.parent.name.isdecimal()}
 
 
 def make_replays(
-    study: Study, base: Base, told: dict[str, Any], out: Path, count: int,
+    study: Study, base: Base, indices: Sequence[int], out: Path,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[int]:  # fmt: skip
-    """Runs the worst `count` trials again that are not there yet; the indices of those that ran.
+    """Runs those of the trials again that are not there yet; the indices of those that ran.
 
     One that is stopped leaves nothing: its files would be taken for the trial's.
 
     Raises:
         InputError: If their files cannot be written.
     """
-    worst = [row["index"] for row in told["worst"] if row["outcome"] not in NO_RUN][:count]
-    missing = [k for k in worst if not replay_of(k, out).is_file()]
+    there = replays_in(out)
     made: list[int] = []
-    for index in missing:
+    for index in indices:
+        if index in there:
+            continue
         (trial,) = make_trials(study, base, first=index, last=index + 1)
         result = run(base.load(list(trial.overrides)), source=base.name, stop=stop)
         if stop():

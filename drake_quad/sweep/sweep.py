@@ -7,6 +7,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+
 from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.journal import Journal
@@ -50,7 +52,7 @@ def sweep(
     limit: int | None = None,
     begin: Callable[[int, int], object] = lambda _done, _of: None,
     note: Note = lambda _index, _result, _done, _of: None,
-    finish: Callable[[dict[str, Any]], object] = lambda _findings: None,
+    finish: Callable[[dict[str, Any], pa.Table], object] = lambda _findings, _trials: None,
     work: Work = work,
 ) -> dict[str, Any]:
     """Carries out what of the study is not done, and writes its tables and findings into `out`.
@@ -64,7 +66,7 @@ def sweep(
         limit: Do only the study's first so many trials.
         begin: Told how many of how many trials are done before, once nothing is refused any more.
         note: Told of each trial that is done.
-        finish: Told the findings, while no other sweep can be at work in `out`.
+        finish: Told the findings and the trials' table, while no other sweep can be at work there.
         work: Of one trial: a module's own function.
 
     Returns:
@@ -114,7 +116,7 @@ def sweep(
             **told,
         }
         _write(out / FINDINGS, findings)
-        finish(findings)
+        finish(findings, trials)
     finally:
         journal.close()
     return findings

@@ -108,6 +108,13 @@ def read_table(directory: Path) -> pa.Table:
     return table
 
 
+def values_of(vary: Vary, table: pa.Table) -> list[Any]:
+    """What the trials have of it, as it was before it was written."""
+    column = table[f"vary.{vary.title}"]
+    values = column.to_pylist()
+    return [json.loads(value) for value in values] if column.type == pa.string() else values
+
+
 def _scenario_of(trial: Trial) -> str | None:
     """The scenario of a trial that gave no result, if there is such a scenario."""
     try:

@@ -1,6 +1,5 @@
 """What a sweep's tables say, as plain values: what is printed, written as JSON, and drawn."""
 
-import json
 from dataclasses import asdict
 from typing import Any
 
@@ -10,10 +9,9 @@ import pyarrow as pa
 from drake_quad.sweep.draws import GRID, way_of
 from drake_quad.sweep.rates import Band, Rate, bands_of, causes_of, places_of, rate_of
 from drake_quad.sweep.study_config import Study, Vary
+from drake_quad.sweep.table import values_of
 from drake_quad.sweep.trials import count_trials
-
-WORST = 12  # trials that are listed
-RANKED_BY = "figure.margin.minimum"  # among those that succeeded, the least is the worst
+from drake_quad.sweep.worst import worst_of
 
 
 def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
@@ -56,13 +54,6 @@ def rate_told(rate: Rate) -> dict[str, Any]:
     return {**asdict(rate), "rate": None if not rate.trials else rate.rate, "text": rate.text()}
 
 
-def values_of(vary: Vary, table: pa.Table) -> list[Any]:
-    """What the trials have of it, as it was before it was written."""
-    column = table[f"vary.{vary.title}"]
-    values = column.to_pylist()
-    return [json.loads(value) for value in values] if column.type == pa.string() else values
-
-
 def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
     """The pairs to draw maps of: those asked for, else the grid's first two axes."""
     by_name = {name: vary for vary in study.vary for name in (vary.path, vary.title) if name}
@@ -70,30 +61,6 @@ def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
         return [(by_name[one], by_name[other]) for one, other in study.maps]
     axes = [vary for vary in study.vary if way_of(vary) in GRID]
     return [(axes[0], axes[1])] if len(axes) > 1 else []
-
-
-def worst_of(study: Study, table: pa.Table) -> list[dict[str, Any]]:
-    """The trials that failed, then those with the least margin; `cell` is their place in a grid."""
-    ranked = (
-        table[RANKED_BY].to_pylist() if RANKED_BY in table.column_names else [None] * len(table)
-    )
-    success = table["success"].to_pylist()
-    order = sorted(
-        range(len(table)),
-        key=lambda k: (success[k], np.inf if ranked[k] is None else ranked[k], k),
-    )
-    names = ("index", "outcome", "reason", "command")
-    axes = [vary for vary in study.vary if way_of(vary) in GRID]
-    labels = []
-    for vary in axes:
-        words, places, _ = places_of(vary, values_of(vary, table))
-        before = "" if way_of(vary) == "cases" else f"{vary.title} "
-        labels.append([before + words[place] for place in places])
-    return [
-        {name: table[name][k].as_py() for name in names}
-        | {"margin": ranked[k], "cell": ", ".join(label[k] for label in labels)}
-        for k in order[:WORST]
-    ]
 
 
 def _bands(vary: Vary, table: pa.Table) -> list[Band]:
