@@ -1,5 +1,7 @@
 """The command's own part of a sweep, and what befalls trials that says of itself what it was."""
 
+import io
+import re
 import shlex
 from pathlib import Path
 from typing import Any
@@ -7,7 +9,9 @@ from typing import Any
 import pytest
 import sweep_rig as rig
 from command import drake_quad, refused
+from rich.console import Console
 
+from drake_quad.sweep.progress import Bar
 from drake_quad.sweep.provenance import robots_of
 from drake_quad.sweep.trials import Trial
 from drake_quad.sweep.work import guarded
@@ -29,6 +33,20 @@ def test_a_pages_command_can_be_pasted(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     lines = (tmp_path / "page.md").read_text().splitlines()
     assert shlex.join(["drake-quad", "sweep", "my study.yaml"]) in lines
+
+
+def test_progress_knows_what_failed_before(tmp_path: Path) -> None:
+    """A sweep that goes on counts on from the failures that its journal has, not from none."""
+    rig.sweep_made_up(tmp_path, tmp_path / "a", limit=4, work=rig.some_fell)
+    console = Console(file=io.StringIO(), width=200)
+    bar = Bar(console)
+    rig.sweep_made_up(
+        tmp_path, tmp_path / "a", resume=True, begin=bar.begin, note=bar.note, work=rig.some_fell
+    )
+    bar.end()
+    shown = console.file.getvalue()  # type: ignore[attr-defined]
+    counts = re.findall(r"(\d+) of 8 trials, .*?, (\d+) failed", shown)
+    assert counts == [("5", "2"), ("6", "2"), ("7", "3"), ("8", "3")]
 
 
 @pytest.mark.parametrize("said", [

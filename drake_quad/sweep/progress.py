@@ -24,10 +24,10 @@ class Bar:
         self._bar = Progress(*columns, console=console, speed_estimate_period=PACE_WINDOW)
         self._before = self._bad = 0
 
-    def begin(self, done: int, of: int) -> None:
-        """Shows it."""
-        self._before = done
-        self._bar.add_task("", total=of, completed=done, pace="", bad=0)
+    def begin(self, done: int, failed: int, of: int) -> None:
+        """Shows it, with what was done and failed before."""
+        self._before, self._bad = done, failed
+        self._bar.add_task("", total=of, completed=done, pace="", bad=failed)
         self._bar.start()
 
     def note(self, index: int, result: dict[str, Any], done: int, of: int) -> None:

@@ -50,7 +50,7 @@ def sweep(
     *,
     resume: bool = False,
     limit: int | None = None,
-    begin: Callable[[int, int], object] = lambda _done, _of: None,
+    begin: Callable[[int, int, int], object] = lambda _done, _failed, _of: None,
     note: Note = lambda _index, _result, _done, _of: None,
     finish: Callable[[dict[str, Any], pa.Table], object] = lambda _findings, _trials: None,
     work: Work = work,
@@ -64,7 +64,8 @@ def sweep(
         carry_out: Here, or on a cluster.
         resume: Whether to go on with what is there.
         limit: Do only the study's first so many trials.
-        begin: Told how many of how many trials are done before, once nothing is refused any more.
+        begin: Told how many trials are done before, how many of them failed, and of how many they
+            are, once nothing is refused any more.
         note: Told of each trial that is done.
         finish: Told the findings and the trials' table, while no other sweep can be at work there.
         work: Of one trial: a module's own function.
@@ -97,7 +98,8 @@ def sweep(
             for trial in make_trials(study, base, first=0, last=of)
             if trial.index not in journal.done
         )
-        begin(len(journal.done), max(of, len(journal.done)))
+        failed = sum(not result["success"] for result in journal.done.values())
+        begin(len(journal.done), failed, max(of, len(journal.done)))
         for index, result in carry_out(pending, work):
             for name, own in basis.items():
                 if result[name] is not None and result[name] not in own:
