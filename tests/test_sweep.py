@@ -18,8 +18,9 @@ from command import COMMAND, drake_quad, refused
 from scipy.stats import binom, fisher_exact
 
 from drake_quad.errors import InputError
+from drake_quad.sweep.bands import bands_of
 from drake_quad.sweep.compare import compare_sweeps
-from drake_quad.sweep.rates import bands_of, causes_of, rate_of
+from drake_quad.sweep.rates import causes_of, rate_of
 from drake_quad.sweep.study_config import Vary
 
 KILLS = 2

@@ -14,10 +14,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from rich.console import Console
 
 from drake_quad.errors import InputError
+from drake_quad.sweep.bands import bands_of, places_of
 from drake_quad.sweep.charts import draw_curves, plain_style
 from drake_quad.sweep.page import check_page, grade, write_report, write_section
 from drake_quad.sweep.printing import print_sweep
-from drake_quad.sweep.rates import bands_of, places_of
 from drake_quad.sweep.replays import make_replays
 from drake_quad.sweep.study_config import Vary
 

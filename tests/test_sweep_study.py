@@ -12,8 +12,8 @@ from scipy.stats import kstest
 
 from drake_quad.errors import InputError
 from drake_quad.scenario import load_scenario
+from drake_quad.sweep.bands import bands_of
 from drake_quad.sweep.draws import Draws, axis_values
-from drake_quad.sweep.rates import bands_of
 from drake_quad.sweep.study import load_study, parse_study, value_text
 from drake_quad.sweep.study_config import Study, Vary
 from drake_quad.sweep.trials import make_trials, repeat

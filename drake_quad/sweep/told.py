@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from drake_quad.sweep.bands import Band, bands_of, places_of
 from drake_quad.sweep.draws import GRID, way_of
-from drake_quad.sweep.rates import Band, Rate, bands_of, causes_of, places_of, rate_of
+from drake_quad.sweep.rates import Rate, causes_of, rate_of
 from drake_quad.sweep.study_config import Study, Vary
 from drake_quad.sweep.table import values_of
 from drake_quad.sweep.trials import count_trials

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from drake_quad.sweep.bands import places_of
 from drake_quad.sweep.draws import GRID, way_of
-from drake_quad.sweep.rates import places_of
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.table import values_of
 
