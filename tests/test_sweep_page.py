@@ -16,6 +16,7 @@ from rich.console import Console
 from drake_quad.errors import InputError
 from drake_quad.sweep.bands import bands_of, places_of
 from drake_quad.sweep.charts import draw_curves, plain_style
+from drake_quad.sweep.markdown import in_line
 from drake_quad.sweep.page import check_page, grade, write_report, write_section
 from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.replays import make_replays
@@ -94,7 +95,7 @@ def test_people_may_call_things_as_they_like(tmp_path: Path, name: str) -> None:
     print_sweep(told, tmp_path / "a", console)
     assert name in console.file.getvalue()  # type: ignore[attr-defined]
     write_section(tmp_path / "page.md", told, "drake-quad sweep x", "x")
-    assert f"| {name} |" in (tmp_path / "page.md").read_text()
+    assert f"| {in_line(name)} |" in (tmp_path / "page.md").read_text()
 
 
 def test_bands_of_whole_numbers_hold_what_they_say() -> None:
@@ -112,22 +113,23 @@ def test_bands_of_whole_numbers_hold_what_they_say() -> None:
 
 
 def test_a_page_that_cannot_take_the_section_is_refused_first(tmp_path: Path) -> None:
-    """Before any trial: what is no text, and what has half of the section's marks."""
+    """Before any trial: what is no text, and what has half of the section's marks, or too many."""
     page = tmp_path / "page.md"
     for content, words in (
         (b"\xff\xfe\x00", "not a text file"),
-        (b"<!-- begin one -->\n", "must have both"),
         (b"<!-- end one -->\n<!-- begin one -->\n", "must have both"),
+        (b"<!-- begin one -->\n<!-- end one -->\n<!-- end one -->\n", "once each"),
+        (b"<!-- begin one -->\n", "must have both"),
     ):
         page.write_bytes(content)
         with pytest.raises(InputError, match=words):
             check_page(page, "one")
-        done = drake_quad(
-            "sweep", str(rig.study_file(tmp_path).rename(tmp_path / "one.yaml")),
-            "--page", str(page), "--out", str(tmp_path / "out"), cwd=tmp_path,
-        )  # fmt: skip
-        assert words in refused(done) and not list((tmp_path / "out").glob("*"))
-        assert page.read_bytes() == content
+    done = drake_quad(
+        "sweep", str(rig.study_file(tmp_path).rename(tmp_path / "one.yaml")),
+        "--page", str(page), "--out", str(tmp_path / "out"), cwd=tmp_path,
+    )  # fmt: skip
+    assert words in refused(done) and not list((tmp_path / "out").glob("*"))
+    assert page.read_bytes() == content
 
 
 def test_a_replay_that_is_stopped_is_not_kept(tmp_path: Path) -> None:

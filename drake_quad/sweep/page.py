@@ -11,6 +11,7 @@ from markupsafe import Markup
 from drake_quad.errors import InputError
 from drake_quad.report.templates import read_css
 from drake_quad.sweep.charts import curves_svg, map_svg
+from drake_quad.sweep.markdown import in_line, paragraph
 from drake_quad.sweep.replays import replays_in
 from drake_quad.sweep.study import as_plain
 from drake_quad.sweep.study_config import Study
@@ -106,8 +107,9 @@ def check_page(page: Path, name: str) -> tuple[str, str, str]:
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else "not a text file"
         raise refuse(f"cannot be read: {reason}; give a Markdown file") from None
-    if (begin in text) != (end in text) or text.find(begin) > text.find(end):
-        raise refuse(f"must have both {begin} and, after it, {end}, or none of them")
+    counts = text.count(begin), text.count(end)
+    if counts not in ((0, 0), (1, 1)) or text.find(begin) > text.find(end):
+        raise refuse(f"must have both {begin} and, after it, {end}, once each, or none of them")
     return text, begin, end
 
 
@@ -115,22 +117,24 @@ def section(told: dict[str, Any], command: str, name: str) -> str:
     """The section in Markdown: rate, bands, causes, and the commands that repeat failures."""
     versions = ", ".join(f"{library} {number}" for library, number in told["versions"].items())
     rate = told["rate"]
+    about = [f"{paragraph(told['description'])}.", ""] if told["description"].strip() else []
     lines = [
-        f"## {name}", "", f"{told['description']}.", "", "```", command, "```", "",
+        f"## {in_line(name)}", "", *about, "```", command, "```", "",
         f"commit {told['commit'] or 'unknown'}; {versions}.", "",
         f"**{rate['good']} of {rate['trials']}** trials succeeded: {rate['text']}, exact bounds at"
         " 95 %." + ("" if told["complete"] else f" The study asks for {told['asked']} trials."),
     ]  # fmt: skip
     for title, bands in told["bands"].items():
         if len(bands) > 1:
-            lines += ["", f"| {title} | trials | succeeded | with bounds at 95 % |"]
+            lines += ["", f"| {in_line(title)} | trials | succeeded | with bounds at 95 % |"]
             lines += ["| --- | ---: | ---: | ---: |"]
             lines += [
-                f"| {b['label']} | {b['trials']} | {b['good']} | {b['text']} |" for b in bands
+                f"| {in_line(b['label'])} | {b['trials']} | {b['good']} | {b['text']} |"
+                for b in bands
             ]
     if told["causes"]:
         lines += ["", "Those that failed:", ""]
-        lines += [f"- {row['trials']} × {row['cause']}" for row in told["causes"]]
+        lines += [f"- {row['trials']} × {in_line(row['cause'])}" for row in told["causes"]]
         failed = [row for row in told["worst"] if row["outcome"] != "goal_reached"]
         lines += ["", "The first of them again:", "", "```", failed[0]["command"], "```"]
     return "\n".join(lines)
