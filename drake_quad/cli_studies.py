@@ -39,16 +39,19 @@ def sweep(
     from drake_quad.sweep.printing import print_sweep
 
     directory = out if out is not None else Path("sweeps") / stem(str(study))
-    claim(directory)
-    if page is not None:
-        claim(page.parent, "--page")
+
+    def ready() -> None:
+        if page is not None:
+            claim(page.parent, "--page")
+        claim(directory)
+
     cores = os.cpu_count() or 1
     asked = Asked(
         study, directory, workers if workers is not None else cores, dask, resume, limit, replays,
         page,
     )  # fmt: skip
     with interruptible(MESSAGES) as interrupted:
-        told = run_sweep(asked, MESSAGES, interrupted)
+        told = run_sweep(asked, MESSAGES, interrupted, ready)
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
     else:

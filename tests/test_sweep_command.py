@@ -11,6 +11,8 @@ import sweep_rig as rig
 from command import drake_quad, refused
 from rich.console import Console
 
+from drake_quad.cli_studies import sweep as sweep_command
+from drake_quad.errors import InputError
 from drake_quad.sweep.progress import Bar
 from drake_quad.sweep.provenance import robots_of
 from drake_quad.sweep.trials import Trial
@@ -22,6 +24,32 @@ def test_more_processes_than_a_machine_can_bear_are_refused(tmp_path: Path) -> N
     rig.study_file(tmp_path)
     line = refused(drake_quad("sweep", "study.yaml", "--workers", "100000", cwd=tmp_path))
     assert "--workers" in line and "100000" in line and "cores" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["study.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"study": Path("nosuch.yaml")}, "nosuch.yaml.*cannot be read"),
+        ({"study": Path("notes")}, "notes.*did you mean scenario"),
+        ({"limit": 0}, "--limit.*1 or more"),
+        ({"page": Path("page.md")}, "--page.*must have both"),
+        ({"page": Path("notes/page.md")}, "--page.*cannot be written to"),
+        ({"out": Path("notes/out")}, "--out.*cannot be written to"),
+    ],
+)
+def test_what_is_refused_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given: dict[str, Any], words: str
+) -> None:
+    """It is refused before any trial, and before a directory is made for them."""
+    monkeypatch.chdir(tmp_path)
+    rig.study_file(tmp_path)
+    (tmp_path / "notes").write_text("scenaro: flat_walk\n")
+    (tmp_path / "page.md").write_text("<!-- begin study -->\n")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(InputError, match=words):
+        sweep_command(**{"study": Path("study.yaml"), **given})
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*")} == before
 
 
 def test_a_pages_command_can_be_pasted(tmp_path: Path) -> None:

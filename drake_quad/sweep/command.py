@@ -47,13 +47,18 @@ class Asked:
     page: Path | None = None
 
 
-def run_sweep(asked: Asked, console: Console, stop: Callable[[], bool]) -> dict[str, Any]:
+def run_sweep(
+    asked: Asked, console: Console, stop: Callable[[], bool],
+    ready: Callable[[], object] = lambda: None,
+) -> dict[str, Any]:  # fmt: skip
     """Carries out the sweep; its findings.
 
     Args:
         asked: The options.
         console: For progress.
         stop: Whether to stop, with what is done.
+        ready: Called before anything is written, once all that was given can be used: a study that
+            is refused leaves nothing behind. It may refuse, too.
 
     Raises:
         InputError: If anything given cannot be used.
@@ -72,6 +77,7 @@ def run_sweep(asked: Asked, console: Console, stop: Callable[[], bool]) -> dict[
         check_page(asked.page, asked.study.stem)
     place = _crew if asked.dask is None else _cluster
     here = place(asked, study.limits, stop)
+    ready()
     bar = Bar(console)
 
     def finish(told: dict[str, Any], trials: pa.Table) -> None:
