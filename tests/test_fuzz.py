@@ -116,7 +116,7 @@ def _read_robot(case: Case, folder: Path) -> None:
 def _sweep(study: Study, base: Base, folder: Path) -> None:
     """The study's first trials, made up: its tables, its report, and what is printed of it."""
     out = folder / "swept"
-    told = sweep(study, base, out, _at_once, limit=4, work=rig.some_fell)
+    told = sweep(study, base, out, rig.at_once, limit=4, work=rig.some_fell)
     write_report(study, told, out)
     write_section(folder / "page.md", told, "drake-quad sweep study.yaml", "study")
     print_sweep(told, out, Console(file=io.StringIO()))
@@ -152,13 +152,13 @@ def _do_result(case: Case, folder: Path) -> None:
     whole = Path(str(folder) + "_whole")
     try:
         for name in ("a", "b"):
-            rig.sweep_made_up(folder, whole / name, carry_out=_at_once)
+            rig.sweep_made_up(folder, whole / name, carry_out=rig.at_once)
         told = compare_sweeps(whole / "a", whole / "b")
         path = whole / "a" / pick(rng, ("trials.parquet", "sweep.json", "journal.jsonl"))
         kept = path.read_bytes()
         path.write_bytes(kept[: int(rng.integers(0, len(kept)))])
         if path.name == "journal.jsonl":
-            again = rig.sweep_made_up(folder, whole / "a", carry_out=_at_once, resume=True)
+            again = rig.sweep_made_up(folder, whole / "a", carry_out=rig.at_once, resume=True)
             assert again["complete"]
         elif path.name == "trials.parquet" or _loads(path) is None:
             with pytest.raises(InputError):
@@ -174,12 +174,6 @@ def _loads(path: Path) -> Any:
         return yaml.safe_load(path.read_text()) if path.read_text().rstrip().endswith("}") else None
     except yaml.YAMLError:
         return None
-
-
-def _at_once(trials: Any, work: Callable[[Trial], Any]) -> Any:
-    for trial in trials:
-        result = work(trial)
-        yield trial.index, {**result, "clock": {**result["clock"], "tried": 1}}
 
 
 def fuzz(trial: Trial) -> dict[str, Any]:

@@ -65,12 +65,13 @@ def test_a_pages_command_can_be_pasted(tmp_path: Path) -> None:
 
 def test_progress_knows_what_failed_before(tmp_path: Path) -> None:
     """A sweep that goes on counts on from the failures that its journal has, not from none."""
-    rig.sweep_made_up(tmp_path, tmp_path / "a", limit=4, work=rig.some_fell)
+    more: dict[str, Any] = {"work": rig.some_fell, "carry_out": rig.at_once}
+    rig.sweep_made_up(tmp_path, tmp_path / "a", limit=4, **more)
     console = Console(file=io.StringIO(), width=200)
     bar = Bar(console)
     rig.sweep_made_up(
-        tmp_path, tmp_path / "a", resume=True, begin=bar.begin, note=bar.note, work=rig.some_fell
-    )
+        tmp_path, tmp_path / "a", resume=True, begin=bar.begin, note=bar.note, **more
+    )  # fmt: skip
     bar.end()
     shown = console.file.getvalue()  # type: ignore[attr-defined]
     counts = re.findall(r"(\d+) of 8 trials, .*?, (\d+) failed", shown)
