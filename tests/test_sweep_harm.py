@@ -14,7 +14,7 @@ from drake_quad.errors import InputError
 from drake_quad.sweep import process as process_module
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.isolated import Interrupted, Isolated, NoProcessError
-from drake_quad.sweep.journal import DAMAGED, NAME, read_journal
+from drake_quad.sweep.journal import DAMAGED, NAME, Journal, read_journal
 from drake_quad.sweep.process import Process
 from drake_quad.sweep.provenance import own_sources, own_versions
 from drake_quad.sweep.study_config import Limits
@@ -106,7 +106,7 @@ def test_a_spoilt_line_costs_its_own_trial_alone(tmp_path: Path, bad: bytes) -> 
         tmp_path, out, resume=True, note=lambda index, *_: again.append(index)
     )  # fmt: skip
     assert again == [3] and (out / "trials.parquet").read_bytes() == tables
-    assert (out / DAMAGED).read_bytes() == damaged
+    assert (out / NAME).with_suffix(DAMAGED).read_bytes() == damaged
     assert len(read_journal(out)[1]) == 8
 
 
@@ -142,6 +142,18 @@ def test_a_journal_that_is_removed_ends_the_sweep(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with pytest.raises(InputError, match="removed while the sweep ran"):
         rig.sweep_made_up(tmp_path, out, note=lambda *_: (out / NAME).unlink(missing_ok=True))
+
+
+def test_journals_of_one_directory_do_not_shut_each_other_out(tmp_path: Path) -> None:
+    """Each file is locked for itself, and an error names it and its option."""
+    journals = [Journal(tmp_path, {"study": "a"}, name=f"{k}.jsonl") for k in range(2)]
+    for journal in journals:
+        journal.open(resume=False)
+    again = Journal(tmp_path, {"study": "a"}, name="1.jsonl", option="--lines")
+    with pytest.raises(InputError, match=r"--lines.*1\.jsonl.*another sweep is at work"):
+        again.open(resume=True)
+    for journal in journals:
+        journal.close()
 
 
 def test_a_full_disk_is_told_with_the_file_and_what_to_do(

@@ -17,7 +17,7 @@ from drake_quad.errors import InputError
 from drake_quad.whole_files import write_whole
 
 NAME = "journal.jsonl"
-DAMAGED = "journal.damaged.jsonl"  # what there was, where not all of it could be read
+DAMAGED = ".damaged.jsonl"  # beside it: what there was, where not all of it could be read
 SAID = {
     "study": "of another study, or of this one before it was changed",
     "sources": "of other sources of drake_quad",
@@ -35,16 +35,20 @@ class Journal:
 
     Attributes:
         directory: Of the sweep.
-        study: What it is of, by the keys of SAID: any other's is refused.
+        study: What it is of, by the keys of SAID and perhaps others: any other's is refused.
         leavings: Names of what else a sweep leaves there: without a journal nothing can be said
             of it, and it stays.
         done: What came of the trials so far, by index.
+        name: Of its file; in a directory that is not its own, another than NAME.
+        option: By which it was asked for, to be named by errors.
     """
 
     directory: Path
     study: dict[str, Any]
     leavings: Sequence[str] = ()
     done: dict[int, Result] = field(default_factory=dict)
+    name: str = NAME
+    option: str = "--out"
     _file: TextIO | None = None
 
     def open(self, *, resume: bool) -> None:
@@ -54,9 +58,9 @@ class Journal:
             InputError: There is one and `resume` is not asked for, it is another study's, or
                 another sweep is at work on it.
         """
-        path = self.directory / NAME
+        path = self.directory / self.name
         self.directory.mkdir(parents=True, exist_ok=True)
-        lock = (self.directory / ".lock").open("w")
+        lock = (self.directory / f".{self.name}.lock").open("w")
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as problem:
@@ -69,7 +73,7 @@ class Journal:
             if path.exists() and path.stat().st_size:
                 if not resume:
                     raise self._error("holds a sweep: go on with it by --resume, or give another")
-                self._take(*read_journal(self.directory, keep_damaged=True))
+                self._take(*read_journal(self.directory, self.name, keep_damaged=True))
             else:
                 left = [name for name in self.leavings if (self.directory / name).exists()]
                 if left:
@@ -88,7 +92,7 @@ class Journal:
         """Appends what came of a trial; once it returns no end of this process loses it."""
         assert self._file is not None and index not in self.done
         whole = {"index": index, **result}
-        path = self.directory / NAME
+        path = self.directory / self.name
         try:
             self._file.write(json.dumps(whole) + "\n")
             self._file.flush()
@@ -96,15 +100,15 @@ class Journal:
             gone = os.fstat(self._file.fileno()).st_nlink == 0
         except OSError as problem:
             raise InputError(
-                source="--out",
-                field=NAME,
+                source=self.option,
+                field=self.name,
                 value=str(path),
                 remedy=f"cannot be written: {problem.strerror}; make room, and go on with --resume",
             ) from None
         if gone:
             raise InputError(
-                source="--out",
-                field=NAME,
+                source=self.option,
+                field=self.name,
                 value=str(path),
                 remedy="was removed while the sweep ran: begin it again",
             )
@@ -122,19 +126,21 @@ class Journal:
 
     def _take(self, study: dict[str, Any], done: dict[int, Result]) -> None:
         own = json.loads(json.dumps(self.study))
-        for key, said in SAID.items():
-            if study.get(key) != own.get(key):
+        for key in own:
+            if study.get(key) != own[key]:
+                said = SAID.get(key, f"of other {key}")
                 raise self._error(f"holds a sweep {said}: its trials would not match; give another")
         self.done = done
 
     def _error(self, remedy: str) -> InputError:
-        return InputError(
-            source="--out", field="directory", value=str(self.directory), remedy=remedy
-        )
+        field, path = "directory", self.directory
+        if self.name != NAME:
+            field, path = "file", path / self.name
+        return InputError(source=self.option, field=field, value=str(path), remedy=remedy)
 
 
 def read_journal(
-    directory: Path, *, keep_damaged: bool = False
+    directory: Path, name: str = NAME, *, keep_damaged: bool = False
 ) -> tuple[dict[str, Any], dict[int, Result]]:
     """What the journal in `directory` says of its study, and its whole lines by index.
 
@@ -142,18 +148,19 @@ def read_journal(
 
     Args:
         directory: Of the sweep.
+        name: Of its file.
         keep_damaged: Whether to keep a copy beside it if more than its end cannot be read.
 
     Raises:
         InputError: There is none, or it is not one.
     """
+    path = directory / name
 
     def error(remedy: str) -> InputError:
-        path = str(directory / NAME)
-        return InputError(source=str(directory), field=NAME, value=path, remedy=remedy)
+        return InputError(source=str(directory), field=name, value=str(path), remedy=remedy)
 
     try:
-        whole = (directory / NAME).read_bytes()
+        whole = path.read_bytes()
     except OSError:
         raise error("not there; give the directory of a `drake-quad sweep`") from None
     first, *lines = [_plain(line) for line in whole.rstrip(b"\n").split(b"\n")]
@@ -163,7 +170,7 @@ def read_journal(
     if any(type(one.get("index")) is not int or not one.keys() >= NEEDED for one in read):
         raise error("has lines that are no trials: it was written by something else")
     if keep_damaged and None in lines[:-1]:
-        write_whole(directory / DAMAGED, lambda to: to.write_bytes(whole))
+        write_whole(path.with_suffix(DAMAGED), lambda to: to.write_bytes(whole))
     return first, {one["index"]: one for one in read}
 
 

@@ -76,8 +76,12 @@ def own_versions() -> str:
     return hashlib.sha256(json.dumps(versions()).encode()).hexdigest()[:8]
 
 
-def commit() -> str:
-    """The commit of the sources and its date; empty if they are of none."""
+def commit(*more: Path) -> str:
+    """The commit of the sources and its date; empty if they are of none.
+
+    Args:
+        more: What else of the repository is looked at for changes since the commit.
+    """
 
     def git(*words: str) -> str:
         command = ["git", "-C", str(PACKAGE), *words]
@@ -90,7 +94,7 @@ def commit() -> str:
     if not git("ls-files", "__init__.py"):  # installed, perhaps amid somebody else's repository
         return ""
     name = git("show", "-s", "--format=%h of %cs", "HEAD")
-    changed = git("status", "--porcelain", "--", ".")
+    changed = git("status", "--porcelain", "--", ".", *map(str, more))
     return name + (" with changes that are not committed" if name and changed else "")
 
 
