@@ -12,27 +12,17 @@ import argparse
 import json
 import shlex
 import sys
-from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.common import markdown_table
-from benchmarks.crew import carry_on
-from benchmarks.run_trials import text, work
-from benchmarks.study import (
-    OK,
-    Records,
-    Result,
-    bounds,
-    describe,
-    rate_text,
-    sources_digest,
-    with_common,
-    write_section,
-)
-from drake_quad.errors import DrakeQuadError
-from drake_quad.scenario import load_scenario
+from benchmarks.common import markdown_table, text
+from benchmarks.engine import carry_on
+from benchmarks.page import check_out, describe, errors_in_a_line, write_section
+from benchmarks.study import GOOD, Result, make_trial, study_of, with_common
 from drake_quad.scenario_config import Scenario
+from drake_quad.sweep.rates import rate_of
+from drake_quad.sweep.trials import figures_of
+from drake_quad.sweep.work import work
 
 OUTCOMES = ("goal_reached", "fell", "stopped", "refused")
 SPREADS = (
@@ -66,9 +56,10 @@ In {touching} of {runs} runs something else than a foot touched the course.
 
 def section(options: argparse.Namespace, scenario: Scenario, results: Sequence[Result]) -> str:
     """The page's section."""
-    outcomes = [result["outcome"] for result in results]
-    good = outcomes.count("goal_reached")
-    row = [*(str(outcomes.count(outcome)) for outcome in OUTCOMES), rate_text(good, len(results))]
+    # What ended otherwise, as one that took too long, is stopped; its reason is among the failures.
+    outcomes = [r["outcome"] if r["outcome"] in OUTCOMES else "stopped" for r in results]
+    rate = rate_of(outcomes.count("goal_reached"), len(results)).text()
+    row = [*(str(outcomes.count(outcome)) for outcome in OUTCOMES), rate]
     header = ("runs", *OUTCOMES, "goal_reached, with exact bounds at 95 %")
     return SECTION.format(
         description=describe(["python -m benchmarks.blind_stairs", shlex.join(options.words)]),
@@ -111,7 +102,7 @@ def _spreads(results: Sequence[Result]) -> str:
 
 def _failures(options: argparse.Namespace, results: Sequence[Result]) -> str:
     """Those that did not reach the goal, each with the command that repeats it."""
-    failed = [result for result in results if result["outcome"] not in OK]
+    failed = [result for result in results if result["outcome"] not in GOOD]
     if not failed:
         return "No run failed."
     items = [
@@ -157,49 +148,33 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def study(options: argparse.Namespace) -> tuple[Scenario, list[Result]]:
     """Carries out the runs that are not done: the scenario, and all results."""
     options.overrides = with_common(options.scenario, options.set)
-    scenario = load_scenario(options.scenario, options.overrides)
+    made, base = study_of(options.scenario, options.overrides)
+    figures = figures_of(made)
     trials = [
-        {
-            "number": seed,
-            "seed": seed,
-            "scenario": options.scenario,
-            "overrides": [*options.overrides, f"simulation.seed={seed}"],
-        }
+        make_trial(
+            made, base, seed, [seed], more=[f"simulation.seed={seed}"], figures=figures, seed=seed
+        )
         for seed in range(options.first, options.first + options.seeds)
     ]
-    records = Records(
-        options.lines, {"study": "blind stairs", "trials": trials, "sources": sources_digest()}
-    )
-    records.open(resume=options.resume)
-    pending = deque(trial for trial in trials if trial["number"] not in records.done)
-    carry_on(
-        work,
-        [pending] * options.workers,
-        records,
-        recycle=options.recycle,
-        name=lambda result: f"seed {result['seed']}",
-    )
-    return scenario, records.in_order()
+    chosen = {"of": "blind stairs", "first": options.first, "seeds": options.seeds}
+    results = carry_on(made, base, trials, work, names=["seed"], chosen=chosen, options=options)
+    return base.load(made.set), results
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Carries out the study, prints its section and writes what was asked for."""
     options = parse(arguments)
-    try:
+    with errors_in_a_line("blind_stairs"):
+        check_out(options.out, "blind stairs")
         scenario, results = study(options)
-    except (DrakeQuadError, RuntimeError) as error:
-        raise SystemExit(f"benchmarks.blind_stairs: {error}") from None
-    except KeyboardInterrupt:
-        raise SystemExit("benchmarks.blind_stairs: interrupted; go on with --resume") from None
-    written = section(options, scenario, results)
-    if options.out is not None:
-        write_section(options.out, "blind stairs", written)
+        written = section(options, scenario, results)
+        if options.out is not None:
+            write_section(options.out, "blind stairs", written)
     if options.json is not None:
-        good = sum(result["outcome"] in OK for result in results)
-        low, high = bounds(good, len(results))
-        rate = {"runs": len(results), "ok": good, "low": low, "high": high}
+        rate = rate_of(sum(result["outcome"] in GOOD for result in results), len(results))
+        told = {"runs": len(results), "ok": rate.good, "low": rate.low, "high": rate.high}
         options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(json.dumps({"rate": rate, "runs": results}, indent=1) + "\n")
+        options.json.write_text(json.dumps({"rate": told, "runs": results}, indent=1) + "\n")
     print(written)
 
 

@@ -66,6 +66,11 @@ def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(row) + " |" for row in (header, rule, *rows))
 
 
+def text(value: Any, form: str, scale: float = 1.0) -> str:
+    """A figure for a table; a dash for one that was not measured."""
+    return "-" if value is None else format(scale * value, form)
+
+
 def versions(*peers: str) -> dict[str, str]:
     """What the figures depend on besides the machine; `peers` are further packages' names."""
     names = ("drake_quad", "drake", "numpy", "piqp", *peers)

@@ -5,30 +5,30 @@ some fail. Run it from the repository's top:
 
     python -m benchmarks.cross_check --trials 20 --page docs/success_maps.md
 
-Results go to a file of JSON lines as they come; `--resume` goes on with it after an interrupt.
+Results go to a file of JSON lines as they come; `--resume` goes on with it after an interrupt. A
+trial that takes longer, or more memory, than the study's `limits` is ended, and counted as failed.
 """
 
 import argparse
 import shlex
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.common import markdown_table
-from benchmarks.crew import carry_on
-from benchmarks.cross_trials import ENGINES, work
-from benchmarks.run_trials import text
-from benchmarks.study import Records, Result, Trial, describe, rate_text, sources_digest
-from drake_quad.errors import DrakeQuadError
-from drake_quad.sweep.page import put_section
-from drake_quad.sweep.provenance import study_digest
+from benchmarks.common import markdown_table, text
+from benchmarks.cross_trials import ENGINES, FIGURES, VALUES, work
+from benchmarks.engine import carry_on
+from benchmarks.page import describe, errors_in_a_line
+from benchmarks.study import Result
+from drake_quad.sweep.page import check_page, put_section
+from drake_quad.sweep.rates import rate_of
 from drake_quad.sweep.study import Base, load_study
 from drake_quad.sweep.study_config import Study
-from drake_quad.sweep.trials import make_trials
+from drake_quad.sweep.trials import Trial, make_trials
 
 SOLVERS = Path(__file__).resolve().parents[1] / "studies" / "solvers.yaml"
 SOLVER = "simulation.plant.discrete_contact_approximation"
@@ -77,17 +77,18 @@ def trials_of(study: Study, base: Base, count: int, engines: Sequence[str]) -> l
     for trial in make_trials(study, base, first=0, last=count * len(solvers)):
         if trial.values[axis] != solvers[0]:  # common draws: the others' are the same
             continue
-        overrides = [text for text in trial.overrides if not text.startswith(SOLVER)]
+        draw, drawn = trial.index // len(solvers), trial.values[friction]
+        overrides = tuple(text for text in trial.overrides if not text.startswith(SOLVER))
         for engine in engines:
             found.append(
-                {
-                    "number": len(found),
-                    "draw": trial.index // len(solvers),
-                    "friction": trial.values[friction],
-                    "engine": engine,
-                    "scenario": base.name,
-                    "overrides": overrides,
-                }
+                replace(
+                    trial,
+                    index=len(found),
+                    values=(draw, drawn, engine),
+                    overrides=overrides,
+                    figures=FIGURES,
+                    success=(),
+                )
             )
     return found
 
@@ -104,7 +105,7 @@ def engine_row(engine: str, results: Sequence[Result]) -> list[str]:
     slips = [r["slip_max"] for r in results if good(r) and r.get("slip_max") is not None]
     return [
         engine,
-        f"{count} of {len(results)}: {rate_text(count, len(results))}",
+        f"{count} of {len(results)}: {rate_of(count, len(results)).text()}",
         text(min(at_once, default=None), ".3f"),
         text(max(slips, default=None), ".0f", 1e3),
     ]
@@ -120,7 +121,7 @@ def pair_row(one: Sequence[Result], other: Sequence[Result]) -> list[str]:
     spread = [float(f(margins)) if margins else None for f in (np.median, np.max)]
     return [
         f"{one[0]['engine']}, {other[0]['engine']}",
-        f"{same} of {len(both)}: {rate_text(same, len(both))}",
+        f"{same} of {len(both)}: {rate_of(same, len(both)).text()}",
         f"{in_both} of {len(either)}" if either else "-",
         *(text(value, ".1f", 1e3) for value in spread),
     ]
@@ -146,11 +147,18 @@ def section(results: Sequence[Result], engines: Sequence[str], words: Sequence[s
     return SECTION.format(
         name=NAME,
         trials=len(draws),
-        description=describe(["python -m benchmarks.cross_check", shlex.join(words)]),
+        description=describe(
+            ["python -m benchmarks.cross_check", shlex.join(words)], libraries_of(engines)
+        ),
         rates=markdown_table(RATES, rates),
         pairs=markdown_table(header, pairs),
         trials_table=markdown_table(("trial", "friction", *engines), rows),
     ).rstrip("\n")
+
+
+def libraries_of(engines: Sequence[str]) -> list[str]:
+    """What the engines need besides Drake."""
+    return ["mujoco"] if "MuJoCo" in engines else []
 
 
 def _cell(result: Result) -> str:
@@ -180,34 +188,32 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     for name in ("trials", "workers", "recycle"):
         if getattr(options, name) < 1:
             parser.error(f"--{name} must be 1 or more")
+    for library in libraries_of(options.engines):
+        if find_spec(library) is None:
+            parser.error(f"no {library} is installed here: install it, or give other --engines")
     return options
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Carries out the trials that are not done, prints the section and writes it."""
     options = parse(arguments)
-    options.lines.parent.mkdir(parents=True, exist_ok=True)
-    try:
+    with errors_in_a_line(NAME):
         study, base = load_study(options.study)
-        told = {"study": study_digest(study, base), "engines": options.engines}
-        records = Records(options.lines, {**told, "sources": sources_digest()})
-        trials = trials_of(study, base, options.trials, options.engines)
-        records.open(resume=options.resume)
-        pending = deque(trial for trial in trials if trial["number"] not in records.done)
-        carry_on(
+        if options.page is not None:
+            check_page(options.page, NAME)
+        results = carry_on(
+            study,
+            base,
+            trials_of(study, base, options.trials, options.engines),
             work,
-            [pending] * options.workers,
-            records,
-            recycle=options.recycle,
-            name=lambda result: f"trial {result['draw']}, {result['engine']}",
+            names=VALUES,
+            chosen={"of": NAME, "engines": options.engines},
+            options=options,
+            libraries=libraries_of(options.engines),
         )
-    except (DrakeQuadError, RuntimeError) as error:
-        raise SystemExit(f"benchmarks.cross_check: {error}") from None
-    except KeyboardInterrupt:
-        raise SystemExit("benchmarks.cross_check: interrupted; go on with --resume") from None
-    written = section(records.in_order(), options.engines, options.words)
-    if options.page is not None:
-        put_section(options.page, NAME, written)
+        written = section(results, options.engines, options.words)
+        if options.page is not None:
+            put_section(options.page, NAME, written)
     print(written)
 
 

@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.study import Result, Trial
+from benchmarks.study import Result, finding
 from drake_quad.gait.legs import FloatArray
+from drake_quad.sweep.study import Base
+from drake_quad.sweep.trials import Trial
 
 ENGINES = {
     "lagged": ("simulation.plant.discrete_contact_approximation=lagged",),
@@ -19,36 +21,45 @@ ENGINES = {
     ),
     "MuJoCo": (),
 }
+VALUES = ("draw", "friction", "engine")  # of a trial
+FIGURES = (
+    "margin",
+    "margin_at_once",
+    "slip_max",
+    "base_error_max",
+    "clock_waited",
+    "simulated_time",
+)
 AT_GOAL = 0.1  # [m]: farthest from the end of the plan that counts as there, as in a run
 SETTLED = 0.03  # [s] from the start; before it the feet take up their load
 LASTING = 0.01  # [s] that a margin has to last to count
 
 
 def work(trial: Trial) -> Result:
-    """Runs `trial["scenario"]` with `trial["overrides"]` by `trial["engine"]`, one of ENGINES.
+    """Runs the trial by its engine, one of ENGINES.
 
     Returns:
-        At least `outcome` (goal_reached, fell, stopped; refused), `reason`, and, if it was
-        measured, the smallest `margin` [m].
+        `outcome` (goal_reached, fell, stopped; refused), `reason`, and FIGURES, None where not
+        measured: `margin` [m] is the smallest that lasts, `margin_at_once` [m] the smallest sample.
     """
-    if trial["engine"] == "MuJoCo":
-        return run_in_mujoco(trial["scenario"], trial["overrides"])
+    engine = dict(zip(VALUES, trial.values, strict=True))["engine"]
+    overrides = [*trial.overrides, *ENGINES[engine]]
+    if engine == "MuJoCo":
+        return finding(trial, run_in_mujoco(trial.base, overrides))
     from benchmarks.cenic import corrected
 
-    overrides = [*trial["overrides"], *ENGINES[trial["engine"]]]
-    with corrected() if trial["engine"] == "CENIC" else nullcontext():
-        return run_in_drake(trial["scenario"], overrides)
+    with corrected() if engine == "CENIC" else nullcontext():
+        return finding(trial, run_in_drake(trial.base, overrides))
 
 
-def run_in_drake(name: str, overrides: list[str]) -> Result:
+def run_in_drake(base: Base, overrides: list[str]) -> Result:
     """Runs a scenario as it is."""
     from drake_quad.errors import DrakeQuadError, InputError
-    from drake_quad.scenario import load_scenario
     from drake_quad.simulation import run
 
     try:
-        scenario = load_scenario(name, overrides)
-        found = run(scenario)
+        scenario = base.load(overrides)
+        found = run(scenario, source=base.name)
     except DrakeQuadError as error:
         outcome = "refused" if isinstance(error, InputError) else "stopped"
         return {"outcome": outcome, "reason": str(error)}
@@ -86,7 +97,7 @@ def lasting_minimum(values: FloatArray, samples: int) -> float | None:
     return float(np.lib.stride_tricks.sliding_window_view(values, samples).max(axis=1).min())
 
 
-def run_in_mujoco(name: str, overrides: list[str]) -> Result:
+def run_in_mujoco(base: Base, overrides: list[str]) -> Result:
     """Runs a scenario's controller in MuJoCo, robot and course as they really are.
 
     What MuJoCo's robot does not have here is refused: sensors, pushes, payloads, delays, weak
@@ -98,12 +109,12 @@ def run_in_mujoco(name: str, overrides: list[str]) -> Result:
     from drake_quad.errors import DrakeQuadError, InputError
     from drake_quad.preparation import prepare
     from drake_quad.robot.load_robot import MakeModelPlant
-    from drake_quad.scenario import control_settings, load_scenario
+    from drake_quad.scenario import control_settings
     from drake_quad.systems.disturbances import Disturbances
 
     try:
-        scenario = load_scenario(name, overrides)
-        p = prepare(scenario)
+        scenario = base.load(overrides)
+        p = prepare(scenario, source=base.name)
     except DrakeQuadError as error:
         outcome = "refused" if isinstance(error, InputError) else "stopped"
         return {"outcome": outcome, "reason": str(error)}

@@ -12,25 +12,18 @@ import argparse
 import json
 import shlex
 import sys
-from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.common import markdown_table
-from benchmarks.crew import carry_on
-from benchmarks.run_trials import text, work
-from benchmarks.study import (
-    COMMON,
-    Records,
-    Result,
-    Trial,
-    describe,
-    sources_digest,
-    write_section,
-)
-from drake_quad.errors import DrakeQuadError
+from benchmarks.common import markdown_table, text
+from benchmarks.engine import carry_on
+from benchmarks.page import check_out, describe, errors_in_a_line, write_section
+from benchmarks.study import COMMON, Result, make_trial, study_of
 from drake_quad.robot.load_robot import load_robot
-from drake_quad.scenario import load_scenario
+from drake_quad.sweep.study import Base
+from drake_quad.sweep.study_config import Study
+from drake_quad.sweep.trials import Trial, figures_of, repeat
+from drake_quad.sweep.work import work
 
 IK = "controller.kind=ik"  # at the same period: nothing else is another
 FRICTION = 0.3
@@ -94,29 +87,24 @@ def make_cases(joints: Sequence[str]) -> list[tuple[str, tuple[str, ...], bool]]
     return cases
 
 
-def make_trials(scenario: str, overrides: Sequence[str], *, only: str = "") -> list[Trial]:
+def make_trials(study: Study, base: Base, *, only: str = "", controller: str = "") -> list[Trial]:
     """The table's runs, in its order.
 
     Args:
-        scenario: A shipped scenario's name, or a file.
-        overrides: Of all runs.
+        study: Of all runs.
+        base: Its scenario.
         only: Part of the names of the disturbances wanted; all if empty.
+        controller: The same of the controllers.
     """
-    joints = load_robot(load_scenario(scenario, overrides).robot.model).joint_names
+    joints = load_robot(base.load(study.set).robot.model).joint_names
     trials: list[Trial] = []
     for name, own, both in make_cases(joints):
-        if only not in name:
-            continue
         for kind in ("whole_body", "ik") if both else ("whole_body",):
-            trials.append(
-                {
-                    "number": len(trials),
-                    "name": name,
-                    "controller": kind,
-                    "scenario": scenario,
-                    "overrides": [*overrides, *((IK,) if kind == "ik" else ()), *own],
-                }
-            )
+            if only not in name or controller not in kind:
+                continue
+            more = (*((IK,) if kind == "ik" else ()), *own)
+            values, figures = (name, kind), figures_of(study)
+            trials.append(make_trial(study, base, len(trials), values, more=more, figures=figures))
     return trials
 
 
@@ -139,7 +127,7 @@ def row(result: Result) -> list[str]:
 def section(options: argparse.Namespace, results: Sequence[Result]) -> str:
     """The page's section."""
     failed = [result for result in results if result["outcome"] != "goal_reached"]
-    items = [f"- {r['name']}, {r['controller']}: {r['reason']}: `{repeat(r)}`" for r in failed]
+    items = [f"- {r['name']}, {r['controller']}: {r['reason']}: `{r['command']}`" for r in failed]
     failures = "\nThose that did not reach the goal, with the command that repeats each:\n\n"
     return SECTION.format(
         description=describe(["python -m benchmarks.disturbed", shlex.join(options.words)]),
@@ -148,14 +136,6 @@ def section(options: argparse.Namespace, results: Sequence[Result]) -> str:
         table=markdown_table(HEADER, [row(result) for result in results]),
         failures=failures + "\n".join(items) if items else "",
     )
-
-
-def repeat(trial: Trial) -> str:
-    """The command that repeats a trial."""
-    words = ["drake-quad", "run", trial["scenario"]]
-    for override in trial["overrides"]:
-        words += ["--set", override]
-    return shlex.join(words)
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
@@ -183,35 +163,24 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def study(options: argparse.Namespace) -> list[Result]:
     """Carries out the runs that are not done: all results, in the table's order."""
     overrides = (*COMMON, *(QUICK if options.quick else ()), *options.set)
-    trials = make_trials(options.scenario, overrides, only=options.only)
-    trials = [t for t in trials if options.controller in t["controller"]]
-    records = Records(
-        options.lines, {"study": "disturbances", "trials": trials, "sources": sources_digest()}
-    )
-    records.open(resume=options.resume)
-    pending = deque(trial for trial in trials if trial["number"] not in records.done)
-    carry_on(
-        work,
-        [pending] * options.workers,
-        records,
-        recycle=options.recycle,
-        name=lambda result: f"{result['name']}, {result['controller']}",
-    )
-    return records.in_order()
+    made, base = study_of(options.scenario, overrides)
+    trials = make_trials(made, base, only=options.only, controller=options.controller)
+    chosen = {"of": "disturbances", "only": options.only, "controller": options.controller}
+    names = ["name", "controller"]
+    results = carry_on(made, base, trials, work, names=names, chosen=chosen, options=options)
+    commands = [repeat(trial) for trial in trials]
+    return [{**r, "command": c} for r, c in zip(results, commands, strict=True)]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Carries out the study, prints its section and writes what was asked for."""
     options = parse(arguments)
-    try:
+    with errors_in_a_line("disturbed"):
+        check_out(options.out, "disturbances")
         results = study(options)
-    except (DrakeQuadError, RuntimeError) as error:
-        raise SystemExit(f"benchmarks.disturbed: {error}") from None
-    except KeyboardInterrupt:
-        raise SystemExit("benchmarks.disturbed: interrupted; go on with --resume") from None
-    written = section(options, results)
-    if options.out is not None:
-        write_section(options.out, "disturbances", written)
+        written = section(options, results)
+        if options.out is not None:
+            write_section(options.out, "disturbances", written)
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)
         options.json.write_text(json.dumps({"runs": results}, indent=1) + "\n")

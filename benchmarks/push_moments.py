@@ -1,9 +1,8 @@
-"""When, whence and how hard to push, and who carries out which trials."""
+"""When, whence and how hard to push."""
 
-from collections import deque
 from collections.abc import Sequence
+from typing import Any
 
-from benchmarks.study import Trial
 from drake_quad.planning.plan_mission import MissionPlan
 
 FIRST, LAST = 1.0, 2.0  # [s] after the start, and before the plan's end, in which nobody pushes
@@ -33,9 +32,9 @@ def moments(plan: MissionPlan, count: int, *, time_step: float) -> list[float]:
     return times
 
 
-def make_trials(
+def make_pushes(
     times: Sequence[float], *, speeds: Sequence[float], directions: int, to_goal: int
-) -> list[Trial]:
+) -> list[dict[str, Any]]:
     """Every push, by its moment, then speed, then direction.
 
     Args:
@@ -49,7 +48,6 @@ def make_trials(
     ]
     return [
         {
-            "number": number,
             "time": t,
             "duration": KICK,
             "speed": speed,
@@ -58,48 +56,6 @@ def make_trials(
             "to_goal": (GOLDEN * number) % 1.0 < 1.0 / to_goal,
         }
         for number, (t, speed, direction) in enumerate(pushes)
-    ]
-
-
-def split(
-    trials: Sequence[Trial], workers: int, *, tail: float, duration: float
-) -> list[deque[Trial]]:
-    """Contiguous blocks, one a worker, the dearest as cheap as can be.
-
-    A block costs what its trials simulate, and the undisturbed run up to its last moment. Trials
-    of one moment are not split.
-
-    Args:
-        trials: In the order of their times.
-        workers: How many blocks at most.
-        tail: Of a trial that does not go on to the goal [s].
-        duration: Of the whole plan [s].
-    """
-    times = sorted({trial["time"] for trial in trials})
-    own = dict.fromkeys(times, 0.0)
-    for trial in trials:
-        own[trial["time"]] += duration - trial["time"] if trial["to_goal"] else tail
-
-    def blocks(allowed: float) -> list[list[float]]:
-        """As few blocks as none of them needs more than `allowed`, filled in order."""
-        made: list[list[float]] = []
-        filled = 0.0
-        for time in times:
-            if made and filled + own[time] + time <= allowed:
-                made[-1].append(time)
-            else:
-                made.append([time])
-                filled = 0.0
-            filled += own[time]
-        return made
-
-    low, high = 0.0, sum(own.values()) + duration
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if len(blocks(middle)) > workers else (low, middle)
-    return [
-        deque(trial for trial in trials if block[0] <= trial["time"] <= block[-1])
-        for block in blocks(high)
     ]
 
 

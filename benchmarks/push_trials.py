@@ -10,6 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from pydrake.systems.analysis import (
@@ -20,17 +21,30 @@ from pydrake.systems.analysis import (
 )
 from pydrake.systems.framework import Context
 
-from benchmarks.study import Result, Trial
+from benchmarks.study import Result, finding
 from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.diagram import stair_climb_of
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.planning.motion_plan import MotionPlan, rotations
 from drake_quad.preparation import Preparation, prepare
-from drake_quad.scenario import disturbances_of, load_scenario
+from drake_quad.scenario import disturbances_of
 from drake_quad.scenario_config_world import PushConfig
+from drake_quad.sweep.study import Base
+from drake_quad.sweep.trials import Trial
 from drake_quad.systems.disturbances import Push
 
+VALUES = ("time", "duration", "speed", "direction_deg", "to_goal")  # of a trial
+FIGURES = (
+    "segment",
+    "kind",
+    "ground",
+    "leg",
+    "swing_phase",
+    "simulated",
+    "waited",
+    "base_error_max",
+)
 NEVER = 1e6  # [s] when the push of the undisturbed run would begin
 LOOK = 0.05  # [s] simulated between looks at a trial
 BACK = 0.05  # [m] of the base from where the controller wants it: back in the gait
@@ -42,25 +56,27 @@ BEFORE = 0.5
 NO_LOG = "simulation.log_period=1.0"  # the log is not read, and would be copied with the Context
 ASLANT = 0.03  # [m] between front and rear feet's mean heights: on stairs
 
+Given = dict[str, Any]  # a push, by the names of VALUES
 
-def prepare_undisturbed(scenario: str, overrides: Sequence[str]) -> Preparation:
+
+def prepare_undisturbed(base: Base, overrides: Sequence[str]) -> Preparation:
     """The run to be pushed, with room for one push.
 
     Raises:
         InputError: If the scenario has pushes of its own, or a plant without time steps.
         PlanningError: If there is no plan on paper.
     """
-    p = prepare(load_scenario(scenario, [*overrides, NO_LOG]), source=scenario)
+    p = prepare(base.load([*overrides, NO_LOG]), source=base.name)
     if p.disturbances.pushes:
         raise InputError(
-            source=scenario,
+            source=base.name,
             field="disturbances.pushes",
             value=f"{len(p.disturbances.pushes)} pushes",
             remedy="the study makes them: give --set 'disturbances.pushes=[]'",
         )
     if p.scenario.simulation.plant.time_step <= 0.0:
         raise InputError(
-            source=scenario,
+            source=base.name,
             field="simulation.plant.time_step",
             value=p.scenario.simulation.plant.time_step,
             remedy="the study pushes for whole steps: give more than 0",
@@ -72,9 +88,9 @@ def prepare_undisturbed(scenario: str, overrides: Sequence[str]) -> Preparation:
 class PushBench:
     """The undisturbed run, as far as it is, and the trials that branch off there."""
 
-    def __init__(self, scenario: str, overrides: Sequence[str]) -> None:
+    def __init__(self, base: Base, overrides: Sequence[str]) -> None:
         """Prepares the run; nothing is simulated yet."""
-        self._p = prepare_undisturbed(scenario, overrides)
+        self._p = prepare_undisturbed(base, overrides)
         self._climb = stair_climb_of(self._p)
         self._dt = float(self._p.scenario.simulation.plant.time_step)
         diagram = self._climb.diagram
@@ -89,11 +105,11 @@ class PushBench:
         gc.collect()
         gc.freeze()  # what is there now stays: the collector need not look at it at every tick
 
-    def try_push(self, trial: Trial, *, tail: float) -> Result:
+    def try_push(self, push: Given, *, tail: float) -> Result:
         """Pushes the robot and sees what comes of it.
 
         Args:
-            trial: `time` [s], not before that of the trial before, `duration` [s], `speed` [m/s],
+            push: `time` [s], not before that of the trial before, `duration` [s], `speed` [m/s],
                 `direction_deg` relative to the heading, `to_goal`.
             tail: How long the run goes on after the push begins [s]; then until the clock runs and
                 the base is back, at most PATIENCE longer. With `to_goal` to the end of the run.
@@ -102,10 +118,10 @@ class PushBench:
             `outcome` (ok, goal_reached, fell, stopped), `reason`, and what there is to say of the
             moment and of what followed.
         """
-        self._go_to(round(trial["time"] / self._dt))
+        self._go_to(round(push["time"] / self._dt))
         if self._ended:
             return {"outcome": "stopped", "reason": f"ended without a push: {self._ended}"}
-        return {**self._moment(), **self._follow(trial, tail)}
+        return {**self._moment(), **self._follow(push, tail)}
 
     def state(self) -> FloatArray:
         """[q; v] of the robot where the trial tried last is now."""
@@ -122,7 +138,7 @@ class PushBench:
             if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
                 self._ended = _message(status)
 
-    def _follow(self, trial: Trial, tail: float) -> Result:
+    def _follow(self, push: Given, tail: float) -> Result:
         simulator = self._branch
         simulator.reset_context(self._run.get_context().Clone())
         # The initialization events would make the planner begin anew.
@@ -130,12 +146,12 @@ class PushBench:
         context = simulator.get_mutable_context()
         now, begun = self._step, self._step * self._dt
         waited = float(self._phase(context)[GaitPhase.WAITED])
-        self._set_force(context, self._force(trial))
-        pushed = now + max(1, round(trial["duration"] / self._dt))
+        self._set_force(context, self._force(push))
+        pushed = now + max(1, round(push["duration"] / self._dt))
         look = max(1, round(LOOK / self._dt))
         limit = 2.0 * self._p.plan.duration + 30.0
         reason = f"not at the goal after {limit:.0f} s"
-        if not trial["to_goal"]:
+        if not push["to_goal"]:
             limit = begun + tail + PATIENCE
             reason = f"not back in the gait {tail + PATIENCE:.0f} s after the push"
         outcome, worst, last = "", 0.0, round(limit / self._dt)
@@ -149,7 +165,7 @@ class PushBench:
             worst = max(worst, off)
             if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
                 outcome, reason = _ending(_message(status), off, tilt)
-            elif not trial["to_goal"] and now * self._dt >= begun + tail - 1e-9:
+            elif not push["to_goal"] and now * self._dt >= begun + tail - 1e-9:
                 running = int(self._phase(context)[GaitPhase.MODE]) == Mode.RUN
                 if running and off < BACK:
                     outcome, reason = "ok", "back in the gait"
@@ -178,17 +194,17 @@ class PushBench:
             "swing_phase": float(phase[GaitPhase.SWING_PHASE]),
         }
 
-    def _force(self, trial: Trial) -> FloatArray:
+    def _force(self, given: Given) -> FloatArray:
         """Of the push in W, (3,) [N], by the scenario's own reading of such a push."""
         p = self._p
         push = PushConfig(
-            time=trial["time"],
-            duration=trial["duration"],
-            speed=trial["speed"],
-            direction_deg=trial["direction_deg"],
+            time=given["time"],
+            duration=given["duration"],
+            speed=given["speed"],
+            direction_deg=given["direction_deg"],
         )
-        given = replace(p.scenario.disturbances, pushes=[push])
-        (made,) = disturbances_of(replace(p.scenario, disturbances=given), p.robot).pushes
+        pushed = replace(p.scenario.disturbances, pushes=[push])
+        (made,) = disturbances_of(replace(p.scenario, disturbances=pushed), p.robot).pushes
         x, y, z = made.force_H
         R_WB = self._climb.layout.read(self._plant_state(self._run.get_context())).R_WB
         ahead_x, ahead_y = float(R_WB[0, 0]), float(R_WB[1, 0])
@@ -225,14 +241,15 @@ class PushBench:
 
 
 @cache
-def bench(scenario: str, overrides: tuple[str, ...]) -> PushBench:
+def bench(base: Base, overrides: tuple[str, ...]) -> PushBench:
     """This process's bench, built at its first trial."""
-    return PushBench(scenario, overrides)
+    return PushBench(base, overrides)
 
 
-def work(trial: Trial, *, scenario: str, overrides: tuple[str, ...], tail: float) -> Result:
+def work(trial: Trial, *, tail: float) -> Result:
     """One trial, in a worker process; its trials come in the order of their times."""
-    return bench(scenario, overrides).try_push(trial, tail=tail)
+    push = dict(zip(VALUES, trial.values, strict=True))
+    return finding(trial, bench(trial.base, trial.overrides).try_push(push, tail=tail))
 
 
 def _message(status: SimulatorStatus) -> str:

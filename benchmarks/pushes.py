@@ -18,22 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import markdown_table
-from benchmarks.crew import carry_on
+from benchmarks.engine import carry_on
+from benchmarks.page import check_out, describe, errors_in_a_line, write_section
 from benchmarks.push_curve import draw_curve
-from benchmarks.push_moments import make_trials, moments, split
-from benchmarks.push_trials import BACK, PATIENCE, prepare_undisturbed, work
-from benchmarks.study import (
-    OK,
-    Records,
-    Result,
-    bounds,
-    describe,
-    rate_text,
-    sources_digest,
-    with_common,
-    write_section,
-)
-from drake_quad.errors import DrakeQuadError
+from benchmarks.push_moments import make_pushes, moments
+from benchmarks.push_trials import BACK, FIGURES, PATIENCE, VALUES, prepare_undisturbed, work
+from benchmarks.study import GOOD, Result, make_trial, study_of, with_common
+from drake_quad.sweep.rates import rate_of
 
 HEADER = ("speed [m/s]", "trials", "ok", "fell", "stopped", "ok, with bounds at 95 %")
 LISTED = 40  # failures on the page; all are among the lines
@@ -47,7 +38,7 @@ speed given: `{scenario}` at {moments} moments spread over all segments of the r
 {directions} directions each, relative to the heading. Each trial is a copy of one undisturbed run
 with a push of its own. It is *ok* if {tail:g} s after the push (at most {patience:g} s more) the
 gait clock runs again and the base is within {back:g} m of where the controller wants it. Of these
-trials {far} went on to the end of the run instead: {reached} of them reached the goal.{undone}
+trials {far} went on to the end of the run instead: {reached} of them reached the goal.
 
 The bounds are Clopper and Pearson's, exact for independent trials. The moments and directions are
 a grid and not drawn, and pushes at one moment have much in common: read them as no more than that.
@@ -58,10 +49,9 @@ There is nothing random in a trial, so there are no seeds.
 {failures}"""
 
 
-def section(options: argparse.Namespace, results: Sequence[Result], planned: int) -> str:
+def section(options: argparse.Namespace, results: Sequence[Result]) -> str:
     """The page's section."""
     far = [result for result in results if result["to_goal"]]
-    undone = planned - len(results)
     return SECTION.format(
         description=describe(["python -m benchmarks.pushes", shlex.join(options.words)]),
         scenario=options.scenario,
@@ -72,7 +62,6 @@ def section(options: argparse.Namespace, results: Sequence[Result], planned: int
         back=BACK,
         far=len(far),
         reached=sum(result["outcome"] == "goal_reached" for result in far),
-        undone=f" **{undone} trials were not carried out.**" if undone else "",
         tables="\n\n".join(_tables(results)),
         failures=_failures(options, results),
     )
@@ -83,14 +72,16 @@ def _tables(results: Sequence[Result]) -> list[str]:
     rows = []
     for speed in _speeds(results):
         outcomes = [result["outcome"] for result in results if result["speed"] == speed]
-        good = sum(outcome in OK for outcome in outcomes)
-        counts = (len(outcomes), good, outcomes.count("fell"), outcomes.count("stopped"))
-        rows.append([f"{speed:g}", *map(str, counts), rate_text(good, len(outcomes))])
+        rate = rate_of(sum(outcome in GOOD for outcome in outcomes), len(outcomes))
+        fell = outcomes.count("fell")
+        # Others, as those that took too long, are stopped; their reasons are among the failures.
+        counts = (rate.trials, rate.good, fell, rate.trials - rate.good - fell)
+        rows.append([f"{speed:g}", *map(str, counts), rate.text()])
     return [
         markdown_table(HEADER, rows),
         "How many were ok, of how many:",
         _table("segment, ground", results, _stretch),
-        _table("leg in the air", results, lambda result: result.get("leg") or "none"),
+        _table("leg in the air", results, lambda result: result["leg"] or "none"),
         _table("direction [°], left positive", results, lambda r: f"{r['direction_deg']:g}"),
     ]
 
@@ -100,7 +91,7 @@ def _speeds(results: Sequence[Result]) -> list[float]:
 
 
 def _stretch(result: Result) -> str:
-    if "segment" not in result:
+    if result["segment"] is None:
         return "not known"
     return f"{result['segment']}, {result['ground']}"
 
@@ -112,14 +103,14 @@ def _table(title: str, results: Sequence[Result], key: Callable[[Result], str]) 
         row = [name]
         for speed in _speeds(results):
             mine = [r for r in results if key(r) == name and r["speed"] == speed]
-            row.append(f"{sum(r['outcome'] in OK for r in mine)} of {len(mine)}")
+            row.append(f"{sum(r['outcome'] in GOOD for r in mine)} of {len(mine)}")
         rows.append(row)
     return markdown_table((title, *(f"{speed:g} m/s" for speed in _speeds(results))), rows)
 
 
 def name_of(result: Result) -> str:
     """What to call a trial."""
-    leg = result.get("leg")
+    leg = result["leg"]
     air = f", {leg} in the air at {result['swing_phase']:.2f}" if leg else ""
     return (
         f"{result['time']:g} s ({_stretch(result)}{air}), {result['speed']:g} m/s to "
@@ -129,7 +120,7 @@ def name_of(result: Result) -> str:
 
 def _failures(options: argparse.Namespace, results: Sequence[Result]) -> str:
     """Those that were not ok, and how to repeat one."""
-    failed = [result for result in results if result["outcome"] not in OK]
+    failed = [result for result in results if result["outcome"] not in GOOD]
     if not failed:
         return "No trial failed."
     items = [f"- {name_of(r)}: {r['outcome']}: {r['reason']}" for r in failed[:LISTED]]
@@ -179,66 +170,57 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     return options
 
 
-def study(options: argparse.Namespace) -> tuple[list[Result], int]:
-    """Carries out the trials that are not done: all results, and how many there were to be."""
+def study(options: argparse.Namespace) -> list[Result]:
+    """Carries out the trials that are not done: all results."""
     overrides = with_common(options.scenario, options.set)
     options.overrides = overrides
-    p = prepare_undisturbed(options.scenario, overrides)
+    made, base = study_of(options.scenario, overrides)
+    p = prepare_undisturbed(base, overrides)
     dt = float(p.scenario.simulation.plant.time_step)
-    trials = make_trials(
+    pushes = make_pushes(
         moments(p.plan, options.moments, time_step=dt),
         speeds=options.speed,
         directions=options.directions,
         to_goal=options.to_goal,
     )
-    records = Records(
-        options.lines,
-        {
-            "study": "pushes",
-            "scenario": options.scenario,
-            "overrides": list(overrides),
-            "trials": trials,
-            "tail": options.tail,
-            "sources": sources_digest(),
-        },
-    )
-    records.open(resume=options.resume)
-    pending = [trial for trial in trials if trial["number"] not in records.done]
-    queues = split(pending, options.workers, tail=options.tail, duration=p.plan.duration)
-    one = partial(work, scenario=options.scenario, overrides=overrides, tail=options.tail)
-    carry_on(one, queues, records, recycle=options.recycle, name=name_of)
-    return records.in_order(), len(trials)
+    # All processes take from one queue in the order of times, in which their own runs go on.
+    trials = [
+        make_trial(made, base, index, [push[name] for name in VALUES], figures=FIGURES)
+        for index, push in enumerate(pushes)
+    ]
+    names = ("speed", "moments", "directions", "tail", "to_goal")
+    chosen = {"of": "pushes", **{name: getattr(options, name) for name in names}}
+    one = partial(work, tail=options.tail)
+    return carry_on(made, base, trials, one, names=VALUES, chosen=chosen, options=options)
 
 
 def figures(results: Sequence[Result]) -> list[dict[str, Any]]:
     """By speed: how many trials, how many were ok, and the rate's exact bounds."""
     rates = []
     for speed in _speeds(results):
-        mine = [result["outcome"] in OK for result in results if result["speed"] == speed]
-        low, high = bounds(sum(mine), len(mine))
-        rates.append(
-            {"speed": speed, "trials": len(mine), "ok": sum(mine), "low": low, "high": high}
-        )
+        mine = [result["outcome"] in GOOD for result in results if result["speed"] == speed]
+        rate = rate_of(sum(mine), len(mine))
+        told = {"trials": rate.trials, "ok": rate.good, "low": rate.low, "high": rate.high}
+        rates.append({"speed": speed, **told})
     return rates
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Carries out the study, prints its section and writes what was asked for."""
     options = parse(arguments)
-    try:
-        results, planned = study(options)
-    except (DrakeQuadError, RuntimeError) as error:
-        raise SystemExit(f"benchmarks.pushes: {error}") from None
-    except KeyboardInterrupt:
-        raise SystemExit("benchmarks.pushes: interrupted; go on with --resume") from None
-    rates = figures(results)
-    text = section(options, results, planned)
-    if options.out is not None:
-        if len(rates) > 1:
-            figure = options.out.parent / "figures" / "push_curve.svg"
-            draw_curve(rates, figure)
-            text += f"\n\n![Share of pushes withstood over their speed](figures/{figure.name})\n"
-        write_section(options.out, "pushes", text)
+    with errors_in_a_line("pushes"):
+        check_out(options.out, "pushes")
+        results = study(options)
+        rates = figures(results)
+        text = section(options, results)
+        if options.out is not None:
+            if len(rates) > 1:
+                figure = options.out.parent / "figures" / "push_curve.svg"
+                draw_curve(rates, figure)
+                text += (
+                    f"\n\n![Share of pushes withstood over their speed](figures/{figure.name})\n"
+                )
+            write_section(options.out, "pushes", text)
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)
         options.json.write_text(json.dumps({"rates": rates, "trials": results}, indent=1) + "\n")

@@ -30,7 +30,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from benchmarks.common import provenance
-from benchmarks.study import commit
+from benchmarks.page import commit
 
 ROOT = Path(__file__).resolve().parents[1]
 STUDY = """\

@@ -28,7 +28,7 @@ from typing import Any
 import yaml
 
 from benchmarks.common import markdown_table, provenance
-from benchmarks.study import commit
+from benchmarks.page import commit
 from drake_quad.sweep.draws import Draws
 from drake_quad.sweep.study import load_study
 

@@ -1,12 +1,6 @@
 """The robustness studies count what they say, lose nothing, and push as a scenario pushes."""
 
-import importlib
 import json
-import os
-import signal
-import time
-from collections import deque
-from itertools import chain
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from scipy.stats import binom
 
 from drake_quad.diagram import stair_climb_of
-from drake_quad.errors import InputError
 from drake_quad.planning.motion_plan import Segment
 from drake_quad.preparation import prepare
 from drake_quad.scenario import load_scenario
+from drake_quad.sweep.study import Base
+from drake_quad.sweep.work import work
 
 ROOT = Path(__file__).resolve().parents[1]
 CONTROL = ("controller.kind=whole_body", "controller.period=0.002")
@@ -29,60 +23,14 @@ STAND = "mission=[{kind: stand, duration: 0.4}]"
 LONGER = "mission=[{kind: stand, duration: 6.0}]"
 
 
-def trial(when: float, speed: float, direction: float, **more: Any) -> dict[str, Any]:
-    return {"number": 0, "time": when, "duration": 0.1, "speed": speed,
+def push(when: float, speed: float, direction: float, **more: Any) -> dict[str, Any]:
+    return {"time": when, "duration": 0.1, "speed": speed,
             "direction_deg": direction, "to_goal": False, **more}  # fmt: skip
-
-
-# What a worker can meet with; at the module's top, so that a spawned process finds it.
-def mishap(given: dict[str, Any]) -> dict[str, Any]:
-    if given["do"] == "raise":
-        raise ValueError("no\nplan")
-    if given["do"] == "abort":
-        os.abort()
-    if given["do"] == "killed":
-        os.kill(os.getpid(), signal.SIGKILL)
-    return {"outcome": "ok", "reason": "", "process": os.getpid()}
-
-
-@pytest.mark.parametrize(("good", "trials"), [(0, 7), (3, 10), (97, 100), (320, 320)])
-def test_bounds_are_exact(load: Any, good: int, trials: int) -> None:
-    """At each bound the binomial tail beyond what was seen is 2.5 %, or the bound is 0 or 1."""
-    low, high = load("study").bounds(good, trials)
-    assert 0.0 <= low <= good / trials <= high <= 1.0
-    if good == 0:
-        assert low == 0.0
-    else:
-        assert binom.sf(good - 1, trials, low) == pytest.approx(0.025, rel=1e-6)
-    if good == trials:
-        assert high == 1.0
-    else:
-        assert binom.cdf(good, trials, high) == pytest.approx(0.025, rel=1e-6)
-
-
-def test_records_outlive_an_interrupt(load: Any, tmp_path: Path) -> None:
-    """A half line is dropped, whole ones are kept, and others' records are refused."""
-    study, path = load("study"), tmp_path / "lines.jsonl"
-    first = study.Records(path, {"study": "a"})
-    first.open(resume=False)
-    for number in (2, 0):
-        first.add({"number": number}, {"outcome": "ok"})
-    path.write_text(path.read_text() + '{"number": 1, "outc')
-    again = study.Records(path, {"study": "a"})
-    again.open(resume=True)
-    assert again.in_order() == [{"number": n, "outcome": "ok"} for n in (0, 2)]
-    again.add({"number": 1}, {"outcome": "fell"})
-    assert json.loads(path.read_text().splitlines()[0]) == {"study": "a"}
-    kept = path.read_text()
-    for records, resume in ((study.Records(path, {"study": "b"}), True), (first, False)):
-        with pytest.raises(InputError, match=r"lines\.jsonl"):
-            records.open(resume=resume)
-    assert path.read_text() == kept
 
 
 def test_a_section_leaves_the_rest_of_the_page(load: Any, tmp_path: Path) -> None:
     """A section written twice is there once, in its place; all else stays as it was."""
-    study, page = load("study"), tmp_path / "page.md"
+    study, page = load("page"), tmp_path / "page.md"
     study.write_section(page, "disturbances", "before")
     study.write_section(page, "pushes", r"first \1")
     page.write_text(page.read_text() + "A person's words.\n")
@@ -127,7 +75,7 @@ def test_moments_are_in_step_with_no_gait(load: Any, cells: float) -> None:
 
 def test_some_of_every_direction_go_on_to_the_goal(load: Any) -> None:
     """One in eight does, and no direction is left out."""
-    trials = load("push_moments").make_trials(
+    trials = load("push_moments").make_pushes(
         [float(k) for k in range(40)], speeds=[0.3], directions=8, to_goal=8
     )
     far = [one for one in trials if one["to_goal"]]
@@ -135,64 +83,15 @@ def test_some_of_every_direction_go_on_to_the_goal(load: Any) -> None:
     assert {one["direction_deg"] for one in far} == {45.0 * k for k in range(8)}
 
 
-@pytest.mark.parametrize("workers", [1, 2, 3, 50])
-def test_blocks_are_balanced(load: Any, workers: int) -> None:
-    """Each trial is in one block, no moment in two, and no other cut makes the dearest cheaper."""
-    push_moments = load("push_moments")
-    times, tail, duration = [2.0, 3.0, 9.0, 30.0, 31.0, 90.0], 15.0, 100.0
-    trials = push_moments.make_trials(times, speeds=[0.3, 0.5], directions=2, to_goal=3)
-    blocks = push_moments.split(trials, workers, tail=tail, duration=duration)
-    assert [one for block in blocks for one in block] == trials
-    assert 1 <= len(blocks) <= workers
-
-    def cost(block: Any) -> float:
-        own = sum(duration - o["time"] if o["to_goal"] else tail for o in block)
-        return float(own + max((o["time"] for o in block), default=0.0))
-
-    moments = [[o for o in trials if o["time"] == t] for t in times]
-    dearest = max(map(cost, blocks))
-    for cut in range(1, len(times)) if workers == 2 else ():
-        halves = [list(chain(*half)) for half in (moments[:cut], moments[cut:])]
-        assert dearest <= max(map(cost, halves)) + 1e-6
-    if workers == 1:
-        assert dearest == cost(trials)
-    assert sum(len({one["time"] for one in block}) for block in blocks) == len(times)
-
-
-def test_what_a_trial_does_to_its_process_is_a_finding(load: Any) -> None:
-    """An exception and an abort stop their own trials alone, and processes are replaced."""
-    crew = load("crew")
-    todo = ["well", "raise", "abort", "well", "well", "well"]
-    queue = deque({"number": k, "do": do} for k, do in enumerate(todo))
-    found = {
-        given["number"]: result for given, result in crew.carry_out(mishap, [queue], recycle=2)
-    }
-    assert [found[k]["outcome"] for k in range(6)] == ["ok", "stopped", "stopped", *["ok"] * 3]
-    assert found[1]["reason"] == "ValueError: no plan" and "SIGABRT" in found[2]["reason"]
-    assert found[3]["process"] == found[4]["process"] != found[5]["process"]
-
-
-def test_a_process_ended_from_outside_is_no_finding(load: Any) -> None:
-    """The study stops with what it has, and its other processes with it."""
-    queues = [deque([{"number": k, "do": do}]) for k, do in enumerate(["killed", "well"])]
-    begun = load("crew").carry_out(mishap, queues, recycle=9)
-    with pytest.raises(RuntimeError, match="--resume"):
-        list(begun)
-    deadline = time.monotonic() + 20.0
-    while importlib.import_module("multiprocessing").active_children():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-
-
 def test_a_trial_is_a_run_with_that_push(load: Any) -> None:
     """To the bit, also after other trials from the same moment; without a push it is the run."""
     overrides = (*CONTROL, WALK)
-    bench = load("push_trials").PushBench("flat_walk", overrides)
+    bench = load("push_trials").PushBench(Base("flat_walk"), overrides)
     for when, speed, direction in ((2.3, 0.5, 135.0), (2.3, 0.3, 45.0), (2.801, 0.0, 0.0)):
-        result = bench.try_push(trial(when, speed, direction), tail=0.7)
+        result = bench.try_push(push(when, speed, direction), tail=0.7)
         assert result["outcome"] in ("ok", "stopped"), result
-        push = f"{{time: {when}, speed: {speed}, direction_deg: {direction}}}"
-        with_push = [*overrides, *([f"disturbances.pushes=[{push}]"] if speed else [])]
+        text = f"{{time: {when}, speed: {speed}, direction_deg: {direction}}}"
+        with_push = [*overrides, *([f"disturbances.pushes=[{text}]"] if speed else [])]
         climb = stair_climb_of(prepare(load_scenario("flat_walk", with_push)))
         simulator = Simulator(climb.diagram)
         simulator.AdvanceTo(when + result["simulated"])
@@ -202,23 +101,23 @@ def test_a_trial_is_a_run_with_that_push(load: Any) -> None:
 
 def test_what_comes_of_a_push(load: Any) -> None:
     """A kick that no robot survives fells it; the next trial knows nothing of that; no way back."""
-    bench = load("push_trials").PushBench("flat_walk", (*CONTROL, WALK))
-    fell = bench.try_push(trial(2.0, 5.0, 90.0), tail=1.0)
+    bench = load("push_trials").PushBench(Base("flat_walk"), (*CONTROL, WALK))
+    fell = bench.try_push(push(2.0, 5.0, 90.0), tail=1.0)
     assert fell["outcome"] == "fell" and 0.0 < fell["simulated"] < 2.0
-    calm = bench.try_push(trial(2.0, 0.0, 0.0), tail=0.5)
+    calm = bench.try_push(push(2.0, 0.0, 0.0), tail=0.5)
     assert calm["outcome"] == "ok" and calm["base_error_max"] < 0.01
     assert calm["simulated"] == pytest.approx(0.5, abs=0.06)
     assert calm["segment"] == "transition to the wave gait" and calm["ground"] == "level"
     with pytest.raises(ValueError, match="before"):
-        bench.try_push(trial(1.5, 0.3, 0.0), tail=0.5)
+        bench.try_push(push(1.5, 0.3, 0.0), tail=0.5)
 
 
 def test_a_run_that_ends_before_its_push_says_so(load: Any) -> None:
     """It is a trial that was stopped, with the undisturbed run's own end."""
-    bench = load("push_trials").PushBench("flat_walk", (*CONTROL, STAND))
-    far = bench.try_push(trial(0.1, 0.0, 0.0, to_goal=True), tail=0.1)
+    bench = load("push_trials").PushBench(Base("flat_walk"), (*CONTROL, STAND))
+    far = bench.try_push(push(0.1, 0.0, 0.0, to_goal=True), tail=0.1)
     assert far["outcome"] == "goal_reached"
-    late = bench.try_push(trial(3.0, 0.3, 0.0), tail=0.5)
+    late = bench.try_push(push(3.0, 0.3, 0.0), tail=0.5)
     assert late["outcome"] == "stopped" and "goal_reached" in late["reason"]
 
 
@@ -251,7 +150,8 @@ def test_the_push_study(load: Any, tmp_path: Path, capsys: pytest.CaptureFixture
     lines.write_text("\n".join(lines.read_text().splitlines()[:-1]) + "\n")
     capsys.readouterr()
     pushes.main([*words, "--resume"])
-    assert "1 of 1 trials" in capsys.readouterr().err
+    told = [line for line in capsys.readouterr().err.splitlines() if "trials, " in line]
+    assert len(told) == 1 and told[0].startswith("8 of 8 trials")
     again = [json.loads(line) for line in lines.read_text().splitlines()[1:]]
     assert sorted(map(json.dumps, again)) == sorted(map(json.dumps, trials))
     assert (tmp_path / "figures" / "push_curve.svg").read_bytes() == curve
@@ -276,10 +176,28 @@ def test_the_blind_stairs_study(load: Any, tmp_path: Path) -> None:
 
 def test_a_world_that_cannot_be_counts_against_the_rate(load: Any) -> None:
     """A run that is refused is an outcome with its reason, and no exception."""
-    work = load("run_trials").work
-    result = work({"scenario": "descend", "overrides": ["world={rise_error: -0.5}"]})
+    study = load("study")
+    made, base = study.study_of("descend", ())
+    more = ["world={rise_error: -0.5}"]
+    result = work(study.make_trial(made, base, 0, [0], more=more, figures=["slip_max"]))
     assert result["outcome"] == "refused" and "rise_error" in result["reason"]
-    assert result["outcome"] not in load("study").OK
+    assert not result["success"] and result["outcome"] not in study.GOOD
+
+
+def test_what_took_too_long_is_among_the_stopped(load: Any) -> None:
+    """Of the tables' columns; no trial is left out of them."""
+    pushes, stairs = load("pushes"), load("blind_stairs")
+    late = {"outcome": "timeout", "reason": "not done after 9 s of wall time", "time": 1.0}
+    late |= {"duration": 0.1, "speed": 0.3, "direction_deg": 0.0, "to_goal": False, "seed": 3}
+    late |= dict.fromkeys([*load("push_trials").FIGURES, "nonfoot_contact_samples"])
+    options = pushes.parse([])
+    options.overrides = ()
+    written = pushes.section(options, [late])
+    assert "| 0.3 | 1 | 0 | 0 | 1 | 0.0 %" in written and "timeout: not done after 9 s" in written
+    options = stairs.parse([])
+    options.overrides = ()
+    written = stairs.section(options, load_scenario("blind_errors"), [late])
+    assert "| 1 | 0 | 0 | 1 | 0 | 0.0 %" in written and "timeout: not done after 9 s" in written
 
 
 def test_the_study_of_disturbances(load: Any, tmp_path: Path) -> None:
@@ -303,10 +221,10 @@ def test_all_disturbances_can_be_asked_for(load: Any, quick: bool) -> None:
     """Every row's scenario is one that loads, and no two are alike; the short course is planned."""
     disturbed = load("disturbed")
     overrides = (*CONTROL, *(disturbed.QUICK if quick else ()))
-    trials = disturbed.make_trials("case_study", overrides)
-    names = [(one["name"], one["controller"]) for one in trials]
+    trials = disturbed.make_trials(*load("study").study_of("case_study", overrides))
+    names = [trial.values for trial in trials]
     assert len(set(names)) == len(names) and sum(" at 60 %" in name for name, _ in names) == 12
-    scenarios = [load_scenario("case_study", one["overrides"]) for one in trials]
+    scenarios = [load_scenario("case_study", trial.overrides) for trial in trials]
     assert all(a != b for k, a in enumerate(scenarios) for b in scenarios[:k])
     if quick:
         assert prepare(scenarios[0]).plan.duration < 60.0

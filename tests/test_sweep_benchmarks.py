@@ -1,6 +1,7 @@
 """What the benchmarks of sweeps measure is what they say they measure."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 import sweep_rig as rig
 
-from drake_quad.sweep.study import load_study
+from drake_quad.sweep.study import Base, load_study
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = "mission=[{kind: stand, duration: 0.3}]"
@@ -20,14 +21,15 @@ def test_every_engine_has_the_same_trials(load: Any) -> None:
     study, base = load_study(ROOT / "studies" / "solvers.yaml")
     engines = list(check.ENGINES)
     trials = check.trials_of(study, base, 12, engines)
-    assert [trial["number"] for trial in trials] == list(range(12 * len(engines)))
+    assert [trial.index for trial in trials] == list(range(12 * len(engines)))
     by_draw = [trials[k : k + len(engines)] for k in range(0, len(trials), len(engines))]
-    for same in by_draw:
-        assert [trial["engine"] for trial in same] == engines
-        assert all({**trial, "engine": "", "number": 0} == {**same[0], "engine": "", "number": 0}
-                   for trial in same)  # fmt: skip
-        assert not any(check.SOLVER in text for text in same[0]["overrides"])
-    assert len({same[0]["friction"] for same in by_draw}) == 12
+    for draw, same in enumerate(by_draw):
+        assert [trial.values for trial in same] == [
+            (draw, same[0].values[1], engine) for engine in engines
+        ]
+        assert all(trial.overrides == same[0].overrides for trial in same)
+        assert not any(check.SOLVER in text for text in same[0].overrides)
+    assert len({same[0].values[1] for same in by_draw}) == 12
     assert trials[: 3 * len(engines)] == check.trials_of(study, base, 3, engines)
 
 
@@ -38,9 +40,9 @@ def test_a_short_stand_is_the_same_under_every_engine(load: Any) -> None:
     study, base = load_study(ROOT / "studies" / "solvers.yaml")
     margins = []
     for trial in check.trials_of(study, base, 1, ["lagged", "CENIC", "MuJoCo"]):
-        result = trials.work({**trial, "overrides": [*trial["overrides"], SHORT]})
+        result = trials.work(replace(trial, overrides=(*trial.overrides, SHORT)))
         assert result["outcome"] == "goal_reached", result
-        margins.append(result["margin"])
+        margins.append(result["figures"]["margin"])
     assert max(margins) - min(margins) < 1e-4
 
 
@@ -60,7 +62,7 @@ def test_mujoco_refuses_what_it_does_not_simulate(load: Any) -> None:
         "disturbances.command_delay=0.002",
         "disturbances.pushes=[{time: 1.0, speed: 0.1, direction_deg: 0.0}]",
     ):
-        assert trials.run_in_mujoco("flat_walk", [SHORT, override])["outcome"] == "refused"
+        assert trials.run_in_mujoco(Base("flat_walk"), [SHORT, override])["outcome"] == "refused"
 
 
 def test_agreement_is_counted(load: Any) -> None:
