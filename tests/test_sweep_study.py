@@ -85,6 +85,8 @@ BAD = [
     (HEAD + "figures: [margin]\n", "figures[0]", "number of summary.json"),
     (HEAD + "maps: [[a, b]]\n", "maps[0]", "varies"),
     (HEAD + "gate: {rate: 2}\n", "gate.rate", "from 0 to 1"),
+    (HEAD + "gate: {rate: 0.5, each: robot}\n", "gate.each", "name or path of what varies"),
+    (HEAD + "gate: {each: simulation.friction}\n", "gate.each", "give gate.rate"),
     (HEAD + "limits: {wall_time: 0}\n", "limits.wall_time", "from"),
     ("scenario: case_studdy\n", "scenario", "case_study"),
 ]

@@ -1,15 +1,19 @@
 """What is told of a table whose every cell, band and order is known beforehand."""
 
+import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pytest
 import sweep_rig as rig
+from rich.console import Console
 from scipy.stats import beta
 
+from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.replays import replayable
-from drake_quad.sweep.study_config import Study, Vary
+from drake_quad.sweep.study_config import Gate, Study, Vary
 from drake_quad.sweep.table import make_clock, read_table
 from drake_quad.sweep.told import tell
 from drake_quad.sweep.trials import Trial
@@ -135,3 +139,20 @@ def test_more_replays_than_are_listed_can_be_made(tmp_path: Path) -> None:
     assert [row["outcome"] for row in found["worst"]] == ["infeasible"] * 12
     trials = read_table(tmp_path / "a")
     assert replayable(trials, 3) == [39, 38, 37] and len(replayable(trials, 50)) == 26
+
+
+@pytest.mark.parametrize(
+    ("rate", "each", "passed"),
+    [(0.5, None, True), (0.5, "friction", False), (0.3, "friction", True), (0.4, "mass", True)],
+)
+def test_a_gate_of_each_band_is_not_made_up_for_by_the_others(
+    rate: float, each: str | None, passed: bool
+) -> None:
+    """5 of 10 succeed; by friction 1 of 3, 1 of 2 and 3 of 5: the least decides."""
+    gated = replace(STUDY, gate=Gate(rate=rate, each=each))
+    found = told(gated)
+    assert found["passed"] == passed and found["gate_each"] == each
+    printed = io.StringIO()
+    print_sweep(found, Path("out"), Console(file=printed, width=200))
+    words = f"asked for at least {100 * rate:g} %" + (f" of each {each}" if each else "")
+    assert f"{words}: {'kept' if passed else 'missed'}" in printed.getvalue()

@@ -26,7 +26,9 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
         say("[yellow]kinematic trials among them: no physics, so they prove nothing[/]")
     if told["gate"] is not None:
         word = ("kept" if told["passed"] else "missed") + ("" if told["complete"] else " so far")
-        say(f"asked for at least {100 * told['gate']:g} %: {word}")
+        of = "" if told["gate_each"] is None else f" of each {told['gate_each']}"
+        words = f"asked for at least {100 * told['gate']:g} %{of}: {word}"
+        console.print(words, markup=False, highlight=False, soft_wrap=True)
     for name, bands in told["bands"].items():
         if len(bands) == 1:
             continue

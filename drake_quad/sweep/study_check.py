@@ -56,6 +56,12 @@ def check_study(study: Study, *, source: str) -> None:
     rate = study.gate.rate
     if rate is not None and not 0.0 <= rate <= 1.0:
         raise fail("gate.rate", rate, "must be from 0 to 1")
+    each, names = study.gate.each, study.by_name()
+    if each is not None and rate is None:
+        raise fail("gate.each", each, "has no rate to ask for: give gate.rate, too")
+    if each is not None and each not in names:
+        known = ", ".join(sorted(names)) or "nothing here"
+        raise fail("gate.each", each, f"must be the name or path of what varies: {known}")
 
 
 def _check_vary(vary: Vary, at: str, fail: Fail) -> None:
@@ -139,7 +145,7 @@ def _check_names(study: Study, fail: Fail) -> None:
         if len(set(own)) != len(own):
             raise fail(f"vary[{k}].also", vary.also, "names a path twice")
         seen |= {vary.title, *own}
-    known = {name for vary in study.vary for name in (vary.title, vary.path) if name}
+    known = set(study.by_name())
     for k, pair in enumerate(study.maps):
         if len(pair) != 2 or pair[0] == pair[1] or not set(pair) <= known:
             remedy = f"must be two of {', '.join(sorted(known)) or 'what varies'}"

@@ -86,9 +86,11 @@ class Gate:
 
     Attributes:
         rate: Least part of the trials that succeed, in [0, 1]; none: nothing is asked.
+        each: Name or path of what varies, of each of whose bands that is asked; none: of all.
     """
 
     rate: float | None = None
+    each: str | None = None
 
 
 @dataclass
@@ -124,3 +126,7 @@ class Study:
     maps: list[list[str]] = field(default_factory=list)
     limits: Limits = field(default_factory=Limits)
     gate: Gate = field(default_factory=Gate)
+
+    def by_name(self) -> dict[str, Vary]:
+        """What varies, by its names and its paths."""
+        return {name: vary for vary in self.vary for name in (vary.path, vary.title) if name}

@@ -27,7 +27,11 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
     outcomes, reasons = table["outcome"].to_pylist(), table["reason"].to_pylist()
     total = rate_of(sum(success), len(success))
     asked = count_trials(study)
-    gate = study.gate.rate
+    gate, each = study.gate.rate, study.gate.each
+    bands = {vary.title: _bands(vary, table) for vary in study.vary}
+    if each is not None:
+        each = study.by_name()[each].title
+    asked_of = [total] if each is None else [band.rate for band in bands[each]]
     return {
         "description": study.description,
         "trials": len(success),
@@ -36,8 +40,11 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
         "kinematic": "kinematic" in table["mode"].to_pylist(),
         "rate": rate_told(total),
         "gate": gate,
-        "passed": None if gate is None or not success else total.rate >= gate,
-        "bands": {vary.title: [_band(b) for b in _bands(vary, table)] for vary in study.vary},
+        "gate_each": each,
+        "passed": None
+        if gate is None or not success
+        else all(rate.rate >= gate for rate in asked_of if rate.trials),
+        "bands": {title: [_band(band) for band in found] for title, found in bands.items()},
         "maps": [_map(study, pair, table) for pair in maps_of(study)],
         "causes": [{"cause": c, "trials": n} for c, n in causes_of(outcomes, reasons)],
         "figures": {
@@ -57,7 +64,7 @@ def rate_told(rate: Rate) -> dict[str, Any]:
 
 def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
     """The pairs to draw maps of: those asked for, else the grid's first two axes."""
-    by_name = {name: vary for vary in study.vary for name in (vary.path, vary.title) if name}
+    by_name = study.by_name()
     if study.maps:
         return [(by_name[one], by_name[other]) for one, other in study.maps]
     axes = [vary for vary in study.vary if way_of(vary) in GRID]
