@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 import sweep_rig as rig
 
+from drake_quad.errors import InputError
 from drake_quad.scenario import parse_scenario
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.provenance import robots_of, study_digest
@@ -39,6 +40,57 @@ def test_every_robot_of_a_study_counts(tmp_path: Path) -> None:
         digests.append(study_digest(study, base))
         assert len(robots_of(study, base)) == (2 if length else 1)  # by what is in their files
     assert digests[0] != digests[1]
+
+
+GRID = rig.PLUMBING + "  - {name: way, cases: {often: [simulation.log_period=0.1], plain: []}}\n"
+TOLD = (  # what no trial depends on
+    ("Nothing but plumbing", "Nothing but plumbing!"),
+    ("trials: 4", "trials: 4\ngate: {rate: 0.9}"),
+    ("trials: 4", "trials: 4\nmaps: [[simulation.friction, way]]"),
+    ("trials: 4", "trials: 4\nlimits: {retries: 7, recycle: 3}"),
+    ("uniform", "bands: 2, name: slipperiness, uniform"),
+    ("name: way", "name: by the way"),
+)
+BEARING = (  # what one of them may depend on
+    ("trials: 4", "trials: 4\nlimits: {wall_time: 1799.0}"),
+    ("trials: 4", "trials: 4\nlimits: {memory: 3.5}"),
+    ("trials: 4", "trials: 4\nfigures: [slip_max]"),
+    ("trials: 4", "trials: 4\nsuccess: [{figure: margin.minimum, least: 0.1}]"),
+    ("trials: 4", "trials: 4\nseed: 1"),
+    ("trials: 4", "trials: 4\nsampling: sobol"),
+    ("trials: 4", "trials: 4\ndraws: common"),
+    ("1.25]", "1.25], step: 0.01"),
+    ("duration: 0.4", "duration: 0.5"),
+    (
+        "{often: [simulation.log_period=0.1], plain: []}",
+        "{plain: [], often: [simulation.log_period=0.1]}",
+    ),
+)
+
+
+@pytest.mark.parametrize("change", TOLD, ids=lambda change: change[1])
+def test_a_sweep_goes_on_with_what_no_trial_depends_on_changed(
+    tmp_path: Path, change: tuple[str, str]
+) -> None:
+    """The trials that are done stay, and are told as the study now says."""
+    assert change[0] in GRID
+    rig.sweep_made_up(tmp_path, tmp_path / "out", GRID, limit=5)
+    again: list[int] = []
+    changed = GRID.replace(*change)
+    told = rig.sweep_made_up(
+        tmp_path, tmp_path / "out", changed, resume=True, note=lambda k, *_: again.append(k)
+    )
+    assert again == list(range(5, 16)) and told["complete"]
+    assert list(told["bands"]) == [vary.title for vary in rig.made(tmp_path, changed)[0].vary]
+
+
+@pytest.mark.parametrize("change", BEARING, ids=lambda change: change[1])
+def test_a_sweep_does_not_go_on_with_other_trials(tmp_path: Path, change: tuple[str, str]) -> None:
+    """What was done would not be what the study now asks for: the order of cases counts, too."""
+    assert change[0] in GRID
+    rig.sweep_made_up(tmp_path, tmp_path / "out", GRID, limit=2)
+    with pytest.raises(InputError, match="another study"):
+        rig.sweep_made_up(tmp_path, tmp_path / "out", GRID.replace(*change), resume=True)
 
 
 def test_a_trial_of_another_robot_or_of_other_libraries_stops_the_sweep(tmp_path: Path) -> None:

@@ -20,6 +20,10 @@ PACKAGE = Path(drake_quad.__file__).parent
 # Rooms and modules that tell of runs, and have no part in one.
 TELLING = ("report", "cli", "check", "chart", "inspect", "plan")
 WORKING = ("work.py", "study.py", "draws.py", "trials.py", "designs.py")  # of this room
+# Fields of a study, and of what varies in it, that no trial depends on. A name is the title of a
+# column, which the table gets anew from the study; of a case it is the mapping's key, and stays.
+TOLD_OF_ALL = ("description", "maps", "gate")
+TOLD_OF_ONE = ("name", "bands")
 
 
 def sources_digest() -> str:
@@ -45,11 +49,31 @@ def own_sources() -> str:
 
 
 def study_digest(study: Study, base: Base) -> str:
-    """Of the study and its scenario, the robots included."""
-    told = {"study": as_plain(study), "scenario": base.text or base.name}
-    digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode())
+    """Of what a study's trials are: of its own fields, its scenario and its robots."""
+    told = {"study": bearing(as_plain(study)), "scenario": base.text or base.name}
+    # Unsorted: the order of `cases` is that of the grid, and by it a trial's index has its case.
+    digest = hashlib.sha256(json.dumps(told).encode())
     digest.update(" ".join(robots_of(study, base)).encode())
     return digest.hexdigest()[:16]
+
+
+def bearing(plain: dict[str, Any]) -> dict[str, Any]:
+    """What of a study, as plain data, bears on what comes of its trials.
+
+    The rest is how they are told, drawn and judged as a whole, and how processes are kept: a sweep
+    may go on after it was changed.
+    """
+    kept = {name: value for name, value in plain.items() if name not in TOLD_OF_ALL}
+    kept["vary"] = [
+        {name: value for name, value in vary.items() if name not in TOLD_OF_ONE}
+        for vary in plain["vary"]
+    ]
+    # What a trial gives that ends by itself depends on none of the limits. But wall_time and memory
+    # decide which trials do: with others a timeout of the journal might have been a success, and
+    # the table would be of two rules. `retries` and `recycle` answer what befalls processes from
+    # outside and how their memory grows, which no two sweeps have alike.
+    kept["limits"] = {name: plain["limits"][name] for name in ("wall_time", "memory")}
+    return kept
 
 
 def robots_of(study: Study, base: Base) -> list[str]:
