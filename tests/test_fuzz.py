@@ -50,6 +50,7 @@ LONGEST = 240.0  # [s] that a case may take before it counts as a hang; kernels 
 # A case that could be is carried out on a course that is planned at once, for a moment.
 MOMENT = ("mission=[{kind: stand, duration: 0.1}]", "simulation.log_period=0.05")
 LONGEST_READ = 60.0  # [s], of a robot's file, which takes 0.1 s
+SWEPT = ("trials.parquet", "sweep.json", "study.json", "journal.jsonl")
 MOST_PLACES = 40.0  # [m] of a course; planning more is no hang, but takes long
 
 
@@ -154,7 +155,7 @@ def _do_result(case: Case, folder: Path) -> None:
         for name in ("a", "b"):
             rig.sweep_made_up(folder, whole / name, carry_out=rig.at_once)
         told = compare_sweeps(whole / "a", whole / "b")
-        path = whole / "a" / pick(rng, ("trials.parquet", "sweep.json", "journal.jsonl"))
+        path = whole / "a" / pick(rng, SWEPT)
         kept = path.read_bytes()
         path.write_bytes(kept[: int(rng.integers(0, len(kept)))])
         if path.name == "journal.jsonl":

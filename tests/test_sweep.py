@@ -232,10 +232,10 @@ def test_the_gate_decides_the_status(tmp_path: Path) -> None:
 
 
 def test_a_comparison_tells_worse_from_chance(tmp_path: Path) -> None:
-    """Of one study the trials are paired; of two Fisher's test decides, in either order."""
+    """The same trials are paired; of others Fisher's test decides, in either order."""
     rig.sweep_made_up(tmp_path, tmp_path / "a", LONG)
     rig.sweep_made_up(tmp_path, tmp_path / "b", LONG, work=rig.result)
-    other = LONG.replace("30", "32")
+    other = LONG.replace("30", "32") + "seed: 1\n"
     rig.sweep_made_up(tmp_path, tmp_path / "c", other)
     paired = compare_sweeps(tmp_path / "b", tmp_path / "a")
     fell = [row["index"] for row in rows(tmp_path / "a") if not row["success"]]
@@ -247,6 +247,9 @@ def test_a_comparison_tells_worse_from_chance(tmp_path: Path) -> None:
     p = fisher_exact([[good[0], 60 - good[0]], [good[1], 64 - good[1]]]).pvalue
     assert apart["paired"] is None and apart["p"] == pytest.approx(p)
     assert apart["verdict"] == "no different"
+    apart = compare_sweeps(tmp_path / "b", tmp_path / "c")
+    p = fisher_exact([[60, 0], [good[1], 64 - good[1]]]).pvalue
+    assert apart["verdict"] == "worse" and apart["p"] == pytest.approx(p) and p < 0.05
     done = drake_quad("compare", "b", "a", cwd=tmp_path)
     assert done.returncode == 1 and "worse" in done.stdout
     assert "trials.parquet" in refused(drake_quad("compare", "a", ".", cwd=tmp_path))

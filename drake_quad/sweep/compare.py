@@ -4,49 +4,41 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
 from rich.console import Console
 from rich.table import Table
-from scipy.stats import binomtest, fisher_exact
 
 from drake_quad.errors import InputError
+from drake_quad.sweep.pairing import Swept, apart, differing, pair, swept, why_apart
 from drake_quad.sweep.rates import causes_of, rate_of
-from drake_quad.sweep.sweep import FINDINGS
+from drake_quad.sweep.significance import Finding
+from drake_quad.sweep.sweep import FINDINGS, STUDY
 from drake_quad.sweep.table import read_table
 from drake_quad.sweep.told import rate_told
 
-SIGNIFICANT = 0.05  # greatest probability of chance at which two rates are called different
 LISTED = 10  # trials that only one of the two succeeded in
+UNLIKE = "draws that all cells share are compared only with such of a grid of as many cells"
 
 
 def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
     """Compares the rates of two sweeps.
 
-    Fisher's exact test takes the trials of each as drawn on their own. Where both are of one study,
-    a trial of the one is that of the other but for the program, and McNemar's exact test looks at
-    those that changed: it finds smaller differences, and decides.
+    Trials of both that have the same index, overrides and seed are the same but for the program and
+    the files: where all that both have are, a test of those that changed decides. It finds smaller
+    differences than one that takes the trials of each sweep as drawn on their own, which decides
+    where they are not.
 
     Raises:
         InputError: If there is no sweep in one of the directories.
     """
-    sides = {"before": _side(before), "after": _side(after)}
-    one, other = (side["table"] for side in sides.values())
-    good = [sum(table["success"].to_pylist()) for table in (one, other)]
-    counts = [[good[0], len(one) - good[0]], [good[1], len(other) - good[1]]]
-    told: dict[str, Any] = {
-        name: {key: value for key, value in side.items() if key != "table"}
-        for name, side in sides.items()
-    }
-    told["fisher_p"] = float(fisher_exact(counts).pvalue)
-    told["paired"] = paired = (
-        _paired(one, other) if sides["before"]["study"] == sides["after"]["study"] else None
-    )
-    rates = [told[name]["rate"]["rate"] for name in ("before", "after")]
-    # Of what the test looks at: one side may have trials that the other has not.
-    worse = len(paired["lost"]) > len(paired["won"]) if paired else rates[1] < rates[0]
-    told["p"], told["verdict"] = paired["p"] if paired else told["fisher_p"], "no different"
-    if told["p"] < SIGNIFICANT:
-        told["verdict"] = "worse" if worse else "better"
+    (one, one_told), (other, other_told) = _side(before), _side(after)
+    told: dict[str, Any] = {"before": one_told, "after": other_told}
+    told["differ"] = differing(one, other)
+    told["unpaired"] = why = why_apart(one, other) or None
+    told["paired"], found = (None, apart(one, other)) if why else pair(one, other)
+    told |= {name: getattr(found, name, None) for name in ("test", "unit", "units", "p")}
+    told["sharing"] = max(one.sharing, other.sharing)
+    told["verdict"] = "cannot be told" if found is None else found.verdict
+    told["why"] = _why(found)
     return told
 
 
@@ -63,11 +55,11 @@ def print_comparison(told: dict[str, Any], console: Console) -> None:
         table.add_row(cause, *(str(own.get(cause, 0)) for own in causes))
     console.print(table, highlight=False, markup=False)
     colour = {"worse": "red", "better": "green"}.get(told["verdict"], "bold")
-    test = "McNemar's, of the same trials" if told["paired"] else "Fisher's"
-    console.print(
-        f"[{colour}]{told['verdict']}[/]: by chance with p = {told['p']:.3g} ({test} exact test)",
-        highlight=False,
-    )
+    chance = f"by chance with p = {told['p']:.3g} ({told['test']})" if told["test"] else ""
+    why = ": ".join(filter(None, (chance, told["why"])))
+    console.print(f"[{colour}]{told['verdict']}[/]: {why}", highlight=False, soft_wrap=True)
+    for line in _remarks(told):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     for side in sides:
         if not side["complete"]:
             console.print(
@@ -82,37 +74,58 @@ def print_comparison(told: dict[str, Any], console: Console) -> None:
             console.print(f"{len(trials)} {word}: trials {listed}", highlight=False)
 
 
-def _side(directory: Path) -> dict[str, Any]:
-    """What is told of one sweep, and its table."""
+def _why(found: Finding | None) -> str | None:
+    """Why nothing can be told, if it cannot."""
+    if found is None:
+        return UNLIKE
+    if found.verdict != "cannot be told":
+        return None
+    count = " and ".join(map(str, found.units))
+    return f"{count} {found.unit}s are too few, p is {found.least:.3g} even if they differ most"
+
+
+def _remarks(told: dict[str, Any]) -> list[str]:
+    """What the test counts, and why it is the one that it is."""
+    lines = []
+    if told["unit"] == "draw":
+        lines.append(
+            f"what is counted is draws: all {told['sharing']} cells share each, its trials are no "
+            "evidence of their own, and the bounds above may be too narrow"
+        )
+    if told["paired"] and "draws" in told["paired"]:
+        draws = told["paired"]["draws"]
+        lines.append("draws: " + ", ".join(f"{count} {word}" for word, count in draws.items()))
+    if told["unpaired"]:
+        lines.append(f"the trials are not paired: {told['unpaired']}")
+    if told["differ"]:
+        lines.append(f"the studies differ in {', '.join(told['differ'])}")
+    return lines
+
+
+def _side(directory: Path) -> tuple[Swept, dict[str, Any]]:
+    """A sweep, and what is told of it.
+
+    Raises:
+        InputError: If there is none.
+    """
     table = read_table(directory)
     if not len(table):
         remedy = "holds no trial: nothing to compare"
         raise InputError(source=str(directory), field="trials", value=0, remedy=remedy)
+    name = FINDINGS
     try:
-        found = json.loads((directory / FINDINGS).read_text(encoding="utf-8"))
-        study, commit, complete = found["study"], found["commit"], found["complete"]
+        found = json.loads((directory / name).read_text(encoding="utf-8"))
+        known = {key: found[key] for key in ("study", "commit", "complete")}
+        name = STUDY
+        plain = json.loads((directory / name).read_text(encoding="utf-8"))
+        whole = swept(table, plain["definition"])
     except (OSError, ValueError, KeyError, TypeError):
         remedy = "not there, or not a sweep's; give the directory of a `drake-quad sweep`"
-        path = str(directory / FINDINGS)
-        raise InputError(source=str(directory), field=FINDINGS, value=path, remedy=remedy) from None
-    return {
+        path = str(directory / name)
+        raise InputError(source=str(directory), field=name, value=path, remedy=remedy) from None
+    return whole, {
         "directory": str(directory),
-        "study": study,
-        "commit": commit,
-        "complete": complete,
+        **known,
         "rate": rate_told(rate_of(sum(table["success"].to_pylist()), len(table))),
         "causes": causes_of(table["outcome"].to_pylist(), table["reason"].to_pylist()),
-        "table": table,
     }
-
-
-def _paired(one: pa.Table, other: pa.Table) -> dict[str, Any]:
-    """McNemar's exact test of the trials that both have, and which of them changed."""
-    before = dict(zip(one["index"].to_pylist(), one["success"].to_pylist(), strict=True))
-    after = dict(zip(other["index"].to_pylist(), other["success"].to_pylist(), strict=True))
-    both = sorted(before.keys() & after.keys())
-    lost = [k for k in both if before[k] and not after[k]]
-    won = [k for k in both if after[k] and not before[k]]
-    changed = len(lost) + len(won)
-    p = float(binomtest(len(lost), changed).pvalue) if changed else 1.0
-    return {"trials": len(both), "lost": lost, "won": won, "p": p}

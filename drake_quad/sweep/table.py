@@ -25,6 +25,8 @@ CLOCK_COLUMNS = {
     "process": pa.int64(),
     "tried": pa.int64(),
 }
+# Columns that are read again.
+READ = {"index", "seed", "success", "outcome", "reason", "overrides"}
 
 Result = dict[str, Any]
 
@@ -103,7 +105,7 @@ def read_table(directory: Path) -> pa.Table:
         raise error("not there; give the directory of a finished `drake-quad sweep`") from None
     except ValueError:  # Arrow's own errors are ValueErrors
         raise error("is cut short or not Parquet") from None
-    if not {"index", "success", "outcome", "reason"} <= set(table.column_names):
+    if not set(table.column_names) >= READ:
         raise error("is not a sweep's table")
     return table
 
