@@ -97,6 +97,18 @@ def test_people_may_call_things_as_they_like(tmp_path: Path, name: str) -> None:
     assert f"| {in_line(name)} |" in (tmp_path / "page.md").read_text()
 
 
+@pytest.mark.parametrize("draws", ["independent", "common"])
+def test_bounds_of_common_draws_are_told_for_what_they_are(tmp_path: Path, draws: str) -> None:
+    """On the page and in the section, and of no other study."""
+    text = rig.PLUMBING + f"draws: {draws}\n"
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
+    write_report(rig.made(tmp_path, text)[0], told, tmp_path / "a")
+    write_section(tmp_path / "page.md", told, "drake-quad sweep x", "x")
+    for page in (tmp_path / "a" / "report.html", tmp_path / "page.md"):
+        words = "bounds hold in each alone, and may be too narrow over several"
+        assert (words in page.read_text()) == (draws == "common")
+
+
 def test_bands_of_whole_numbers_hold_what_they_say() -> None:
     """Few have a band each; many are parted evenly, and no number is in two."""
     few = Vary(path="a", integers=[3, 5])

@@ -19,6 +19,10 @@ from drake_quad.sweep.sweep import REPORT
 from drake_quad.sweep.trials import repeat_into
 from drake_quad.whole_files import write_whole
 
+# Said of studies with `draws: common`.
+SHARED = (
+    "All cells have the same draws: bounds hold in each alone, and may be too narrow over several."
+)
 TITLE = """\
 # Success maps
 
@@ -51,6 +55,7 @@ def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
         maps=[Markup(map_svg(one, k)) for k, one in enumerate(told["maps"])] if bands else [],
         worst=worst,
         replays=replays,
+        shared=SHARED if told["sharing"] > 1 else "",
         cells=any(row["cell"] for row in worst),
         definition=_definition(study),
     )
@@ -124,6 +129,8 @@ def section(told: dict[str, Any], command: str, name: str) -> str:
         f"**{rate['good']} of {rate['trials']}** trials succeeded: {rate['text']}, exact bounds at"
         " 95 %." + ("" if told["complete"] else f" The study asks for {told['asked']} trials."),
     ]  # fmt: skip
+    if told["sharing"] > 1:
+        lines += ["", SHARED]
     for title, bands in told["bands"].items():
         if len(bands) > 1:
             lines += ["", f"| {in_line(title)} | trials | succeeded | with bounds at 95 % |"]

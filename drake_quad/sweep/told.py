@@ -8,6 +8,7 @@ import pyarrow as pa
 
 from drake_quad.sweep.bands import Band, bands_of, places_of
 from drake_quad.sweep.draws import GRID, way_of
+from drake_quad.sweep.pairing import shared_by
 from drake_quad.sweep.rates import Rate, causes_of, rate_of
 from drake_quad.sweep.study_config import Study, Vary
 from drake_quad.sweep.table import values_of
@@ -37,6 +38,7 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
         "trials": len(success),
         "asked": asked,
         "complete": len(success) == asked,
+        "sharing": shared_by(study),
         "kinematic": "kinematic" in table["mode"].to_pylist(),
         "rate": rate_told(total),
         "gate": gate,
