@@ -1,5 +1,6 @@
 """Studies: what is refused and how, and that a trial is of study and index alone."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -103,11 +104,29 @@ def test_a_bad_study_gets_one_line(tmp_path: Path, text: str, field: str, also: 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.stem)
 def test_shipped_studies_load(path: Path) -> None:
-    """Each can be read, its scenario too, and its first trials' scenarios are as they say."""
+    """Each can be read, its scenario too, and its first trials' scenarios are as they say.
+
+    In order from the first, each with its own seed and the values that the table tells of it.
+    """
     study, base = load_study(path)
-    assert study.description and len({t.index for t in make_trials(study, base, first=0, last=9)})
-    for trial in make_trials(study, base, first=0, last=3):
-        base.load(list(trial.overrides))
+    assert study.description
+    trials = list(make_trials(study, base, first=0, last=9))
+    assert [trial.index for trial in trials] == list(range(min(9, Draws(study).count)))
+    for trial in trials[:3]:
+        scenario = base.load(list(trial.overrides))
+        assert scenario.simulation.seed == trial.seed
+        assert list(trial.values) == Draws(study).values(trial.index)
+        for vary, value in zip(study.vary, trial.values, strict=True):
+            for field in (vary.path, *vary.also) if vary.path else ():
+                assert at(scenario, field) == value, field
+            assert vary.cases is None or set(vary.cases[value]) <= set(trial.overrides)
+
+
+def at(scenario: Any, field: str) -> Any:
+    """What the scenario has in a field, for example `course[1].rise`."""
+    for name in re.findall(r"\w+", field):
+        scenario = scenario[int(name)] if name.isdigit() else getattr(scenario, name)
+    return scenario
 
 
 def study_of(*varies: Vary, **fields: Any) -> Study:
