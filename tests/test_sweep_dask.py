@@ -75,22 +75,59 @@ def test_a_sweep_that_is_stopped_leaves_the_workers_free(tmp_path: Path) -> None
         assert time.monotonic() - begun < 60.0  # the endless one would have had its 300 s
 
 
+def begin_scheduler(directory: Path) -> tuple[subprocess.Popen[bytes], str]:
+    """A scheduler as a person starts one, and its address."""
+    process = dask(directory, "scheduler", "--port", "0")
+    known, until = directory / "scheduler.json", time.monotonic() + 60.0
+    while not known.exists() and time.monotonic() < until:
+        time.sleep(0.1)
+    return process, str(json.loads(known.read_text())["address"])
+
+
+def begin_worker(directory: Path) -> subprocess.Popen[bytes]:
+    """A worker of the scheduler that was begun in that directory."""
+    return dask(directory, "worker", "--nthreads", "1", "--no-nanny", "--death-timeout", "5")
+
+
+def dask(directory: Path, *words: str) -> subprocess.Popen[bytes]:
+    known = ["--scheduler-file", str(directory / "scheduler.json")]
+    env = {**os.environ, "PYTHONPATH": str(Path(rig.__file__).parent)}  # its trials are the rig's
+    host = ["--host", "127.0.0.1", "--no-dashboard"]
+    return subprocess.Popen([sys.executable, "-m", "dask", *words, *known, *host], env=env)
+
+
+def test_the_command_waits_for_a_worker_and_gives_what_it_gives_here(tmp_path: Path) -> None:
+    """Real runs, by `--dask ADDRESS`: without a worker it says so; the table is the same."""
+    rig.study_file(tmp_path)
+    scheduler, address = begin_scheduler(tmp_path)
+    processes = [scheduler]
+    sweep = [sys.executable, "-m", "drake_quad", "sweep", "study.yaml", "--out", "dask"]
+    try:
+        with subprocess.Popen(
+            [*sweep, "--dask", address], cwd=tmp_path, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        ) as swept:  # fmt: skip
+            assert swept.stderr is not None and swept.stdout is not None
+            line = swept.stderr.readline()
+            assert "no worker yet" in line and address in line
+            processes.append(begin_worker(tmp_path))
+            told = swept.stdout.read()
+        assert swept.returncode == 0 and "8 of 8" in told
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+    done = drake_quad("sweep", "study.yaml", "--out", "here", "--workers", "1", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    tables = [(tmp_path / name / "trials.parquet").read_bytes() for name in ("dask", "here")]
+    assert tables[0] == tables[1]
+
+
 def test_a_scheduler_that_goes_away_ends_the_sweep_with_what_was_done(tmp_path: Path) -> None:
     """One error that says how to go on, no waiting for ever; the journal has what came before."""
-    known = tmp_path / "scheduler.json"
-    command = [sys.executable, "-m", "dask"]
-    host = ["--scheduler-file", str(known), "--host", "127.0.0.1", "--no-dashboard"]
-    env = {**os.environ, "PYTHONPATH": str(Path(rig.__file__).parent)}  # its trials are the rig's
-    scheduler = subprocess.Popen([*command, "scheduler", "--port", "0", *host], env=env)
-    worker = subprocess.Popen(
-        [*command, "worker", "--nthreads", "1", "--no-nanny", "--death-timeout", "5", *host],
-        env=env,
-    )
+    scheduler, address = begin_scheduler(tmp_path)
+    worker = begin_worker(tmp_path)
     try:
-        until = time.monotonic() + 60.0
-        while not known.exists() and time.monotonic() < until:
-            time.sleep(0.1)
-        address = json.loads(known.read_text())["address"]
 
         def kill_it(index: int, *_: object) -> None:
             if scheduler.poll() is None:

@@ -75,8 +75,11 @@ def run_sweep(
     study, base = load_study(asked.study)
     if asked.page is not None:
         check_page(asked.page, asked.study.stem)
-    place = _crew if asked.dask is None else _cluster
-    here = place(asked, study.limits, stop)
+    here = (
+        _crew(asked, study.limits, stop)
+        if asked.dask is None
+        else _cluster(asked.dask, study.limits, console, stop)
+    )
     ready()
     bar = Bar(console)
 
@@ -119,8 +122,11 @@ def _crew(asked: Asked, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
     )
 
 
-def _cluster(asked: Asked, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
+def _cluster(address: str, limits: Limits, console: Console, stop: Callable[[], bool]) -> CarryOut:
     from drake_quad.sweep.cluster import carry_out_on, connect
 
-    client = connect(asked.dask or "")
+    client = connect(address)
+    if not client.scheduler_info()["workers"]:
+        words = f"{address} has no worker yet: waiting for one (dask worker {address})"
+        console.print(words, markup=False, highlight=False, soft_wrap=True)
     return lambda trials, work: carry_out_on(client, trials, limits=limits, stop=stop, work=work)
