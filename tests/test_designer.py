@@ -32,6 +32,12 @@ from drake_quad.scenario_config import Scenario
 MODEL = "package://drake_quad_models/paper_quadruped.urdf"
 
 
+@pytest.fixture(autouse=True, scope="module")
+def design_first() -> None:
+    """Made before any test replaces what designs are made by, in whatever order tests are run."""
+    designed()
+
+
 @cache
 def designed() -> Designed:
     scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
