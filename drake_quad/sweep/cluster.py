@@ -11,12 +11,12 @@ from typing import Any
 
 from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.sweep.isolated import Isolated, Work
+from drake_quad.sweep.process import LOOK_PERIOD
 from drake_quad.sweep.study_config import Limits
 from drake_quad.sweep.trials import Trial
 from drake_quad.sweep.work import lost, work
 
 CONNECT_TIME = 10.0  # [s]
-LOOK_PERIOD = 0.5  # [s] between looks at whether to stop
 IDLE = 60.0  # [s] without a trial after which a worker's process is ended: it has some 400 MB
 
 Result = dict[str, Any]
