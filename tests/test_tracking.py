@@ -20,6 +20,7 @@ from drake_quad.control.tracking import (
     LANDED,
     LIFTED,
     LOST_LOAD,
+    MOST_MORE,
     REGAIN_TIME,
     REGAINED,
     TOUCHDOWN,
@@ -346,6 +347,16 @@ def test_swing_ends_on_ground_as_high_as_its_neighbour_found_it(
     result = walk.tick(2000)
     beside = row ^ 1
     assert result.place[row, 2] - walk.planned[row, 2] == pytest.approx(off[beside], abs=1e-6)
+
+
+@pytest.mark.parametrize("rise", [0.178, -0.178])
+def test_a_neighbour_on_another_tread_leads_no_foot_there(rise: float) -> None:
+    """One that missed its tread says little of where the next is: only so much more counts."""
+    walk = Walk(swing=0)
+    walk.feet[1, 2] += rise
+    walk.s = 0.7
+    higher = walk.tick(3000).place[0, 2] - walk.planned[0, 2]
+    assert higher == pytest.approx(rise / 3 + np.copysign(MOST_MORE, rise), abs=1e-4)
 
 
 def test_swing_goes_by_all_feet_where_its_neighbour_does_not_stand() -> None:

@@ -21,6 +21,9 @@ NEVER = 2.0
 URGENT_SEARCH = 0.3  # [m/s] downwards, of a foot that lost the ground in a push
 DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where it is
 TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for the ground
+# By which a foot's ground is off the map more than the others' [m]: further off, it is no tread's
+# error but another tread, and says little of the next.
+MOST_MORE = 0.04
 LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
 # From then on it comes back slowly: at once it would thrust itself off, and patter.
 REGAIN_TIME = 0.2  # [s] in which a foot that found the ground again takes its load up
@@ -142,10 +145,11 @@ def place_feet(
                 # stands: if rises are unlike the map's the error grows tread by tread, and the
                 # other pair's feet are treads behind or ahead.
                 beside = k ^ 1
-                found = new[HEIGHT]
+                more = 0.0
                 if standing[beside]:
-                    found = memory[HOLD + 3 * beside + 2] - planned[beside, 2]
-                place[k, 2] += (1.0 - rest) * found
+                    more = memory[HOLD + 3 * beside + 2] - planned[beside, 2] - new[HEIGHT]
+                more = min(max(more, -MOST_MORE), MOST_MORE)
+                place[k, 2] += (1.0 - rest) * (new[HEIGHT] + more)
                 place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0) + new[DEPTH]
                 hold[:] = place[k]
                 continue
