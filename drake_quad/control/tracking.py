@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.control.base_task import smooth_step
-from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.gait.legs import LEGS, BoolArray, FloatArray
 
 # Places in a controller's memory: each foot's hold in W (12) [m]; the foot less its planned place
 # when it lifted off (12) [m]; how deep a foot has searched below the plan for ground [m]; whether
@@ -18,6 +18,7 @@ HOLD, LIFTED, DEPTH, LANDED, HEIGHT, CAUGHT = 0, 12, 24, 25, 26, 27
 BODY_RATE, LEAD, REGAINED = 30, 31, 32
 MEMORY_SIZE = 36
 NEVER = 2.0
+MIRRORED = tuple(leg.mirrored.row for leg in LEGS)  # the row of each leg's other foot of its pair
 URGENT_SEARCH = 0.3  # [m/s] downwards, of a foot that lost the ground in a push
 DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where it is
 TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for the ground
@@ -144,7 +145,7 @@ def place_feet(
                 # It ends on ground that is as much higher than the map's as where its neighbour
                 # stands: if rises are unlike the map's the error grows tread by tread, and the
                 # other pair's feet are treads behind or ahead.
-                beside = k ^ 1
+                beside = MIRRORED[k]
                 more = 0.0
                 if standing[beside]:
                     more = memory[HOLD + 3 * beside + 2] - planned[beside, 2] - new[HEIGHT]
