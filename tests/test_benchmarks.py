@@ -2,6 +2,7 @@
 
 import importlib
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -214,9 +215,12 @@ def test_corrected_cenic_tracks_as_the_discrete_solver(load: Any) -> None:
     assert np.max(np.abs(right - discrete)) < 2e-3
 
 
-def test_benchmark_of_checks_gives_the_checks_answers(load: Any) -> None:
+def test_benchmark_of_checks_gives_the_checks_answers(
+    load: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One row a staircase, with its answer and times that are not nothing."""
     check = load("check")
-    rows = check.measure_checks(check.ROBOT, [(0.1, 0.3, 1), (0.9, 2.0, 1)], repeats=1)
+    monkeypatch.setattr(check, "ask_stairs", partial(check.ask_stairs, nearest=False))  # is slow
+    rows = check.measure_checks(check.ROBOT, [(0.1, 0.3, 1), (0.6, 0.2, 1)], repeats=1)
     assert [row["feasible"] for row in rows] == [True, False]
     assert all(row["wall"] > 0.0 and row["processor"] > 0.0 for row in rows)

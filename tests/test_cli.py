@@ -2,9 +2,11 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -114,21 +116,27 @@ def test_help_is_shown_as_it_is_written() -> None:
 
 
 def test_ctrl_c_keeps_what_was_logged(tmp_path: Path) -> None:
-    """Interrupted in mid-run: exits promptly with status 1, all five files there and whole."""
+    """Interrupted once its bar has got on: ends promptly, status 1, all five files whole."""
+    ours, terminal = os.openpty()
     process = subprocess.Popen(
         [*COMMAND, "run", "flat_walk", "--out", "run"],
         cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        stderr=terminal,
+        stdout=terminal,
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "100"},
     )
-    time.sleep(12.0)
-    process.send_signal(signal.SIGINT)
-    begun = time.monotonic()
-    _, stderr = process.communicate(timeout=60)
-    assert process.returncode == 1, stderr
-    assert time.monotonic() - begun < 30.0
+    os.close(terminal)
+    told, interrupted = b"", None
+    with suppress(OSError):  # how a terminal tells that nobody writes to it any more
+        while text := os.read(ours, 4096):
+            told += text
+            if interrupted is None and re.search(rb" [1-9]\d* of \d+ s", told):
+                process.send_signal(signal.SIGINT)
+                interrupted = time.monotonic()
+    os.close(ours)
+    assert process.wait(timeout=60) == 1, told
+    assert interrupted is not None and time.monotonic() - interrupted < 30.0
+    assert b"stopping; writing what was logged" in told
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert (summary["outcome"], summary["reason"]) == ("stopped", "interrupted")
     log = pq.read_table(tmp_path / "run" / "log.parquet")
