@@ -87,10 +87,10 @@ def test_velocity_of_the_plans_angles_is_the_bodys(seed: int) -> None:
     before, after = (rotations(body + sign * h * rates) for sign in (-1.0, 1.0))
     W = (after - before) / (2 * h) @ rotations(body).T
     motion = np.stack([body, rates, np.zeros(5)])
-    _, _, v, w, _ = body_motion(motion, 1.0, 0.0)
+    _, _, v, w, _ = body_motion(motion, 1.0, 0.0, 0.0)
     np.testing.assert_allclose(w, [W[2, 1], W[0, 2], W[1, 0]], atol=1e-8)
     np.testing.assert_allclose(v, rates[:3])
-    _, _, v, w, _ = body_motion(motion, 0.0, 0.0)
+    _, _, v, w, _ = body_motion(motion, 0.0, 0.0, 0.0)
     assert not v.any() and not w.any()
 
 
@@ -121,20 +121,27 @@ def test_the_two_smooth_steps_are_one(x: float) -> None:
     assert smooth_step(x) == smooth(x)
 
 
-@given(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 1.0]), st.floats(-0.1, 0.1))
+@given(
+    st.floats(0.0, 1.0),
+    st.sampled_from([0.0, 0.5, 1.0]),
+    st.floats(-5.0, 5.0),
+    st.floats(-0.1, 0.1),
+)
 @settings(max_examples=30)
-def test_base_target_is_the_plans_body_by_the_clocks_rate(
-    share: float, rate: float, height: float
+def test_base_target_is_the_plans_body_by_the_rate(
+    share: float, rate: float, change: float, height: float
 ) -> None:
-    """Pose from the plan and the ground's height, velocity by the rate, acceleration by its square.
+    """Pose from the plan and the ground's height, velocity and acceleration by the rate.
 
-    The plan's own sample is left as it was.
+    The acceleration is that of a path whose rate changes; the plan's own sample is left as it was.
     """
     sample = flat_walk().sample(share * flat_walk().duration)
     before = sample.body.copy()
-    target = base_target(sample.body, rate, height, np.ones((4, 3)), np.ones(4))
+    target = base_target(sample.body, rate, change, height, np.ones((4, 3)), np.ones(4))
     np.testing.assert_allclose(target.body, before[0] + [0.0, 0.0, height, 0.0, 0.0])
     np.testing.assert_allclose(target.R, rotations(before[0]), atol=1e-12)
     np.testing.assert_allclose(target.v, rate * before[1, :3])
-    np.testing.assert_allclose(target.acceleration[3:], rate**2 * before[2, :3])
+    acceleration = rate**2 * before[2] + change * before[1]
+    np.testing.assert_allclose(target.acceleration[3:], acceleration[:3])
+    np.testing.assert_allclose(target.acceleration[2], acceleration[4])
     np.testing.assert_array_equal(sample.body, before)

@@ -36,13 +36,14 @@ class Target(NamedTuple):
 
 @compiled
 def body_motion(
-    body: FloatArray, rate: float, height: float
+    body: FloatArray, rate: float, change: float, height: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Pose, R_WB, velocity, angular velocity and acceleration of a plan's body, see Target.
 
     Args:
         body: (3, 5) value, and first and second derivative by gait time, of x, y, z, pitch, yaw.
-        rate: How fast the gait clock runs.
+        rate: By which it follows its path, of gait time.
+        change: Of that rate [1/s].
         height: To add to z [m].
     """
     pose = body[0].copy()
@@ -55,17 +56,22 @@ def body_motion(
     pitch_rate, yaw_rate = rate * body[1, 3], rate * body[1, 4]
     w = np.array([-np.sin(pose[4]) * pitch_rate, np.cos(pose[4]) * pitch_rate, yaw_rate])
     acceleration = np.zeros(6)
-    acceleration[2] = rate * rate * body[2, 4]
-    acceleration[3:] = rate * rate * body[2, :3]
+    acceleration[2] = rate * rate * body[2, 4] + change * body[1, 4]
+    acceleration[3:] = rate * rate * body[2, :3] + change * body[1, :3]
     return pose, R, rate * body[1, :3], w, acceleration
 
 
 @compiled
 def base_target(
-    body: FloatArray, rate: float, height: float, feet_acceleration: FloatArray, load: FloatArray
+    body: FloatArray,
+    rate: float,
+    change: float,
+    height: float,
+    feet_acceleration: FloatArray,
+    load: FloatArray,
 ) -> Target:
-    """The plan's body now, `height` [m] above the plan's own; `rate` is the gait clock's."""
-    pose, R, v, w, acceleration = body_motion(body, rate, height)
+    """The plan's body now, `height` [m] above the plan's own; see `body_motion`."""
+    pose, R, v, w, acceleration = body_motion(body, rate, change, height)
     return Target(pose, R, v, w, acceleration, feet_acceleration, load)
 
 

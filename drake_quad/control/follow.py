@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.control.base_task import LANDED_LOAD, base_target, foot_load
+from drake_quad.control.body_rate import height_over, next_body_rate, pendulum_rate
 from drake_quad.control.joint_targets import joint_targets, soften
 from drake_quad.control.measured import measure_into
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
@@ -34,8 +35,6 @@ TASK, TIME, RATE, MODE, REVISION = (
     )
 )
 LEG, RUN, REPLAN = int(Catch.LEG), int(Mode.RUN), int(Mode.REPLAN)
-RATE_SLEW = 4.0  # [1/s] of the body's rate
-CATCH_UP = 2.0  # [1/s] of what it is ahead of the clock
 COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY = (int(b) for b in Balance)
 
 
@@ -95,10 +94,16 @@ def follow(
         _correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
     else:
         load = _caught_load(standing, bearing)
-    body_rate = _body_rate(memory, t, rate, c.pace.period)
+    if t <= 1.5 * c.pace.period:  # plans begin at rest
+        memory[LEAD], memory[BODY_RATE] = 0.0, rate
+    pendulum = pendulum_rate(height_over(found.measured.p[2], found.measured.feet.place))
+    memory[BODY_RATE], memory[LEAD], change = next_body_rate(
+        memory[BODY_RATE], memory[LEAD], rate, pendulum, c.pace.period
+    )
     target = base_target(
         sample_body(control_points, knot, t + memory[LEAD]),
-        body_rate,
+        memory[BODY_RATE],
+        change,
         new[HEIGHT],
         acceleration,
         load,
@@ -113,25 +118,6 @@ def follow(
     for k in range(4):
         if standing[k] and (not running or bearing[k] < 0.5):
             found.soft[k] = 1.0
-
-
-@compiled
-def _body_rate(memory: FloatArray, t: float, rate: float, period: float) -> float:
-    """How fast the body follows its path: as the gait clock runs, without its jumps.
-
-    A clock that stops at once would stop the body at once: the pressure under the feet jumps, and
-    a light foot leaves the ground. The body runs on a little, and lets the clock catch up later;
-    the plan's margins hold for that long on either side of a switch (`plan_body`'s guard).
-    """
-    if t <= 1.5 * period:  # plans begin at rest
-        memory[LEAD], memory[BODY_RATE] = 0.0, rate
-    if np.isnan(memory[BODY_RATE]):  # the first tick
-        memory[BODY_RATE] = rate
-    wanted = rate - CATCH_UP * memory[LEAD]
-    most = RATE_SLEW * period
-    memory[BODY_RATE] += min(max(wanted - memory[BODY_RATE], -most), most)
-    memory[LEAD] += (memory[BODY_RATE] - rate) * period
-    return memory[BODY_RATE]
 
 
 @compiled
