@@ -1,4 +1,4 @@
-"""The base's part of a control tick: loads of the feet, velocity, rotation error, target."""
+"""The base's part of a control tick: velocity, rotation error, target."""
 
 import numpy as np
 import pytest
@@ -8,65 +8,13 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 from rig import flat_walk, rotations
 
 from drake_quad.control.base_task import (
-    LANDED_LOAD,
     base_target,
     body_motion,
-    foot_load,
     rotation_error,
     shorten,
     smooth,
     smooth_step,
 )
-from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.contact_plan import ContactPlan, Step
-from drake_quad.planning.plan_table import phase_table
-
-
-def load_history(contacts: ContactPlan, count: int = 6000) -> tuple[FloatArray, FloatArray]:
-    times, phases = np.linspace(0.0, contacts.duration, count), phase_table(contacts)
-    return times, np.array([foot_load(phases, float(t), 0.25) for t in times])
-
-
-def test_foot_load_is_full_in_stance_none_in_the_air_and_ramps_between() -> None:
-    """A foot gives its load away before lift-off and takes it up after touchdown, smoothly.
-
-    It begins with what it has carried since it landed. From nothing it would lift off again: an
-    ANYmal B's feet did, at every other touchdown, for up to 50 ms.
-    """
-    contacts = flat_walk().contacts
-    times, load = load_history(contacts)
-    _, standing = contacts.feet_at(times)
-    assert np.all(load[~standing] == 0.0)
-    assert np.all(load[standing] > 0.0) and np.all(load <= 1.0)
-    for step in contacts.steps:
-        row = step.leg.row
-        before = times[(times > step.lift_off - 0.25) & (times < step.lift_off)]
-        after = times[(times >= step.touchdown) & (times < step.touchdown + 0.25)]
-        down = load[np.isin(times, before), row]
-        up = load[np.isin(times, after), row]
-        assert np.all(np.diff(down) <= 0.0) and down[-1] < 0.01
-        assert np.all(np.diff(up) >= 0.0) and up[0] == LANDED_LOAD
-    landed = np.where(standing, load, LANDED_LOAD)  # as a swing ends
-    jumps = np.abs(np.diff(load, axis=0))
-    touched = ~standing[:-1] & standing[1:]
-    jumps[touched] = np.abs(np.diff(landed, axis=0))[touched]
-    assert jumps.max() <= 1.5 / 0.2 * (times[1] - times[0]) + 2e-4
-
-
-@given(st.floats(0.02, 0.4), st.floats(0.05, 1.0))
-def test_ramps_share_the_time_that_there_is_on_four_feet(gap: float, unload: float) -> None:
-    """With little time between a touchdown and a lift-off both ramps take just that time."""
-    plan = flat_walk().contacts
-    first, second = plan.steps[0], plan.steps[1]
-    close = Step(second.leg, first.touchdown + gap, second.touchdown, second.swing)
-    contacts = phase_table(ContactPlan(plan.feet, (first, close), second.touchdown + 1.0))
-    middle = foot_load(contacts, first.touchdown + 0.5 * gap, unload)
-    if unload >= gap:
-        assert middle[first.leg.row] == pytest.approx(0.5)
-        assert middle[second.leg.row] == pytest.approx(0.5)
-    start = foot_load(contacts, first.touchdown + 1e-9, unload)
-    end = foot_load(contacts, first.touchdown + gap - 1e-9, unload)
-    assert start[first.leg.row] == LANDED_LOAD and end[second.leg.row] < 1e-3
 
 
 @given(st.floats(-2.0, 3.0), st.floats(1e-6, 0.5))

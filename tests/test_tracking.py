@@ -8,24 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig import flat_walk
 
-from drake_quad.control.follow import _correct_load
-from drake_quad.control.tracking import (
-    DEEPEST,
+from drake_quad.control.foot_memory import (
     DEPTH,
     HEIGHT,
     HOLD,
     LANDED,
     LIFTED,
-    LOST_LOAD,
-    MOST_MORE,
-    REGAIN_TIME,
     REGAINED,
-    TOUCHDOWN,
-    URGENT_SEARCH,
     Pace,
     new_memory,
-    place_feet,
 )
+from drake_quad.control.foot_ways import DEEPEST, MOST_MORE, REGAIN_TIME, TOUCHDOWN, URGENT_SEARCH
+from drake_quad.control.tracking import place_feet
 from drake_quad.gait.legs import FloatArray
 
 seeds = st.integers(0, 2**32 - 1)
@@ -303,20 +297,6 @@ def test_feet_that_have_not_borne_yet_have_lost_nothing() -> None:
     walk.tick(3)
     walk.bearing[:] = 1.0
     np.testing.assert_array_equal(walk.tick().memory[REGAINED : REGAINED + 4], 1.0)
-
-
-@pytest.mark.parametrize("bears", [False, True])
-def test_load_of_a_foot_that_was_lost_never_jumps_up(bears: bool) -> None:
-    """LOST_LOAD till it bears, then it rises with what it has regained; the others keep theirs."""
-    loads = []
-    for regained in np.linspace(0.0, 1.0, 11):
-        load, back = np.array([1.0, 1.0, 0.8, 0.0]), np.array([1.0, regained, 1.0, 1.0])
-        bearing = np.array([1.0, float(bears), 1.0, 0.0])
-        _correct_load(load, np.array([True, True, True, False]), bearing, False, back)
-        np.testing.assert_array_equal(load[[0, 2, 3]], [1.0, 0.8, 0.0])
-        loads.append(load[1])
-    assert loads[0] == pytest.approx(LOST_LOAD)
-    assert np.diff(loads) == pytest.approx(0.1 * (1.0 - LOST_LOAD) * bears)
 
 
 @pytest.mark.parametrize("height", [0.03, -0.02])

@@ -1,4 +1,4 @@
-"""The base's part of a plan: velocity, rotation error, and how much load each foot may take."""
+"""The base's part of a plan: pose, velocity, rotation error, and the acceleration wanted."""
 
 from typing import NamedTuple
 
@@ -6,10 +6,7 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.plan_table import END, START, SWING, phase_index
 from drake_quad.robot.leg_scalar import yaw_pitch_rotation
-
-LANDED_LOAD = 0.2  # how much of a full load a foot carries that has landed, as a swing ends
 
 
 class Target(NamedTuple):
@@ -145,33 +142,3 @@ def smooth(x: float) -> float:
 
 
 smooth_step = compiled(smooth)
-
-
-@compiled
-def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
-    """How much each of the four feet may carry at a time: none in the air, all in mid-stance.
-
-    A foot takes its load up after touchdown, and gives it away before lift-off, over
-    `unload_time` or the time there is on four feet, whichever is shorter. It begins with what it
-    has carried since it landed: the clock passes a touchdown with the foot on the ground.
-
-    Args:
-        phases: See `phase_table`.
-        t: Gait time [s].
-        unload_time: [s].
-    """
-    load = np.ones(4)
-    index = phase_index(phases, t)
-    swing = int(phases[index, SWING])
-    if swing >= 0:
-        load[swing] = 0.0
-        return load
-    start, end = phases[index, START], phases[index, END]
-    ramp = min(unload_time, end - start)
-    before = int(phases[index - 1, SWING]) if index > 0 else -1
-    after = int(phases[index + 1, SWING]) if index + 1 < len(phases) else -1
-    if before >= 0:
-        load[before] *= max(smooth_step((t - start) / ramp), LANDED_LOAD)
-    if after >= 0:
-        load[after] *= smooth_step((end - t) / ramp)
-    return np.maximum(load, 1e-4)

@@ -2,25 +2,17 @@
 
 from math import atan2
 
-import numpy as np
-
 from drake_quad.compiled import compiled
-from drake_quad.control.base_task import LANDED_LOAD, base_target, foot_load
+from drake_quad.control.base_task import base_target
 from drake_quad.control.body_rate import height_over, next_body_rate, pendulum_rate
+from drake_quad.control.foot_loads import caught_load, correct_load, foot_load
+from drake_quad.control.foot_memory import BODY_RATE, HEIGHT, LANDED, LEAD, REGAINED
 from drake_quad.control.joint_targets import joint_targets, soften
 from drake_quad.control.measured import measure_into
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
 from drake_quad.control.records import Records
-from drake_quad.control.tracking import (
-    BODY_RATE,
-    HEIGHT,
-    LANDED,
-    LEAD,
-    LOST_LOAD,
-    REGAINED,
-    place_feet,
-)
-from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.control.tracking import place_feet
+from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.plan_table import sample_body, sample_feet
 
 # Numba has these as plain numbers.
@@ -91,9 +83,9 @@ def follow(
     memory[:] = new
     if running:
         load = foot_load(phases, t, c.unload_time)
-        _correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
+        correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
     else:
-        load = _caught_load(standing, bearing)
+        load = caught_load(standing, bearing)
     if t <= 1.5 * c.pace.period:  # plans begin at rest
         memory[LEAD], memory[BODY_RATE] = 0.0, rate
     pendulum = pendulum_rate(height_over(found.measured.p[2], found.measured.feet.place))
@@ -118,46 +110,6 @@ def follow(
     for k in range(4):
         if standing[k] and (not running or bearing[k] < 0.5):
             found.soft[k] = 1.0
-
-
-@compiled
-def _correct_load(
-    load: FloatArray, standing: BoolArray, bearing: FloatArray, landed: bool, regained: FloatArray
-) -> None:
-    """Changes the plan's loads (4,) for a swing foot that has landed, and for lost ground.
-
-    Args:
-        load: Changed in place.
-        standing: Who is to stand (4,).
-        bearing: 1 where a foot is sensed to bear (4,).
-        landed: Whether the swing foot has landed before its time.
-        regained: See REGAINED (4,).
-    """
-    held = 0
-    for k in range(4):
-        if landed and not standing[k]:
-            load[k] = LANDED_LOAD
-        if load[k] > 0.0 and not (standing[k] and bearing[k] < 0.5):
-            held += 1
-    if held > 1:
-        for k in range(4):
-            if standing[k]:
-                back = regained[k] if bearing[k] > 0.5 else 0.0
-                load[k] = min(load[k], LOST_LOAD + (1.0 - LOST_LOAD) * back)
-
-
-@compiled
-def _caught_load(standing: BoolArray, bearing: FloatArray) -> FloatArray:
-    """Loads (4,) while a push is caught: of the feet that are to stand, those that bear."""
-    load, bears = np.zeros(4), False
-    for k in range(4):
-        if standing[k] and bearing[k] > 0.5:
-            load[k], bears = 1.0, True
-    if not bears:
-        # Thrown off the ground there is nothing to share: be ready on all that are to stand.
-        for k in range(4):
-            load[k] = 1.0 if standing[k] else 0.0
-    return load
 
 
 @compiled

@@ -9,11 +9,11 @@ from pydrake.systems.framework import Context, DiscreteValues
 
 from drake_quad.control.constants import make_constants
 from drake_quad.control.follow import MODE, RUN, command, follow
+from drake_quad.control.foot_memory import MEMORY_SIZE, new_memory
 from drake_quad.control.measured import measure
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
 from drake_quad.control.records import WORK, Records, new_record
 from drake_quad.control.settings import ControlSettings
-from drake_quad.control.tracking import MEMORY_SIZE, new_memory
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.leg_scalar import leg_array
