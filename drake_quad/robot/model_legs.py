@@ -1,0 +1,180 @@
+"""The legs of a plant's robot in normal form: which they are, how long, and their feet.
+
+In normal form a leg has three revolute joints about x, y and y, hangs straight down at angle zero
+with its links' frames parallel to the trunk's, and ends in a sphere.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import SceneGraphInspector, Sphere
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RevoluteJoint, RigidBody
+from pydrake.systems.framework import Context
+
+from drake_quad.errors import InputError
+from drake_quad.gait.legs import SHORT_NAMES, FloatArray
+from drake_quad.robot.shank_outline import read_sides
+
+Refuse = Callable[[str, object, str], InputError]  # of field, value and what would be right
+Chain = list[RevoluteJoint]  # a leg's joints, from the trunk on
+
+CORNERS = [(False, False), (False, True), (True, False), (True, True)]  # (rear, right), as LEGS
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far from normal form a file may be and be read as if it were in it.
+
+    Attributes:
+        axis: Of a joint's axis, as a difference of unit vectors.
+        offset: Of a point from where it should be [m].
+    """
+
+    axis: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class LegRead:
+    """One leg of the plant.
+
+    Attributes:
+        p_BH: Its hip in the trunk (3,) [m].
+        p_HP: Its hip pitch axis from there (3,) [m].
+        thigh: Length [m].
+        shank: Length, to the foot's centre [m].
+        radius: Of the foot [m].
+        foot: The foot's geometry, by name.
+        sides: See `read_sides` [m].
+    """
+
+    p_BH: FloatArray
+    p_HP: FloatArray
+    thigh: float
+    shank: float
+    radius: float
+    foot: str
+    sides: FloatArray
+
+
+def find_legs(
+    plant: MultibodyPlant, context: Context, trunk: RigidBody, tolerance: Tolerance, refuse: Refuse
+) -> list[Chain]:
+    """The legs' joints, leg by leg in the order of LEGS; which is which follows from the hips.
+
+    Raises:
+        InputError: If they are not four legs in normal form.
+    """
+    chains = _leg_chains(plant, trunk)
+    if len(chains) != 4 or any(len(chain) != 3 for chain in chains):
+        raise refuse(
+            "robot.model",
+            [len(chain) for chain in chains],
+            "joints in each leg; a robot with four legs of three revolute joints is needed",
+        )
+    hips = [chain[0].frame_on_parent().CalcPose(context, trunk.body_frame()) for chain in chains]
+    quadrants = [(hip.translation()[0] <= 0, hip.translation()[1] <= 0) for hip in hips]
+    if sorted(quadrants) != sorted(CORNERS):
+        raise refuse("robot.model", quadrants, "(rear, right) of the hips; one leg each is needed")
+    chains = [chains[quadrants.index(corner)] for corner in CORNERS]
+    for chain, leg in zip(chains, SHORT_NAMES, strict=True):
+        _check_leg(chain, leg, tolerance, refuse)
+    return chains
+
+
+def read_leg(
+    plant: MultibodyPlant,
+    inspector: SceneGraphInspector,
+    chain: Chain,
+    leg: str,
+    tolerance: Tolerance,
+    refuse: Refuse,
+) -> LegRead:
+    """Reads a leg, by its short name, of which the lowest sphere is the foot.
+
+    Raises:
+        InputError: If it has no foot, or its links are not where they are in normal form.
+    """
+    shank = chain[2].child_body()
+    feet = [
+        (inspector.GetPoseInFrame(g).translation(), inspector.GetShape(g).radius(), g)
+        for g in plant.GetCollisionGeometriesForBody(shank)
+        if isinstance(inspector.GetShape(g), Sphere)
+    ]
+    if not feet:
+        raise refuse(f"{leg} link {shank.name()}", "no sphere", "its foot must be a sphere")
+    place, radius, geometry = max(feet, key=lambda f: float(np.linalg.norm(f[0])))
+    to_hip, to_knee = (_fixed_place(joint) for joint in chain[1:])
+    aside = max(abs(to_hip[0]), *abs(to_knee[:2]), *abs(place[:2]))
+    if aside > tolerance.offset or to_knee[2] >= 0.0 or place[2] >= 0.0:
+        raise refuse(
+            f"{leg} leg",
+            [to_hip.tolist(), to_knee.tolist(), place.tolist()],
+            "offsets; from hip to hip pitch none along x, and links along -z, are needed",
+        )
+    name, lengths = str(inspector.GetName(geometry)), (float(-to_knee[2]), float(-place[2]))
+    links = (chain[1].child_body(), shank)
+    return LegRead(
+        p_BH=_fixed_place(chain[0]),
+        p_HP=to_hip,
+        thigh=lengths[0],
+        shank=lengths[1],
+        radius=radius,
+        foot=name,
+        sides=read_sides(plant, inspector, links, name, lengths),
+    )
+
+
+def _check_leg(chain: Chain, leg: str, tolerance: Tolerance, refuse: Refuse) -> None:
+    """Refuses a leg whose joints are not in normal form, or whose knee folds to both sides."""
+    for joint, axis in zip(chain, "xyy", strict=True):
+        unit = np.eye(3)["xyz".index(axis)]
+        if not np.allclose(joint.revolute_axis(), unit, atol=tolerance.axis):
+            raise refuse(
+                f"{leg} joint {joint.name()}",
+                joint.revolute_axis().tolist(),
+                f"axis; abduction-hip-knee legs turn about x, y, y (here {axis})",
+            )
+        if not _is_straight(joint):
+            raise refuse(
+                f"{leg} joint {joint.name()}",
+                "turned or shifted frame",
+                "at angle zero its links' frames must be parallel and meet at the joint",
+            )
+    bend = [chain[2].position_lower_limit(), chain[2].position_upper_limit()]
+    if not np.all(np.isfinite(bend)) or sum(bend) == 0.0:
+        raise refuse(
+            f"{leg} joint {chain[2].name()}",
+            bend,
+            "limits; a knee must bend more to one side, which tells the leg's way to fold",
+        )
+
+
+def _fixed_place(joint: RevoluteJoint) -> FloatArray:
+    """Where a joint is fixed to its parent's body (3,) [m]."""
+    place: FloatArray = joint.frame_on_parent().GetFixedPoseInBodyFrame().translation()
+    return place
+
+
+def _is_straight(joint: RevoluteJoint) -> bool:
+    """Whether at angle zero the joint's child frame is its parent's, moved without a turn."""
+    parent = joint.frame_on_parent().GetFixedPoseInBodyFrame()
+    child = joint.frame_on_child().GetFixedPoseInBodyFrame()
+    return bool(parent.rotation().IsNearlyIdentity(1e-6) and child.IsNearlyIdentity(1e-6))
+
+
+def _leg_chains(plant: MultibodyPlant, trunk: RigidBody) -> list[Chain]:
+    """The chains of moving joints that start at the trunk, in the file's order."""
+    joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
+    moving = [j for j in joints if isinstance(j, RevoluteJoint)]
+    chains = []
+    for first in (j for j in moving if j.parent_body().index() == trunk.index()):
+        chain = [first]
+        while following := [
+            j for j in moving if j.parent_body().index() == chain[-1].child_body().index()
+        ]:
+            chain.append(following[0])
+        chains.append(chain)
+    return chains
