@@ -103,7 +103,7 @@ def test_a_search_ends_with_enough_or_as_hopeless() -> None:
 
 
 def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
-    """The limit, by how much, the gait that came nearest, and the highest rise that works."""
+    """The limit, by how much, the gait that came nearest, and about the highest rise that works."""
     check = check_stairs(MODEL, rise=0.8, run=0.25, count=3)
     assert not check.feasible
     for words in (
@@ -114,8 +114,10 @@ def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
         assert words in check.reason
     nearest = check.data["nearest_rise"]
     assert 0.1 < nearest < 0.8
-    flights = [Staircase(nearest, 0.25)]
-    assert any(d.feasible for d in choose_gaits(paper_robot(), shape(), flights))
+    for rise, works in ((nearest, True), (nearest + 0.05, False)):
+        flights = [Staircase(rise, 0.25), Staircase(-rise, 0.25)]
+        found = any(d.feasible for d in choose_gaits(paper_robot(), shape(), flights))
+        assert found == works, rise
     assert check_stairs(MODEL, rise=0.5 * nearest, run=0.25, count=3).feasible
 
 

@@ -1,4 +1,4 @@
-"""How much load feet may carry: it ramps and never jumps, whatever lands or is lost."""
+"""How much load feet may carry: it ramps, but where a foot lands or is lost."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig import flat_walk
 
-from drake_quad.control.foot_loads import LANDED_LOAD, LOST_LOAD, correct_load, foot_load
+from drake_quad.control.foot_loads import (
+    LANDED_LOAD,
+    LOST_LOAD,
+    caught_load,
+    correct_load,
+    foot_load,
+)
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.contact_plan import ContactPlan, Step
 from drake_quad.planning.plan_table import phase_table
@@ -71,3 +77,28 @@ def test_load_of_a_foot_that_was_lost_never_jumps_up(bears: bool) -> None:
         loads.append(load[1])
     assert loads[0] == pytest.approx(LOST_LOAD)
     assert np.diff(loads) == pytest.approx(0.1 * (1.0 - LOST_LOAD) * bears)
+
+
+def test_a_foot_that_landed_early_carries_what_a_landed_foot_does() -> None:
+    """While the plan still has it in the air; the others carry on."""
+    load, standing = np.array([1.0, 0.0, 1.0, 1.0]), np.array([True, False, True, True])
+    correct_load(load, standing, np.ones(4), True, np.ones(4))
+    np.testing.assert_array_equal(load, [1.0, LANDED_LOAD, 1.0, 1.0])
+
+
+def test_the_last_foot_that_holds_keeps_its_load() -> None:
+    """Of feet that are all lost nothing is taken: somebody has to carry."""
+    load = np.array([1.0, 1e-4, 1.0, 1.0])
+    before = load.copy()
+    correct_load(load, np.ones(4, dtype=bool), np.array([0.0, 1.0, 0.0, 0.0]), False, np.zeros(4))
+    np.testing.assert_array_equal(load, before)
+
+
+@pytest.mark.parametrize(
+    ("bearing", "wanted"),
+    [([1, 0, 1, 1], [1, 0, 1, 0]), ([0, 0, 0, 1], [1, 1, 1, 0]), ([0, 0, 0, 0], [1, 1, 1, 0])],
+)
+def test_in_a_push_those_carry_that_stand_and_bear(bearing: list[int], wanted: list[int]) -> None:
+    """If none does, all that are to stand are ready."""
+    standing = np.array([True, True, True, False])
+    np.testing.assert_array_equal(caught_load(standing, np.array(bearing, dtype=float)), wanted)

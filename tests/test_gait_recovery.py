@@ -30,6 +30,7 @@ def balance_at(t: float, *, vx: float = 0.0, vy: float = 0.0, off: float = 0.0) 
     balance[Balance.VELOCITY_ERROR : Balance.FEET] = vx, vy
     balance[Balance.FEET : Balance.BODY] = sample.feet.ravel()
     balance[Balance.BODY : Balance.BODY + 4] = [x + off, y, z, yaw]
+    balance[Balance.PLACE_ERROR] = off
     return balance
 
 

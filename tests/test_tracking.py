@@ -8,17 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig import flat_walk
 
-from drake_quad.control.foot_memory import (
+from drake_quad.control.foot_ways import DEEPEST, MOST_MORE, REGAIN_TIME, TOUCHDOWN, URGENT_SEARCH
+from drake_quad.control.memory import (
     DEPTH,
     HEIGHT,
     HOLD,
     LANDED,
     LIFTED,
     REGAINED,
-    Pace,
     new_memory,
 )
-from drake_quad.control.foot_ways import DEEPEST, MOST_MORE, REGAIN_TIME, TOUCHDOWN, URGENT_SEARCH
+from drake_quad.control.pace import Pace
 from drake_quad.control.tracking import place_feet
 from drake_quad.gait.legs import FloatArray
 

@@ -39,8 +39,9 @@ def body_motion(
 
     Args:
         body: (3, 5) value, and first and second derivative by gait time, of x, y, z, pitch, yaw.
-        rate: By which it follows its path, of gait time.
-        change: Of that rate [1/s].
+        rate: By which the body goes along its path, gait time by time; see `body_rate.py`.
+        change: Of that rate [1/s]. Of the pitch neither this nor its second derivative is
+            in the acceleration.
         height: To add to z [m].
     """
     pose = body[0].copy()

@@ -3,10 +3,12 @@
 A clock that waits for a foot stops at once. A body that did so too would push its centre of
 pressure beyond its feet; one that comes to rest over any fixed time does it where it is quick,
 high or near an edge. Braked in proportion to its own speed, by the rate of a pendulum of its
-height, it keeps the centre of pressure where it is brought to rest: on its capture point, and no
-way of stopping needs less room (Pratt et al., "Capture Point: A Step toward Humanoid Push
-Recovery", Humanoids 2006). So for a while it is ahead of the clock on its path. The plan's margins
-hold for about that long on either side of a switch (`plan_body`'s guard).
+height, it would keep the centre of pressure on its capture point, which is the least that stopping
+needs (on a level, straight path; Pratt et al., "Capture Point: A Step toward Humanoid Push
+Recovery", Humanoids 2006). Here it goes back from where it came to rest to where the clock stands,
+too: the centre of pressure begins on the capture point, goes up to 8 % farther, and then comes
+back. On the way the body is ahead of the clock by three quarters of the pendulum's time at most.
+That may be more than `plan_body`'s guard: what the plan keeps beyond its switches is not relied on.
 """
 
 from math import isnan, sqrt
@@ -14,9 +16,9 @@ from math import isnan, sqrt
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 
-GRAVITY = 9.81
+GRAVITY = 9.81  # [m/s^2]
 LOWEST = 0.05  # [m] what a body's height over its feet is taken for at least: fallen, it has none
-CATCH_UP = 2.0  # [1/s] in which the clock catches up with the body, while it runs
+CATCH_UP = 2.0  # [1/s] of its lead by which the body is slower than a clock that runs
 
 
 @compiled
@@ -26,30 +28,38 @@ def pendulum_rate(height: float) -> float:
 
 
 @compiled
-def next_body_rate(
-    body_rate: float, lead: float, rate: float, pendulum: float, period: float
-) -> tuple[float, float, float]:
-    """Rate and lead a tick later, and how fast the rate changes in it.
+def height_over(base: float, feet: FloatArray) -> float:
+    """The base's height [m] over the mean of its feet (4, 3) in W [m].
 
-    Under a clock that stands the body goes back to where the clock is as soon as it can without
-    coming there twice (critically damped).
-
-    Args:
-        body_rate: By which the body's path goes on; not a number before the first tick.
-        lead: How far the body is ahead of the clock [s].
-        rate: The clock's.
-        pendulum: See `pendulum_rate` [1/s].
-        period: A tick [s].
+    The base and not the centre of mass, and all feet: it changes little, and does not jump as a
+    foot lifts off.
     """
-    if isnan(body_rate):
-        body_rate = rate
-    back = CATCH_UP if rate > 0.0 else 0.25 * pendulum
-    change = min(pendulum, 1.0 / period) * (rate - back * lead - body_rate)
-    body_rate += change * period
-    return body_rate, lead + (body_rate - rate) * period, change
+    return base - 0.25 * (feet[0, 2] + feet[1, 2] + feet[2, 2] + feet[3, 2])
 
 
 @compiled
-def height_over(base: float, feet: FloatArray) -> float:
-    """The base's height [m] over the mean of its feet (4, 3)."""
-    return base - 0.25 * (feet[0, 2] + feet[1, 2] + feet[2, 2] + feet[3, 2])
+def next_body_rate(
+    body_rate: float, lead: float, rate: float, pendulum: float, period: float
+) -> tuple[float, float, float]:
+    """Goes on a tick. Rates are gait time by time, without a unit: 1 is as planned.
+
+    Under a clock that stands the body goes back to where that is as fast as it can without coming
+    past it (critically damped); with one that runs it waits to be caught up.
+
+    Args:
+        body_rate: By which the body goes along its path; not a number before the first tick.
+        lead: How far it is ahead of the clock [s].
+        rate: The clock's, 0 to 1.
+        pendulum: See `pendulum_rate` [1/s].
+        period: A tick [s].
+
+    Returns:
+        The body's rate and its lead [s] a tick later, and how fast the rate changes [1/s].
+    """
+    if isnan(body_rate):
+        body_rate = rate
+    # In between for a clock that creeps: it is no other than one that stands.
+    back = rate * CATCH_UP + (1.0 - rate) * 0.25 * pendulum
+    change = min(pendulum, 1.0 / period) * (rate - back * lead - body_rate)
+    body_rate += change * period
+    return body_rate, lead + (body_rate - rate) * period, change

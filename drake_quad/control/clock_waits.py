@@ -11,9 +11,11 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
 
-CALM_SPEED = 0.04  # [m/s] of the base against the plan, below which the clock goes on
-CALM_PLACE = 0.03  # [m] from the plan, the same
-VX, VY, BODY = Balance.VELOCITY_ERROR, Balance.VELOCITY_ERROR + 1, int(Balance.BODY)
+# Of the base against what the controller wants, below which the clock goes on.
+CALM_SPEED = 0.04  # [m/s]
+CALM_PLACE = 0.03  # [m]
+VX, VY = Balance.VELOCITY_ERROR, Balance.VELOCITY_ERROR + 1
+X, Y = Balance.PLACE_ERROR, Balance.PLACE_ERROR + 1
 
 
 def clock_rate(
@@ -38,16 +40,12 @@ def clock_rate(
     return rate, "" if rate > 0.0 else f"beyond here the margin falls below {demanded:.3f} m"
 
 
-def is_shaken(
-    plan: MotionPlan, t: float, balance: FloatArray, *, since: float, push_speed: float
-) -> bool:
-    """Whether the robot is too far from its plan for that to go on, after a push.
+def is_shaken(balance: FloatArray, *, since: float, push_speed: float) -> bool:
+    """Whether the robot is too far from what is wanted of it for its plan to go on, after a push.
 
     It comes back to a plan that stands still without swinging past it.
 
     Args:
-        plan: Of the task under way.
-        t: The clock [s].
         balance: See Balance.
         since: For how long it has been [s].
         push_speed: Error of the base's velocity from which on it may be a push [m/s].
@@ -57,8 +55,7 @@ def is_shaken(
         return speed > push_speed
     if speed > CALM_SPEED:
         return True
-    wanted = plan.body.sample(t)[0]
-    return hypot(balance[BODY] - wanted[0], balance[BODY + 1] - wanted[1]) > CALM_PLACE
+    return hypot(balance[X], balance[Y]) > CALM_PLACE
 
 
 def set_clock(phase: list[float], plan: MotionPlan, t: float) -> None:

@@ -6,10 +6,10 @@ import numpy as np
 
 from drake_quad.control.base_task import BaseGains
 from drake_quad.control.carried import Learning
-from drake_quad.control.foot_memory import Pace
 from drake_quad.control.force_qp import Weights
 from drake_quad.control.joint_targets import Softness
 from drake_quad.control.measured import places_of
+from drake_quad.control.pace import Pace
 from drake_quad.control.records import Records, record_type
 from drake_quad.control.settings import ControlSettings
 from drake_quad.robot.leg_scalar import leg_array

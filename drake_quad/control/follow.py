@@ -6,9 +6,9 @@ from drake_quad.compiled import compiled
 from drake_quad.control.base_task import base_target
 from drake_quad.control.body_rate import height_over, next_body_rate, pendulum_rate
 from drake_quad.control.foot_loads import caught_load, correct_load, foot_load
-from drake_quad.control.foot_memory import BODY_RATE, HEIGHT, LANDED, LEAD, REGAINED
 from drake_quad.control.joint_targets import joint_targets, soften
 from drake_quad.control.measured import measure_into
+from drake_quad.control.memory import BODY_RATE, HEIGHT, LANDED, LEAD, REGAINED
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
 from drake_quad.control.records import Records
 from drake_quad.control.tracking import place_feet
@@ -27,7 +27,7 @@ TASK, TIME, RATE, MODE, REVISION = (
     )
 )
 LEG, RUN, REPLAN = int(Catch.LEG), int(Mode.RUN), int(Mode.REPLAN)
-COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY = (int(b) for b in Balance)
+COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY, PLACE_ERROR = (int(b) for b in Balance)
 
 
 @compiled
@@ -160,4 +160,5 @@ def command(
         balance[COM + i] += found.com_shift[i]
         balance[ACCELERATION + i] = t.acceleration[3 + i]
         balance[VELOCITY_ERROR + i] = m.v[i] - t.v[i]
+        balance[PLACE_ERROR + i] = m.p[i] - t.body[i]
     balance[BODY + 3] = atan2(m.R[1, 0], m.R[0, 0])

@@ -1,12 +1,14 @@
 """Where one foot is to be: caught in a push, swung, or held where it stands.
 
-Each of these tells it of foot `k` to `place`, `velocity` and `acceleration` (4, 3), and to a
-controller's memory (see `foot_memory.py`), which go on a tick.
+`catch_foot`, `swing_foot` and `stand_foot` fill row `k` of the results `place` [m], `velocity`
+[m/s] and `acceleration` [m/s^2], each (4, 3) in W, and take a controller's memory (see `memory.py`)
+a tick further. The plan's feet are (4, 3) in W, too, their derivatives by gait time; feet as
+estimated are (4, 3) in W [m].
 """
 
 from drake_quad.compiled import compiled
 from drake_quad.control.base_task import smooth_step
-from drake_quad.control.foot_memory import (
+from drake_quad.control.memory import (
     CAUGHT,
     DEPTH,
     HEIGHT,
@@ -14,8 +16,8 @@ from drake_quad.control.foot_memory import (
     LANDED,
     LIFTED,
     REGAINED,
-    Pace,
 )
+from drake_quad.control.pace import Pace
 from drake_quad.gait.legs import LEGS, BoolArray, FloatArray
 
 MIRRORED = tuple(leg.mirrored.row for leg in LEGS)  # the row of each leg's other foot of its pair

@@ -68,10 +68,12 @@ class Balance(IntEnum):
     """Places in the `balance_estimated` vector: what the clock needs to know of the robot.
 
     COM: The whole robot's centre of mass in W, 3 entries [m].
-    ACCELERATION: Of the base as planned, x and y in W, 2 entries [m/s^2].
-    VELOCITY_ERROR: Of the base against the plan, x and y in W, 2 entries [m/s].
+    ACCELERATION: Of the base as the controller wants it, x and y in W, 2 entries [m/s^2]: the
+        plan's, and what brakes it where the clock waits.
+    VELOCITY_ERROR: Of the base against what the controller wants, x and y in W, 2 entries [m/s].
     FEET: The feet's centres in W, 12 entries [m].
     BODY: p_WB and the heading, 4 entries [m], [rad].
+    PLACE_ERROR: Of the base against what the controller wants, x and y in W, 2 entries [m].
     """
 
     COM = 0
@@ -79,8 +81,9 @@ class Balance(IntEnum):
     VELOCITY_ERROR = 5
     FEET = 7
     BODY = 19
+    PLACE_ERROR = 23
 
 
 SIZE = len(GaitPhase)
 CATCH_SIZE = len(Catch)
-BALANCE_SIZE = 23
+BALANCE_SIZE = 25

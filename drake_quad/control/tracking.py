@@ -3,8 +3,9 @@
 import numpy as np
 
 from drake_quad.compiled import compiled
-from drake_quad.control.foot_memory import DEPTH, HEIGHT, HOLD, LANDED, Pace
 from drake_quad.control.foot_ways import catch_foot, higher_beside, stand_foot, swing_foot
+from drake_quad.control.memory import DEPTH, HEIGHT, HOLD, LANDED
+from drake_quad.control.pace import Pace
 from drake_quad.gait.legs import BoolArray, FloatArray
 
 

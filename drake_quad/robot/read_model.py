@@ -58,7 +58,8 @@ def read_model(
     thigh_points, thigh_radii = read_thighs(
         plant, inspector, [chain[1].child_body() for chain in chains]
     )
-    geometry = _geometry(legs, knees=0.5 * (lower + upper)[2::3])
+    smaller = radii.max() - radii
+    geometry = _geometry(legs, smaller, knees=0.5 * (lower + upper)[2::3])
     collisions = plant.GetCollisionGeometriesForBody(trunk)
     hips = geometry.p_BH
     box: FloatArray = np.stack([hips.min(axis=0), hips.max(axis=0)])
@@ -81,7 +82,7 @@ def read_model(
         link_mass=read_only(np.array([b.default_mass() for b in bodies]).reshape(4, 3)),
         link_com=read_only(np.array([b.default_com() for b in bodies]).reshape(4, 3, 3)),
         foot_radius=float(radii.max()),
-        foot_smaller=read_only(radii.max() - radii),
+        foot_smaller=read_only(smaller),
         foot_geometry=tuple(leg.foot for leg in legs),
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),
@@ -92,10 +93,15 @@ def read_model(
     )
 
 
-def _geometry(legs: list[LegRead], knees: FloatArray) -> LegGeometry:
-    """The legs' kinematics; `knees` (4,) are the middles of what the knees may bend [rad]."""
-    radii, p_HP = np.array([leg.radius for leg in legs]), np.array([leg.p_HP for leg in legs])
-    smaller = radii.max() - radii
+def _geometry(legs: list[LegRead], smaller: FloatArray, knees: FloatArray) -> LegGeometry:
+    """The legs' kinematics.
+
+    Args:
+        legs: In the order of LEGS.
+        smaller: By how much each foot's radius is less than the largest (4,) [m].
+        knees: The middles of what the knees may bend (4,) [rad].
+    """
+    p_HP = np.array([leg.p_HP for leg in legs])
     return LegGeometry(
         p_BH=read_only(np.array([leg.p_BH for leg in legs])),
         offset=read_only(p_HP[:, 1].copy()),

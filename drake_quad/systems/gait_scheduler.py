@@ -120,7 +120,7 @@ class GaitScheduler(ClockedSystem):
         if (
             self._may_pause
             and shaken <= self._control.patience
-            and is_shaken(plan, t, balance, since=shaken, push_speed=self._control.push_speed)
+            and is_shaken(balance, since=shaken, push_speed=self._control.push_speed)
         ):
             phase[GaitPhase.WAITED] += self._period
             state.set_value(self._shaken, [shaken + self._period])

@@ -9,8 +9,8 @@ from pydrake.systems.framework import Context, DiscreteValues
 
 from drake_quad.control.constants import make_constants
 from drake_quad.control.follow import MODE, RUN, command, follow
-from drake_quad.control.foot_memory import MEMORY_SIZE, new_memory
 from drake_quad.control.measured import measure
+from drake_quad.control.memory import MEMORY_SIZE, new_memory
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
 from drake_quad.control.records import WORK, Records, new_record
 from drake_quad.control.settings import ControlSettings
@@ -66,7 +66,8 @@ class TrackingController(ClockedSystem):
     Output ports:
         joint_state_desired: (24,) joint angles, then speeds, in the plant's actuator order.
         joint_torque_feedforward: (12,) in the plant's actuator order [Nm].
-        body_desired: (5,) x, y, z, pitch, yaw that the plan has now.
+        body_desired: (5,) x, y, z, pitch, yaw that are wanted now: the plan's, a little ahead of
+            the gait clock or behind it where that has just stopped or gone on, see `body_rate.py`.
         feet_desired: (12,) foot centres that the plan has now, in W [m].
         balance_estimated: See Balance.
     """

@@ -1,7 +1,5 @@
 """What a controller remembers of its feet and its body from tick to tick, and where."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray
@@ -25,21 +23,3 @@ def new_memory(feet: FloatArray) -> FloatArray:
     memory[BODY_RATE] = np.nan
     memory[REGAINED : REGAINED + 4] = NEVER
     return memory
-
-
-class Pace(NamedTuple):
-    """Times and speeds of `place_feet`; see ControlSettings.
-
-    Attributes:
-        period: Of the controller [s].
-        foothold_time: [s].
-        touchdown_press: [m].
-        search_speed: [m/s].
-        height_time: Over which the body follows the height of the ground as found [s].
-    """
-
-    period: float
-    foothold_time: float
-    touchdown_press: float
-    search_speed: float
-    height_time: float
