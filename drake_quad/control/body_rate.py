@@ -17,14 +17,14 @@ from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 
 GRAVITY = 9.81  # [m/s^2]
-LOWEST = 0.05  # [m] what a body's height over its feet is taken for at least: fallen, it has none
+LEAST_HEIGHT = 0.1  # [m] that a body over its feet is taken for: fallen, it has none
 CATCH_UP = 2.0  # [1/s] of its lead by which the body is slower than a clock that runs
 
 
 @compiled
 def pendulum_rate(height: float) -> float:
     """Of a point that is balanced at a height [m], as a linear inverted pendulum [1/s]."""
-    return sqrt(GRAVITY / max(height, LOWEST))
+    return sqrt(GRAVITY / max(height, LEAST_HEIGHT))
 
 
 @compiled

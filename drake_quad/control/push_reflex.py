@@ -1,10 +1,11 @@
 """When a push has to be caught, with which foot, and when it is over."""
 
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import hypot
 
 import numpy as np
 
+from drake_quad.control.body_rate import GRAVITY, LEAST_HEIGHT, pendulum_rate
 from drake_quad.control.ports import CATCH_SIZE, Balance, Catch
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.gait.support import margin_of_floats
@@ -14,7 +15,6 @@ from drake_quad.planning.catch_step import LIFT, choose_catch
 from drake_quad.planning.contact_plan import Step
 from drake_quad.robot.robot_model import RobotModel
 
-GRAVITY = 9.81
 SHARE = 0.8  # of the base's velocity error that the whole robot's centre of mass has
 CALM_SPEED = 0.04  # [m/s]
 CALM_MARGIN = 0.03  # [m]
@@ -47,8 +47,8 @@ def capture_point(balance: FloatArray, support: BoolArray) -> tuple[tuple[float,
     """
     b = balance.tolist()
     heights = [b[Balance.FEET + 3 * k + 2] for k in range(4) if support[k]]
-    height = max(b[2] - sum(heights) / len(heights), 0.1)
-    omega = sqrt(GRAVITY / height)
+    height = max(b[2] - sum(heights) / len(heights), LEAST_HEIGHT)
+    omega = pendulum_rate(height)
     per_speed = SHARE / omega
     x = b[0] - height / GRAVITY * b[Balance.ACCELERATION] + per_speed * b[Balance.VELOCITY_ERROR]
     y = (
