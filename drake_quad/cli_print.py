@@ -57,8 +57,8 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),
         ("a standing foot slipped at most", text(summary.get("slip_max"), "{:.4f} m")),
         ("contacts of anything but feet", text(summary.get("nonfoot_contact_samples"), "{}")),
-        ("largest torque over its limit's", text(summary.get("torque_ratio_max"), "{:.0%}")),
-        ("the plan's, standing still", text(summary.get("torque_ratio_planned_max"), "{:.0%}")),
+        ("largest torque, of its limit", text(summary.get("torque_ratio_max"), "{:.0%}")),
+        ("the same, planned", text(summary.get("torque_ratio_planned_max"), "{:.0%}")),
         ("simulated", text(summary.get("simulated_time"), "{:.1f} s")),
         ("pace", text(summary.get("real_time_factor"), "{:.1f} × real time")),
     ]

@@ -44,7 +44,7 @@ class GaitConfig:
         map_error_height: By how much its treads may be higher [m].
         body_height: Of the body's centre over the mean ground under the feet [m].
         pitch: `level`, or `slope` to tilt the body with the stairs.
-        pitch_share: With `slope`: how much of the stairs' slope, 0 to 1.
+        pitch_share: With `slope`: how much of the stairs' slope, up to 1.5.
         margin: Over what the plan's static margin is measured: `hull`, of the feet; `friction`, the
             region of balance within controller.friction; `feasible`, within the torque limits too.
     """
