@@ -16,8 +16,8 @@ SECTIONS = ("pushes", "blind stairs", "disturbances")  # of a new page, in its o
 TITLE = """\
 # Robustness
 
-How much the robot takes that its controller is not told of. Each section is written by the command
-that it names, and holds figures of that command alone.
+How much the robot takes that its controller is not told of. What is between *begin* and *end* is
+written by the command that it names, and holds figures of that command alone.
 """
 
 
@@ -79,5 +79,6 @@ def _by_out() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        told = {"field": error.field, "value": error.value, "remedy": error.remedy}
+        remedy = error.remedy.replace("--page", "--out")
+        told = {"field": error.field, "value": error.value, "remedy": remedy}
         raise InputError(source="--out", **told) from None

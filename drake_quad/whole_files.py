@@ -8,8 +8,13 @@ from pathlib import Path
 from drake_quad.errors import InputError
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+def write_whole(path: Path, write: Callable[[Path], object], *, option: str = "--out") -> None:
     """Has `write` fill a file beside `path` and moves it there.
+
+    Args:
+        path: Of the file.
+        write: Is given the path to fill.
+        option: By which its place was asked for, to be named by the error.
 
     Raises:
         InputError: If it cannot be written, with the system's reason; what was there before stays.
@@ -25,9 +30,9 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         with suppress(OSError):  # it may never have been made
             partial.unlink()
         raise InputError(
-            source="--out",
+            source=option,
             field=path.name,
             value=str(path),
             remedy=f"cannot be written: {error.strerror or error}; make room, or give another "
-            "directory with --out",
+            f"place with {option}",
         ) from None

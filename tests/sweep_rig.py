@@ -135,6 +135,17 @@ def mishap(trial: Trial) -> dict[str, Any]:
     return result(trial)
 
 
+HELD: list[int] = []  # in a process that does trials: which it did
+
+
+def hungry(trial: Trial) -> dict[str, Any]:
+    """Has no memory where a trial was before; the trial 3 has not enough anywhere."""
+    HELD.append(trial.index)
+    if len(HELD) > 1 or trial.index == 3:
+        raise MemoryError
+    return result(trial)
+
+
 def no_server(_pipe: object) -> None:
     """A process that ends before it has a trial, as of sources with a mistake in them."""
     os._exit(5)

@@ -234,3 +234,4 @@ def test_common_settings_are_given_only_where_they_differ(load: Any) -> None:
     """They come before the user's own, and not at all where the scenario has them of itself."""
     study = load("study")
     assert study.with_common("flat_walk", ("a=1",)) == (*study.COMMON, "a=1")
+    assert study.with_common("case_study", ("a=1",)) == ("a=1",)

@@ -18,13 +18,6 @@ from drake_quad.sweep.trials import Trial, make_trials
 from drake_quad.sweep.work import lost
 
 
-def at_once(trials: Any, work: Any) -> Any:
-    """Carries out in this very process."""
-    for trial in trials:
-        result = work(trial)
-        yield trial.index, {**result, "clock": {**result["clock"], "tried": 1}}
-
-
 def test_every_robot_of_a_study_counts(tmp_path: Path) -> None:
     """A study is another one if any robot's file is: of a grid's, or behind a `.robot.yaml`."""
     urdf = resources.files("drake_quad_models") / "paper_quadruped.urdf"
@@ -102,9 +95,39 @@ def test_a_trial_of_another_robot_or_of_other_libraries_stops_the_sweep(tmp_path
 
         out = tmp_path / name
         with pytest.raises(SourcesChangedError, match=name.rstrip("s")):
-            rig.sweep_made_up(tmp_path, out, work=other, carry_out=at_once)
+            rig.sweep_made_up(tmp_path, out, work=other, carry_out=rig.at_once)
         assert len((out / "journal.jsonl").read_text().splitlines()) == 1 + 2
         assert not (out / "trials.parquet").exists()
+
+
+def test_a_robot_that_a_machine_lacks_is_no_finding(tmp_path: Path) -> None:
+    """A trial that is refused for want of it stops the sweep, unless it is refused here as well."""
+
+    def lacking(trial: Trial) -> dict[str, Any]:
+        if trial.index < 2:
+            return rig.made_up(trial)
+        return rig.result(trial, "refused", "robot.model: not installed")
+
+    with pytest.raises(SourcesChangedError, match=r"trial 2 .*not installed"):
+        rig.sweep_made_up(tmp_path, tmp_path / "out", work=lacking, carry_out=rig.at_once)
+    assert len((tmp_path / "out" / "journal.jsonl").read_text().splitlines()) == 1 + 2
+    assert not (tmp_path / "out" / "trials.parquet").exists()
+
+
+def test_what_no_machine_can_load_is_a_finding(tmp_path: Path) -> None:
+    """Two values that each can be and together cannot: refused, whoever is asked."""
+
+    def loaded(trial: Trial) -> dict[str, Any]:
+        try:
+            trial.base.load(list(trial.overrides))
+        except InputError as error:
+            return rig.result(trial, "refused", str(error))
+        return rig.result(trial)
+
+    text = rig.PLUMBING + "  - {path: controller.period, values: [0.005, 0.004]}\n"
+    text += "  - {path: simulation.plant.time_step, values: [0.001, 0.0025]}\n"
+    told = rig.sweep_made_up(tmp_path, tmp_path / "o", text, work=loaded, carry_out=rig.at_once)
+    assert told["complete"] and told["rate"]["trials"] - told["rate"]["good"] == 8
 
 
 def test_the_table_has_the_seed_that_a_run_had(tmp_path: Path) -> None:
@@ -145,9 +168,9 @@ def test_the_verdict_is_of_the_trials_that_both_have(tmp_path: Path) -> None:
         return rig.result(trial, "fell" if trial.index % 2 else "goal_reached", "")
 
     text = rig.PLUMBING.replace("trials: 4", "trials: 30")
-    rig.sweep_made_up(tmp_path, tmp_path / "before", text, work=first_well, carry_out=at_once)
+    rig.sweep_made_up(tmp_path, tmp_path / "before", text, work=first_well, carry_out=rig.at_once)
     rig.sweep_made_up(
-        tmp_path, tmp_path / "after", text, work=lost_some, carry_out=at_once, limit=16
+        tmp_path, tmp_path / "after", text, work=lost_some, carry_out=rig.at_once, limit=16
     )
     told = compare_sweeps(tmp_path / "before", tmp_path / "after")
     assert told["before"]["rate"]["rate"] < told["after"]["rate"]["rate"]

@@ -68,26 +68,59 @@ def test_what_gave_no_result_says_of_what_sources_it_is(tmp_path: Path) -> None:
         assert result["sources"] == own_sources() and result["versions"] == own_versions()
 
 
-class Slept:
-    """A pipe that says something at the fourth look; the second takes as long as a pause."""
+def test_memory_that_other_trials_took_is_no_trials_fault(tmp_path: Path) -> None:
+    """It is tried again in a process of its own: what comes of it depends on no trial before."""
+    trials = rig.trials_of(tmp_path)[:5]
+    found = dict(carry_out(trials, workers=1, limits=Limits(retries=0), work=rig.hungry))
+    assert {k for k, result in found.items() if result["outcome"] == "memory"} == {3}
+    assert all(result["clock"]["tried"] == 1 for result in found.values())
 
-    looks = 0
+
+def test_a_trial_that_had_a_process_once_is_killed_and_the_sweep_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only where no process ever has the trial do processes not begin."""
+    isolated = Isolated(recycle=10, retries=1, work=rig.made_up)
+    begun = iter([{"sources": "a", "versions": "b"}, None])
+
+    def ended(*_: Any) -> tuple[None, str]:
+        isolated._basis = next(begun)
+        return None, "its process was ended (exit code -9)"
+
+    monkeypatch.setattr(isolated, "_try", ended)
+    assert isolated.run(rig.trials_of(tmp_path)[0])["outcome"] == "killed"
+
+
+class Slept:
+    """A pipe that says something at one look; the second takes as long as a pause.
+
+    Args:
+        look: At which.
+    """
+
+    def __init__(self, look: int) -> None:
+        self.looks, self.look = 0, look
 
     def poll(self, seconds: float) -> bool:
         """As a connection's."""
         self.looks += 1
         time.sleep(0.6 if self.looks == 2 else seconds)
-        return self.looks == 4
+        return self.looks == self.look
 
 
-@pytest.mark.parametrize(("pause", "heard"), [(0.1, True), (5.0, False)])
+@pytest.mark.parametrize(
+    ("pause", "heard", "look"), [(0.1, True, 4), (0.1, True, 2), (5.0, False, 4)]
+)
 def test_a_pause_is_no_trials_time(
-    monkeypatch: pytest.MonkeyPatch, pause: float, heard: bool
+    monkeypatch: pytest.MonkeyPatch, pause: float, heard: bool, look: int
 ) -> None:
-    """Of a sweep that is stopped and goes on (Ctrl-Z, fg) the time between does not count."""
+    """Of a sweep that is stopped and goes on (Ctrl-Z, fg) the time between does not count.
+
+    It is known before what the process says: it may have been ended by its own clock meanwhile.
+    """
     monkeypatch.setattr(process_module, "PAUSE", pause)
     waiting = Process.__new__(Process)
-    waiting._pipe, waiting.paused = Slept(), False  # type: ignore[assignment]
+    waiting._pipe, waiting.paused = Slept(look), False  # type: ignore[assignment]
     assert waiting.wait(0.5, lambda: False) is heard
     assert waiting.paused is heard
 

@@ -18,8 +18,9 @@ from drake_quad.sweep.charts import draw_curves, plain_style
 from drake_quad.sweep.markdown import in_line
 from drake_quad.sweep.page import check_page, grade, write_report, write_section
 from drake_quad.sweep.printing import print_sweep
-from drake_quad.sweep.replays import make_replays
+from drake_quad.sweep.replays import make_replays, otherwise
 from drake_quad.sweep.study_config import Vary
+from drake_quad.sweep.table import read_table
 
 TEXT = (
     rig.PLUMBING.replace("trials: 4", "trials: 20")
@@ -159,6 +160,18 @@ def test_a_sweep_without_a_gate_is_good_if_all_is() -> None:
     assert of(4, complete=False) == of(4, 0.9, complete=False) == "warn"
 
 
+def test_a_gate_is_not_missed_before_any_trial(tmp_path: Path) -> None:
+    """Of nothing nothing is said: interrupted at once, say."""
+    text = rig.PLUMBING + "gate: {rate: 1.0}\n"
+    told = rig.sweep_made_up(tmp_path, tmp_path / "out", text, carry_out=lambda *_: iter(()))
+    write_report(rig.made(tmp_path, text)[0], told, tmp_path / "out")
+    printed = io.StringIO()
+    print_sweep(told, tmp_path / "out", Console(file=printed))
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert told["passed"] is None and "0 of 0" in page
+    assert "asked for" not in printed.getvalue() and "asked for" not in page
+
+
 def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     """They are runs of those very trials; what is there is not made again."""
     told = rig.sweep_made_up(tmp_path, tmp_path / "a", carry_out=rig.at_once)
@@ -170,6 +183,10 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     link = f"trials/{first:06d}/report.html"
     page = (tmp_path / "a" / "report.html").read_text()
     assert page.count(f'href="{link}"') == 1 and "Replays of others" not in page
+    # What was made up of the trial in the sweep is not what comes of its run.
+    assert told["worst"][0]["outcome"] == "fell"
+    assert otherwise(read_table(tmp_path / "a"), tmp_path / "a") == {first: "goal_reached"}
+    assert page.count('which ended otherwise: <span class="bad">goal_reached</span>') == 1
     write_report(study, {**told, "worst": told["worst"][1:]}, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
     assert f'Replays of others: <a href="{link}">trial {first}</a>.</p>' in page

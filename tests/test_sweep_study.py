@@ -14,7 +14,7 @@ from scipy.stats import kstest
 from drake_quad.errors import InputError
 from drake_quad.scenario import load_scenario
 from drake_quad.sweep.bands import bands_of
-from drake_quad.sweep.draws import Draws, axis_values
+from drake_quad.sweep.draws import Draws, axis_values, draw
 from drake_quad.sweep.study import load_study, parse_study, value_text
 from drake_quad.sweep.study_config import Study, Vary
 from drake_quad.sweep.trials import make_trials, repeat
@@ -90,6 +90,7 @@ BAD = [
     (HEAD + "gate: {each: simulation.friction}\n", "gate.each", "give gate.rate"),
     (HEAD + "limits: {wall_time: 0}\n", "limits.wall_time", "from"),
     ("scenario: case_studdy\n", "scenario", "case_study"),
+    (f"scenario: {'x' * 5000}\n", "scenario", "too long"),
 ]
 
 
@@ -168,6 +169,28 @@ def test_draws_have_their_distributions(sampling: str) -> None:
     assert set(columns[3]) == {3, 4, 5} and set(columns[4]) == {"x", "y"}
     assert set(columns[5]) == {0.0, 0.002, 0.004, 0.006, 0.008, 0.01}
     assert len({draws.seed(k) for k in range(1024)}) > 1020
+
+
+@pytest.mark.parametrize(
+    ("ends", "step", "all_of"),
+    [
+        ([0.0, 0.011], 0.004, [0.0, 0.004, 0.008]),
+        (
+            [0.75, 0.99],
+            0.02,
+            [0.76, 0.78, 0.8, 0.82, 0.84, 0.86, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98],
+        ),
+        ([0.1, 0.3], 0.1, [0.1, 0.2, 0.3]),
+        ([-0.003, 0.003], 0.001, [-0.003, -0.002, -0.001, 0.0, 0.001, 0.002, 0.003]),
+    ],
+)
+def test_stepped_draws_stay_within_their_ends(
+    ends: list[float], step: float, all_of: list[float]
+) -> None:
+    """They are whole multiples of the step, all that are within, and no others."""
+    vary = Vary(path="a", uniform=ends, step=step)
+    drawn = {draw(vary, float(u)) for u in np.linspace(0.0, 1.0, 1001, endpoint=False)}
+    assert sorted(drawn) == all_of
 
 
 def test_sobol_fills_the_space_more_evenly() -> None:

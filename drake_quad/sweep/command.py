@@ -14,7 +14,7 @@ from drake_quad.errors import InputError
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.page import check_page, write_report, write_section
 from drake_quad.sweep.progress import Bar
-from drake_quad.sweep.replays import make_replays, replayable, replays_in
+from drake_quad.sweep.replays import make_replays, otherwise, replayable, replays_in
 from drake_quad.sweep.study import Base, load_study
 from drake_quad.sweep.study_config import Limits, Study
 from drake_quad.sweep.sweep import CarryOut, sweep
@@ -86,16 +86,19 @@ def run_sweep(
     def finish(told: dict[str, Any], trials: pa.Table) -> None:
         bar.end()
         if asked.replays and not stop():
-            _replay(asked, study, base, replayable(trials, asked.replays), console, stop)
+            _replay(asked, study, base, trials, console, stop)
         write_report(study, told, asked.out)
         if asked.page is not None:
-            command = shlex.join(["drake-quad", "sweep", str(asked.study)])
+            words = ["drake-quad", "sweep", str(asked.study)]
+            words += [] if asked.limit is None else ["--limit", str(asked.limit)]
+            command = shlex.join(words)
             write_section(asked.page, told, command, asked.study.stem)
 
     try:
         told = sweep(
             study, base, asked.out, here, resume=asked.resume, limit=asked.limit,
             begin=bar.begin, note=bar.note, finish=finish,
+            files=[asked.study, *([] if base.text is None else [Path(base.name)])],
         )  # fmt: skip
     finally:
         bar.end()
@@ -103,13 +106,17 @@ def run_sweep(
 
 
 def _replay(
-    asked: Asked, study: Study, base: Base, worst: list[int], console: Console,
+    asked: Asked, study: Study, base: Base, trials: pa.Table, console: Console,
     stop: Callable[[], bool],
 ) -> None:  # fmt: skip
-    """Runs the worst trials again; says so if these are fewer than asked for."""
+    """Runs the worst trials again; says so if these are fewer than asked for, or end otherwise."""
+    worst = replayable(trials, asked.replays)
     there = len(worst) - len(set(worst) - replays_in(asked.out).keys())
     with console.status("running the worst trials again"):
         made = make_replays(study, base, worst, asked.out, stop)
+    for index, outcome in otherwise(trials, asked.out).items():
+        told = f"trial {index} came out otherwise here: {outcome}; another processor may do that"
+        console.print(told, highlight=False, soft_wrap=True)
     if len(made) + there < asked.replays:
         why = "stopped" if stop() else "no other trial that is done had a run"
         told = f"--replays {asked.replays}: {len(made)} made, {there} were there before; {why}"

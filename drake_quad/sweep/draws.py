@@ -1,5 +1,6 @@
 """Which value each trial of a study has: of study and index alone, so that any machine agrees."""
 
+from math import ceil, floor
 from typing import Any
 
 import numpy as np
@@ -47,10 +48,21 @@ def draw(vary: Vary, u: float) -> Value:
         mean, deviation = vary.normal
         # ndtri(0) is minus infinity: no draw is farther out than WIDEST
         value = mean + deviation * float(np.clip(ndtri(u), -WIDEST, WIDEST))
-    if vary.step is not None:
-        # 0.003 as such, and not as 3 * 0.001, which is another number
-        value = float(f"{round(value / vary.step) * vary.step:.12g}")
-    return float(value)
+    return float(value) if vary.step is None else _rounded(value, vary)
+
+
+def _rounded(value: float, vary: Vary) -> float:
+    """To a whole multiple of `step`: one within what is drawn from, if there is one."""
+    assert vary.step is not None
+    count = round(value / vary.step)
+    ends = vary.uniform or vary.log_uniform
+    if ends is not None:
+        # Ends that are multiples themselves are within, whatever their last digits say.
+        low, high = (round(end / vary.step, 9) for end in ends)
+        if ceil(low) <= floor(high):
+            count = min(max(count, ceil(low)), floor(high))
+    # 0.003 as such, and not as 3 * 0.001, which is another number
+    return float(f"{count * vary.step:.12g}")
 
 
 def extremes(vary: Vary) -> list[Value]:

@@ -51,12 +51,13 @@ class Isolated:
             NoProcessError: If no process begins, in as many tries as the trial may have.
         """
         result: Result | None = None
-        tried, reason = 0, ""
+        tried, reason, had = 0, "", False
         while result is None and tried <= self._retries:
             tried, self._basis = tried + 1, None
             result, reason = self._try(trial, stop)
+            had = had or self._basis is not None
         if result is None:
-            if self._basis is None:
+            if not had:
                 raise NoProcessError(
                     f"no process for trials begins: {reason}, {tried} times; what was "
                     "done is kept: --resume goes on with it once `drake-quad --help` works here"
@@ -94,8 +95,11 @@ class Isolated:
         except Interrupted:
             self.end()
             raise
-        if process.given == self._recycle:
+        short = result["outcome"] == "memory"
+        if short or process.given == self._recycle:
             self.end()
+        if short and process.given > 1:  # what it had grown by before is no fault of this trial
+            return self._try(trial, stop)
         return result, ""
 
     def _judge(

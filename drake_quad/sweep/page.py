@@ -12,10 +12,11 @@ from drake_quad.errors import InputError
 from drake_quad.report.templates import read_css
 from drake_quad.sweep.charts import curves_svg, map_svg
 from drake_quad.sweep.markdown import in_line, paragraph
-from drake_quad.sweep.replays import replays_in
+from drake_quad.sweep.replays import otherwise, replays_in
 from drake_quad.sweep.study import as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.sweep import REPORT
+from drake_quad.sweep.table import read_table
 from drake_quad.sweep.trials import repeat_into
 from drake_quad.whole_files import write_whole
 
@@ -32,15 +33,18 @@ and holds figures of that command alone, at the commit that it names.
 
 
 def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
-    """Writes report.html into `out`, the sweep's directory.
+    """Writes report.html into `out`, the sweep's directory, where its table is.
 
     Trials that were run again into the directory that their command names are linked.
     """
+    ends = otherwise(read_table(out), out)
     replays = {k: path.relative_to(out).as_posix() for k, path in replays_in(out).items()}
     worst = []
     for row in told["worst"]:
         command = repeat_into(row["command"], row["index"], out)
-        worst.append({**row, "link": replays.pop(row["index"], ""), "repeat": command})
+        link = replays.pop(row["index"], "")
+        here = ends.get(row["index"], "")
+        worst.append({**row, "link": link, "here": here, "repeat": command})
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True,
         undefined=StrictUndefined, trim_blocks=True,
@@ -91,7 +95,7 @@ def put_section(page: Path, name: str, written: str) -> None:
         text = text.rstrip("\n") + f"\n\n{begin}\n{end}\n"
     pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
     text = pattern.sub(lambda _: f"{begin}\n{written}\n{end}", text, count=1)
-    write_whole(page, lambda to: to.write_text(text, encoding="utf-8"))
+    write_whole(page, lambda to: to.write_text(text, encoding="utf-8"), option="--page")
 
 
 def check_page(page: Path, name: str) -> tuple[str, str, str]:
@@ -105,9 +109,9 @@ def check_page(page: Path, name: str) -> tuple[str, str, str]:
         return InputError(source="--page", field="page", value=str(page), remedy=remedy)
 
     begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
-    if page.is_dir():
-        raise refuse("is a directory; give a Markdown file in it")
     try:
+        if page.is_dir():
+            raise refuse("is a directory; give a Markdown file in it")
         text = page.read_text(encoding="utf-8") if page.exists() else TITLE
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else "not a text file"

@@ -24,7 +24,7 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
         say(f"{told['trials']} of {told['asked']} trials are done: go on with --resume")
     if told["kinematic"]:
         say("[yellow]kinematic trials among them: no physics, so they prove nothing[/]")
-    if told["gate"] is not None:
+    if told["gate"] is not None and told["passed"] is not None:
         word = ("kept" if told["passed"] else "missed") + ("" if told["complete"] else " so far")
         of = "" if told["gate_each"] is None else f" of each {told['gate_each']}"
         words = f"asked for at least {100 * told['gate']:g} %{of}: {word}"

@@ -71,13 +71,14 @@ class Process:
         while not stop():
             looked = time.monotonic()
             left = until - looked
-            if self._pipe.poll(max(0.0, min(LOOK_PERIOD, left))):
-                return True
-            if time.monotonic() - looked > LOOK_PERIOD + PAUSE:
+            says = self._pipe.poll(max(0.0, min(LOOK_PERIOD, left)))
+            late = time.monotonic() - looked > LOOK_PERIOD + PAUSE
+            if late:  # known before what it says is: its own clock may have ended it in the pause
                 until += time.monotonic() - looked
                 self.paused = True
-                continue
-            if left <= 0.0:
+            if says:
+                return True
+            if left <= 0.0 and not late:
                 return False
         raise Interrupted
 

@@ -7,6 +7,7 @@ import subprocess
 from functools import cache
 from importlib import resources
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ from drake_quad.sweep.study import Base, as_plain, overrides_of
 from drake_quad.sweep.study_config import Study
 
 PACKAGE = Path(drake_quad.__file__).parent
+MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and scenarios
 # Rooms and modules that tell of runs, and have no part in one.
 TELLING = ("report", "cli", "check", "chart", "inspect", "plan")
+MODULES = {"pycollada": "collada"}  # where they are not called as what is installed
 WORKING = ("work.py", "study.py", "draws.py", "trials.py", "designs.py")  # of this room
 # Fields of a study, and of what varies in it, that no trial depends on. A name is the title of a
 # column, which the table gets anew from the study; of a case it is the mapping's key, and stays.
@@ -35,8 +38,7 @@ def sources_digest() -> str:
         if room in TELLING or (room == "sweep" and parts[-1] not in WORKING):
             continue
         digest.update("/".join(parts).encode() + b"\0" + path.read_bytes())
-    models = Path(str(resources.files("drake_quad_models")))
-    for path in sorted(models.iterdir()):
+    for path in sorted(MODELS.iterdir()):
         if path.is_file() and path.suffix in (".urdf", ".xml", ".yaml"):
             digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
@@ -90,7 +92,9 @@ def robots_of(study: Study, base: Base) -> list[str]:
 @cache
 def versions() -> dict[str, str]:
     """Of the libraries that a result depends on."""
-    names = ("drake_quad", "drake", "numpy", "scipy", "piqp", "daqp", "numba")
+    names = ["drake_quad", "drake", "numpy", "scipy", "piqp", "daqp", "numba"]
+    # Collision shapes are read from meshes where these are there, and are others where not.
+    names += [name for name in ("trimesh", "pycollada") if find_spec(MODULES.get(name, name))]
     return {**{name: version(name) for name in names}, "python": platform.python_version()}
 
 
@@ -118,7 +122,9 @@ def commit(*more: Path) -> str:
     if not git("ls-files", "__init__.py"):  # installed, perhaps amid somebody else's repository
         return ""
     name = git("show", "-s", "--format=%h of %cs", "HEAD")
-    changed = git("status", "--porcelain", "--", ".", *map(str, more))
+    # Each by itself: one that is in no repository, or another, is no reason to pass over the rest.
+    places = [".", *(str(path.resolve()) for path in more)]
+    changed = any(git("status", "--porcelain", "--", place) for place in places)
     return name + (" with changes that are not committed" if name and changed else "")
 
 

@@ -1,6 +1,8 @@
 """Runs the worst trials of a sweep again, each with its report, which the sweep's links to."""
 
+import json
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow as pa
@@ -27,6 +29,24 @@ def replays_in(out: Path) -> dict[int, Path]:
     """The reports of all trials that were run again, by index."""
     found = sorted((out / TRIALS_DIRECTORY).glob(f"*/{REPORT}"))
     return {int(path.parent.name): path for path in found if path.parent.name.isdecimal()}
+
+
+def otherwise(table: pa.Table, out: Path) -> dict[int, str]:
+    """How trials ended that were run again, of those that ended otherwise than in the sweep.
+
+    Numerical libraries choose their instructions by the processor: on another than the sweep's the
+    last digits are others, and a trial that nearly fell may fall.
+    """
+    ended = dict(zip(table["index"].to_pylist(), table["outcome"].to_pylist(), strict=True))
+    found = {}
+    for index, report in replays_in(out).items():
+        with suppress(OSError, ValueError, KeyError):  # of a report alone nothing is known
+            text = (report.parent / "summary.json").read_text(encoding="utf-8")
+            outcome = str(json.loads(text)["outcome"])
+            # A bound that is missed is the sweep's finding: the run reached its goal.
+            if outcome != ended.get(index, "").replace("bound_missed", "goal_reached"):
+                found[index] = outcome
+    return found
 
 
 def make_replays(

@@ -102,9 +102,9 @@ def parse_study(text: str, *, source: str) -> Study:
 def find_base(study: Study, *, directory: Path) -> Base:
     """The study's scenario: a file relative to the study's, or a shipped one."""
     path = directory / user_path(study.scenario)
-    if not path.is_file():
-        return Base(study.scenario)
     try:
+        if not path.is_file():
+            return Base(study.scenario)
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError):
         return Base(str(path))  # whose loading says what is wrong with it

@@ -2,17 +2,18 @@
 
 import json
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
-from drake_quad.errors import DrakeQuadError
+from drake_quad.errors import DrakeQuadError, InputError
+from drake_quad.robot.robot_digest import robot_digest
 from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.journal import Journal
-from drake_quad.sweep.provenance import commit, describe, own_versions, robots_of
+from drake_quad.sweep.provenance import MODELS, commit, describe, own_versions, robots_of
 from drake_quad.sweep.study import Base, as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.table import CLOCK, TRIALS, write_tables
@@ -54,6 +55,7 @@ def sweep(
     note: Note = lambda _index, _result, _done, _of: None,
     finish: Callable[[dict[str, Any], pa.Table], object] = lambda _findings, _trials: None,
     work: Work = work,
+    files: Sequence[Path] = (),
 ) -> dict[str, Any]:
     """Carries out what of the study is not done, and writes its tables and findings into `out`.
 
@@ -69,6 +71,8 @@ def sweep(
         note: Told of each trial that is done.
         finish: Told the findings and the trials' table, while no other sweep can be at work there.
         work: Of one trial: a module's own function.
+        files: What the findings depend on besides the program: the study's file. Where these were
+            changed since the commit, the findings say so.
 
     Returns:
         The findings, as in sweep.json.
@@ -78,6 +82,7 @@ def sweep(
         SourcesChangedError: The program was changed while the sweep ran; what was done is kept.
     """
     told = describe(study, base)
+    made_of = commit(MODELS, *files)  # now: somebody may commit while the sweep runs
     basis = {
         "sources": [told["sources"]],
         "versions": [own_versions()],
@@ -101,6 +106,8 @@ def sweep(
         failed = sum(not result["success"] for result in journal.done.values())
         begin(len(journal.done), failed, max(of, len(journal.done)))
         for index, result in carry_out(pending, work):
+            if result["outcome"] == "refused" and result["robot"] is None:
+                _check_refusal(study, base, index, result["reason"])
             for name, own in basis.items():
                 if result[name] is not None and result[name] not in own:
                     raise SourcesChangedError(
@@ -114,7 +121,7 @@ def sweep(
         findings = {
             **tell(study, trials, clock),
             "elapsed": time.perf_counter() - begun,
-            "commit": commit(),
+            "commit": made_of,
             **told,
         }
         _write(out / FINDINGS, findings)
@@ -122,6 +129,23 @@ def sweep(
     finally:
         journal.close()
     return findings
+
+
+def _check_refusal(study: Study, base: Base, index: int, reason: str) -> None:
+    """Sees whether a trial whose robot was not to be had is refused here, too.
+
+    Raises:
+        SourcesChangedError: It is not: what lacks is the other machine's, and no finding.
+    """
+    (trial,) = make_trials(study, base, first=index, last=index + 1)
+    try:
+        robot_digest(base.load(list(trial.overrides)).robot.model)
+    except InputError:
+        return
+    raise SourcesChangedError(
+        f"trial {index} was refused where it was carried out, and would not be here: {reason}; "
+        "what was done before is kept, and --resume goes on with it once that is mended there"
+    )
 
 
 def _write(path: Path, plain: dict[str, Any]) -> None:

@@ -101,9 +101,11 @@ def read_table(directory: Path) -> pa.Table:
 
     try:
         table = pq.read_table(directory / TRIALS)
-    except OSError:
+    except FileNotFoundError:
         raise error("not there; give the directory of a finished `drake-quad sweep`") from None
-    except ValueError:  # Arrow's own errors are ValueErrors
+    except PermissionError as problem:
+        raise error(f"cannot be read: {problem.strerror}") from None
+    except (OSError, ValueError):  # Arrow's own errors are either
         raise error("is cut short or not Parquet") from None
     if not set(table.column_names) >= READ:
         raise error("is not a sweep's table")

@@ -123,6 +123,6 @@ def _clock(clock: pa.Table) -> dict[str, Any]:
         "wall": float(sum(known("wall"))),
         "simulating": float(sum(known("simulating"))),
         "memory_max": max(known("memory"), default=None),
-        "tried_again": sum(tried - 1 for tried in known("tried")),
+        "tried_again": sum(tried > 1 for tried in known("tried")),
         "processes": len(set(known("process"))),
     }
