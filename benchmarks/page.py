@@ -6,8 +6,8 @@ from pathlib import Path
 
 from benchmarks.common import provenance
 from drake_quad.errors import DrakeQuadError, InputError
-from drake_quad.sweep.page import check_page, put_section
 from drake_quad.sweep.provenance import commit as commit_of_sweeps
+from drake_quad.sweep.section import check_page, put_section
 from drake_quad.whole_files import write_whole
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -110,16 +110,36 @@ def plan(
 
 
 def report(
-    directory: Annotated[Path, typer.Argument(help="A finished run's directory.")],
+    directory: Annotated[Path, typer.Argument(help="A finished run's directory, or a sweep's.")],
+    page: Annotated[
+        Path | None, typer.Option(help="Of a sweep: Markdown page to write its section of.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make report.html and scene.lcmlog of a finished run again."""
+    """Make the report of a finished run or sweep again, of the files that it left."""
+    if (directory / "sweep.json").is_file():
+        _report_sweep(directory, page, as_json=as_json)
+        return
+    if page is not None:
+        remedy = "is for the directory of a sweep; leave it out"
+        raise InputError(source="--page", field="page", value=str(page), remedy=remedy)
     summary = read_summary(directory)
     make_report(directory, MESSAGES)
     if as_json:
         print(json.dumps({"report": str(directory / "report.html")}))
     else:
         print_summary(summary, directory, report=True)
+
+
+def _report_sweep(directory: Path, page: Path | None, *, as_json: bool) -> None:
+    from drake_quad.sweep.again import tell_again
+    from drake_quad.sweep.printing import print_sweep
+
+    told = tell_again(directory, page)
+    if as_json:
+        print(json.dumps({"report": str(directory / "report.html")}))
+    else:
+        print_sweep(told, directory, Console(emoji=False))
 
 
 def replay(

@@ -10,7 +10,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from drake_quad.sweep.markdown import in_line, paragraph
-from drake_quad.sweep.page import section, write_section
+from drake_quad.sweep.section import section, write_section
 
 READER = MarkdownIt("commonmark").enable(["table", "strikethrough"])
 NAMES = (
@@ -64,6 +64,7 @@ def test_no_name_breaks_a_section(findings: dict[str, Any], tmp_path: Path, name
     bands = [{**band, "label": name} for band in findings["bands"]["simulation.friction"]]
     causes = [{"trials": 1, "cause": name}]
     told = {**findings, "description": name, "bands": {name: bands}, "causes": causes}
+    told["figures"] = {name: findings["figures"]["margin.minimum"]}
     page = tmp_path / "page.md"
     write_section(page, told, "drake-quad sweep x", "x")
     once = page.read_text()
@@ -73,7 +74,9 @@ def test_no_name_breaks_a_section(findings: dict[str, Any], tmp_path: Path, name
     tokens = READER.parse(once)
     heads = ("th_open", "td_open")
     cells = [shown(after) for one, after in pairwise(tokens) if one.type in heads]
-    assert len(cells) == 4 * (len(bands) + 1) and set(cells[::4]) == {name}
+    of_bands = 4 * (len(bands) + 1)
+    assert set(cells[:of_bands:4]) == {name} and cells[of_bands::6] == ["figure", name]
+    assert len(cells) == of_bands + 2 * 6
     lines = ["".join(c.content for c in t.children or []) for t in tokens if t.type == "inline"]
     assert f"{name}." in lines and f"1 × {name}" in lines
 

@@ -4,6 +4,7 @@ import io
 import re
 from itertools import combinations
 from pathlib import Path
+from xml.etree.ElementTree import fromstring
 
 import pytest
 import sweep_rig as rig
@@ -13,12 +14,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from rich.console import Console
 
 from drake_quad.errors import InputError
+from drake_quad.report.svg import stand_alone
 from drake_quad.sweep.bands import bands_of, places_of
-from drake_quad.sweep.charts import draw_curves, plain_style
+from drake_quad.sweep.charts import curves_svg, draw_curves, plain_style
 from drake_quad.sweep.markdown import in_line
-from drake_quad.sweep.page import check_page, grade, write_report, write_section
+from drake_quad.sweep.page import grade, write_report
 from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.replays import make_replays, otherwise
+from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study_config import Vary
 from drake_quad.sweep.table import read_table
 
@@ -206,3 +209,32 @@ def test_a_section_leaves_the_rest_of_the_page(tmp_path: Path) -> None:
     write_section(page, told, "drake-quad sweep uno", "one")
     assert page.read_text() == before.replace("sweep one", "sweep uno")
     assert told["rate"]["text"] in before and told["commit"] in before
+
+
+def test_values_far_apart_have_a_logarithmic_axis() -> None:
+    """From ice to rubber; their numbers are written as such, not as powers."""
+
+    def scale(values: list[float]) -> tuple[str, list[str]]:
+        vary = Vary(path="friction", values=list(values))
+        found = bands_of(vary, values * 3, [True] * 3 * len(values))
+        told = [{"label": b.label, "low": b.low, "high": b.high, "trials": 3, "good": 3,
+                 "bound_low": 0.3, "bound_high": 1.0} for b in found]  # fmt: skip
+        with plain_style():
+            figure = draw_curves({"friction": told})
+            FigureCanvasAgg(figure).draw()
+            (ax,) = figure.axes
+            return ax.get_xscale(), [label.get_text() for label in ax.get_xticklabels()]
+
+    far, labels = scale([0.01, 0.03, 0.1, 0.5])
+    assert far == "log" and {"0.01", "0.1", "0.5"} <= {*labels}
+    assert scale([0.1, 0.2, 0.3])[0] == scale([0.0, 0.1, 9.0])[0] == "linear"
+
+
+def test_a_picture_of_its_own_has_its_own_ink() -> None:
+    """A page's variables are set in the file, which any reader of XML can read."""
+    band = {"label": "0.5", "low": 0.5, "high": 0.5, "trials": 3, "good": 2,
+            "bound_low": 0.1, "bound_high": 0.99}  # fmt: skip
+    root = fromstring(stand_alone(curves_svg({"friction": [band]})))
+    assert root.tag.endswith("svg") and root[0].tag.endswith("style")
+    used = set(re.findall(r"var\((--\w+)\)", stand_alone(curves_svg({"friction": [band]}))))
+    assert used and all(f"{name}:" in (root[0].text or "") for name in used)

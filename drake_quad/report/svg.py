@@ -43,3 +43,12 @@ def to_svg(figure: Figure, *, name: str, label: str) -> str:
         text = re.sub(colour, f"var({variable})", text, flags=re.IGNORECASE)
     label = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
     return text.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)
+
+
+def stand_alone(svg: str) -> str:
+    """What `to_svg` made, to be a file of its own: with the ink that a page would have given it."""
+    own = (
+        "svg { --ink: #1b1f23; --muted: #6a737d; --grid: #e1e4e8; --paper: #fff; background: #fff }"
+    )
+    head, mark, rest = svg.partition(">")
+    return f"{head}{mark}<style>{own}</style>{rest}"

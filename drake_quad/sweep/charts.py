@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from drake_quad.report.style import BAD, GOOD, INK, MUTED, WIDTH
 from drake_quad.report.svg import report_style, to_svg
@@ -16,6 +17,7 @@ COLUMNS = 3  # curves side by side
 ROW_HEIGHT = 2.5  # [in]
 LINE_HEIGHT = 0.2  # [in] of names one below the other
 SIDE_BY_SIDE = 36  # letters that fit below a panel
+STRETCH = 20.0  # values of a grid of which one is so many times another have a logarithmic axis
 COLOURS = "RdYlGn"
 
 
@@ -92,7 +94,13 @@ def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
     if numbers:
         x = np.array([0.5 * (band["low"] + band["high"]) for band in known], dtype=float)
         half = np.array([0.5 * (band["high"] - band["low"]) for band in known])
-        ax.locator_params(axis="x", nbins=5)
+        if len(x) > 2 and x.min() > 0.0 and x.max() > STRETCH * x.min() and not half.any():
+            ax.set_xscale("log")
+            ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            ax.xaxis.set_major_formatter("{x:g}")
+            ax.xaxis.set_minor_locator(NullLocator())
+        else:
+            ax.locator_params(axis="x", nbins=5)
     else:
         x, half = np.arange(len(known), dtype=float), np.zeros(len(known))
         ax.set_xticks(x, [band["label"] for band in known])

@@ -12,9 +12,10 @@ from rich.console import Console
 
 from drake_quad.errors import InputError
 from drake_quad.sweep.crew import carry_out
-from drake_quad.sweep.page import check_page, write_report, write_section
+from drake_quad.sweep.page import write_report
 from drake_quad.sweep.progress import Bar
 from drake_quad.sweep.replays import make_replays, otherwise, replayable, replays_in
+from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study import Base, load_study
 from drake_quad.sweep.study_config import Limits, Study
 from drake_quad.sweep.sweep import CarryOut, sweep
@@ -82,6 +83,9 @@ def run_sweep(
     )
     ready()
     bar = Bar(console)
+    files = [asked.study, *([] if base.text is None else [Path(base.name)])]
+    words = ["drake-quad", "sweep", str(asked.study)]
+    words += [] if asked.limit is None else ["--limit", str(asked.limit)]
 
     def finish(told: dict[str, Any], trials: pa.Table) -> None:
         bar.end()
@@ -89,16 +93,13 @@ def run_sweep(
             _replay(asked, study, base, trials, console, stop)
         write_report(study, told, asked.out)
         if asked.page is not None:
-            words = ["drake-quad", "sweep", str(asked.study)]
-            words += [] if asked.limit is None else ["--limit", str(asked.limit)]
-            command = shlex.join(words)
-            write_section(asked.page, told, command, asked.study.stem)
+            write_section(asked.page, told, told["command"], asked.study.stem)
 
     try:
         told = sweep(
             study, base, asked.out, here, resume=asked.resume, limit=asked.limit,
             begin=bar.begin, note=bar.note, finish=finish,
-            files=[asked.study, *([] if base.text is None else [Path(base.name)])],
+            command=shlex.join(words), files=files,
         )  # fmt: skip
     finally:
         bar.end()

@@ -158,6 +158,27 @@ def as_plain(study: Study) -> dict[str, Any]:
     return dataclasses.asdict(study)
 
 
+def study_from(plain: dict[str, Any], *, source: str) -> Study:
+    """The study that `as_plain` made this of, checked by itself.
+
+    Raises:
+        InputError: It was made of none.
+    """
+    try:
+        more = {
+            "vary": [Vary(**one) for one in plain["vary"]],
+            "success": [Bound(**one) for one in plain["success"]],
+            "limits": Limits(**plain["limits"]),
+            "gate": Gate(**plain["gate"]),
+        }
+        study = Study(**{**plain, **more})
+        check_study(study, source=source)
+    except (TypeError, KeyError, AttributeError, ValueError) as problem:
+        remedy = f"is no study as sweeps write it: {type(problem).__name__}: {problem}"
+        raise InputError(source=source, field="definition", value="...", remedy=remedy) from None
+    return study
+
+
 def _take_free(data: dict[str, Any], *, source: str) -> list[dict[str, Any]]:
     """Takes the fields FREE out of every element of `vary`, checked to be what JSON can hold."""
     varies = data.get("vary")

@@ -55,6 +55,7 @@ def sweep(
     note: Note = lambda _index, _result, _done, _of: None,
     finish: Callable[[dict[str, Any], pa.Table], object] = lambda _findings, _trials: None,
     work: Work = work,
+    command: str = "",
     files: Sequence[Path] = (),
 ) -> dict[str, Any]:
     """Carries out what of the study is not done, and writes its tables and findings into `out`.
@@ -71,6 +72,7 @@ def sweep(
         note: Told of each trial that is done.
         finish: Told the findings and the trials' table, while no other sweep can be at work there.
         work: Of one trial: a module's own function.
+        command: That carries out the sweep, to be told with what came of it.
         files: What the findings depend on besides the program: the study's file. Where these were
             changed since the commit, the findings say so.
 
@@ -122,6 +124,7 @@ def sweep(
             **tell(study, trials, clock),
             "elapsed": time.perf_counter() - begun,
             "commit": made_of,
+            "command": command,
             **told,
         }
         _write(out / FINDINGS, findings)

@@ -1,0 +1,83 @@
+"""A finished sweep is told again of its tables alone: report, findings and page."""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sweep_rig as rig
+from command import drake_quad, refused
+
+from drake_quad.errors import InputError
+from drake_quad.sweep.again import tell_again
+from drake_quad.sweep.page import write_report
+from drake_quad.sweep.section import write_section
+from drake_quad.sweep.study import as_plain, parse_study, study_from
+
+ROOT = Path(__file__).resolve().parents[1]
+TEXT = rig.PLUMBING.replace("trials: 4", "trials: 20") + "gate: {rate: 0.9}\n"
+
+
+def swept(tmp_path: Path) -> tuple[Path, dict[str, Any]]:
+    out = tmp_path / "one"
+    told = rig.sweep_made_up(
+        tmp_path, out, TEXT, carry_out=rig.at_once, command="drake-quad sweep study.yaml"
+    )
+    write_report(rig.made(tmp_path, TEXT)[0], told, out)
+    return out, told
+
+
+def test_what_is_told_again_is_what_was_told(tmp_path: Path) -> None:
+    """To the letter, wherever the directory is by now, and without its journal."""
+    out, told = swept(tmp_path)
+    write_section(tmp_path / "page.md", told, told["command"], "one")
+    page = (tmp_path / "page.md").read_text()
+    report = (out / "report.html").read_text()
+    other = tmp_path / "elsewhere" / "one"
+    other.mkdir(parents=True)
+    for name in ("study.json", "sweep.json", "trials.parquet", "clock.parquet"):
+        shutil.copy(out / name, other / name)
+    again = tell_again(other, tmp_path / "elsewhere" / "page.md")
+    assert again == {key: value for key, value in told.items() if key != "command"}
+    assert (tmp_path / "elsewhere" / "page.md").read_text() == page
+    # Commands of its worst trials name the directory.
+    assert (other / "report.html").read_text() == report.replace(str(out), str(other))
+    drawn = [tmp_path / "page" / "one.svg", tmp_path / "elsewhere" / "page" / "one.svg"]
+    assert drawn[0].read_bytes() == drawn[1].read_bytes() and "page/one.svg" in page
+    assert "| margin.minimum | 0.0125 | " in page
+
+
+def test_the_command_tells_again(tmp_path: Path) -> None:
+    """By `drake-quad report`; a page is for sweeps alone."""
+    out, told = swept(tmp_path)
+    before = (out / "report.html").read_bytes()
+    (out / "report.html").unlink()
+    done = drake_quad("report", "one", "--page", "page.md", cwd=tmp_path)
+    assert done.returncode == 0 and told["rate"]["text"] in done.stdout
+    assert (tmp_path / "page.md").read_text().count("## one") == 1
+    assert len((out / "report.html").read_bytes()) > 0.9 * len(before)
+    (tmp_path / "run").mkdir()
+    assert "--page" in refused(drake_quad("report", "run", "--page", "p.md", cwd=tmp_path))
+
+
+@pytest.mark.parametrize("name", ["study.json", "sweep.json", "trials.parquet", "clock.parquet"])
+@pytest.mark.parametrize("text", [None, "", "{}", "[1]", '{"definition": {"vary": 3}}'])
+def test_spoilt_files_are_refused(tmp_path: Path, name: str, text: str | None) -> None:
+    """One line, with the file's name; nothing is written anew."""
+    out, _ = swept(tmp_path)
+    (out / "report.html").unlink()
+    (out / name).unlink()
+    if text is not None:
+        (out / name).write_text(text)
+    with pytest.raises(InputError) as caught:
+        tell_again(out, tmp_path / "page.md")
+    assert name in str(caught.value) and "\n" not in str(caught.value)
+    assert not (out / "report.html").exists() and not (tmp_path / "page.md").exists()
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.stem)
+def test_a_study_survives_its_json(path: Path) -> None:
+    """As study.json has it."""
+    study = parse_study(path.read_text(encoding="utf-8"), source="x")
+    assert study_from(json.loads(json.dumps(as_plain(study))), source="x") == study
