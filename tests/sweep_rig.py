@@ -66,10 +66,10 @@ def at_once(trials: Iterable[Trial], work: Work) -> Iterator[tuple[int, dict[str
 
 
 def sweep_made_up(directory: Path, out: Path, text: str = PLUMBING, **more: Any) -> dict[str, Any]:
-    """Sweeps with `made_up` in place of runs."""
+    """Sweeps with `made_up` in place of runs; in this very process unless told otherwise."""
     study, base = made(directory, text)
     more = {"work": made_up, **more}
-    return sweep(study, base, out, more.pop("carry_out", here()), **more)
+    return sweep(study, base, out, more.pop("carry_out", at_once), **more)
 
 
 def result(trial: Trial, outcome: str = "goal_reached", reason: str = "") -> dict[str, Any]:

@@ -177,7 +177,8 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     assert "--resume" in stdout and "Traceback" not in stderr
     found = rows(tmp_path / "a")
     assert 2 <= len(found) < 24
-    done = drake_quad("sweep", "study.yaml", "--out", "a", "--resume", "--json", cwd=tmp_path)
+    words = ["sweep", "study.yaml", "--out", "a", "--workers", "1", "--resume", "--json"]
+    done = drake_quad(*words, cwd=tmp_path)
     assert done.returncode == 0 and json.loads(done.stdout)["trials"] == 24
     whole = {row["index"]: row for row in rows(tmp_path / "a")}
     assert all(whole[row["index"]] == row for row in found)
@@ -225,7 +226,8 @@ def test_the_gate_decides_the_status(tmp_path: Path) -> None:
             text += "success: [{figure: margin.minimum, least: 9.0}]\n"
         rig.study_file(tmp_path, text)
         out = f"gate{status}"
-        done = drake_quad("sweep", "study.yaml", "--out", out, "--limit", "2", cwd=tmp_path)
+        words = ["sweep", "study.yaml", "--out", out, "--limit", "2", "--workers", "1"]
+        done = drake_quad(*words, cwd=tmp_path)
         assert done.returncode == status, done.stderr
         outcomes = {row["outcome"] for row in rows(tmp_path / out)}
         assert outcomes == {"bound_missed" if status else "goal_reached"}

@@ -95,7 +95,7 @@ def test_a_trial_of_another_robot_or_of_other_libraries_stops_the_sweep(tmp_path
 
         out = tmp_path / name
         with pytest.raises(SourcesChangedError, match=name.rstrip("s")):
-            rig.sweep_made_up(tmp_path, out, work=other, carry_out=rig.at_once)
+            rig.sweep_made_up(tmp_path, out, work=other)
         assert len((out / "journal.jsonl").read_text().splitlines()) == 1 + 2
         assert not (out / "trials.parquet").exists()
 
@@ -109,7 +109,7 @@ def test_a_robot_that_a_machine_lacks_is_no_finding(tmp_path: Path) -> None:
         return rig.result(trial, "refused", "robot.model: not installed")
 
     with pytest.raises(SourcesChangedError, match=r"trial 2 .*not installed"):
-        rig.sweep_made_up(tmp_path, tmp_path / "out", work=lacking, carry_out=rig.at_once)
+        rig.sweep_made_up(tmp_path, tmp_path / "out", work=lacking)
     assert len((tmp_path / "out" / "journal.jsonl").read_text().splitlines()) == 1 + 2
     assert not (tmp_path / "out" / "trials.parquet").exists()
 
@@ -126,7 +126,7 @@ def test_what_no_machine_can_load_is_a_finding(tmp_path: Path) -> None:
 
     text = rig.PLUMBING + "  - {path: controller.period, values: [0.005, 0.004]}\n"
     text += "  - {path: simulation.plant.time_step, values: [0.001, 0.0025]}\n"
-    told = rig.sweep_made_up(tmp_path, tmp_path / "o", text, work=loaded, carry_out=rig.at_once)
+    told = rig.sweep_made_up(tmp_path, tmp_path / "o", text, work=loaded)
     assert told["complete"] and told["rate"]["trials"] - told["rate"]["good"] == 8
 
 
@@ -168,10 +168,8 @@ def test_the_verdict_is_of_the_trials_that_both_have(tmp_path: Path) -> None:
         return rig.result(trial, "fell" if trial.index % 2 else "goal_reached", "")
 
     text = rig.PLUMBING.replace("trials: 4", "trials: 30")
-    rig.sweep_made_up(tmp_path, tmp_path / "before", text, work=first_well, carry_out=rig.at_once)
-    rig.sweep_made_up(
-        tmp_path, tmp_path / "after", text, work=lost_some, carry_out=rig.at_once, limit=16
-    )
+    rig.sweep_made_up(tmp_path, tmp_path / "before", text, work=first_well)
+    rig.sweep_made_up(tmp_path, tmp_path / "after", text, work=lost_some, limit=16)
     told = compare_sweeps(tmp_path / "before", tmp_path / "after")
     assert told["before"]["rate"]["rate"] < told["after"]["rate"]["rate"]
     assert len(told["paired"]["lost"]) == 8 and not told["paired"]["won"]

@@ -57,7 +57,7 @@ def test_a_pages_command_can_be_pasted(tmp_path: Path) -> None:
     study = rig.study_file(tmp_path).rename(tmp_path / "my study.yaml")
     text = rig.PLUMBING.replace("trials: 4", "trials: 1").replace("[7.0, 8.0]", "[7.0]")
     study.write_text(text)
-    done = drake_quad("sweep", "my study.yaml", "--page", "page.md", cwd=tmp_path)
+    done = drake_quad("sweep", "my study.yaml", "--page", "page.md", "--workers", "1", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     lines = (tmp_path / "page.md").read_text().splitlines()
     assert shlex.join(["drake-quad", "sweep", "my study.yaml"]) in lines

@@ -55,7 +55,7 @@ def test_words_without_marks_are_written_as_they_are() -> None:
 def findings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Of a sweep, for all names."""
     directory = tmp_path_factory.mktemp("swept")
-    return rig.sweep_made_up(directory, directory / "a", carry_out=rig.at_once)
+    return rig.sweep_made_up(directory, directory / "a")
 
 
 @pytest.mark.parametrize("name", NAMES)

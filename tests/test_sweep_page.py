@@ -34,7 +34,7 @@ TEXT = (
 
 def test_the_report_says_what_the_sweep_found(tmp_path: Path) -> None:
     """Rate, gate, each band's counts, causes, worst trials with commands; nothing from outside."""
-    told = rig.sweep_made_up(tmp_path, tmp_path / "a", TEXT, carry_out=rig.at_once)
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a", TEXT)
     study, _ = rig.made(tmp_path, TEXT)
     write_report(study, told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
@@ -64,7 +64,7 @@ def test_cases_are_named(tmp_path: Path) -> None:
     )
     text = rig.PLUMBING + f"  - name: robot and course\n    cases:\n{cases}gate: {{rate: 0.5}}\n"
     text = text.replace("  - {path: gait.cycle_time, values: [7.0, 8.0]}\n", "")
-    told = rig.sweep_made_up(tmp_path, tmp_path / "a", text, carry_out=rig.at_once)
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
     study, _ = rig.made(tmp_path, text)
     write_report(study, told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
@@ -89,7 +89,7 @@ def test_people_may_call_things_as_they_like(tmp_path: Path, name: str) -> None:
     text = rig.PLUMBING.replace("{path: gait.cycle_time, values: [7.0, 8.0]}", "CASES").replace(
         "CASES", yaml.safe_dump({"name": f"{name}!", "cases": cases}, default_flow_style=True)[:-1]
     )
-    told = rig.sweep_made_up(tmp_path, tmp_path / "a", text, carry_out=rig.at_once)
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
     study, _ = rig.made(tmp_path, text)
     write_report(study, told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
@@ -177,7 +177,7 @@ def test_a_gate_is_not_missed_before_any_trial(tmp_path: Path) -> None:
 
 def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     """They are runs of those very trials; what is there is not made again."""
-    told = rig.sweep_made_up(tmp_path, tmp_path / "a", carry_out=rig.at_once)
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a")
     study, base = rig.made(tmp_path)
     first = told["worst"][0]["index"]
     assert make_replays(study, base, [first], tmp_path / "a") == [first]
@@ -201,7 +201,7 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
 def test_a_section_leaves_the_rest_of_the_page(tmp_path: Path) -> None:
     """Written twice it is there once, in its place; all else stays as it was."""
     page = tmp_path / "page.md"
-    told = rig.sweep_made_up(tmp_path, tmp_path / "a", carry_out=rig.at_once)
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a")
     write_section(page, told, "drake-quad sweep one", "one")
     write_section(page, told, "drake-quad sweep two", "two")
     page.write_text(page.read_text() + "A person's words.\n")

@@ -133,9 +133,7 @@ def some_had_no_plan(trial: Trial) -> dict[str, Any]:
 def test_more_replays_than_are_listed_can_be_made(tmp_path: Path) -> None:
     """Of a whole sweep that lists nothing but trials without a plan."""
     text = rig.PLUMBING.replace("trials: 4", "trials: 20")
-    found = rig.sweep_made_up(
-        tmp_path, tmp_path / "a", text, work=some_had_no_plan, carry_out=rig.at_once
-    )
+    found = rig.sweep_made_up(tmp_path, tmp_path / "a", text, work=some_had_no_plan)
     assert [row["outcome"] for row in found["worst"]] == ["infeasible"] * 12
     trials = read_table(tmp_path / "a")
     assert replayable(trials, 3) == [39, 38, 37] and len(replayable(trials, 50)) == 26

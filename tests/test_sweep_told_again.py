@@ -21,9 +21,7 @@ TEXT = rig.PLUMBING.replace("trials: 4", "trials: 20") + "gate: {rate: 0.9}\n"
 
 def swept(tmp_path: Path) -> tuple[Path, dict[str, Any]]:
     out = tmp_path / "one"
-    told = rig.sweep_made_up(
-        tmp_path, out, TEXT, carry_out=rig.at_once, command="drake-quad sweep study.yaml"
-    )
+    told = rig.sweep_made_up(tmp_path, out, TEXT, command="drake-quad sweep study.yaml")
     write_report(rig.made(tmp_path, TEXT)[0], told, out)
     return out, told
 
