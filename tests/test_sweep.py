@@ -116,7 +116,8 @@ from pathlib import Path
 sys.path[:0] = [{tests!r}]
 import sweep_rig as rig
 if __name__ == "__main__":
-    rig.sweep_made_up(Path({home!r}), Path({home!r}) / "a", {text!r}, resume=True, work=rig.slow)
+    more = dict(resume=True, work=rig.slow, carry_out=rig.here())
+    rig.sweep_made_up(Path({home!r}), Path({home!r}) / "a", {text!r}, **more)
 """
 
 
