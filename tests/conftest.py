@@ -14,7 +14,7 @@ from hypothesis import settings
 ROOT = Path(__file__).resolve().parents[1]
 
 # The suite begins a hundred processes, each of which would compile every module of the checkout
-# anew where the environment asks for no bytecode: that is a sixth of its time.
+# anew where the environment asks for no bytecode.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
