@@ -74,6 +74,9 @@ def test_memory_that_other_trials_took_is_no_trials_fault(tmp_path: Path) -> Non
     found = dict(carry_out(trials, workers=1, limits=Limits(retries=0), work=rig.hungry))
     assert {k for k, result in found.items() if result["outcome"] == "memory"} == {3}
     assert all(result["clock"]["tried"] == 1 for result in found.values())
+    for result in found.values():  # all tries, and what processes take to begin
+        clock = result["clock"]
+        assert clock["held"] > (clock["wall"] or 0.0)
 
 
 def test_a_trial_that_had_a_process_once_is_killed_and_the_sweep_goes_on(

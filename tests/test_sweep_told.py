@@ -15,7 +15,7 @@ from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.replays import replayable
 from drake_quad.sweep.study_config import Gate, Study, Vary
 from drake_quad.sweep.table import make_clock, read_table
-from drake_quad.sweep.told import tell
+from drake_quad.sweep.told import _clock, tell
 from drake_quad.sweep.trials import Trial
 from drake_quad.sweep.worst import worst_first
 
@@ -154,3 +154,15 @@ def test_a_gate_of_each_band_is_not_made_up_for_by_the_others(
     print_sweep(found, Path("out"), Console(file=printed, width=200))
     words = f"asked for at least {100 * rate:g} %" + (f" of each {each}" if each else "")
     assert f"{words}: {'kept' if passed else 'missed'}" in printed.getvalue()
+
+
+def test_what_a_sweep_adds_is_told_of_the_trials_that_were_timed() -> None:
+    """Of those that have both times; of tables of older programs, which have not, nothing is."""
+    columns = {"index": [0, 1, 2], "wall": [9.5, 9.0, None], "simulating": [9.0, 8.5, None],
+               "memory": [0.4, 0.5, None], "process": [7, 7, 8], "tried": [1, 3, 1],
+               "held": [12.0, 9.0, 5.0]}  # fmt: skip
+    told = _clock(pa.table(columns))
+    assert told["overhead"] == pytest.approx(21.0 / 17.5 - 1.0)
+    assert told["tried_again"] == 1 and told["processes"] == 2 and told["memory_max"] == 0.5
+    del columns["held"]
+    assert _clock(pa.table(columns))["overhead"] is None

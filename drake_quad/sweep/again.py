@@ -72,7 +72,7 @@ def _read_clock(directory: Path) -> pa.Table:
         clock = pq.read_table(directory / CLOCK)
     except (OSError, ValueError):
         raise _error(directory, CLOCK, "is not there, cut short or not Parquet") from None
-    if set(CLOCK_COLUMNS) - {*clock.column_names}:
+    if {*CLOCK_COLUMNS} - {*clock.column_names, "held"}:  # which older sweeps did not measure
         raise _error(directory, CLOCK, "is not a sweep's table")
     return clock
 

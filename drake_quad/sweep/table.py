@@ -24,6 +24,7 @@ CLOCK_COLUMNS = {
     "memory": pa.float64(),
     "process": pa.int64(),
     "tried": pa.int64(),
+    "held": pa.float64(),
 }
 # Columns that are read again.
 READ = {"index", "seed", "success", "outcome", "reason", "overrides"}
@@ -70,11 +71,14 @@ def make_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
 
 
 def make_clock(done: dict[int, Result]) -> pa.Table:
-    """Seconds, memory [GiB], process and tries of each trial: of this sweep alone."""
+    """Seconds, memory [GiB], process and tries of each trial: of this sweep alone.
+
+    What a journal of an older program does not have is missing.
+    """
     order = sorted(done)
     columns = {"index": pa.array(order, type=pa.int64())}
     for name, kind in CLOCK_COLUMNS.items():
-        columns[name] = pa.array([done[k]["clock"][name] for k in order], type=kind)
+        columns[name] = pa.array([done[k]["clock"].get(name) for k in order], type=kind)
     return pa.table(columns)
 
 

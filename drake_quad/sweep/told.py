@@ -117,12 +117,18 @@ def _clock(clock: pa.Table) -> dict[str, Any]:
     """What the trials took, together."""
 
     def known(name: str) -> list[float]:
-        return [v for v in clock[name].to_pylist() if v is not None]
+        own = clock[name].to_pylist() if name in clock.column_names else []
+        return [v for v in own if v is not None]
 
+    timed = ("held", "simulating")
+    rows = [row for row in clock.to_pylist() if None not in map(row.get, timed)]
+    held, simulated = (sum(row[name] for row in rows) for name in timed)
     return {
         "wall": float(sum(known("wall"))),
         "simulating": float(sum(known("simulating"))),
         "memory_max": max(known("memory"), default=None),
         "tried_again": sum(tried > 1 for tried in known("tried")),
         "processes": len(set(known("process"))),
+        # What a place of trials does besides simulating, of that: see Isolated.run.
+        "overhead": held / simulated - 1.0 if simulated else None,
     }
