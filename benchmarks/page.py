@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from benchmarks.common import provenance
-from drake_quad.errors import DrakeQuadError, InputError
+from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.provenance import commit as commit_of_sweeps
 from drake_quad.sweep.section import check_page, put_section
 from drake_quad.whole_files import write_whole
@@ -55,8 +55,7 @@ def check_out(out: Path | None, name: str) -> None:
         InputError: If not.
     """
     if out is not None:
-        with _by_out():
-            check_page(out, name)
+        check_page(out, name, option="--out")
 
 
 def write_section(out: Path, name: str, text: str) -> None:
@@ -69,16 +68,4 @@ def write_section(out: Path, name: str, text: str) -> None:
         marks = [f"<!-- begin {one} -->\n<!-- end {one} -->\n" for one in SECTIONS]
         page = "\n".join([TITLE, *marks])
         write_whole(out, lambda path: path.write_text(page, encoding="utf-8"))
-    with _by_out():
-        put_section(out, name, text.strip())
-
-
-@contextmanager
-def _by_out() -> Iterator[None]:
-    """What is wrong with a page is told by the option of these commands, not of a sweep's."""
-    try:
-        yield
-    except InputError as error:
-        remedy = error.remedy.replace("--page", "--out")
-        told = {"field": error.field, "value": error.value, "remedy": remedy}
-        raise InputError(source="--out", **told) from None
+    put_section(out, name, text.strip(), option="--out")

@@ -1,5 +1,6 @@
 """What a sweep's results are of: robots, sources, libraries, seeds; and what is compared."""
 
+import subprocess
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,10 @@ import sweep_rig as rig
 
 from drake_quad.errors import InputError
 from drake_quad.scenario import parse_scenario
+from drake_quad.sweep import provenance
+from drake_quad.sweep import sweep as sweep_module
 from drake_quad.sweep.compare import compare_sweeps
-from drake_quad.sweep.provenance import robots_of, study_digest
+from drake_quad.sweep.provenance import MODELS, commit, robots_of, study_digest
 from drake_quad.sweep.study import parse_study
 from drake_quad.sweep.sweep import SourcesChangedError
 from drake_quad.sweep.table import make_table
@@ -112,6 +115,56 @@ def test_a_robot_that_a_machine_lacks_is_no_finding(tmp_path: Path) -> None:
         rig.sweep_made_up(tmp_path, tmp_path / "out", work=lacking)
     assert len((tmp_path / "out" / "journal.jsonl").read_text().splitlines()) == 1 + 2
     assert not (tmp_path / "out" / "trials.parquet").exists()
+
+
+def test_findings_name_the_commit_at_which_the_sweep_began(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever is committed while it runs; with what else they are of: models, and the study."""
+    asked: list[tuple[Path, ...]] = []
+    done: list[int] = []
+
+    def commit(*more: Path) -> str:
+        asked.append(more)
+        return f"after {len(done)} trials"
+
+    monkeypatch.setattr(sweep_module, "commit", commit)
+    study = tmp_path / "study.yaml"
+    told = rig.sweep_made_up(
+        tmp_path, tmp_path / "out", files=[study], note=lambda index, *_: done.append(index)
+    )
+    assert told["commit"] == "after 0 trials" and len(done) == 8
+    assert asked == [(MODELS, study)]
+
+
+def test_a_change_anywhere_that_counts_is_told_with_the_commit(tmp_path: Path) -> None:
+    """Also where another of the places is in no repository."""
+    git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b"]
+    for words in (["init", "-q"], ["add", "."], ["commit", "-q", "--allow-empty", "-m", "x"]):
+        subprocess.run([*git, *words], check=True)
+    own = tmp_path / "package"
+    own.mkdir()
+    (own / "__init__.py").touch()
+    (tmp_path / "study.yaml").write_text("a")
+    subprocess.run([*git, "add", "."], check=True)
+    subprocess.run([*git, "commit", "-q", "-m", "y"], check=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(provenance, "PACKAGE", own)
+        places = (Path("/nowhere/at/all"), tmp_path / "study.yaml")
+        assert "not committed" not in commit(*places) and commit(*places)
+        (tmp_path / "study.yaml").write_text("b")
+        assert "not committed" in commit(*places) and "not committed" not in commit(places[0])
+
+
+def test_what_reads_meshes_is_among_the_versions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is installed: collision shapes are others where it is not."""
+    told = []
+    for there in (False, True):
+        monkeypatch.setattr(provenance, "find_spec", lambda _, there=there: there)
+        monkeypatch.setattr(provenance, "version", lambda name: name)
+        told.append(provenance.versions.__wrapped__())
+    assert told[1].keys() - told[0].keys() == {"trimesh", "pycollada"}
+    assert told[0].keys() < told[1].keys()
 
 
 def test_what_no_machine_can_load_is_a_finding(tmp_path: Path) -> None:

@@ -53,14 +53,15 @@ def test_what_is_refused_leaves_nothing_behind(
 
 
 def test_a_pages_command_can_be_pasted(tmp_path: Path) -> None:
-    """Blanks in the study's name are quoted."""
+    """Blanks in the study's name are quoted, and a part of the study is told as one."""
     study = rig.study_file(tmp_path).rename(tmp_path / "my study.yaml")
     text = rig.PLUMBING.replace("trials: 4", "trials: 1").replace("[7.0, 8.0]", "[7.0]")
     study.write_text(text)
-    done = drake_quad("sweep", "my study.yaml", "--page", "page.md", "--workers", "1", cwd=tmp_path)
+    words = ["sweep", "my study.yaml", "--limit", "1"]
+    done = drake_quad(*words, "--page", "page.md", "--workers", "1", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     lines = (tmp_path / "page.md").read_text().splitlines()
-    assert shlex.join(["drake-quad", "sweep", "my study.yaml"]) in lines
+    assert shlex.join(["drake-quad", *words]) in lines
 
 
 def test_progress_knows_what_failed_before(tmp_path: Path) -> None:

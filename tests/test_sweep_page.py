@@ -234,7 +234,9 @@ def test_a_picture_of_its_own_has_its_own_ink() -> None:
     """A page's variables are set in the file, which any reader of XML can read."""
     band = {"label": "0.5", "low": 0.5, "high": 0.5, "trials": 3, "good": 2,
             "bound_low": 0.1, "bound_high": 0.99}  # fmt: skip
-    root = fromstring(stand_alone(curves_svg({"friction": [band]})))
+    written = stand_alone(curves_svg({"friction > 0": [band]}))
+    root = fromstring(written)
     assert root.tag.endswith("svg") and root[0].tag.endswith("style")
-    used = set(re.findall(r"var\((--\w+)\)", stand_alone(curves_svg({"friction": [band]}))))
+    assert root.get("aria-label") == "Rate of success over friction > 0"
+    used = set(re.findall(r"var\((--\w+)\)", written))
     assert used and all(f"{name}:" in (root[0].text or "") for name in used)

@@ -42,6 +42,7 @@ def to_svg(figure: Figure, *, name: str, label: str) -> str:
     for colour, variable in PAGE_VARIABLES.items():
         text = re.sub(colour, f"var({variable})", text, flags=re.IGNORECASE)
     label = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    label = label.replace(">", "&gt;")  # so that the first in the text ends the element's head
     return text.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)
 
 

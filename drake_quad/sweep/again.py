@@ -41,11 +41,12 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
     kept = _read(directory, FINDINGS, KEPT)
     study = _study(directory)
     clock = _read_clock(directory)
-    told = {**tell(study, read_table(directory), clock), **{key: kept[key] for key in KEPT}}
+    told = {**kept, **tell(study, read_table(directory), clock)}
     write_report(study, told, directory)
     if page is not None:
+        # Findings of before 3f6ff50 do not say by what command.
         write_section(
-            page, told, kept.get("command", f"drake-quad sweep studies/{name}.yaml"), name
+            page, told, told.get("command", f"drake-quad sweep studies/{name}.yaml"), name
         )
     return told
 

@@ -42,29 +42,37 @@ def write_section(page: Path, told: dict[str, Any], command: str, name: str) -> 
     put_section(page, name, written)
 
 
-def put_section(page: Path, name: str, written: str) -> None:
+def put_section(page: Path, name: str, written: str, *, option: str = "--page") -> None:
     """Writes `written` as the section `name` of a Markdown page; all else on it stays.
+
+    Args:
+        page: Its file.
+        name: Of the section.
+        written: What is to stand there.
+        option: By which the page was asked for, to be named by errors.
 
     Raises:
         InputError: If it cannot be written.
     """
-    text, begin, end = check_page(page, name)
+    text, begin, end = check_page(page, name, option=option)
     if begin not in text:
         text = text.rstrip("\n") + f"\n\n{begin}\n{end}\n"
     pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
     text = pattern.sub(lambda _: f"{begin}\n{written}\n{end}", text, count=1)
-    write_whole(page, lambda to: to.write_text(text, encoding="utf-8"), option="--page")
+    write_whole(page, lambda to: to.write_text(text, encoding="utf-8"), option=option)
 
 
-def check_page(page: Path, name: str) -> tuple[str, str, str]:
+def check_page(page: Path, name: str, *, option: str = "--page") -> tuple[str, str, str]:
     """The page's text as it is, and the marks between which the section `name` goes.
+
+    Args: as of `put_section`.
 
     Raises:
         InputError: If no section can be written there.
     """
 
     def refuse(remedy: str) -> InputError:
-        return InputError(source="--page", field="page", value=str(page), remedy=remedy)
+        return InputError(source=option, field="page", value=str(page), remedy=remedy)
 
     begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
     try:
