@@ -12,6 +12,11 @@ from drake_quad.robot.leg_scalar import quaternion_rotation
 from drake_quad.robot.robot_state import StateLayout
 
 
+# What `measure_into` wants of the robot, of the types that CONSTANTS has: a kernel is compiled anew
+# for arrays that are no parts of records.
+_ROBOT = np.dtype([("places", np.int64, (26,)), ("legs", np.float64, (4, 8))], align=True)
+
+
 class Measured(NamedTuple):
     """One state of the robot. W world, B body.
 
@@ -103,7 +108,9 @@ def measure(
         last: See there.
     """
     record, state = new_record(MEASURED), np.array(last, dtype=np.float64)
-    _measure_one(record, np.asarray(estimated, np.float64), state, places_of(layout), legs, radius)
+    robot = np.zeros(1, dtype=_ROBOT)
+    robot[0]["places"], robot[0]["legs"] = places_of(layout), legs
+    _measure_one(record, np.asarray(estimated, np.float64), state, robot, radius)
     m = fields_of(record)
     feet = Feet(*(m.feet[name] for name in Feet._fields))
     return Measured(state, m.p, m.R, m.w, m.v, m.q, m.qd, feet, bool(m.known))
@@ -114,8 +121,7 @@ def _measure_one(
     record: Records,
     estimated: FloatArray,
     last: FloatArray,
-    places: IntArray,
-    legs: FloatArray,
+    robot: Records,
     radius: float,
 ) -> None:
-    measure_into(record[0], estimated, last, places, legs, radius)
+    measure_into(record[0], estimated, last, robot[0].places, robot[0].legs, radius)

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from drake_quad.design.candidate import (
     Grid,
@@ -133,6 +132,8 @@ def _search(
         Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)], wanted)
         for p in patterns
     ]
+    from scipy.stats import qmc  # half a second, which runs that design nothing need not wait
+
     lower, upper, _ = bounds(patterns[0])
     first = lower + qmc.LatinHypercube(len(lower), rng=way.seed).random(way.members) * (
         upper - lower

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from drake_quad.sweep.study_config import Study, Vary
 
@@ -138,5 +137,7 @@ class Draws:
         """
         key = (cell,) if cell else ()
         generator = np.random.default_rng(np.random.SeedSequence(self.study.seed, spawn_key=key))
+        from scipy.stats import qmc  # half a second, for which a process of trials need not wait
+
         sequence = qmc.Sobol(len(self.drawn), scramble=True, rng=generator)
         return np.asarray(sequence.random_base2((self.study.trials - 1).bit_length()))
