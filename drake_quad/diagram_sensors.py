@@ -3,8 +3,8 @@
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
-from drake_quad.estimation.increments import GRAVITY
 from drake_quad.estimation.sensor_errors import SensorErrors
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.imu import Imu

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import SHORT_NAMES, BoolArray, FloatArray
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.summary_clock import recovery_figures, wait_figures
@@ -17,7 +18,6 @@ from drake_quad.summary_swing import swing_figures
 
 __all__ = ["base_error", "push_figures", "segment_figures", "stances", "summarize"]
 
-GRAVITY = 9.81
 WITHIN = 0.02  # [m] by which the measured margin may differ from the planned one
 
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.summary_pose import (
     Columns,
@@ -13,7 +14,6 @@ from drake_quad.summary_pose import (
     quaternion_of,
 )
 
-GRAVITY = 9.81
 SETTLED = 0.1  # [s] after which the tilt is the filter's own, not the first reading's
 LEAST_WAY = 0.1  # [m] below which a drift is no part of a way
 LEAST_LOAD = 5.0  # [N] below which a load has no place: the arm would be noise

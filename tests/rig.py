@@ -9,6 +9,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, LeafSystem, PortDataType
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot, rotations
@@ -21,7 +22,6 @@ from drake_quad.robot.robot_state import StateLayout, make_layout
 from drake_quad.terrain import Course, Element, build_course
 
 URL = "package://drake_quad_models/paper_quadruped.urdf"
-GRAVITY = 9.81
 
 
 @cache

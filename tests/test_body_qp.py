@@ -8,12 +8,13 @@ import pytest
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.contact_table import wave_table
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.gait.support import stability_margins
 from drake_quad.gait.swing import Swing
 from drake_quad.gait.workspace import Workspace, wave_desired_configuration
 from drake_quad.planning import body_qp
-from drake_quad.planning.body_qp import GRAVITY, BodyProblem, BodySolution, solve_body
+from drake_quad.planning.body_qp import BodyProblem, BodySolution, solve_body
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan, Step, sample_times
 

@@ -9,13 +9,13 @@ from rig import flat_walk
 
 from drake_quad.control.body_rate import (
     CATCH_UP,
-    GRAVITY,
     height_over,
     next_body_rate,
     pendulum_rate,
 )
 from drake_quad.control.ports import Balance
 from drake_quad.control.settings import ControlSettings
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.systems.ik_controller import IkController
 

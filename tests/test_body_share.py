@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rig import flat_course, paper_robot, walk_plan
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_qp import GRAVITY
 from drake_quad.planning.body_share import Share, com_gain, com_share, zmp_share
 from drake_quad.planning.body_zmp import ZmpSamples, sample_zmp, shift_response
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot

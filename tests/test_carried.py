@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_quad.control.carried import (
-    GRAVITY,
     IGNORED,
     MOST_ARM,
     MOST_FORCE,
@@ -18,6 +17,7 @@ from drake_quad.control.carried import (
     learn,
     wrench_of,
 )
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 
 WEIGHT = 60.0 * GRAVITY

@@ -17,10 +17,10 @@ import numpy as np
 from drake_quad.certificate.enclosure import Enclosure, widen
 from drake_quad.certificate.legs import Frame, Legs, Moments
 from drake_quad.certificate.support import Support
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_model import RobotModel
 
-GRAVITY = 9.81  # [m/s^2]
 _CHOICES = np.linspace(0.02, 0.98, 25)  # of a force distribution over four feet
 
 

@@ -14,9 +14,9 @@ That may be more than `plan_body`'s guard: what the plan keeps beyond its switch
 from math import isnan, sqrt
 
 from drake_quad.compiled import compiled
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 
-GRAVITY = 9.81  # [m/s^2]
 LEAST_HEIGHT = 0.1  # [m] that a body over its feet is taken for: fallen, it has none
 CATCH_UP = 2.0  # [1/s] of its lead by which the body is slower than a clock that runs
 

@@ -13,7 +13,6 @@ import numpy as np
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 
-GRAVITY = 9.81
 # Errors of the base beyond which it is being pushed, and nothing can be learned about its load.
 REST_SPEED = 0.06  # [m/s]
 REST_TILT = 0.06  # [rad]

@@ -12,11 +12,11 @@ from drake_quad.control.measured import places_of
 from drake_quad.control.pace import Pace
 from drake_quad.control.records import Records, record_type
 from drake_quad.control.settings import ControlSettings
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 
-GRAVITY = 9.81
 # Of a large error only so much is asked for at once: more than the feet can give makes the program
 # trade the robot's uprightness for it.
 MOST_SHIFT = 0.04  # [m]

@@ -11,7 +11,6 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import quaternion_rotation
 from drake_quad.robot.robot_state import StateLayout
 
-
 # What `measure_into` wants of the robot, of the types that CONSTANTS has: a kernel is compiled anew
 # for arrays that are no parts of records.
 _ROBOT = np.dtype([("places", np.int64, (26,)), ("legs", np.float64, (4, 8))], align=True)

@@ -5,8 +5,9 @@ from math import hypot
 
 import numpy as np
 
-from drake_quad.control.body_rate import GRAVITY, LEAST_HEIGHT, pendulum_rate
+from drake_quad.control.body_rate import LEAST_HEIGHT, pendulum_rate
 from drake_quad.control.ports import CATCH_SIZE, Balance, Catch
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.gait.support import margin_of_floats
 from drake_quad.planning.catch_fall import FallingBody

@@ -10,10 +10,10 @@ from drake_quad.design.kernel_distance import SHANK, THIGH, to_body
 from drake_quad.design.kernel_forces import best_sway, share_weight, torque_used
 from drake_quad.design.kernel_pose import angles, centre, place_points, tilt
 from drake_quad.design.kernel_room import leg_room, room_apart, room_under, trunk_room
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 
 UNDER = 7  # points under the trunk that are looked at
-GRAVITY = 9.81
 STRIDE = 7  # between moments looked at in turn: unlike ones sooner tell what is in the way
 LEAST_SHARE = 0.7  # of what counts in `lacking` that is the least over all: the rest is their mean
 # Columns of the result.

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 
 WHITE_ROWS = 2**17  # 262 s at 500 Hz before the same noise comes again
@@ -54,10 +55,10 @@ MTI_300 = ImuNoise(
     gyro_turn_on=float(np.radians(0.25)),
     gyro_instability=float(np.radians(10.0 / 3600.0)),
     gyro_range=float(np.radians(450.0)),
-    accel_density=60e-6 * 9.81,
-    accel_turn_on=3e-3 * 9.81,
-    accel_instability=15e-6 * 9.81,
-    accel_range=20.0 * 9.81,
+    accel_density=60e-6 * GRAVITY,
+    accel_turn_on=3e-3 * GRAVITY,
+    accel_instability=15e-6 * GRAVITY,
+    accel_range=20.0 * GRAVITY,
 )
 
 

@@ -4,9 +4,8 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.estimation.rotation import multiply, rotation_exp, rotation_log
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
-
-GRAVITY = 9.81
 
 
 @compiled

@@ -37,9 +37,8 @@ from drake_quad.estimation.settings import (
     GYRO_WALK,
     SHOCK,
 )
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
-
-GRAVITY = 9.81
 
 
 @compiled

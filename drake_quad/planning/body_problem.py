@@ -6,8 +6,6 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.leg_limits import LegLimits
 
-GRAVITY = 9.81
-
 
 @dataclass(frozen=True, kw_only=True)
 class BodyProblem:

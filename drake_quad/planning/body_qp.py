@@ -27,7 +27,7 @@ from scipy import sparse
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_problem import GRAVITY, BodyProblem, BodySolution
+from drake_quad.planning.body_problem import BodyProblem, BodySolution
 from drake_quad.planning.body_rows import (
     MARGIN,
     SCALARS,
@@ -218,7 +218,6 @@ def _bands(basis: Basis, at: Indices, weight: FloatArray, pull: float) -> list[F
 
 
 __all__ = [
-    "GRAVITY",
     "BodyFrame",
     "BodyProblem",
     "BodySolution",

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_problem import GRAVITY, BodyProblem
+from drake_quad.planning.body_problem import BodyProblem
 from drake_quad.planning.body_sides import Sides
 from drake_quad.planning.body_spline import weights
 from drake_quad.planning.leg_limits import LegLimits

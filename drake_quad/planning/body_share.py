@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_problem import GRAVITY
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.body_zmp import ZmpSamples
 from drake_quad.planning.contact_plan import ContactPlan

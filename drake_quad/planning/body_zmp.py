@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margins
-from drake_quad.planning.body_problem import GRAVITY
 from drake_quad.planning.body_spline import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import rotations

@@ -5,13 +5,13 @@ from collections.abc import Callable
 import daqp
 import numpy as np
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.force_distribution import distribute
 from drake_quad.planning.motion_plan import PlanSamples, rotations
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.torque import leg_limits
 
-GRAVITY = 9.81
 FRICTION = 0.5
 SIDEWAYS = FRICTION / np.sqrt(2.0)  # along each axis: a pyramid within the cone
 NONE = 1e30  # DAQP's bound that is none

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.report.axes import draw_line, label_time, make_axes
 from drake_quad.report.background import draw_background
@@ -39,7 +40,7 @@ def draw_forces(run: Run) -> Figure:
     """The vertical force on each foot [N], and what a quarter of the weight is."""
     force = run.log.feet("force")[..., 2]
     figure, axes = make_axes(2, 2, height=3.8, share_y=True)
-    weight = 9.81 * run.robot.mass
+    weight = GRAVITY * run.robot.mass
     for row, axis in enumerate(axes.ravel()):
         draw_line(axis, run.log.t, force[:, row], color=LEG_COLOURS[row], lw=0.8)
         axis.axhline(0.25 * weight, color=MUTED, lw=0.8, ls=(0, (4, 2)))

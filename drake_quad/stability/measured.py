@@ -7,6 +7,7 @@ from math import atan2, hypot, inf
 
 import numpy as np
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import LegConstants, foot_and_jacobian, leg_constants
 from drake_quad.robot.robot_model import RobotModel
@@ -14,7 +15,7 @@ from drake_quad.stability.contacts import Contacts, make_contacts
 from drake_quad.stability.kinds import FEASIBLE, HULL
 from drake_quad.stability.leg_way import leg_way
 from drake_quad.stability.level import NEARLY, static_region
-from drake_quad.stability.pendulum import GRAVITY, Pendulum, find_pressure_area
+from drake_quad.stability.pendulum import Pendulum, find_pressure_area
 from drake_quad.stability.push_budget import (
     SWING_BACK,
     capture_margin,

@@ -11,12 +11,12 @@ from math import sqrt
 
 import numpy as np
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import read_only
 from drake_quad.stability.contacts import Contacts, Pyramid
 from drake_quad.stability.project import Shadow, outline
 from drake_quad.stability.region import ForceLimits, Region, X, Y, Z, force_rows
 
-GRAVITY = 9.81
 LEAST_HEIGHT = 0.1  # [m] of the centre of mass over the ground
 
 

@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_kinematics import calc_jacobians
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.region import ForceLimits
-
-GRAVITY = 9.81
 
 
 def calc_holding(robot: RobotModel, q: FloatArray, up: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues
 
 from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import SHORT_NAMES
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.systems.clocked_system import ClockedSystem
@@ -43,7 +44,7 @@ class ContactMonitor(ClockedSystem):
         self.set_name("contact_monitor")
         self._feet = dict(foot_geometries)
         # 1 % of the robot's weight: what a run's log calls bearing.
-        self._threshold = 0.01 * robot.mass * 9.81 if threshold is None else threshold
+        self._threshold = 0.01 * robot.mass * GRAVITY if threshold is None else threshold
         self._input = self.DeclareAbstractInputPort(
             "contact_results", AbstractValue.Make(ContactResults())
         )

@@ -5,9 +5,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues
 
 from drake_quad.control.base_task import rotation_error
-from drake_quad.control.constants import GRAVITY
 from drake_quad.control.records import Record, fields_of
 from drake_quad.control.settings import ControlSettings
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.planning.force_distribution import distribute
 from drake_quad.robot.leg_scalar import Vector
 from drake_quad.robot.robot_model import RobotModel

@@ -4,8 +4,8 @@ import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues
 
 from drake_quad.estimation.imu_model import IDEAL_IMU, ImuErrors, ImuNoise, draw_imu_errors
-from drake_quad.estimation.increments import GRAVITY
 from drake_quad.estimation.sensing import sense_imu
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.state_output import DeclareStateOutput

@@ -4,11 +4,11 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues
 
-from drake_quad.control.constants import GRAVITY
 from drake_quad.control.force_qp import solve_sound
 from drake_quad.control.records import fields_of
 from drake_quad.control.settings import ControlSettings
 from drake_quad.control.whole_body import plan_forces, torques_of
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout

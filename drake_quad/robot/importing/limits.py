@@ -7,7 +7,6 @@ import numpy as np
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.importing.records import ASSUMED, REPAIRED, Hinge, Note
 
-GRAVITY = 9.81  # [m/s²]
 ABDUCTION, HIP = 0.8, 2.6  # [rad] either way, where the file gives no limit
 KNEE_LEAST, KNEE_MOST = 0.05, 2.7  # [rad] bent, where the file gives no limit
 SPEED = 10.0  # [rad/s]

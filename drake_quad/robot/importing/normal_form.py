@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
+from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.robot.importing.find_foot import Foot, find_foot
 from drake_quad.robot.importing.leg_checks import (
@@ -16,7 +17,7 @@ from drake_quad.robot.importing.leg_checks import (
     heading,
 )
 from drake_quad.robot.importing.leg_frames import LegFrames, straighten
-from drake_quad.robot.importing.limits import GRAVITY, JointLimits, limit_leg
+from drake_quad.robot.importing.limits import JointLimits, limit_leg
 from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.records import (
     ASSUMED,
