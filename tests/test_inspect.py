@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command import drake_quad, refused
+from command import drake_quad, drake_quad_afresh, refused
 from import_rig import write
 from rich.console import Console
 from rig import URL, paper_robot
@@ -177,7 +177,7 @@ def test_terminal_that_lacks_letters_gets_their_codes(
 ) -> None:
     """Where nothing but ASCII can be printed, degrees are a code, and nothing else changes."""
     monkeypatch.setenv("PYTHONIOENCODING", "ascii")
-    done = drake_quad("inspect", write(tmp_path, BARE.text()), cwd=tmp_path)
+    done = drake_quad_afresh("inspect", write(tmp_path, BARE.text()), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "\\xb0" in done.stdout and "23.93 kg" in done.stdout
 
