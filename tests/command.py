@@ -35,9 +35,10 @@ def drake_quad(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
         }
         server.stdin.write(json.dumps(request) + "\n")
         server.stdin.flush()
-        status = int(server.stdout.readline())
+        told = server.stdout.readline()
+        assert told, "the process that carries out commands has ended"
         stdout, stderr = (path.read_text() for path in streams.values())
-    return subprocess.CompletedProcess([*COMMAND, *arguments], status, stdout, stderr)
+    return subprocess.CompletedProcess([*COMMAND, *arguments], int(told), stdout, stderr)
 
 
 def drake_quad_afresh(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:

@@ -13,7 +13,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# What commands import when they begin; importing begins no thread, so forks are safe.
+# What commands import when they begin. The threads that this begins are OpenBLAS's and jemalloc's,
+# which know of forks (pthread_atfork).
 IMPORTED = ("drake_quad.cli", "drake_quad.simulation", "drake_quad.sweep.command",
             "drake_quad.report.build", "drake_quad.chart_picture")  # fmt: skip
 
