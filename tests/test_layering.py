@@ -271,3 +271,10 @@ else:
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_runs_and_trials_begin_without_statistics() -> None:
+    """scipy.stats takes half a second, which a process that only simulates need not wait."""
+    modules = "drake_quad.simulation, drake_quad.sweep.process"
+    script = f"import sys, {modules}; raise SystemExit('scipy.stats' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

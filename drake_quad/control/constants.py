@@ -10,7 +10,7 @@ from drake_quad.control.force_qp import Weights
 from drake_quad.control.joint_targets import Softness
 from drake_quad.control.measured import places_of
 from drake_quad.control.pace import Pace
-from drake_quad.control.records import Records, record_type
+from drake_quad.control.records import ROBOT, Records, record_type
 from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.gravity import GRAVITY
 from drake_quad.robot.leg_scalar import leg_array
@@ -30,14 +30,12 @@ def _numbers(kind: Any) -> np.dtype[np.void]:
     return record_type(dict.fromkeys(kind._fields, ()))
 
 
-# Of the robot: its legs (see `leg_array`), the feet's radius [m], the joints' limits, leg by leg.
-# Where what is in a state, see `places_of`; the joints' places in the velocities; and in which
-# order the actuators have the joints. The settings, see there.
+# Of the robot: see ROBOT; the feet's radius [m], the joints' limits, leg by leg; the joints' places
+# in the velocities; and in which order the actuators have the joints. The settings, see there.
 CONSTANTS = np.dtype(
     [
-        ("legs", np.float64, (4, 8)),
+        *ROBOT,
         ("radius", np.float64),
-        ("places", np.int64, (26,)),
         ("velocities", np.int64, (12,)),
         ("order", np.int64, (12,)),
         ("q_lower", np.float64, (12,)),

@@ -6,14 +6,10 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.control.feet import Feet, IntArray, measure_feet
-from drake_quad.control.records import MEASURED, Record, Records, fields_of, new_record
+from drake_quad.control.records import MEASURED, ROBOT, Record, Records, fields_of, new_record
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import quaternion_rotation
 from drake_quad.robot.robot_state import StateLayout
-
-# What `measure_into` wants of the robot, of the types that CONSTANTS has: a kernel is compiled anew
-# for arrays that are no parts of records.
-_ROBOT = np.dtype([("places", np.int64, (26,)), ("legs", np.float64, (4, 8))], align=True)
 
 
 class Measured(NamedTuple):
@@ -107,7 +103,7 @@ def measure(
         last: See there.
     """
     record, state = new_record(MEASURED), np.array(last, dtype=np.float64)
-    robot = np.zeros(1, dtype=_ROBOT)
+    robot = np.zeros(1, dtype=ROBOT)
     robot[0]["places"], robot[0]["legs"] = places_of(layout), legs
     _measure_one(record, np.asarray(estimated, np.float64), state, robot, radius)
     m = fields_of(record)

@@ -61,6 +61,11 @@ TARGET = record_type(
     }
 )
 
+# Of the robot, what its feet are measured by: its legs (see `leg_array`), and where what is in a
+# state (see `places_of`). All records that hold these have them so: of others a kernel is compiled
+# anew.
+ROBOT = [("legs", np.float64, (4, 8)), ("places", np.int64, (26,))]
+
 # What a tick finds on its way. Beyond what is measured and wanted: where the feet are to be in W
 # (4, 3) [m] and how fast [m/s]; how soft the legs are to be, 0 to 1, (4,); how far the centre of
 # mass is from the model's in W (2,) [m]; the joints' torques by the feet's forces, (12, 12) and
