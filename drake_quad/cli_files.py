@@ -34,22 +34,33 @@ def claim(directory: Path, option: str = "--out") -> None:
         ) from None
 
 
-def read_summary(directory: Path) -> dict[str, Any]:
-    """The summary of a finished run, all of whose files can be read."""
+def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
+    """The summary of a finished run, all of whose files can be read.
+
+    Args:
+        directory: The run's.
+        or_sweep: Whether a sweep's would have done as well, for the message.
+
+    Raises:
+        InputError: A file is not there, or is none of a run's.
+    """
     import pyarrow.parquet as pq
+
+    wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
 
     def fail(name: str, what: str) -> InputError:
         return InputError(
             source=str(directory),
             field=name,
             value=str(directory / name),
-            remedy=f"{what}; give the directory of a finished `drake-quad run`",
+            remedy=f"{what}; give the directory of a finished {wanted}",
         )
 
     try:
         summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
     except OSError:
-        raise fail("summary.json", "not there") from None
+        what = "not there" if directory.is_dir() else "no such directory"
+        raise fail("summary.json", what) from None
     except ValueError:
         raise fail("summary.json", "is not JSON") from None
     if not (isinstance(summary, dict) and "outcome" in summary):

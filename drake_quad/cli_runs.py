@@ -117,13 +117,13 @@ def report(
     as_json: JsonOption = False,
 ) -> None:
     """Make the report of a finished run or sweep again, of the files that it left."""
-    if (directory / "sweep.json").is_file():
+    if any((directory / name).is_file() for name in ("sweep.json", "journal.jsonl")):
         _report_sweep(directory, page, as_json=as_json)
         return
     if page is not None:
         remedy = "is for the directory of a sweep; leave it out"
         raise InputError(source="--page", field="page", value=str(page), remedy=remedy)
-    summary = read_summary(directory)
+    summary = read_summary(directory, or_sweep=True)
     make_report(directory, MESSAGES)
     if as_json:
         print(json.dumps({"report": str(directory / "report.html")}))

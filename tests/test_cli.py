@@ -68,7 +68,9 @@ def test_an_unwritable_directory_is_refused_before_the_run(tmp_path: Path) -> No
 def test_a_run_that_is_not_there_has_no_report(tmp_path: Path) -> None:
     """`report` and `replay` of a directory without a run say what to give."""
     for command in ("report", "replay"):
-        assert "summary.json" in refused(drake_quad(command, "nowhere", cwd=tmp_path))
+        line = refused(drake_quad(command, "nowhere", cwd=tmp_path))
+        assert "summary.json" in line and "no such directory" in line
+        assert ("`drake-quad sweep`" in line) == (command == "report")
 
 
 def test_plan_prints_one_json_object(tmp_path: Path) -> None:

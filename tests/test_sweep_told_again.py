@@ -59,6 +59,15 @@ def test_the_command_tells_again(tmp_path: Path) -> None:
     assert "--page" in refused(drake_quad("report", "run", "--page", "p.md", cwd=tmp_path))
 
 
+def test_a_sweep_that_was_killed_is_told_how_to_go_on(tmp_path: Path) -> None:
+    """A journal without tables: the line says by what command there will be some."""
+    out, _ = swept(tmp_path)
+    (out / "sweep.json").unlink()
+    assert (out / "journal.jsonl").is_file()
+    line = refused(drake_quad("report", "one", cwd=tmp_path))
+    assert "sweep.json" in line and "drake-quad sweep STUDY --out one --resume" in line
+
+
 @pytest.mark.parametrize("name", ["study.json", "sweep.json", "trials.parquet", "clock.parquet"])
 @pytest.mark.parametrize("text", [None, "", "{}", "[1]", '{"definition": {"vary": 3}}'])
 def test_spoilt_files_are_refused(tmp_path: Path, name: str, text: str | None) -> None:

@@ -1,6 +1,7 @@
 """A finished sweep told again: report and page of its tables, by the program as it is now."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
+from drake_quad.sweep.journal import NAME as JOURNAL
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study import study_from
@@ -60,6 +62,8 @@ def _read(directory: Path, name: str, needed: tuple[str, ...]) -> dict[str, Any]
     try:
         plain = json.loads((directory / name).read_text(encoding="utf-8"))
     except OSError as problem:
+        if name == FINDINGS and (directory / JOURNAL).is_file():
+            raise _unfinished(directory) from None
         raise _error(directory, name, f"cannot be read: {problem.strerror}") from None
     except ValueError:
         raise _error(directory, name, "is cut short or not JSON") from None
@@ -76,6 +80,16 @@ def _read_clock(directory: Path) -> pa.Table:
     if {*CLOCK_COLUMNS} - {*clock.column_names, "held"}:  # which older sweeps did not measure
         raise _error(directory, CLOCK, "is not a sweep's table")
     return clock
+
+
+def _unfinished(directory: Path) -> InputError:
+    resume = f"`drake-quad sweep STUDY --out {shlex.quote(str(directory))} --resume`"
+    return InputError(
+        source=str(directory),
+        field=FINDINGS,
+        value=str(directory / FINDINGS),
+        remedy=f"not there, as the sweep was killed or still runs; go on with it by {resume}",
+    )
 
 
 def _error(directory: Path, name: str, what: str) -> InputError:
