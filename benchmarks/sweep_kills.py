@@ -110,7 +110,7 @@ def kill_often(directory: Path, kills: int, longest: float, seed: int) -> dict[s
         seed: Of the moments.
     """
     rng, out = np.random.default_rng(seed), directory / "killed"
-    lost = amid = 0
+    lost = twice = amid = 0
     done: list[dict[str, Any]] = []
     for kill in range(kills):
         new, after = int(rng.integers(2)), float(rng.uniform(0.0, longest))
@@ -118,6 +118,7 @@ def kill_often(directory: Path, kills: int, longest: float, seed: int) -> dict[s
         now = trials_done(out)
         known = {one["index"]: one for one in now}
         lost += sum(known.get(one["index"]) != one for one in done)
+        twice += len(now) - len(known)
         amid += len(now) == len(done)
         done = now
         tables = [path.name for path in out.glob("*.parquet")]
@@ -127,16 +128,19 @@ def kill_often(directory: Path, kills: int, longest: float, seed: int) -> dict[s
         print(told, file=sys.stderr, flush=True)
     complete(directory, "killed", "--workers", "2", "--resume")
     complete(directory, "alone", "--workers", "1")
-    indices = [one["index"] for one in trials_done(out)]
+    now = trials_done(out)
+    known = {one["index"]: one for one in now}
+    lost += sum(known.get(one["index"]) != one for one in done)
+    twice += len(now) - len(known)
     files = [directory / name / "trials.parquet" for name in ("killed", "alone")]
     whole = [file.read_bytes() for file in files]
     return {
         "kills": kills,
         "kills_without_a_new_trial": amid,
         "done_at_last_kill": len(done),
-        "trials": len(set(indices)),
+        "trials": len(known),
         "lost": lost,
-        "twice": len(indices) - len(set(indices)),
+        "twice": twice,
         "equal": whole[0] == whole[1],
     }
 

@@ -1,7 +1,7 @@
 """The drake-quad command: thin over the API.
 
 Results go to stdout, progress and messages to stderr. Exit status: 0 the goal was reached, 1 it was
-not, 2 the input cannot be used.
+not, 2 the input cannot be used, or the machine.
 """
 
 import sys
@@ -35,8 +35,8 @@ def main() -> None:
         _fail(str(error), 2)
     except PlanningError as error:
         _fail(f"no plan: {error.reason}", 1)
-    except DrakeQuadError as error:
-        _fail(str(error), 1)
+    except DrakeQuadError as error:  # a sweep that cannot go on
+        _fail(str(error), 2)
     except OSError as error:
         where = error.filename or f"in `{' '.join(['drake-quad', *sys.argv[1:]])}`"
         _fail(f"{where}: {error.strerror or error}", 2)

@@ -1,11 +1,16 @@
 """The one tree of errors. An error carries the offending data, and its text says what to do."""
 
+import errno
 import reprlib
 from typing import Any
 
 LONGEST = 400  # letters of a value, or of a field's path, in a line
 LONGEST_PATH = 1000
 LONGEST_REMEDY = 3000
+# What the system says of a disk that is full, broken or read-only, of too many files, of no memory.
+MACHINE_FAULTS = (
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM,
+)  # fmt: skip
 
 
 class _Brief(reprlib.Repr):
@@ -67,6 +72,13 @@ class InputError(DrakeQuadError):
         self.remedy = remedy
         where = f"{_cut(source, LONGEST_PATH)}: {_cut(field, LONGEST)} = {brief(value)}"
         super().__init__(" ".join(f"{where}: {_cut(remedy, LONGEST_REMEDY)}".split()))
+
+
+class MachineError(InputError):
+    """This machine cannot do what was asked, as one whose disk is full: status 2 as well.
+
+    It says nothing of what was given: another machine may do it, or this one once it is mended.
+    """
 
 
 class PlanningError(DrakeQuadError):

@@ -1,5 +1,6 @@
 """Made-up trials for the tests of sweeps: functions of a module, so that any process finds them."""
 
+import errno
 import os
 import signal
 import time
@@ -143,6 +144,21 @@ def hungry(trial: Trial) -> dict[str, Any]:
     HELD.append(trial.index)
     if len(HELD) > 1 or trial.index == 3:
         raise MemoryError
+    return result(trial)
+
+
+def full_disk(trial: Trial) -> dict[str, Any]:
+    """Keeps nothing any more from the trial 2 on."""
+    if trial.index >= 2:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a kernel")
+    return result(trial)
+
+
+def frail(trial: Trial) -> dict[str, Any]:
+    """Ends its process where a trial was before; the trial 3 does so anywhere."""
+    HELD.append(trial.index)
+    if len(HELD) > 1 or trial.index == 3:
+        os._exit(3) if trial.index % 2 else os.abort()
     return result(trial)
 
 

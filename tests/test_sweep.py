@@ -163,8 +163,10 @@ def test_two_sweeps_at_once_are_refused(tmp_path: Path) -> None:
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """Status 1, the tables of what is done, how to go on; and going on completes it."""
     rig.study_file(tmp_path, rig.PLUMBING.replace("trials: 4", "trials: 8"))
+    page = tmp_path / "page.md"
+    page.write_text("whole")
     process = subprocess.Popen(
-        [*COMMAND, "sweep", "study.yaml", "--out", "a", "--workers", "1"],
+        [*COMMAND, "sweep", "study.yaml", "--out", "a", "--workers", "1", "--page", "page.md"],
         cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
@@ -176,6 +178,8 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     stdout, stderr = process.communicate(timeout=60)
     assert process.returncode == 1, stderr
     assert "--resume" in stdout and "Traceback" not in stderr
+    # What was there of a whole study is not given up for a part of one.
+    assert page.read_text() == "whole" and "drake-quad report a --page page.md" in stderr
     found = rows(tmp_path / "a")
     assert 2 <= len(found) < 16
     words = ["sweep", "study.yaml", "--out", "a", "--workers", "1", "--resume", "--json"]

@@ -3,6 +3,8 @@
 import io
 import re
 import shlex
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from rich.console import Console
 
 from drake_quad.cli_studies import sweep as sweep_command
 from drake_quad.errors import InputError
+from drake_quad.sweep import command
 from drake_quad.sweep.progress import Bar
 from drake_quad.sweep.provenance import robots_of
 from drake_quad.sweep.trials import Trial
@@ -91,6 +94,34 @@ def test_memory_that_ran_out_is_told_as_such(tmp_path: Path, said: str) -> None:
         raise RuntimeError(said)
 
     assert guarded(work, rig.trials_of(tmp_path)[0])["outcome"] == "memory"
+
+
+def test_a_replay_that_cannot_be_kept_costs_no_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is refused as a full disk is, when all that the sweep has found is written."""
+
+    def in_here(trials: Iterable[Trial], **_: Any) -> Iterator[tuple[int, dict[str, Any]]]:
+        return rig.at_once(trials, rig.made_up)
+
+    def full(*_: Any) -> None:
+        raise InputError(source="a", field="trials", value="a/trials", remedy="disk full")
+
+    monkeypatch.setattr(command, "carry_out", in_here)
+    monkeypatch.setattr(command, "make_replays", full)
+    asked = command.Asked(rig.study_file(tmp_path), tmp_path / "a", 1, replays=1)
+    page = tmp_path / "page.md"
+    with pytest.raises(InputError, match="disk full"):
+        command.run_sweep(replace(asked, page=page), Console(file=io.StringIO()), lambda: False)
+    assert (tmp_path / "a" / "report.html").is_file() and "## study" in page.read_text()
+
+
+def test_trials_are_ranked_whatever_figures_a_study_keeps(tmp_path: Path) -> None:
+    """The worst are those of the least margin, so that is always kept."""
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a", rig.PLUMBING + "figures: [slip_max]\n")
+    margins = [one["margin"] for one in told["worst"] if one["outcome"] == "fell"]
+    assert len(margins) > 1 and margins == sorted(margins) and None not in margins
+    assert set(told["figures"]) == {"slip_max", "margin.minimum"}
 
 
 def test_a_blank_before_an_override_hides_no_robot(tmp_path: Path) -> None:

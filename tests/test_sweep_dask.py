@@ -21,6 +21,7 @@ from drake_quad.sweep.cluster import ClusterGoneError, carry_out_on, connect
 from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.journal import read_journal
 from drake_quad.sweep.study_config import Limits
+from drake_quad.sweep.trials import Trial
 
 TEXT = rig.PLUMBING.replace("trials: 4", "trials: 20")
 
@@ -148,6 +149,42 @@ def test_a_scheduler_that_goes_away_ends_the_sweep_with_what_was_done(tmp_path: 
             process.kill()
             process.wait()
     assert 1 <= len(read_journal(tmp_path / "dask")[1]) < 40
+
+
+def test_what_is_done_is_kept_of_a_cluster_that_is_told_to_stop(tmp_path: Path) -> None:
+    """Results that wait for their turn when Ctrl-C comes."""
+
+    class Done:
+        """A trial's future; every second is done."""
+
+        def __init__(self, trial: Trial) -> None:
+            self.trial, self.status = trial, "finished" if trial.index % 2 else "cancelled"
+
+        def result(self) -> dict[str, Any]:
+            return rig.result(self.trial)
+
+        def add_done_callback(self, put: Callable[[object], None]) -> None:
+            put(self)
+
+    class FakeClient:
+        """A cluster that did them at once."""
+
+        given_up = 0
+
+        def __enter__(self) -> "FakeClient":
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def submit(self, _do: object, trial: Trial, *_: object, **__: object) -> Done:
+            return Done(trial)
+
+        def cancel(self, futures: list[Done], *, force: bool) -> None:
+            self.given_up = len(futures)
+
+    client, trials = FakeClient(), rig.trials_of(tmp_path)[:6]
+    found = carry_out_on(client, trials, limits=Limits(), stop=lambda: True, work=rig.made_up)
+    assert [index for index, _ in found] == [1, 3, 5] and client.given_up == 3
 
 
 def test_a_worker_without_trials_keeps_no_process(

@@ -1,8 +1,11 @@
 """What befalls a sweep from outside is no finding about a trial, and costs no finding."""
 
+import errno
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -11,14 +14,16 @@ import pytest
 import sweep_rig as rig
 
 from drake_quad.errors import InputError
+from drake_quad.robot import load_robot
 from drake_quad.sweep import process as process_module
 from drake_quad.sweep.crew import carry_out
-from drake_quad.sweep.isolated import Interrupted, Isolated, NoProcessError
+from drake_quad.sweep.isolated import Interrupted, Isolated, NoTrialsHereError
 from drake_quad.sweep.journal import DAMAGED, NAME, Journal, read_journal
 from drake_quad.sweep.process import Process
 from drake_quad.sweep.provenance import own_sources, own_versions
 from drake_quad.sweep.study_config import Limits
 from drake_quad.sweep.sweep import LEAVINGS
+from drake_quad.sweep.work import MACHINE, guarded, work
 
 
 def test_a_process_that_does_not_begin_is_no_trials_fault(
@@ -27,12 +32,59 @@ def test_a_process_that_does_not_begin_is_no_trials_fault(
     """The sweep ends then, with what is done; nothing is counted as crashed."""
     monkeypatch.setattr(process_module, "serve", rig.no_server)
     done: list[int] = []
-    with pytest.raises(NoProcessError, match=r"exit code 5\), 2 times.*--resume"):
+    with pytest.raises(NoTrialsHereError, match=r"exit code 5\), 2 times.*--resume"):
         for index, _ in carry_out(
             rig.trials_of(tmp_path), workers=2, limits=Limits(retries=1), work=rig.made_up
         ):
             done.append(index)
     assert done == []
+
+
+def test_a_machine_that_can_do_no_trial_ends_the_sweep(tmp_path: Path) -> None:
+    """A full disk there, say: no line of the journal blames the trials for it."""
+    carry_on = rig.here(workers=1)
+    with pytest.raises(NoTrialsHereError, match=r"trial 2 .*No space left.*--resume"):
+        rig.sweep_made_up(tmp_path, tmp_path / "out", carry_out=carry_on, work=rig.full_disk)
+    assert set(read_journal(tmp_path / "out")[1]) == {0, 1}
+
+
+@pytest.mark.parametrize(("code", "outcome"), [(errno.ENOSPC, MACHINE), (errno.ENOMEM, "memory"),
+                                               (errno.ENOENT, "refused")])  # fmt: skip
+def test_what_a_machine_cannot_import_is_no_fault_of_the_robot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int, outcome: str
+) -> None:
+    """Of what the system says no trial is refused, but for what is not there."""
+
+    def fail(_given: object) -> Path:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(load_robot, "import_robot", fail)
+    robot = tmp_path / "own.urdf"
+    robot.write_text("<robot name='own'/>")
+    text = rig.PLUMBING.replace("set:", f"set:\n  - robot.model={robot}\n  - design=given")
+    found = guarded(work, rig.trials_of(tmp_path, text)[0])
+    assert found["outcome"] == outcome, found["reason"]
+    assert os.strerror(code) in found["reason"]
+
+
+def test_ctrl_c_is_held_off_the_very_first_process(tmp_path: Path) -> None:
+    """In an interpreter that has begun none: multiprocessing would let SIGINT through there."""
+    code = (
+        "from drake_quad.sweep.process import Process\n"
+        "from pathlib import Path\n"
+        "if __name__ == '__main__':\n"
+        "    for begun in (Process(), Process()):\n"
+        "        status = Path(f'/proc/{begun._process.pid}/status').read_text()\n"
+        "        print(status.split('SigBlk:')[1].split()[0])\n"
+        "        begun.end()\n"
+    )
+    (tmp_path / "begin.py").write_text(code)
+    done = subprocess.run(
+        [sys.executable, "begin.py"], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[1])},
+    )  # fmt: skip
+    masks = [int(mask, 16) for mask in done.stdout.split()]
+    assert len(masks) == 2 and all(mask & 1 << (signal.SIGINT - 1) for mask in masks)
 
 
 def test_ctrl_c_reaches_no_process_that_begins(tmp_path: Path) -> None:
@@ -77,6 +129,13 @@ def test_memory_that_other_trials_took_is_no_trials_fault(tmp_path: Path) -> Non
     for result in found.values():  # all tries, and what processes take to begin
         clock = result["clock"]
         assert clock["held"] > (clock["wall"] or 0.0)
+
+
+def test_a_process_that_others_wore_out_is_no_trials_fault(tmp_path: Path) -> None:
+    """What ends it at a bound of memory is as often an abort or an exit as a MemoryError."""
+    trials = rig.trials_of(tmp_path)[:5]
+    found = dict(carry_out(trials, workers=1, limits=Limits(retries=0), work=rig.frail))
+    assert {k for k, result in found.items() if result["outcome"] == "crashed"} == {3}
 
 
 def test_a_trial_that_had_a_process_once_is_killed_and_the_sweep_goes_on(

@@ -4,6 +4,7 @@ import io
 import re
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import fromstring
 
 import pytest
@@ -13,8 +14,11 @@ from markupsafe import escape
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from rich.console import Console
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, PlanningError
 from drake_quad.report.svg import stand_alone
+from drake_quad.scenario_config import Scenario
+from drake_quad.simulation import run
+from drake_quad.sweep import replays
 from drake_quad.sweep.bands import bands_of, places_of
 from drake_quad.sweep.charts import curves_svg, draw_curves, plain_style
 from drake_quad.sweep.markdown import in_line
@@ -145,9 +149,24 @@ def test_a_page_that_cannot_take_the_section_is_refused_first(tmp_path: Path) ->
 def test_a_replay_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
     """Half of a run would be taken for the trial, and never made again."""
     study, base = rig.made(tmp_path)
-    assert make_replays(study, base, [3, 1], tmp_path, stop=lambda: True) == []
+    assert make_replays(study, base, [3, 1], tmp_path, stop=lambda: True) == ([], {})
     assert not (tmp_path / "trials").exists()
-    assert make_replays(study, base, [3], tmp_path) == [3]
+    assert make_replays(study, base, [3], tmp_path) == ([3], {})
+
+
+def test_a_replay_that_has_no_run_here_costs_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on another processor, where a plan is missed that there just was: it is told of."""
+
+    def run_most(scenario: Scenario, **more: Any) -> Any:
+        if scenario.gait.cycle_time == 7.0:
+            raise PlanningError("no path")
+        return run(scenario, **more)
+
+    monkeypatch.setattr(replays, "run", run_most)
+    study, base = rig.made(tmp_path)
+    assert make_replays(study, base, [2, 3], tmp_path) == ([3], {2: "no path"})
 
 
 def test_a_sweep_without_a_gate_is_good_if_all_is() -> None:
@@ -180,8 +199,8 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     told = rig.sweep_made_up(tmp_path, tmp_path / "a")
     study, base = rig.made(tmp_path)
     first = told["worst"][0]["index"]
-    assert make_replays(study, base, [first], tmp_path / "a") == [first]
-    assert make_replays(study, base, [first], tmp_path / "a") == []
+    assert make_replays(study, base, [first], tmp_path / "a") == ([first], {})
+    assert make_replays(study, base, [first], tmp_path / "a") == ([], {})
     write_report(study, told, tmp_path / "a")
     link = f"trials/{first:06d}/report.html"
     page = (tmp_path / "a" / "report.html").read_text()

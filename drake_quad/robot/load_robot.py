@@ -11,7 +11,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from drake_quad.errors import InputError
+from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
 from drake_quad.robot.importing.import_robot import MAPPING, find_given, import_robot
 from drake_quad.robot.importing.misspelt import check_spelling
 from drake_quad.robot.importing.overrides import Overrides
@@ -32,6 +32,7 @@ def AddRobot(plant: MultibodyPlant, url: str) -> ModelInstanceIndex:
 
     Raises:
         InputError: If there is no such robot, or it cannot be brought into normal form.
+        MachineError: If that is this machine's fault alone.
     """
     return _parse(plant, normal_form(url))
 
@@ -68,12 +69,13 @@ def normal_form(url: str) -> str:
 
     Raises:
         InputError: If there is no such robot, or it cannot be brought into normal form.
+        MachineError: If that is this machine's fault alone.
     """
     path = Path(url)
 
-    def refuse(value: str, reason: str) -> InputError:
+    def refuse(value: str, reason: str, kind: type[InputError] = InputError) -> InputError:
         remedy = f"cannot be read: {reason}"
-        return InputError(source=url, field="robot.model", value=value, remedy=remedy)
+        return kind(source=url, field="robot.model", value=value, remedy=remedy)
 
     try:
         given = find_given(url)
@@ -85,7 +87,8 @@ def normal_form(url: str) -> str:
             return url if "://" in url or user_path(url).is_file() else str(path)  # of a name
         return str(import_robot(given))
     except OSError as error:
-        raise refuse(error.filename or str(path), error.strerror or str(error)) from None
+        kind = MachineError if error.errno in MACHINE_FAULTS else InputError
+        raise refuse(error.filename or str(path), error.strerror or str(error), kind) from None
     except UnicodeEncodeError:
         raise refuse(str(path), "its name, or a folder's, is no UTF-8; rename it") from None
 

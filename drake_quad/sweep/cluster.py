@@ -7,6 +7,7 @@ import threading
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
+from contextlib import suppress
 from typing import Any
 
 from drake_quad.errors import DrakeQuadError, InputError
@@ -107,6 +108,12 @@ def carry_out_on(
                     told = " ".join(f"{type(error).__name__}: {error}".split())
                     raise ClusterGoneError(f"a worker can do no trial: {told}") from None
                 yield trial.index, result
+            with suppress(queue.Empty):  # what is done is kept, though it was told to stop
+                while True:
+                    future = done.get_nowait()
+                    if future.status == "finished":
+                        trial = pending.pop(future)
+                        yield trial.index, future.result()
         except (CancelledError, OSError) as problem:
             if stop():
                 return

@@ -89,11 +89,12 @@ def run_sweep(
 
     def finish(told: dict[str, Any], trials: pa.Table) -> None:
         bar.end()
-        if asked.replays and not stop():
-            _replay(asked, study, base, trials, console, stop)
         write_report(study, told, asked.out)
         if asked.page is not None:
-            write_section(asked.page, told, told["command"], asked.study.stem)
+            _write_section(asked, told, console, stop)
+        if asked.replays and not stop():
+            _replay(asked, study, base, trials, console, stop)
+            write_report(study, told, asked.out)  # with links to them
 
     try:
         told = sweep(
@@ -106,6 +107,18 @@ def run_sweep(
     return {**told, "interrupted": stop()}
 
 
+def _write_section(
+    asked: Asked, told: dict[str, Any], console: Console, stop: Callable[[], bool]
+) -> None:
+    """Writes it, unless that would put what was done before Ctrl-C in place of a whole study."""
+    if not stop() and asked.page is not None:
+        write_section(asked.page, told, told["command"], asked.study.stem)
+        return
+    words = ["drake-quad", "report", str(asked.out), "--page", str(asked.page)]
+    line = f"interrupted: {asked.page} is as it was; `{shlex.join(words)}` writes what is done"
+    console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
 def _replay(
     asked: Asked, study: Study, base: Base, trials: pa.Table, console: Console,
     stop: Callable[[], bool],
@@ -114,7 +127,10 @@ def _replay(
     worst = replayable(trials, asked.replays)
     there = len(worst) - len(set(worst) - replays_in(asked.out).keys())
     with console.status("running the worst trials again"):
-        made = make_replays(study, base, worst, asked.out, stop)
+        made, without = make_replays(study, base, worst, asked.out, stop)
+    for index, why in without.items():
+        line = f"trial {index} cannot be run again here: {why}"
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     for index, outcome in otherwise(trials, asked.out).items():
         told = f"trial {index} came out otherwise here: {outcome}; another processor may do that"
         console.print(told, highlight=False, soft_wrap=True)

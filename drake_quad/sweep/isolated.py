@@ -12,7 +12,7 @@ from typing import Any
 from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.process import Interrupted, Process, ProcessLost, Work
 from drake_quad.sweep.trials import Trial
-from drake_quad.sweep.work import lost, work
+from drake_quad.sweep.work import MACHINE, lost, work
 
 __all__ = ["Interrupted", "Isolated", "Work"]
 
@@ -25,8 +25,8 @@ STOP_KNOWN = 0.5
 Result = dict[str, Any]
 
 
-class NoProcessError(DrakeQuadError):
-    """Processes end before they have a trial: that is no trial's fault, and the sweep's end."""
+class NoTrialsHereError(DrakeQuadError):
+    """This machine can do no trial: that is no trial's fault, and the sweep's end."""
 
 
 class Isolated:
@@ -51,7 +51,8 @@ class Isolated:
 
         Raises:
             Interrupted: As soon as `stop` says so.
-            NoProcessError: If no process begins, in as many tries as the trial may have.
+            NoTrialsHereError: If no process begins, in as many tries as the trial may have, or the
+                machine is at fault, as one whose disk is full.
         """
         begun = time.perf_counter()
         result: Result | None = None
@@ -62,11 +63,16 @@ class Isolated:
             had = had or self._basis is not None
         if result is None:
             if not had:
-                raise NoProcessError(
+                raise NoTrialsHereError(
                     f"no process for trials begins: {reason}, {tried} times; what was "
                     "done is kept: --resume goes on with it once `drake-quad --help` works here"
                 )
             result = lost(trial, "killed", f"{reason}, {tried} times")
+        if result["outcome"] == MACHINE:
+            raise NoTrialsHereError(
+                f"trial {trial.index} cannot be carried out on this machine: {result['reason']}; "
+                "what was done is kept: --resume goes on with it once that is mended"
+            )
         # What gave no result is of the same sources as one that does.
         basis = {k: v for k, v in (self._basis or {}).items() if result.get(k) is None}
         clock = {**result["clock"], "tried": tried, "held": time.perf_counter() - begun}
@@ -96,7 +102,7 @@ class Isolated:
             result: Result = process.take()
         except ProcessLost as error:
             self.end()
-            return self._judge(trial, error.code, late, process.paused, stop)
+            return self._judge(trial, error.code, late, process.paused, process.given, stop)
         except Interrupted:
             self.end()
             raise
@@ -108,18 +114,18 @@ class Isolated:
         return result, ""
 
     def _judge(
-        self, trial: Trial, code: int, late: str, paused: bool, stop: Callable[[], bool]
-    ) -> tuple[Result | None, str]:
+        self, trial: Trial, code: int, late: str, paused: bool, given: int,
+        stop: Callable[[], bool],
+    ) -> tuple[Result | None, str]:  # fmt: skip
         """As `_try`, for a process that ended before its trial did."""
         if self._basis is not None:
             if code == -signal.SIGALRM and not paused:  # its own clock goes on in a pause
                 return lost(trial, "timeout", late), ""
-            if -code in OWN_END:
-                name = signal.Signals(-code).name
-                return lost(trial, "crashed", f"its process ended itself by {name}"), ""
-            if code > 0:
-                reason = f"its process ended itself with exit code {code}"
-                return lost(trial, "crashed", reason), ""
+            if code > 0 or -code in OWN_END:
+                if given > 1:  # what other trials left in it, memory too, is no fault of this one
+                    return self._try(trial, stop)
+                how = f"with exit code {code}" if code > 0 else f"by {signal.Signals(-code).name}"
+                return lost(trial, "crashed", f"its process ended itself {how}"), ""
         until = time.monotonic() + STOP_KNOWN
         while time.monotonic() < until:
             if stop():

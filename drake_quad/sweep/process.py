@@ -3,7 +3,7 @@
 import signal
 import time
 from collections.abc import Callable
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -44,6 +44,8 @@ class Process:
         context = get_context("spawn")  # Drake and forks do not mix
         self._pipe, far = context.Pipe()
         self._process = context.Process(target=serve, args=(far,), daemon=True)
+        # Else the first process begins it, by which SIGINT is let through again.
+        resource_tracker.ensure_running()
         # Ctrl-C reaches it too, from its first moment on, when it knows nothing of that yet.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
         try:

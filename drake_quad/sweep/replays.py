@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
+from drake_quad.errors import InputError, PlanningError
 from drake_quad.report.build import REPORT, build_report
 from drake_quad.report.scene_log import write_scene_log
 from drake_quad.simulation import run, write_files
@@ -52,21 +53,30 @@ def otherwise(table: pa.Table, out: Path) -> dict[int, str]:
 def make_replays(
     study: Study, base: Base, indices: Sequence[int], out: Path,
     stop: Callable[[], bool] = lambda: False,
-) -> list[int]:  # fmt: skip
-    """Runs those of the trials again that are not there yet; the indices of those that ran.
+) -> tuple[list[int], dict[int, str]]:  # fmt: skip
+    """Runs those of the trials again that are not there yet.
 
     One that is stopped leaves nothing: its files would be taken for the trial's.
+
+    Returns:
+        The indices of those that ran; and why others have no run here, by index: on another
+        processor than the sweep's a plan may be missed that there just was one.
 
     Raises:
         InputError: If their files cannot be written.
     """
     there = replays_in(out)
     made: list[int] = []
+    without: dict[int, str] = {}
     for index in indices:
         if index in there:
             continue
         (trial,) = make_trials(study, base, first=index, last=index + 1)
-        result = run(base.load(list(trial.overrides)), source=base.name, stop=stop)
+        try:
+            result = run(base.load(list(trial.overrides)), source=base.name, stop=stop)
+        except (InputError, PlanningError) as error:
+            without[index] = str(error)
+            continue
         if stop():
             break
         directory = directory_of(index, out)
@@ -75,4 +85,4 @@ def make_replays(
         write_scene_log(directory)
         build_report(directory)  # the last: by it the files are taken for whole
         made.append(index)
-    return made
+    return made, without

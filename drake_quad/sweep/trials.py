@@ -11,8 +11,9 @@ from drake_quad.sweep.draws import Draws
 from drake_quad.sweep.study import Base, overrides_of
 from drake_quad.sweep.study_config import Bound, Study
 
+RANKED_BY = "margin.minimum"  # the least is the worst trial
 USUAL_FIGURES = (
-    "margin.minimum",
+    RANKED_BY,
     "zmp_margin.minimum",
     "base_error_max",
     "torque_ratio_max",
@@ -54,9 +55,10 @@ class Trial:
 
 
 def figures_of(study: Study) -> tuple[str, ...]:
-    """The figures that the study keeps: its own, and those that it judges by."""
+    """The figures that the study keeps: its own, and those that it is judged and ranked by."""
     kept = dict.fromkeys(study.figures or USUAL_FIGURES)
     kept.update(dict.fromkeys(bound.figure for bound in study.success))
+    kept[RANKED_BY] = None
     return tuple(kept)
 
 

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from drake_quad.errors import InputError, PlanningError
+from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError, PlanningError
 from drake_quad.sweep.trials import Trial
 
 GIB = 1 << 30
@@ -22,6 +22,8 @@ NO_MEMORY = (
     "MemoryError", "bad_alloc", "Unable to allocate", "Cannot allocate memory",
     "failed to map segment",
 )  # fmt: skip
+FAULTS = tuple(os.strerror(code) for code in MACHINE_FAULTS)  # by which a run says of these
+MACHINE = "machine"  # an outcome that is no finding: it ends the sweep
 BASIS = ("sources", "versions", "robot")  # what a result is of, beside its trial
 
 Result = dict[str, Any]
@@ -53,10 +55,14 @@ def guarded(work: Callable[[Trial], Result], trial: Trial) -> Result:
         return work(trial)
     except MemoryError:
         outcome, reason = "memory", ""
+    except MachineError as error:
+        outcome, reason = MACHINE, str(error)
     except Exception as error:  # a trial that cannot be carried out is a finding too
         outcome, reason = "error", f"{type(error).__name__}: {error}"
         if any(word in reason for word in NO_MEMORY):
             outcome, reason = "memory", ""
+        elif isinstance(error, OSError) and error.errno in MACHINE_FAULTS:
+            outcome = MACHINE
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
@@ -99,6 +105,9 @@ def work(trial: Trial) -> Result:
         `figures` by name, None where not measured, `scenario` as it was run, with its gait if that
         was designed, and digests of BASIS.
         Under `clock` all that is another in each run: seconds, memory, process.
+
+    Raises:
+        MachineError: If what keeps the trial from being carried out is this machine's fault.
     """
     # Here: a process that only reads results need not wait for these.
     from drake_quad.robot.robot_digest import robot_digest
@@ -120,6 +129,12 @@ def work(trial: Trial) -> Result:
         summary, outcome, reason = result.summary, result.outcome, result.reason
         if outcome == "stopped" and any(word in reason for word in NO_MEMORY):
             outcome = "memory"
+        if outcome == "stopped" and "OSError" in reason and any(w in reason for w in FAULTS):
+            raise MachineError(source=source, field="trial", value=trial.index, remedy=reason)
+    except MachineError as error:
+        if not any(word in str(error) for word in NO_MEMORY):
+            raise
+        outcome, reason = "memory", str(error)
     except InputError as error:
         outcome, reason = "refused", str(error)
     except PlanningError as error:

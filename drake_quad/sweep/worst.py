@@ -9,9 +9,9 @@ from drake_quad.sweep.bands import places_of
 from drake_quad.sweep.draws import GRID, way_of
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.table import values_of
+from drake_quad.sweep.trials import RANKED_BY
 
 LISTED = 12  # trials that are told of
-RANKED_BY = "figure.margin.minimum"  # the least is the worst
 
 
 def worst_first(table: pa.Table) -> list[int]:
@@ -43,6 +43,7 @@ def worst_of(study: Study, table: pa.Table) -> list[dict[str, Any]]:
 
 
 def _margins(table: pa.Table) -> list[float | None]:
-    if RANKED_BY not in table.column_names:
+    name = f"figure.{RANKED_BY}"
+    if name not in table.column_names:  # of an older sweep, told again
         return [None] * len(table)
-    return list(table[RANKED_BY].to_pylist())
+    return list(table[name].to_pylist())

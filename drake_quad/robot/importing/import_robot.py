@@ -13,7 +13,7 @@ from pathlib import Path
 import platformdirs
 import yaml
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, MachineError
 from drake_quad.robot.importing.check_said import check_said
 from drake_quad.robot.importing.collision import (
     between_hips,
@@ -98,6 +98,7 @@ def import_robot(given: Given) -> Path:
 
     Raises:
         InputError: If it is no quadruped that can be brought into normal form.
+        MachineError: If imported robots cannot be kept here.
     """
     key = _key(given)
     folder = cache_directory() / f"{given.found.name}-{key}"
@@ -125,7 +126,7 @@ def _kept(given: Given) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(
+        raise MachineError(
             source=given.source,
             field=CACHE_VARIABLE,
             value=str(cache_directory()),
