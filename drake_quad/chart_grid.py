@@ -1,12 +1,14 @@
 """The grid of a chart: which rises and runs are looked at."""
 
 from dataclasses import dataclass
-from math import isfinite
+from math import floor, inf
 
-from drake_quad.check_ask import check_numbers
+from drake_quad.check_ask import RISE_MOST, RUN_MOST, check_numbers
 from drake_quad.errors import InputError
 
 MOST_CELLS = 10_000
+FINEST = 1e-4  # [m] to which values are rounded: steps below it would give some of them twice
+MOST = {"rise": RISE_MOST, "run": RUN_MOST}
 
 
 @dataclass(frozen=True)
@@ -18,27 +20,28 @@ class Span:
     step: float
 
     def values(self, name: str) -> list[float]:
-        """The values [m], to the tenth of a millimetre.
+        """The values of `name`, rise or run [m], to the tenth of a millimetre.
 
         Raises:
             InputError: If the span, of option --`name`-..., is none.
         """
-        bounds = (("from", self.first), ("to", self.last), ("step", self.step))
-        for word, value in bounds:
-            if not (isfinite(value) and value > 0.0):
-                option = f"--{name}-{word}"
-                remedy = "give metres, more than 0"
-                raise InputError(source=option, field=option[2:], value=value, remedy=remedy)
+        most = MOST[name]
+        for word, value, bound in (
+            ("from", self.first, most), ("to", self.last, most), ("step", self.step, inf)
+        ):  # fmt: skip
+            if not (FINEST <= value <= bound and value < inf):
+                to = f"{FINEST:g} or more" if bound == inf else f"{FINEST:g} to {bound:g}"
+                raise _wrong(f"--{name}-{word}", value, f"give metres, {to}")
         if self.last < self.first:
-            option = f"--{name}-to"
             remedy = f"give no less than --{name}-from, {self.first:g}"
-            raise InputError(source=option, field=option[2:], value=self.last, remedy=remedy)
+            raise _wrong(f"--{name}-to", self.last, remedy)
         count = int((self.last - self.first) / self.step + 1e-6) + 1
         if count > MOST_CELLS:
-            option = f"--{name}-step"
             remedy = f"makes {count} columns or rows: give more"
-            raise InputError(source=option, field=option[2:], value=self.step, remedy=remedy)
-        return [round(self.first + k * self.step, 4) for k in range(count)]
+            raise _wrong(f"--{name}-step", self.step, remedy)
+        # From a whole tenth: or the finest steps would round to some values twice, to others never.
+        first = FINEST * floor(self.first / FINEST + 1e-6)
+        return [round(first + k * self.step, 4) for k in range(count)]
 
 
 def grid_of(rises: Span, runs: Span, count: int) -> list[tuple[float, float]]:
@@ -47,19 +50,15 @@ def grid_of(rises: Span, runs: Span, count: int) -> list[tuple[float, float]]:
     Raises:
         InputError: If there can be no such stairs, or they are too many.
     """
-    cells = [(rise, run) for run in runs.values("run") for rise in rises.values("rise")]
-    if len(cells) > MOST_CELLS:
-        remedy = f"{len(cells)} cells are too many: give a larger step"
-        raise InputError(source="--rise-step", field="step", value=rises.step, remedy=remedy)
-    try:
-        for rise, run in cells:
-            check_numbers(rise, run, count)
-    except InputError as error:
-        span = {"--rise": rises, "--run": runs}.get(error.source)
-        if span is None:
-            raise
-        option = f"{error.source}-to"  # a first value that is not positive was found above
-        raise InputError(
-            source=option, field=option[2:], value=span.last, remedy=error.remedy
-        ) from None
-    return cells
+    up, along = rises.values("rise"), runs.values("run")
+    check_numbers(up[0], along[0], count)
+    cells = len(up) * len(along)
+    if cells > MOST_CELLS:
+        remedy = f"{cells} cells are too many, more than {MOST_CELLS}: give a larger step"
+        raise _wrong("--rise-step", rises.step, remedy)
+    return [(rise, run) for run in along for rise in up]
+
+
+def _wrong(option: str, value: float, remedy: str) -> InputError:
+    """What is said of an option that cannot be."""
+    return InputError(source=option, field=option[2:], value=value, remedy=remedy)

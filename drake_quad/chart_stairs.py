@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from drake_quad.chart_grid import Span, grid_of
-from drake_quad.chart_workers import judge_all
+from drake_quad.chart_workers import check_workers, judge_all
 from drake_quad.check_ask import ask_stairs
 from drake_quad.check_report import LIMITS, limit_of
 from drake_quad.errors import InputError
@@ -95,10 +95,7 @@ def chart_stairs(
         InputError: If anything given cannot be used, before any long work.
     """
     cells = grid_of(rises, runs, count)
-    if workers < 1:
-        raise InputError(
-            source="--workers", field="workers", value=workers, remedy="give 1 or more processes"
-        )
+    check_workers(workers)
     robot = load_robot(model)  # once here, so that its import is made once and its faults told
     found = judge_all(
         judge or partial(judge_cell, model, count), cells,

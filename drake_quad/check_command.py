@@ -56,19 +56,17 @@ def run_check(
         picture: Where to draw the climb, if there is one.
         nearest: Whether to look for the nearest stairs that it climbs, if not these; it takes a
             minute or two.
-        first: Is told a no and its reason before that.
+        first: Is told the answer, of a no the reason, before that and before anything is written.
         note: Is told what is being done.
 
     Raises:
-        InputError: If anything given cannot be used, before any long work.
+        InputError: If anything given cannot be used, before any long work; or a file cannot be
+            written, after `first` was told.
     """
     check_picture(picture)
     if asked.margin not in KINDS:
         remedy = "give hull, friction or feasible"
         raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
-    if save is not None and save.is_dir():
-        remedy = "is a directory; give a file in it, such as stairs.yaml"
-        raise InputError(source="--save", field="save", value=str(save), remedy=remedy)
     given = {"rise": asked.rise, "run": asked.run, "count": asked.count}
     robot = load_robot(asked.robot)
     if asked.scenario is not None:
@@ -90,8 +88,8 @@ def run_check(
     if asked.margin != HULL:
         question["margin"] = asked.margin
     told = describe_check(check, robot, source=asked.robot, asked=question)
+    first(told)
     if not check.feasible and asked.scenario is None and nearest:
-        first(told)
         near = nearest_of(
             check, robot, model=asked.robot, rise=rise, run=run, count=count,
             margin=asked.margin, note=note,
@@ -99,13 +97,7 @@ def run_check(
         told = with_nearest(told, near)
     if check.designed is not None and save is not None:
         scenario = check.designed.scenario
-        try:
-            write_whole(save, lambda to: save_scenario(scenario, to))
-        except InputError as error:
-            remedy = error.remedy.replace("another directory with --out", "another with --save")
-            raise InputError(
-                source="--save", field="save", value=str(save), remedy=remedy
-            ) from None
+        write_whole(save, lambda to: save_scenario(scenario, to), option="--save")
         told["saved"] = str(save)
     if check.designed is not None and picture is not None:
         note("drawing")

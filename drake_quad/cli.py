@@ -1,7 +1,7 @@
 """The drake-quad command: thin over the API.
 
 Results go to stdout, progress and messages to stderr. Exit status: 0 the goal was reached, 1 it was
-not, 2 the input cannot be used, or the machine.
+not, 2 the input cannot be used, or the machine, 130 interrupted before there was anything to keep.
 """
 
 import sys
@@ -13,6 +13,8 @@ from drake_quad.cli_robots import chart, check, inspect
 from drake_quad.cli_runs import plan, replay, report, run, scenarios
 from drake_quad.cli_studies import compare, sweep
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError
+
+INTERRUPTED = 130  # as shells have it: 128 and the number of SIGINT
 
 app = typer.Typer(
     add_completion=False,
@@ -40,8 +42,12 @@ def main() -> None:
     except OSError as error:
         where = error.filename or f"in `{' '.join(['drake-quad', *sys.argv[1:]])}`"
         _fail(f"{where}: {error.strerror or error}", 2)
-    except KeyboardInterrupt:
-        _fail("interrupted", 130)
+    except KeyboardInterrupt:  # before Typer sees to it
+        _fail("interrupted", INTERRUPTED)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:  # what Typer makes of Ctrl-C, without a word
+            _fail("interrupted", INTERRUPTED)
+        raise
 
 
 def _fail(message: str, status: int) -> None:

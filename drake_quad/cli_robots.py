@@ -9,7 +9,13 @@ import typer
 from rich.console import Console
 
 from drake_quad.cli_files import claim, stem
-from drake_quad.cli_options import MESSAGES, JsonOption, RobotArgument, WorkersOption
+from drake_quad.cli_options import (
+    MESSAGES,
+    JsonOption,
+    RobotArgument,
+    WorkersOption,
+    claim_file,
+)
 from drake_quad.cli_progress import cells_progress, interruptible
 
 
@@ -26,15 +32,16 @@ def inspect(
     from drake_quad.robot.load_robot import load_robot
 
     check_picture(picture)
+    claim_file(picture, "--picture")
     model = load_robot(robot)
     told = describe_robot(model, source=robot)
+    if not as_json:
+        print_robot(told, Console())
     if picture is not None:
         save_picture(model, picture)
         told["picture"] = str(picture)
     if as_json:
         print(json.dumps(told))
-    else:
-        print_robot(told, Console())
 
 
 def check(
@@ -75,6 +82,8 @@ def check(
 
     asked = Asked(robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin)
     console, said = Console(), False
+    claim_file(save, "--save")
+    claim_file(picture, "--picture")
 
     def say(told: dict[str, Any]) -> None:
         nonlocal said

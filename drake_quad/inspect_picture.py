@@ -65,7 +65,11 @@ def save_picture(robot: RobotModel, path: Path) -> None:
     kind = path.suffix.lstrip(".").lower()
     with matplotlib.rc_context({"svg.hashsalt": robot.name, "svg.fonttype": "none"}):
         metadata = {"Date": None} if kind == "svg" else None
-        write_whole(path, lambda to: figure.savefig(to, format=kind, dpi=130, metadata=metadata))
+        write_whole(
+            path,
+            lambda to: figure.savefig(to, format=kind, dpi=130, metadata=metadata),
+            option="--picture",
+        )
 
 
 def _draw(

@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_quad.gait.legs import SHORT_NAMES
+from drake_quad.inspect_doubts import doubts
 from drake_quad.inspect_mapping import read_mapping
 from drake_quad.robot.robot_model import RobotModel
 
@@ -81,6 +82,7 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
         "foot_radius": robot.foot_radius,
         "legs": legs,
         "notes": mapping.get("notes", []),
+        "doubts": doubts(robot),
     }
 
 
@@ -107,6 +109,8 @@ def print_robot(told: dict[str, Any], console: Console) -> None:
     console.print(_legs(told), highlight=False)
     console.print(_joints(told), highlight=False)
     _print_notes(told["notes"], console)
+    for doubt in told["doubts"]:
+        console.print(Text.assemble(("\ndoubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
 
 
 def _legs(told: dict[str, Any]) -> Table:

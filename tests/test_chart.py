@@ -106,12 +106,12 @@ def test_a_cell_is_what_check_finds() -> None:
 
 
 @given(
-    st.floats(0.01, 0.5), st.integers(1, 30), st.floats(0.005, 0.2), st.floats(0.0, 0.9)
+    st.floats(0.01, 0.5), st.integers(1, 30), st.floats(0.005, 0.1), st.floats(0.0, 0.9)
 )  # fmt: skip
 def test_spans_count_both_ends(first: float, count: int, step: float, beyond: float) -> None:
     """From the first, a step apart, never beyond the last."""
     last = first + (count - 1 + beyond) * step
-    values = Span(first, last, step).values("rise")
+    values = Span(first, last, step).values("run")
     assert len(values) == count and values[0] == pytest.approx(first, abs=1e-4)
     assert values[-1] <= last + 1e-4
 

@@ -13,6 +13,9 @@ SPEED = 10.0  # [rad/s]
 EFFORT_SHARE = 0.4  # of the robot's weight times the leg's length
 TOO_STRONG = 2.5  # times weight and length: no drive, but a file's way to say nothing
 TOO_FAST = 100.0  # [rad/s], likewise
+# [rad] Limits from one to two turns wide, and huge ones, are a file's way to say nothing; those
+# between are a mistake, and most likely in degrees.
+TWO_TURNS, HUGE = 13.0, 1500.0
 ONE_SIDED = 0.35  # a knee whose shorter side is less than this of the longer bends one way
 LONGER = 0.8  # and one whose shorter side is less than this of the longer, rather that way
 
@@ -70,7 +73,7 @@ def limit_leg(
         elif k < 2:
             most = (ABDUCTION, HIP)[k]
             lower[k], upper[k] = -most, most
-            notes.append(Note(ASSUMED, f"{hinge.name}: no limits; ±{most:g} rad"))
+            notes.append(Note(ASSUMED, f"{hinge.name}: {_without(hinge)}; ±{most:g} rad"))
         if k == 2:
             bends = _knee(
                 hinge, lower[k], upper[k], bool(given), sign[k], turns[k], reference, knee
@@ -122,11 +125,21 @@ def _knee(
     most = KNEE_MOST if not given else min(KNEE_MOST, upper if side > 0.0 else -lower)
     if most <= KNEE_LEAST:
         most = KNEE_MOST
-    told = "limits to both sides" if given else "no limits"
+    told = "limits to both sides" if given else _without(hinge)
     way = "forward" if side > 0.0 else "backward"
     text = f"{hinge.name}: {told}; points {way} {why}, bent by {KNEE_LEAST:g} to {most:.3g} rad"
     ends = sorted((side * KNEE_LEAST, side * most))
     return ends[0], ends[1], [Note(REPAIRED if given else ASSUMED, text)]
+
+
+def _without(hinge: Hinge) -> str:
+    """What is said of limits that count as none: that there are none, or what they are and why."""
+    if not TWO_TURNS < hinge.upper - hinge.lower < HUGE:
+        return "no limits"
+    return (
+        f"limits {hinge.lower:g} to {hinge.upper:g} rad in the file, wider than a turn, count as "
+        "none (in degrees? a URDF has radians)"
+    )
 
 
 def _wrapped(angle: float) -> float:
