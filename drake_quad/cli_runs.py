@@ -75,7 +75,7 @@ def plan(
     as_json: JsonOption = False,
 ) -> None:
     """Plan a scenario, check it on paper and certify it for every time, without physics."""
-    from drake_quad.plan_certificate import certify_plan, print_certificate, write_certificate
+    from drake_quad.plan_certificate import certify_plan, print_certificate, write_plan
     from drake_quad.plan_report import describe_failure, describe_plan
     from drake_quad.planning.footing import footing_of
     from drake_quad.scenario import load_scenario
@@ -93,12 +93,10 @@ def plan(
             footing=footing_of(p.robot, p.course, p.settings),
         )
         result["certificate"], certificate = certify_plan(p)
-        if out is not None:
-            write_certificate(certificate, out)
     except PlanningError as error:
-        result = describe_failure(error)
+        result, certificate = describe_failure(error), None
     if out is not None:
-        (out / "plan.json").write_text(json.dumps(result, indent=2) + "\n")
+        write_plan(result, certificate, out)
     if as_json:
         print(json.dumps(result))
     elif result["feasible"]:

@@ -2,7 +2,6 @@
 
 import json
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +12,9 @@ from drake_quad.certificate.certify import Certificate, certify
 from drake_quad.certificate.chain import shank_of
 from drake_quad.certificate.record import CLAIMS
 from drake_quad.preparation import Preparation
-from drake_quad.whole_files import write_whole
+from drake_quad.whole_files import Write, write_together
 
-FILE = "certificate.json"
+FILE, PLAN = "certificate.json", "plan.json"
 
 
 def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate]:
@@ -51,15 +50,24 @@ def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate]:
     return told, certificate
 
 
-def write_certificate(certificate: Certificate, directory: Path) -> None:
-    """Writes certificate.json; without a certificate, no old one stays there either."""
-    path = directory / FILE
-    if certificate.record is None:
-        with suppress(FileNotFoundError):
-            path.unlink()
-        return
-    text = json.dumps(certificate.record, allow_nan=False) + "\n"
-    write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+def write_plan(told: dict[str, Any], certificate: Certificate | None, directory: Path) -> None:
+    """Writes plan.json, and certificate.json; without a certificate no old one stays, either.
+
+    Args:
+        told: What plan.json holds.
+        certificate: Of the plan, if there is a plan.
+        directory: Where to.
+
+    Raises:
+        InputError: If they cannot be written; what was there before stays.
+    """
+    files: dict[Path, Write] = {}
+    if certificate is not None and certificate.record is not None:
+        record = json.dumps(certificate.record, allow_nan=False) + "\n"
+        files[directory / FILE] = lambda path: path.write_text(record, encoding="utf-8")
+    plan = json.dumps(told, indent=2) + "\n"
+    files[directory / PLAN] = lambda path: path.write_text(plan, encoding="utf-8")
+    write_together(files, gone=[directory / FILE])
 
 
 def certificate_lines(told: dict[str, Any]) -> list[str]:

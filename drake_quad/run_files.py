@@ -9,7 +9,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drake_quad.scenario import Scenario, save_scenario
-from drake_quad.whole_files import write_whole
+from drake_quad.whole_files import write_together
+
+MADE_OF_THEM = ("report.html", "scene.lcmlog")  # of a run's files, by `drake-quad report` too
 
 
 @dataclass(eq=False)
@@ -34,15 +36,21 @@ class RunResult:
 def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
     """Writes summary.json, log.parquet and scenario.yaml into `directory`.
 
-    None of them is ever half.
+    None of them is ever half, and none is beside another run's: an older run's files stay all if
+    these cannot be written, and go, its report too, if they can.
 
     Raises:
         InputError: If they cannot be written, with the reason.
     """
     text = json.dumps(result.summary, indent=2) + "\n"
-    write_whole(directory / "scenario.yaml", lambda p: save_scenario(scenario, p))
-    write_whole(directory / "log.parquet", lambda p: write_log(result.table, p))
-    write_whole(directory / "summary.json", lambda p: p.write_text(text))
+    write_together(
+        {
+            directory / "scenario.yaml": lambda p: save_scenario(scenario, p),
+            directory / "log.parquet": lambda p: write_log(result.table, p),
+            directory / "summary.json": lambda p: p.write_text(text, encoding="utf-8"),
+        },
+        gone=[directory / name for name in MADE_OF_THEM],
+    )
 
 
 def write_log(table: pa.Table, path: Path) -> None:

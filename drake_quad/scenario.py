@@ -12,6 +12,7 @@ from drake_quad.robot.importing.catalogue import is_name
 from drake_quad.scenario_build import control_settings, course_of, mission_of, plan_settings
 from drake_quad.scenario_check import check_scenario
 from drake_quad.scenario_config import Scenario
+from drake_quad.scenario_designed import check_designed, has_own_gait
 from drake_quad.scenario_disturbances import (
     disturbances_of,
     generator_of,
@@ -41,8 +42,6 @@ __all__ = [
 ]
 
 SUFFIX = ".scenario.yaml"
-# Sections that a design fills in: a file with one of them has its own gait.
-DESIGNED = {"gait", "spin", "transition", "body", "controller"}
 MODELS = "package://drake_quad_models/"
 
 
@@ -93,10 +92,13 @@ def parse_scenario(
     """
     data = parse_yaml(text, source=source)
     parsed = [parse_override(override) for override in overrides]
+    own_gait = has_own_gait(data)  # of the file: to set a field is not to say what a gait is
     for override in parsed:
         apply_override(data, override)
-    if "robot" in data and "design" not in data and not DESIGNED & data.keys():
+    if "robot" in data and "design" not in data and not own_gait:
         data["design"] = "auto"
+    if data.get("design") == "auto":
+        check_designed(parsed)
     own_model = any(override.covers("robot.model") for override in parsed)
     try:
         plain = conform(data, Scenario, path="", source=source)
@@ -159,7 +161,12 @@ def _located(model: str, *, base: Path, source: str) -> str:
         return model
     shipped = model.startswith(MODELS)
     path = _models() / model.removeprefix(MODELS) if shipped else base / user_path(model)
-    if not path.is_file():
+    try:
+        there = path.is_file()
+    except OSError as problem:  # a name too long, a folder that may not be looked into
+        remedy = f"cannot be read: {problem.strerror}"
+        raise InputError(source=source, field="robot.model", value=model, remedy=remedy) from None
+    if not there:
         robots = sorted(
             p.name for p in _models().iterdir() if p.suffix in (".urdf", ".sdf", ".xml")
         )

@@ -105,4 +105,7 @@ WITHIN: dict[str, tuple[float, float]] = {
     "controller.stance_stiffness": (0.0, 1.0),
     "simulation.log_period": (1e-4, 1.0),
     "simulation.plant.time_step": (0.0, 0.01),
+    # rubber on dry rock has 1 or so
+    "simulation.friction": (0.0, 10.0),
+    "controller.friction": (0.0, 10.0),
 }

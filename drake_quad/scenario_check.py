@@ -17,7 +17,8 @@ from drake_quad.stability.kinds import HULL
 
 MULTIPLE_TOLERANCE = 1e-9  # relative: 0.005 is five times 0.001 only up to rounding
 
-LONGEST = 1000.0  # [m] of a stretch of the course
+LONGEST = 1000.0  # [m] of a stretch of the course, and of all of it
+_SHORTEST_STEP = 1e-5  # [s] of the plant: a run of a minute would have millions
 _LONGEST_STAND = 600.0  # [s]
 _SHORTEST_STAND = 0.1  # [s]
 _MOST_TURN = 3600.0  # [deg] of a spin
@@ -49,6 +50,9 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
     for path, (least, most) in WITHIN.items():
         if not least <= value_at(scenario, path) <= most:
             raise fail(path, f"must be from {least:g} to {most:g}")
+    if 0.0 < scenario.simulation.plant.time_step < _SHORTEST_STEP:
+        remedy = f"must be 0, for a plant without steps, or at least {_SHORTEST_STEP:g} s"
+        raise fail("simulation.plant.time_step", remedy)
     for i, stretch in enumerate(scenario.course):
         if stretch.length is not None and stretch.length > LONGEST:
             raise InputError(
@@ -74,12 +78,19 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         raise fail("gait.stance_stagger", "must be less than gait.stance_width")
     if scenario.simulation.simulator.target_realtime_rate != 0.0:
         raise fail("simulation.simulator.target_realtime_rate", "say simulation.realtime_rate")
+    if scenario.simulation.simulator.start_time != 0.0:
+        raise fail("simulation.simulator.start_time", "must be 0: a run begins then")
     for path in ("controller.period", "simulation.log_period"):
         _check_multiple(path, fail, scenario)
     check_disturbances(scenario, source=source)
     for i, element in enumerate(scenario.mission):
         _check_mission(element, f"mission[{i}]", source)
     course = course_of(scenario, source=source)
+    whole = sum(lane.length for lane in course.lanes)
+    if whole > LONGEST:
+        remedy = f"is {whole:g} m long; at most {LONGEST:g} m"
+        elements = f"{len(scenario.course)} elements"
+        raise InputError(source=source, field="course", value=elements, remedy=remedy)
     length = course.lanes[0].length
     if scenario.start.distance > length:
         raise fail("start.distance", f"must lie on the first lane, {length:g} m long")

@@ -9,10 +9,11 @@ from drake_quad.scenario_config_world import MotorStrengthConfig, PushConfig
 
 _LONGEST_PUSH = 10.0  # [s]
 _HARDEST_PUSH = 10.0  # [m/s]
+_MOST_FORCE = 1e5  # [N] along each axis
 _LONGEST_DELAY = 1.0  # [s]
 _HEAVIEST = 1000.0  # [kg]
 _MASS_FACTORS = (0.2, 5.0)
-_FARTHEST = 2.0  # [m] of a payload or a centre of mass from the trunk's middle
+_FARTHEST = 2.0  # [m] of a payload, a centre of mass or a push's point from the trunk's middle
 _MOST_ERROR = {
     "rise_error": 0.1,
     "run_error": 0.1,
@@ -107,6 +108,10 @@ class _Checker:
             vector = getattr(push, name)
             if vector is not None and len(vector) != 3:
                 raise self.error(name, "must be three numbers: x, y, z")
+        for name, most in (("force", _MOST_FORCE), ("point", _FARTHEST)):
+            if max(map(abs, getattr(push, name) or [0.0])) > most:
+                unit = "N" if name == "force" else "m"
+                raise self.error(name, f"must be within {most:g} {unit} along each axis")
         if push.force is not None and math.hypot(*push.force) == 0.0:
             raise self.error("force", "must not be zero")
 

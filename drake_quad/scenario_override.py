@@ -9,8 +9,9 @@ import yaml
 from drake_quad.errors import InputError
 from drake_quad.scenario_config import Scenario
 from drake_quad.scenario_schema import field_types, unknown_key_remedy, unwrap_optional
+from drake_quad.yaml_text import parse_value
 
-_STEP = re.compile(r"([A-Za-z_]\w*)((?:\[\d+\])*)")
+_STEP = re.compile(r"([A-Za-z_]\w*)((?:\[\d{1,6}\])*)")
 
 
 class Override(NamedTuple):
@@ -48,11 +49,11 @@ def parse_override(text: str) -> Override:
         steps.append(match[1])
         steps.extend(int(index) for index in re.findall(r"\d+", match[2]))
     try:
-        parsed = yaml.safe_load(value)
-    except (yaml.YAMLError, ValueError, RecursionError):
-        raise InputError(
-            source="override", field=path, value=value, remedy="the value is not YAML"
-        ) from None
+        parsed = parse_value(value)
+    except (yaml.YAMLError, ValueError, RecursionError) as problem:
+        why = getattr(problem, "problem", None)
+        remedy = "the value is not YAML" + (f": {why}" if why else "")
+        raise InputError(source="override", field=path, value=value, remedy=remedy) from None
     return Override(text=text, path=path, steps=tuple(steps), value=parsed)
 
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from drake_quad.errors import InputError
 from drake_quad.terrain_check_field import Checker
-from drake_quad.terrain_check_stairs import StairsChecker
+from drake_quad.terrain_check_stairs import RISE_MAX, StairsChecker
 from drake_quad.terrain_elements import WIDTH_MIN, Element
 
 RUN_MIN = 0.10  # [m]
@@ -89,6 +89,8 @@ class _ElementChecker(Checker):
         for name in ("length", "height"):
             if name in FIELDS_OF_KIND[kind] and self.number(name) <= 0.0:
                 raise self.error(name, "must be more than 0 m")
+        if kind in ("block", "curb") and self.number("height") > RISE_MAX:
+            raise self.error("height", f"must be at most {RISE_MAX:g} m; in metres?")
         if kind == "slope" and self.number("height") > STEEPEST * self.number("length"):
             raise self.error("height", f"too steep: at most {STEEPEST:g} of the length")
         if self.element.turn_deg:

@@ -5,6 +5,7 @@ from numbers import Integral
 from drake_quad.terrain_check_field import Checker
 
 STEPS_MAX = 1000  # of a flight
+RISE_MAX, RUN_MAX = 2.0, 5.0  # [m] of a step: more is a slip of the pen, such as of millimetres
 
 
 class StairsChecker(Checker):
@@ -17,9 +18,14 @@ class StairsChecker(Checker):
                 sign = "negative rise" if rise < 0.0 else "no rise"
                 remedy = f"{sign}: must be more than 0 m; stairs that descend say going: down"
                 raise self.error(field, remedy, rise)
+            if rise > RISE_MAX:
+                raise self.error(field, f"must be at most {RISE_MAX:g} m; in metres?", rise)
         for field, run in self.step_values("run", "runs"):
             if run < run_min:
                 remedy = f"shorter than a foot: a tread must be at least {run_min:.3g} m deep"
+                raise self.error(field, remedy, run)
+            if run > RUN_MAX:
+                remedy = f"must be at most {RUN_MAX:g} m; in metres? Beyond that it is a landing"
                 raise self.error(field, remedy, run)
         self.check_count()
         self.check_style()

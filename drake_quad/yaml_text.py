@@ -1,5 +1,6 @@
 """YAML text as plain data, or one clear error: nothing in it hangs, chokes or is silently lost."""
 
+import re
 from typing import Any
 
 import yaml
@@ -10,6 +11,8 @@ from drake_quad.errors import InputError, brief
 MOST_VALUES = 1_000_000  # in a document, its aliases written out
 # Scalars that Python makes something of, or chokes on.
 MADE = {f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "timestamp")}
+# Numbers of YAML 1.1 that nobody means: 010 is 8 there, and 1:30 is 90.
+UNMEANT = re.compile(r"[-+]?(0[0-9_]+|[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?)")
 CHOKED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
 
 
@@ -48,7 +51,27 @@ def parse_yaml(text: str, *, source: str, needs: str = "course: [...]") -> dict[
         raise error("", f"empty: {needs} is needed at least")
     if not isinstance(data, dict):
         raise error(type(data).__name__, f"must be a mapping of fields, such as {needs}")
-    return {key: value for key, value in data.items() if not str(key).startswith("_")}
+    return {key: _apart(value) for key, value in data.items() if not str(key).startswith("_")}
+
+
+def parse_value(text: str) -> Any:
+    """What a piece of YAML stands for, such as an override's value: as strictly as a file's.
+
+    Raises:
+        YAMLError: It is not YAML, has a key twice, or a number or date that is none.
+    """
+    try:
+        _weigh(yaml.compose(text, Loader=yaml.SafeLoader), {}, yaml.SafeLoader(""))
+        return _apart(yaml.safe_load(text))
+    except CHOKED as problem:
+        raise yaml.YAMLError(str(problem)) from None
+
+
+def _apart(value: Any) -> Any:
+    """The value without shared parts: what is said of one alias is not said of the others."""
+    if isinstance(value, dict):
+        return {key: _apart(item) for key, item in value.items()}
+    return [_apart(item) for item in value] if isinstance(value, list) else value
 
 
 def _weigh(node: Any, seen: dict[int, int], loader: yaml.SafeLoader) -> int:
@@ -112,6 +135,9 @@ def _try_scalar(node: yaml.ScalarNode, loader: yaml.SafeLoader) -> None:
     _refuse_halves(node)
     if node.tag not in MADE:
         return
+    if node.tag.endswith((":int", ":float")) and UNMEANT.fullmatch(node.value):
+        problem = f"{brief(node.value)} is another number in YAML, of base 8 or 60; say it plainly"
+        raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
     try:
         loader.construct_object(node)
     except CHOKED:

@@ -19,17 +19,20 @@ from drake_quad.design.candidate import (
     make_grid,
     make_patterns,
 )
+from drake_quad.design.choose import choose_gaits
 from drake_quad.design.course import flights_of
 from drake_quad.design.cycle import PHASES, make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate
-from drake_quad.design.fields import control_fields
+from drake_quad.design.fields import control_fields, scenario_fields
 from drake_quad.design.kernel_distance import from_stairs
 from drake_quad.design.staircase import Staircase
+from drake_quad.errors import InputError
 from drake_quad.planning.lane_distance import from_ground, from_nosings
 from drake_quad.planning.pattern import Pattern
 from drake_quad.scenario import parse_scenario
 from drake_quad.scenario_build import control_settings, course_of
 from drake_quad.scenario_config_control import ControllerConfig
+from drake_quad.scenario_designed import DESIGNED
 
 
 def test_a_shank_over_a_nosing_between_its_points_is_seen_on_a_course() -> None:
@@ -157,6 +160,25 @@ def test_robot_and_course_are_enough_of_a_scenario() -> None:
     assert parse_scenario(robot + course + "gait: {stride: 0.5}", source="a").design == "given"
     assert parse_scenario(course + "design: auto", source="a").design == "auto"
     assert control_settings(parse_scenario(course, source="a")).kind == "ik"
+
+
+def test_to_set_a_field_does_not_make_a_gait_ones_own() -> None:
+    """What a design leaves alone may be set; what it fills in would be lost, and is refused."""
+    text = f"robot: {{model: '{MODEL}'}}\ncourse: [{{kind: floor, length: 8}}]\n"
+    for override in ("controller.friction=0.6", "gait.margin=friction", "gait={}"):
+        assert parse_scenario(text, source="a", overrides=[override]).design == "auto"
+    for override in ("gait.cycle_time=6", "gait={cycle_time: 6}", "body.margin_desired=0.05"):
+        with pytest.raises(InputError, match="the design fills that in"):
+            parse_scenario(text, source="a", overrides=[override])
+        given = parse_scenario(text, source="a", overrides=[override, "design=given"])
+        assert given.design == "given"
+
+
+def test_what_a_design_fills_in_is_what_may_not_be_set() -> None:
+    """The names that the scenario knows of are those of the design, no more and no fewer."""
+    design = next(choose_gaits(paper_robot(), shape(), [Staircase(0.0, 0.5)]))
+    fields = scenario_fields(paper_robot(), design, [])
+    assert {section: frozenset(own) for section, own in fields.items()} == DESIGNED
 
 
 @pytest.mark.parametrize("rise", [0.15, -0.15])

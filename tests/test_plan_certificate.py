@@ -47,6 +47,17 @@ def test_plan_without_a_certificate_says_when_and_why(tmp_path: Path) -> None:
     assert not told["certified"] and told["time"] > 1.0 and told["segment"]
 
 
+def test_no_plan_leaves_no_certificate_of_another(tmp_path: Path) -> None:
+    """plan.json says that there is none, and nothing beside it says otherwise."""
+    (tmp_path / "certificate.json").write_text("{}")
+    done = drake_quad(
+        "plan", "flat_walk", "--set", "gait.duty_factor=0.75", "--out", ".", cwd=tmp_path
+    )
+    assert done.returncode == 1, done.stderr
+    assert json.loads((tmp_path / "plan.json").read_text())["feasible"] is False
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+
+
 def test_a_negative_demand_is_refused(tmp_path: Path) -> None:
     """In one line, by its field."""
     line = refused(drake_quad("plan", "flat_walk", "--set", "certify.clearance=-1", cwd=tmp_path))

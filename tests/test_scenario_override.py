@@ -49,6 +49,14 @@ BAD_OVERRIDES = [
     ("gait.duty_factor", "gait.duty_factor", "must be path=value"),
     ("=1", "", "must be path=value"),
     ("gait.stride=[1", "gait.stride", "not YAML"),
+    ("simulation.seed=!!int ''", "simulation.seed", "no whole number"),
+    ("gait.stride=!!float ''", "gait.stride", "no number"),
+    ("description=!!timestamp x", "description", "no date"),
+    ("gait.stride=!!bool x", "gait.stride", "no bool"),
+    ("gait={stride: 0.4, stride: 0.5}", "gait", "stride is given twice"),
+    ("simulation.seed=012", "simulation.seed", "base 8 or 60"),
+    ("course[1].count=1:30", "course[1].count", "base 8 or 60"),
+    (f"course[{'9' * 5000}].rise=0.1", f"course[{'9' * 5000}].rise", "must be path=value"),
     ("gait.stride=fast", "gait.stride", "must be a number"),
     ("gait.stride=", "gait.stride", "must be a number"),
     ("gait.stride=.nan", "gait.stride", "must be finite"),
@@ -57,6 +65,17 @@ BAD_OVERRIDES = [
     ("course[1]={kind: floor}", "course[1].length", "must say its length"),
     ("robot.model=nowhere.urdf", "robot.model", "no such file"),
 ]
+
+
+def test_an_override_of_one_place_leaves_those_alike_alone() -> None:
+    """An alias (*up) is the same again, and not the same thing."""
+    flight = "{kind: stairs, going: up, rises: [0.15, 0.15], run: 0.4}"
+    floor = "{kind: floor, length: 3.0}"
+    text = f"course: [{floor}, &up {flight}, {floor}, *up, {floor}]"
+    overrides = ["course[1].rises[0]=0.1", "course[3].run=0.5"]
+    scenario = parse_scenario(text, source="mine.yaml", overrides=overrides)
+    assert [scenario.course[k].rises for k in (1, 3)] == [[0.1, 0.15], [0.15, 0.15]]
+    assert [scenario.course[k].run for k in (1, 3)] == [0.4, 0.5]
 
 
 @pytest.mark.parametrize(("override", "field", "remedy"), BAD_OVERRIDES)

@@ -56,6 +56,10 @@ def test_broken_yaml_is_shown_by_line_and_column() -> None:
     assert refused("gait:\n  stride: 1\n  pitch: [\n").value == "line 4, column 1"
 
 
+FLIGHT = (
+    "course: [{{kind: floor, length: 3}}, {{kind: stairs, going: up, {}, count: 3}}, "
+    "{{kind: floor, length: 3}}]"
+)
 PUSHES, MOTORS = "disturbances: {pushes:", "disturbances: {motor_strength:"
 MISFITS = [
     ("gait: {dutyfactor: 0.8}", "gait.dutyfactor", "did you mean duty_factor?"),
@@ -191,6 +195,17 @@ MISFITS = [
     ("world: {tread_error: -0.01}", "world.tread_error", "from 0 to 0.1"),
     ("world: {yaw_error_deg: 40}", "world.yaw_error_deg", "from -20 to 20"),
     ("world: {random: 1}", "world.random", "true or false"),
+    ("simulation: {plant: {time_step: 5.0e-324}}", "simulation.plant.time_step", "at least 1e-05"),
+    ("simulation: {plant: {time_step: 1.0e-9}}", "simulation.plant.time_step", "at least 1e-05"),
+    ("simulation: {friction: 80}", "simulation.friction", "from 0 to 10"),
+    ("simulation: {simulator: {start_time: 100}}", "simulation.simulator.start_time", "must be 0"),
+    (f"{PUSHES} [{{time: 1, force: [0, 1e9, 0]}}]}}", "disturbances.pushes[0].force", "100000 N"),
+    (
+        f"{PUSHES} [{{time: 1, speed: 1, point: [178, 0, 0]}}]}}",
+        "disturbances.pushes[0].point",
+        "within 2 m",
+    ),
+    (f"robot: {{model: {'x' * 300}.urdf}}", "robot.model", "too long"),
     ("robot: {model: nowhere.urdf}", "robot.model", "no such file"),
     (
         "robot: {model: 'package://drake_quad_models/paper_quadrupd.urdf'}",
@@ -217,6 +232,15 @@ def test_a_misfit_is_named_by_its_path(text: str, field: str, remedy: str) -> No
         ("course: [{kind: floor, lenght: 3.0}]", "course[0].lenght"),
         ("course: [{kind: floor, length: 3.0, rise: 0.1}]", "course[0].rise"),
         ("course: [{kind: landing, length: 1.0, turn_deg: 90}]", "course[0].length"),
+        (FLIGHT.format("rise: 0.178, run: 280"), "course[1].run"),
+        (FLIGHT.format("rise: 178, run: 0.28"), "course[1].rise"),
+        (
+            FLIGHT.format("rises: [0.1, 3], run: 0.3").replace(", count: 3", ""),
+            "course[1].rises[1]",
+        ),
+        (FLIGHT.format("rise: 0.1, run: 4.9").replace("count: 3", "count: 300"), "course"),
+        (f"course: [{', '.join(['{kind: floor, length: 900}'] * 2)}]", "course"),
+        (FLIGHT.format("rise: 0.1, run: 0.3").replace("count: 3", "count: 010"), "document"),
     ],
 )
 def test_a_wrong_course_is_named_by_its_path(text: str, field: str) -> None:

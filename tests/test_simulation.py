@@ -1,5 +1,6 @@
 """A run: the same to the bit, whole when cut short, and honest about why it ended."""
 
+import errno
 import itertools
 import json
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from drake_quad import run_files
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.scenario import load_scenario
 from drake_quad.simulation import RunResult, prepare, run, write_files
@@ -77,6 +79,40 @@ def test_a_place_that_cannot_be_written_is_an_input_error(first: RunResult, tmp_
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="--out"):
         write_files(first, load_scenario("flat_walk"), tmp_path / "file" / "run")
+
+
+def test_runs_do_not_mix_in_a_directory(
+    first: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk leaves the older run whole; a kill on the way leaves none that reads as one."""
+    old = {name: f"old {name}" for name in ("scenario.yaml", "log.parquet", "summary.json",
+                                            "report.html", "scene.lcmlog")}  # fmt: skip
+    for name, text in old.items():
+        (tmp_path / name).write_text(text)
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(run_files, "write_log", full)
+        with pytest.raises(InputError, match=r"log\.parquet.*No space left"):
+            write_files(first, first.scenario, tmp_path)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == old
+
+    class Killed(BaseException): ...
+
+    def killed(path: Path, to: Path) -> None:
+        if to.name == "log.parquet":
+            raise Killed
+        path.rename(to)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "replace", killed)
+        with pytest.raises(Killed):
+            write_files(first, first.scenario, tmp_path)
+    assert not (tmp_path / "summary.json").exists() and not (tmp_path / "report.html").exists()
+    write_files(first, first.scenario, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {*old} - {"report.html", "scene.lcmlog"}
 
 
 def test_log_has_a_row_each_period_and_the_clock_runs_evenly_in_it() -> None:

@@ -90,7 +90,7 @@ def test_no_more_are_kept_than_there_is_room_for_and_a_given_gait_is_left_alone(
 
 def test_a_table_has_the_gait_that_walked(tmp_path: Path) -> None:
     """Not the gait that stands in a scenario which asks for a design."""
-    text = rig.PLUMBING.replace("set:\n", "set:\n  - design=auto\n")
+    text = rig.PLUMBING.replace("set:\n", "set:\n  - design=auto\n").split("  - {path: gait")[0]
     result = work(rig.trials_of(tmp_path, text)[0])
     assert result["outcome"] == "goal_reached", result["reason"]
     walked = parse_scenario(result["scenario"], source="table")

@@ -22,6 +22,7 @@ from drake_quad.sweep.trials import make_trials, repeat
 ROOT = Path(__file__).resolve().parents[1]
 HEAD = "scenario: flat_walk\n"
 
+FRICTION = "{path: simulation.friction, values: [0.4, 0.5]}"
 BAD = [
     ("", "document", "empty"),
     ("scenario: [\n", "document", "not YAML"),
@@ -77,6 +78,50 @@ BAD = [
         "from -",
     ),
     ("scenario: ~nosuchuser/x\n", "scenario", "no such"),
+    *[
+        (f"{HEAD}vary: [{one}, {other}]\n", "vary[1]", "given twice: vary[0]")
+        for one, other in (
+            (FRICTION, "{name: ground, cases: {ice: ['simulation.friction=0.1']}}"),
+            (
+                "{name: a, cases: {x: ['gait.stride=1']}}",
+                "{name: b, cases: {y: ['gait.stride=2']}}",
+            ),
+            (FRICTION, "{path: simulation, values: [{log_period: 0.01}]}"),
+            ("{path: simulation, values: [{log_period: 0.01}]}", FRICTION),
+            (
+                "{path: 'course[0].length', values: [7.0, 8.0]}",
+                "{path: ' course[00].length', values: [9.0]}",
+            ),
+        )
+    ],
+    (
+        HEAD + "vary: [{path: disturbances.sensor_delay, uniform: [0.002, 0.008], step: 1}]\n",
+        "vary[0].step",
+        "nothing to draw",
+    ),
+    (
+        HEAD + "set: [simulation.seed=3]\ntrials: 3\nvary: [" + FRICTION + "]\n",
+        "trials",
+        "all be alike",
+    ),
+    (
+        HEAD
+        + "vary: ["
+        + ", ".join(f"{{name: a{k}, cases: {{x: []}}}}" for k in range(70))
+        + "]\n",
+        "vary",
+        "at most 32",
+    ),
+    (
+        HEAD + "success: [{figure: slip_max, least: 0.2}, {figure: slip_max, most: 0.1}]\n",
+        "success[1]",
+        "no trial can keep",
+    ),
+    (
+        HEAD + "set: [design=auto]\nvary: [{path: gait.cycle_time, values: [6.0, 12.0]}]\n",
+        "vary[0]",
+        "the design fills that in",
+    ),
     (HEAD + "success: [{figure: margin.minimum}]\n", "success[0]", "least or most"),
     (
         HEAD + "success: [{figure: margin.minimun, least: 0.1}]\n",
@@ -272,9 +317,8 @@ def test_parse_study_fills_in_defaults() -> None:
     assert load_scenario("flat_walk").simulation.friction == 0.8
 
 
-def test_draws_that_a_step_makes_all_alike_are_one_band(tmp_path: Path) -> None:
-    """A step wider than the range leaves one number, and all trials in one band of it."""
-    text = HEAD + "vary: [{path: simulation.friction, uniform: [0.8, 0.9], step: 1.0}]\n"
-    (vary,) = rig.made(tmp_path, text)[0].vary
+def test_draws_that_a_step_makes_all_alike_are_one_band() -> None:
+    """As the numbers of an older study, whose step was wider than its range."""
+    vary = Vary(path="simulation.friction", uniform=[0.8, 0.9], step=1.0)
     (band,) = bands_of(vary, [1.0] * 4, [True, True, False, True])
     assert (band.low, band.high, band.rate.good, band.rate.trials) == (1.0, 1.0, 3, 4)

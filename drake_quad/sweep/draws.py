@@ -1,5 +1,6 @@
 """Which value each trial of a study has: of study and index alone, so that any machine agrees."""
 
+from collections.abc import Sequence
 from math import ceil, floor
 from typing import Any
 
@@ -51,17 +52,23 @@ def draw(vary: Vary, u: float) -> Value:
 
 
 def _rounded(value: float, vary: Vary) -> float:
-    """To a whole multiple of `step`: one within what is drawn from, if there is one."""
+    """To a whole multiple of `step`, one within what is drawn from."""
     assert vary.step is not None
     count = round(value / vary.step)
     ends = vary.uniform or vary.log_uniform
     if ends is not None:
-        # Ends that are multiples themselves are within, whatever their last digits say.
-        low, high = (round(end / vary.step, 9) for end in ends)
-        if ceil(low) <= floor(high):
-            count = min(max(count, ceil(low)), floor(high))
+        within = multiples_within(ends, vary.step)
+        if within:
+            count = min(max(count, within[0]), within[-1])
     # 0.003 as such, and not as 3 * 0.001, which is another number
     return float(f"{count * vary.step:.12g}")
+
+
+def multiples_within(ends: Sequence[float], step: float) -> range:
+    """How often `step` goes into numbers between the two ends that are multiples of it."""
+    # Ends that are multiples themselves are within, whatever their last digits say.
+    low, high = (round(end / step, 9) for end in ends)
+    return range(ceil(low), floor(high) + 1)
 
 
 def extremes(vary: Vary) -> list[Value]:

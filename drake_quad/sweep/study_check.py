@@ -8,14 +8,17 @@ from typing import Any
 from drake_quad.errors import InputError
 from drake_quad.scenario_override import parse_override
 from drake_quad.summary_keys import FIGURES, WALL_CLOCK
-from drake_quad.sweep.draws import DRAWN, GRID, WIDEST, Draws
+from drake_quad.sweep.draws import DRAWN, GRID, WIDEST, Draws, multiples_within, way_of
 from drake_quad.sweep.study_config import Study, Vary
 
 MOST_TRIALS = 1_000_000
 MOST_BANDS = 50
+MOST_AXES = 32  # numpy's arrays have up to 64
+SEED = ("simulation", "seed")
 LONGEST_AXIS = 10_000
 MOST_WHOLE = 2**53  # up to which every whole number is a number of a table
 
+Steps = tuple[str | int, ...]
 Fail = Callable[[str, Any, str], InputError]
 
 
@@ -103,6 +106,11 @@ def _check_step(vary: Vary, step: float, field: str, fail: Fail) -> None:
     reach = max(map(abs, drawn)) * (1.0 if vary.normal is None else 1.0 + WIDEST)
     if not reach / step < MOST_WHOLE:
         raise fail(field, step, f"is too small for numbers as far from 0 as {reach:g}")
+    ends = vary.uniform or vary.log_uniform
+    if ends is not None and len(multiples_within(ends, step)) < 2:
+        low, high = ends
+        remedy = f"leaves nothing to draw: fewer than two multiples of it from {low:g} to {high:g}"
+        raise fail(field, step, remedy)
 
 
 def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
@@ -135,16 +143,25 @@ def _check_override(text: str, field: str, fail: Fail) -> None:
 
 
 def _check_names(study: Study, fail: Fail) -> None:
-    """Nothing is varied twice, and maps name what varies."""
-    seen: set[str] = set()
+    """Nothing is varied twice, nor what it is part of, and maps name what varies."""
+    titles: set[str] = set()
+    seen: dict[Steps, int] = {}
     for k, vary in enumerate(study.vary):
+        if vary.title in titles:
+            raise fail(f"vary[{k}]", vary.title, "is given twice")
+        titles.add(vary.title)
         own = [path for path in (vary.path, *vary.also) if path]
-        for name in {vary.title, *own}:
-            if name in seen:
-                raise fail(f"vary[{k}]", name, "is given twice")
-        if len(set(own)) != len(own):
+        if len({_steps_of(path) for path in own}) != len(own):
             raise fail(f"vary[{k}].also", vary.also, "names a path twice")
-        seen |= {vary.title, *own}
+        cases = (vary.cases or {}).values()
+        told = [*own, *(text.partition("=")[0] for overrides in cases for text in overrides)]
+        for path in told:
+            for before, j in seen.items():
+                steps = _steps_of(path)
+                if all(a == b for a, b in zip(steps, before, strict=False)):
+                    remedy = f"is given twice: vary[{j}] sets that or a part of it as well"
+                    raise fail(f"vary[{k}]", path.strip(), remedy)
+        seen.update(dict.fromkeys(map(_steps_of, told), k))
     known = set(study.by_name())
     for k, pair in enumerate(study.maps):
         if len(pair) != 2 or pair[0] == pair[1] or not set(pair) <= known:
@@ -152,10 +169,21 @@ def _check_names(study: Study, fail: Fail) -> None:
             raise fail(f"maps[{k}]", pair, remedy)
 
 
+def _steps_of(path: str) -> Steps:
+    return parse_override(f"{path}=0").steps
+
+
 def _check_counts(study: Study, fail: Fail) -> None:
-    """Trials are neither none nor too many."""
+    """Trials are neither none nor too many, nor all the same."""
     if study.trials < 1:
         raise fail("trials", study.trials, "must be 1 or more")
+    grid = [vary for vary in study.vary if way_of(vary) in GRID]
+    if len(grid) > MOST_AXES:
+        raise fail("vary", f"{len(grid)} axes", f"a grid has at most {MOST_AXES}")
+    seeded = any(_steps_of(text.partition("=")[0]) == SEED for text in study.set)
+    if study.trials > 1 and seeded and len(grid) == len(study.vary):
+        remedy = "would all be alike: set has simulation.seed, and nothing is drawn; give 1"
+        raise fail("trials", study.trials, remedy)
     cells = math.prod(len(v.values or v.cases or "x") for v in study.vary)
     cells *= math.prod(int(v.linspace[2]) for v in study.vary if v.linspace)
     if cells * study.trials > MOST_TRIALS:
@@ -172,6 +200,12 @@ def _check_figures(study: Study, fail: Fail) -> None:
             raise fail(f"success[{k}].figure", "", "must name a figure of summary.json")
         if bound.least is None and bound.most is None:
             raise fail(f"success[{k}]", bound.figure, "must say least or most")
+        own = [other for other in study.success[: k + 1] if other.figure == bound.figure]
+        least = max((one.least for one in own if one.least is not None), default=-math.inf)
+        most = min((one.most for one in own if one.most is not None), default=math.inf)
+        if least > most:
+            remedy = f"no trial can keep least {least:g} and most {most:g}"
+            raise fail(f"success[{k}]", bound.figure, remedy)
     named = [(f"success[{k}].figure", bound.figure) for k, bound in enumerate(study.success)]
     named += [(f"figures[{k}]", figure) for k, figure in enumerate(study.figures)]
     for field, figure in named:
