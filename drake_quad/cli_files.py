@@ -1,6 +1,5 @@
 """The directories of the commands: named, claimed before long work, read, and reported on."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -42,9 +41,13 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
         or_sweep: Whether a sweep's would have done as well, for the message.
 
     Raises:
-        InputError: A file is not there, or is none of a run's.
+        InputError: A file is not there, or is none of a run's; or a value that is printed is none
+            that runs write.
     """
+    import pyarrow as pa
     import pyarrow.parquet as pq
+
+    from drake_quad.plain_json import plain_of
 
     wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
 
@@ -57,23 +60,59 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
         )
 
     try:
-        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+        summary = plain_of((directory / "summary.json").read_bytes())
     except OSError:
         what = "not there" if directory.is_dir() else "no such directory"
         raise fail("summary.json", what) from None
-    except ValueError:
-        raise fail("summary.json", "is not JSON") from None
-    if not (isinstance(summary, dict) and "outcome" in summary):
+    if summary is None:
+        raise fail("summary.json", "is cut short, or no mapping in JSON")
+    if "outcome" not in summary:
         raise fail("summary.json", "is not a run's summary")
+    _check_values(summary, str(directory / "summary.json"))
     try:
-        columns = pq.read_schema(directory / "log.parquet").names
-    except OSError:
+        log = pq.read_table(directory / "log.parquet", columns=["t", "margin"])
+    except FileNotFoundError:
         raise fail("log.parquet", "not there") from None
-    except ValueError:  # Arrow's own errors are ValueErrors
+    except (OSError, ValueError, pa.ArrowException):
         raise fail("log.parquet", "is cut short or not Parquet") from None
-    if "t" not in columns or "margin" not in columns:
+    if {*log.column_names} != {"t", "margin"}:
         raise fail("log.parquet", "is not a run's log")
+    for name in log.column_names:
+        kind, gaps = log[name].type, log[name].null_count
+        if not pa.types.is_floating(kind) or gaps:
+            raise InputError(
+                source=str(directory / "log.parquet"),
+                field=name,
+                value=f"{kind}, {gaps} rows without a value" if gaps else str(kind),
+                remedy=f"must be a column of numbers; give the directory of a finished {wanted}",
+            )
     return summary
+
+
+def _check_values(summary: dict[str, Any], source: str) -> None:
+    """Sees that words are text and that figures are numbers, or null, or not there.
+
+    Raises:
+        InputError: The first that is something else.
+    """
+    from drake_quad.summary_keys import FIGURES, WALL_CLOCK
+
+    def fail(path: str, value: Any, what: str) -> InputError:
+        remedy = f"must be {what}; give the directory of a finished `drake-quad run`"
+        return InputError(source=source, field=path, value=value, remedy=remedy)
+
+    for name in ("outcome", "reason", "simulation", "margin_kind"):
+        if not isinstance(summary.get(name, ""), str):
+            raise fail(name, summary[name], "text")
+    for path in (*FIGURES, *WALL_CLOCK):
+        name, _, part = path.partition(".")
+        value = summary.get(name)
+        if part and value is not None:
+            if not isinstance(value, dict):
+                raise fail(name, value, "a mapping of figures, or null")
+            value = value.get(part)
+        if not (value is None or type(value) in (int, float)):
+            raise fail(path, value, "a number, or null")
 
 
 def make_report(directory: Path, err: Console) -> None:

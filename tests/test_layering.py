@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "drake_quad"
 # scenario.py and scenario_check.py are both in room `scenario`.
 FLOORS = {
     "errors": -1,
+    "plain": -1,  # plain_json.py
     "whole": -1,  # whole_files.py
     "user": -1,  # user_path.py
     "yaml": -1,  # yaml_text.py

@@ -1,6 +1,5 @@
 """Reads the files that a run left in its directory, however it ended."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray, read_only
+from drake_quad.plain_json import plain_of
 from drake_quad.report.columns import RunLog
 from drake_quad.robot.load_robot import MakeModelPlant, load_robot
 from drake_quad.robot.robot_model import RobotModel
@@ -118,12 +118,12 @@ def _is_kinematic(summary: Mapping[str, Any], scenario: Scenario) -> bool:
 def _read_summary(path: Path, notices: list[str]) -> dict[str, Any]:
     """The summary, or an empty one with a notice."""
     try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as problem:
+        summary = plain_of(path.read_bytes())
+    except OSError as problem:
         notices.append(f"{path.name} cannot be read ({type(problem).__name__}): the run was cut.")
         return {}
-    if not isinstance(summary, dict):
-        notices.append(f"{path.name} holds no object: the run was cut.")
+    if summary is None:
+        notices.append(f"{path.name} holds no object in JSON: the run was cut.")
         return {}
     return summary
 

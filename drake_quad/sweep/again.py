@@ -1,6 +1,5 @@
 """A finished sweep told again: report and page of its tables, by the program as it is now."""
 
-import json
 import shlex
 from pathlib import Path
 from typing import Any
@@ -9,17 +8,37 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
+from drake_quad.plain_json import is_number
+from drake_quad.sweep.check_told import check_told
 from drake_quad.sweep.journal import NAME as JOURNAL
 from drake_quad.sweep.page import write_report
+from drake_quad.sweep.reading import (
+    REMEDY,
+    TEXT,
+    Kind,
+    check_column,
+    read_definition,
+    read_plain,
+)
 from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study import study_from
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.sweep import FINDINGS, STUDY
-from drake_quad.sweep.table import CLOCK, CLOCK_COLUMNS, read_table
+from drake_quad.sweep.table import CLOCK, CLOCK_COLUMNS, TRIALS, read_table
 from drake_quad.sweep.told import tell
 
 # Of the sweep itself, and not of its tables.
-KEPT = ("elapsed", "commit", "study", "sources", "versions")
+KEPT: dict[str, Kind] = {
+    "elapsed": (is_number, "a number"),
+    "commit": TEXT,
+    "study": TEXT,
+    "sources": TEXT,
+    "versions": (
+        lambda value: isinstance(value, dict) and all(isinstance(v, str) for v in value.values()),
+        "a mapping of libraries to their versions",
+    ),
+}
+COMMAND: dict[str, Kind] = {"command": TEXT}  # which findings of before 3f6ff50 do not have
 
 
 def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
@@ -40,13 +59,16 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
     name = directory.resolve().name
     if page is not None:
         check_page(page, name)
-    kept = _read(directory, FINDINGS, KEPT)
+    if not (directory / FINDINGS).is_file() and (directory / JOURNAL).is_file():
+        raise _unfinished(directory)
+    kept = read_plain(directory, FINDINGS, KEPT, perhaps=COMMAND)
     study = _study(directory)
     clock = _read_clock(directory)
-    told = {**kept, **tell(study, read_table(directory), clock)}
+    table = read_table(directory)
+    check_told(study, table, str(directory / TRIALS))
+    told = {**kept, **tell(study, table, clock)}
     write_report(study, told, directory)
     if page is not None:
-        # Findings of before 3f6ff50 do not say by what command.
         write_section(
             page, told, told.get("command", f"drake-quad sweep studies/{name}.yaml"), name
         )
@@ -54,31 +76,17 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
 
 
 def _study(directory: Path) -> Study:
-    plain = _read(directory, STUDY, ("definition",))
-    return study_from(plain["definition"], source=str(directory / STUDY))
-
-
-def _read(directory: Path, name: str, needed: tuple[str, ...]) -> dict[str, Any]:
-    try:
-        plain = json.loads((directory / name).read_text(encoding="utf-8"))
-    except OSError as problem:
-        if name == FINDINGS and (directory / JOURNAL).is_file():
-            raise _unfinished(directory) from None
-        raise _error(directory, name, f"cannot be read: {problem.strerror}") from None
-    except ValueError:
-        raise _error(directory, name, "is cut short or not JSON") from None
-    if not (isinstance(plain, dict) and all(key in plain for key in needed)):
-        raise _error(directory, name, "is not a sweep's")
-    return plain
+    return study_from(read_definition(directory, STUDY), source=str(directory / STUDY))
 
 
 def _read_clock(directory: Path) -> pa.Table:
     try:
         clock = pq.read_table(directory / CLOCK)
-    except (OSError, ValueError):
+    except (OSError, ValueError, pa.ArrowException):
         raise _error(directory, CLOCK, "is not there, cut short or not Parquet") from None
-    if {*CLOCK_COLUMNS} - {*clock.column_names, "held"}:  # which older sweeps did not measure
-        raise _error(directory, CLOCK, "is not a sweep's table")
+    for name, kind in CLOCK_COLUMNS.items():
+        if name in clock.column_names or name != "held":  # which older sweeps did not measure
+            check_column(clock, name, kind, str(directory / CLOCK), gaps=True)
     return clock
 
 
@@ -93,5 +101,5 @@ def _unfinished(directory: Path) -> InputError:
 
 
 def _error(directory: Path, name: str, what: str) -> InputError:
-    remedy = f"{what}; give the directory of a finished `drake-quad sweep`"
-    return InputError(source=str(directory), field=name, value=str(directory / name), remedy=remedy)
+    where = str(directory / name)
+    return InputError(source=str(directory), field=name, value=where, remedy=f"{what}; {REMEDY}")

@@ -1,6 +1,5 @@
 """Two sweeps side by side: is the second worse, and could that be chance?"""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +9,13 @@ from rich.table import Table
 from drake_quad.errors import InputError
 from drake_quad.sweep.pairing import Swept, apart, differing, pair, swept, why_apart
 from drake_quad.sweep.rates import causes_of, rate_of
+from drake_quad.sweep.reading import REMEDY, TEXT, TRUTH, Kind, read_definition, read_plain
 from drake_quad.sweep.significance import Finding
 from drake_quad.sweep.sweep import FINDINGS, STUDY
 from drake_quad.sweep.table import read_table
 from drake_quad.sweep.told import rate_told
 
+KEPT: dict[str, Kind] = {"study": TEXT, "commit": TEXT, "complete": TRUTH}  # of the findings
 LISTED = 10  # trials that only one of the two succeeded in
 UNLIKE = "draws that all cells share are compared only with such of a grid of as many cells"
 
@@ -28,7 +29,7 @@ def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
     where they are not.
 
     Raises:
-        InputError: If there is no sweep in one of the directories.
+        InputError: If there is no sweep in one of the directories, or its files are spoilt.
     """
     (one, one_told), (other, other_told) = _side(before), _side(after)
     told: dict[str, Any] = {"before": one_told, "after": other_told}
@@ -106,26 +107,23 @@ def _side(directory: Path) -> tuple[Swept, dict[str, Any]]:
     """A sweep, and what is told of it.
 
     Raises:
-        InputError: If there is none.
+        InputError: If there is none, or its files are spoilt.
     """
     table = read_table(directory)
     if not len(table):
         remedy = "holds no trial: nothing to compare"
         raise InputError(source=str(directory), field="trials", value=0, remedy=remedy)
-    name = FINDINGS
+    found = read_plain(directory, FINDINGS, KEPT)
+    definition = read_definition(directory, STUDY)
     try:
-        found = json.loads((directory / name).read_text(encoding="utf-8"))
-        known = {key: found[key] for key in ("study", "commit", "complete")}
-        name = STUDY
-        plain = json.loads((directory / name).read_text(encoding="utf-8"))
-        whole = swept(table, plain["definition"])
-    except (OSError, ValueError, KeyError, TypeError):
-        remedy = "not there, or not a sweep's; give the directory of a `drake-quad sweep`"
-        path = str(directory / name)
-        raise InputError(source=str(directory), field=name, value=path, remedy=remedy) from None
+        whole = swept(table, definition)
+    except ValueError as problem:
+        path = str(directory / STUDY)
+        remedy = f"{problem}; {REMEDY}"
+        raise InputError(source=path, field="definition", value="...", remedy=remedy) from None
     return whole, {
         "directory": str(directory),
-        **known,
+        **{key: found[key] for key in KEPT},
         "rate": rate_told(rate_of(sum(table["success"].to_pylist()), len(table))),
         "causes": causes_of(table["outcome"].to_pylist(), table["reason"].to_pylist()),
     }

@@ -1,19 +1,22 @@
 """The journal of a sweep: a line a finished trial, whole after every one, whatever happens.
 
 A file of JSON lines. The first says what the study is and of which sources. A sweep that is killed
-leaves half a line at most; whoever goes on with it drops that line and does its trial again.
+leaves half a line at most; whoever goes on with it drops that line and does its trial again. So it
+is with a line that something spoilt, whether it is no JSON any more or no result of the study.
 """
 
 import fcntl
 import json
 import os
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
 from drake_quad.errors import InputError
+from drake_quad.plain_json import is_whole, plain_of
 from drake_quad.whole_files import write_whole
 
 NAME = "journal.jsonl"
@@ -27,6 +30,7 @@ SAID = {
 NEEDED = {"index", "outcome", "reason", "success", "figures", "scenario", "clock"}
 
 Result = dict[str, Any]
+Fits = Callable[[Result], bool]
 
 
 @dataclass
@@ -39,6 +43,8 @@ class Journal:
         leavings: Names of what else a sweep leaves there: without a journal nothing can be said
             of it, and it stays.
         done: What came of the trials so far, by index.
+        fits: Whether a line can be a result of the study, which the journal itself knows nothing
+            of; one that cannot counts as not there.
         name: Of its file; in a directory that is not its own, another than NAME.
         option: By which it was asked for, to be named by errors.
     """
@@ -47,6 +53,7 @@ class Journal:
     study: dict[str, Any]
     leavings: Sequence[str] = ()
     done: dict[int, Result] = field(default_factory=dict)
+    fits: Fits = lambda _: True
     name: str = NAME
     option: str = "--out"
     _file: TextIO | None = None
@@ -73,7 +80,11 @@ class Journal:
             if path.exists() and path.stat().st_size:
                 if not resume:
                     raise self._error("holds a sweep: go on with it by --resume, or give another")
-                self._take(*read_journal(self.directory, self.name, keep_damaged=True))
+                # Of another study no line fits: that is no damage, of which to keep a copy.
+                self._check(read_journal(self.directory, self.name)[0])
+                _, self.done = read_journal(
+                    self.directory, self.name, fits=self.fits, keep_damaged=True
+                )
             else:
                 left = [name for name in self.leavings if (self.directory / name).exists()]
                 if left:
@@ -124,13 +135,12 @@ class Journal:
         finally:
             self._lock.close()
 
-    def _take(self, study: dict[str, Any], done: dict[int, Result]) -> None:
+    def _check(self, study: dict[str, Any]) -> None:
         own = json.loads(json.dumps(self.study))
         for key in own:
             if study.get(key) != own[key]:
                 said = SAID.get(key, f"of other {key}")
                 raise self._error(f"holds a sweep {said}: its trials would not match; give another")
-        self.done = done
 
     def _error(self, remedy: str) -> InputError:
         field, path = "directory", self.directory
@@ -140,16 +150,22 @@ class Journal:
 
 
 def read_journal(
-    directory: Path, name: str = NAME, *, keep_damaged: bool = False
+    directory: Path,
+    name: str = NAME,
+    *,
+    fits: Fits = lambda _: True,
+    keep_damaged: bool = False,
 ) -> tuple[dict[str, Any], dict[int, Result]]:
     """What the journal in `directory` says of its study, and its whole lines by index.
 
-    Lines that cannot be read, such as half of one or what a disk spoilt, count as not there.
+    Lines that are spoilt count as not there: half of one, what is no JSON, a value of the wrong
+    kind, a misspelt name, and lines of one index, of which nobody knows whose they are.
 
     Args:
         directory: Of the sweep.
         name: Of its file.
-        keep_damaged: Whether to keep a copy beside it if more than its end cannot be read.
+        fits: Whether a line can be a result of the study.
+        keep_damaged: Whether to keep a copy beside it if more than its end is spoilt.
 
     Raises:
         InputError: There is none, or it is not one.
@@ -163,21 +179,28 @@ def read_journal(
         whole = path.read_bytes()
     except OSError:
         raise error("not there; give the directory of a `drake-quad sweep`") from None
-    first, *lines = [_plain(line) for line in whole.rstrip(b"\n").split(b"\n")]
+    first, *lines = [plain_of(line) for line in whole.rstrip(b"\n").split(b"\n")]
     if first is None or not set(SAID) <= first.keys():
         raise error("is not the journal of a sweep")
     read = [line for line in lines if line is not None]
-    if any(type(one.get("index")) is not int or not one.keys() >= NEEDED for one in read):
+    # What is spoilt is so at one place, and lacks one name at most.
+    if any(len(NEEDED - one.keys()) > 1 for one in read):
         raise error("has lines that are no trials: it was written by something else")
-    if keep_damaged and None in lines[:-1]:
+    good = [one for one in read if _is_result(one) and fits(one)]
+    often = Counter(one["index"] for one in good)
+    done = {one["index"]: one for one in good if often[one["index"]] == 1}
+    if keep_damaged and (None in lines[:-1] or len(done) < len(read)):
         write_whole(path.with_suffix(DAMAGED), lambda to: to.write_bytes(whole))
-    return first, {one["index"]: one for one in read}
+    return first, done
 
 
-def _plain(line: bytes) -> dict[str, Any] | None:
-    """A line's mapping; None if it is none."""
-    try:
-        value = json.loads(line)
-    except (ValueError, RecursionError):
-        return None
-    return value if isinstance(value, dict) else None
+def _is_result(line: Result) -> bool:
+    """Whether what is read of any result is there and of its kind; of what study, `fits` knows."""
+    return (
+        is_whole(line.get("index"))
+        and line["index"] >= 0
+        and type(line.get("success")) is bool
+        and all(isinstance(line.get(name), str) for name in ("outcome", "reason"))
+        and all(isinstance(line.get(name), dict) for name in ("figures", "clock"))
+        and isinstance(line.get("scenario", 0), str | None)
+    )

@@ -1,6 +1,5 @@
 """Runs the worst trials of a sweep again, each with its report, which the sweep's links to."""
 
-import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from drake_quad.errors import InputError, PlanningError
+from drake_quad.plain_json import plain_of
 from drake_quad.report.build import REPORT, build_report
 from drake_quad.report.scene_log import write_scene_log
 from drake_quad.simulation import run, write_files
@@ -41,12 +41,14 @@ def otherwise(table: pa.Table, out: Path) -> dict[int, str]:
     ended = dict(zip(table["index"].to_pylist(), table["outcome"].to_pylist(), strict=True))
     found = {}
     for index, report in replays_in(out).items():
-        with suppress(OSError, ValueError, KeyError):  # of a report alone nothing is known
-            text = (report.parent / "summary.json").read_text(encoding="utf-8")
-            outcome = str(json.loads(text)["outcome"])
-            # A bound that is missed is the sweep's finding: the run reached its goal.
-            if outcome != ended.get(index, "").replace("bound_missed", "goal_reached"):
-                found[index] = outcome
+        summary = None
+        with suppress(OSError):  # of a report alone nothing is known
+            summary = plain_of((report.parent / "summary.json").read_bytes())
+        outcome = (summary or {}).get("outcome")
+        # A bound that is missed is the sweep's finding: the run reached its goal.
+        was = ended.get(index, "").replace("bound_missed", "goal_reached")
+        if isinstance(outcome, str) and outcome != was:
+            found[index] = outcome
     return found
 
 

@@ -16,7 +16,7 @@ from drake_quad.sweep.journal import Journal
 from drake_quad.sweep.provenance import MODELS, commit, describe, own_versions, robots_of
 from drake_quad.sweep.study import Base, as_plain
 from drake_quad.sweep.study_config import Study
-from drake_quad.sweep.table import CLOCK, TRIALS, write_tables
+from drake_quad.sweep.table import CLOCK, TRIALS, fitting, write_tables
 from drake_quad.sweep.told import tell
 from drake_quad.sweep.trials import TRIALS_DIRECTORY, Trial, count_trials, make_trials
 from drake_quad.sweep.work import work
@@ -90,7 +90,7 @@ def sweep(
         "versions": [own_versions()],
         "robot": robots_of(study, base),
     }
-    journal = Journal(out, told, LEAVINGS)
+    journal = Journal(out, told, LEAVINGS, fits=fitting(study))
     journal.open(resume=resume)
     begun = time.perf_counter()
     try:

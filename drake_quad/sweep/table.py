@@ -1,6 +1,7 @@
 """The tables of a sweep: trials.parquet, the same whoever carried them out, and clock.parquet."""
 
 import json
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
+from drake_quad.plain_json import is_number, is_whole
 from drake_quad.scenario import scenario_text
 from drake_quad.sweep.draws import way_of
+from drake_quad.sweep.journal import NAME as JOURNAL
+from drake_quad.sweep.reading import REMEDY, check_column, strange
 from drake_quad.sweep.study import Base
 from drake_quad.sweep.study_check import MOST_WHOLE
 from drake_quad.sweep.study_config import Study, Vary
@@ -26,10 +30,41 @@ CLOCK_COLUMNS = {
     "tried": pa.int64(),
     "held": pa.float64(),
 }
-# Columns that are read again.
-READ = {"index", "seed", "success", "outcome", "reason", "overrides"}
+# Columns that are read again, whatever for; of what they are, and how to say that.
+READ = {
+    "index": pa.int64(),
+    "seed": pa.int64(),
+    "success": pa.bool_(),
+    "outcome": pa.string(),
+    "reason": pa.string(),
+    "overrides": pa.list_(pa.string()),
+}
 
 Result = dict[str, Any]
+
+
+def fitting(study: Study) -> Callable[[Result], bool]:
+    """What says whether a result, with its index, can be one of this study's.
+
+    That is, whether the tables can be made of it: a line of a journal may be spoilt.
+    """
+    count, figures = count_trials(study), set(figures_of(study))
+    whole = {name for name, kind in CLOCK_COLUMNS.items() if kind == pa.int64()}
+
+    def fits(result: Result) -> bool:
+        return (
+            0 <= result["index"] < count
+            and result["success"] == (result["outcome"] == "goal_reached")
+            and isinstance(result.get("mode", 0), str | None)
+            and result["figures"].keys() == figures
+            and all(value is None or is_number(value) for value in result["figures"].values())
+            and all(
+                value is None or (is_whole if name in whole else is_number)(value)
+                for name, value in result["clock"].items()
+            )
+        )
+
+    return fits
 
 
 def make_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
@@ -43,7 +78,7 @@ def make_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
     names = {"index": pa.int64(), "seed": pa.int64(), "success": pa.bool_()}
     names |= dict.fromkeys(("outcome", "reason", "mode"), pa.string())
     varied = [f"vary.{vary.title}" for vary in study.vary]
-    types = {name: _type_of(vary) for name, vary in zip(varied, study.vary, strict=True)}
+    types = {name: type_of(vary) for name, vary in zip(varied, study.vary, strict=True)}
     figures = figures_of(study)
     names |= types | {f"figure.{name}": pa.float64() for name in figures}
     names |= {"overrides": pa.list_(pa.string()), "scenario": pa.string(), "command": pa.string()}
@@ -85,7 +120,21 @@ def make_clock(done: dict[int, Result]) -> pa.Table:
 def write_tables(
     study: Study, base: Base, done: dict[int, Result], out: Path
 ) -> tuple[pa.Table, pa.Table]:
-    """Writes both tables into `out`; neither is ever half."""
+    """Writes both tables into `out`; neither is ever half.
+
+    Raises:
+        InputError: They cannot be written, or one of the results is none of the study's.
+    """
+    fits = fitting(study)
+    for index, result in done.items():
+        if not fits({**result, "index": index}):
+            raise InputError(
+                source=str(out / JOURNAL),
+                field="index",
+                value=index,
+                remedy="the line of that index is no result of the study: remove it, and go on "
+                "with --resume",
+            )
     trials, clock = make_table(study, base, done), make_clock(done)
     for name, table in ((CLOCK, clock), (TRIALS, trials)):
         write_whole(out / name, partial(pq.write_table, table, compression="zstd"))
@@ -96,23 +145,38 @@ def read_table(directory: Path) -> pa.Table:
     """The trials of a sweep.
 
     Raises:
-        InputError: If there are none in `directory`, or they are cut short.
+        InputError: If there are none in `directory`, they are cut short, or a column that is read
+            is not as sweeps write it.
     """
+    path = directory / TRIALS
 
     def error(remedy: str) -> InputError:
-        path = str(directory / TRIALS)
-        return InputError(source=str(directory), field=TRIALS, value=path, remedy=remedy)
+        return InputError(source=str(directory), field=TRIALS, value=str(path), remedy=remedy)
 
     try:
-        table = pq.read_table(directory / TRIALS)
+        table = pq.read_table(path)
+        table.validate(full=True)  # text is read as such only now
     except FileNotFoundError:
-        raise error("not there; give the directory of a finished `drake-quad sweep`") from None
+        raise error(f"not there; {REMEDY}") from None
     except PermissionError as problem:
         raise error(f"cannot be read: {problem.strerror}") from None
-    except (OSError, ValueError):  # Arrow's own errors are either
+    except (OSError, ValueError, pa.ArrowException):
         raise error("is cut short or not Parquet") from None
-    if not set(table.column_names) >= READ:
+    if not set(table.column_names) >= READ.keys():
         raise error("is not a sweep's table")
+    for name, kind in READ.items():
+        check_column(table, name, kind, str(path))
+    rows = zip(*(table[name].to_pylist() for name in ("index", "success", "outcome")), strict=True)
+    seen: set[int] = set()
+    for index, success, outcome in rows:
+        if index < 0 or index in seen:
+            raise strange(str(path), "index", index, "must be 0 or more, and of one row alone")
+        if success != (outcome == "goal_reached"):
+            what = (
+                f"must be whether the outcome is goal_reached; that of trial {index} is {outcome}"
+            )
+            raise strange(str(path), "success", success, what)
+        seen.add(index)
     return table
 
 
@@ -131,7 +195,7 @@ def _scenario_of(trial: Trial) -> str | None:
         return None
 
 
-def _type_of(vary: Vary) -> pa.DataType:
+def type_of(vary: Vary) -> pa.DataType:
     """Of the column; what is not a number is written as JSON."""
     way = way_of(vary)
     if way in ("uniform", "log_uniform", "normal", "linspace"):

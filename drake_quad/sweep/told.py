@@ -21,7 +21,7 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
 
     Args:
         study: Checked.
-        table: Of `make_table`.
+        table: Of `make_table`; one that was read is to be checked by `check_told`.
         clock: Of `make_clock`.
     """
     success = table["success"].to_pylist()
