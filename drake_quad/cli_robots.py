@@ -122,22 +122,24 @@ def chart(
 
     Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
     """
-    from drake_quad.chart_grid import Span
+    from drake_quad.chart_grid import Span, grid_of
     from drake_quad.chart_picture import save_chart
     from drake_quad.chart_report import print_chart, write_chart
     from drake_quad.chart_stairs import chart_stairs
+    from drake_quad.chart_workers import check_workers
+    from drake_quad.robot.load_robot import load_robot
 
+    rises, runs = Span(rise_from, rise_to, rise_step), Span(run_from, run_to, run_step)
+    workers = workers if workers is not None else os.cpu_count() or 1
+    # What is refused leaves no directory behind, and no progress.
+    grid_of(rises, runs, count)
+    check_workers(workers)
+    load_robot(robot)
     directory = out if out is not None else Path("charts") / stem(robot)
     claim(directory)
     with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
         told = chart_stairs(
-            robot,
-            Span(rise_from, rise_to, rise_step),
-            Span(run_from, run_to, run_step),
-            count=count,
-            workers=workers if workers is not None else os.cpu_count() or 1,
-            progress=progress,
-            stop=interrupted,
+            robot, rises, runs, count=count, workers=workers, progress=progress, stop=interrupted
         )
     write_chart(told, directory)
     save_chart(told, directory)

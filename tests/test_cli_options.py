@@ -162,6 +162,7 @@ def test_a_chart_of_a_thousand_workers_is_refused(tmp_path: Path) -> None:
     """The command has the check, before it reads the robot."""
     line = refused(drake_quad("chart", "nobody", "--workers", "1000000", cwd=tmp_path))
     assert "--workers: workers = 1000000" in line
+    assert line.startswith("drake-quad: ") and list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("command", ["plan", "check"])
