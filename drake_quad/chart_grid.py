@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 from math import floor, inf
 
-from drake_quad.check_ask import RISE_MOST, RUN_MOST, check_numbers
+from drake_quad.check_ask import check_numbers
 from drake_quad.errors import InputError
+from drake_quad.terrain_check_stairs import RISE_MAX, RUN_MAX
 
 MOST_CELLS = 10_000
 FINEST = 1e-4  # [m] to which values are rounded: steps below it would give some of them twice
-MOST = {"rise": RISE_MOST, "run": RUN_MOST}
+MOST = {"rise": RISE_MAX, "run": RUN_MAX}
 
 
 @dataclass(frozen=True)

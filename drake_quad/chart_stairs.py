@@ -6,10 +6,11 @@ from functools import partial
 from typing import Any
 
 from drake_quad.chart_grid import Span, grid_of
-from drake_quad.chart_workers import check_workers, judge_all
+from drake_quad.chart_workers import judge_all
 from drake_quad.check_ask import ask_stairs
 from drake_quad.check_report import LIMITS, limit_of
 from drake_quad.errors import InputError
+from drake_quad.processes import check_workers
 from drake_quad.robot.load_robot import load_robot
 
 # Name, rise and run [m]: the steepest flights that the International Building Code (1011.5.2), the

@@ -1,6 +1,5 @@
 """Does many independent things in several processes; what comes out does not depend on how many."""
 
-import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -12,20 +11,7 @@ from typing import TypeVar
 from drake_quad.errors import InputError
 
 LOOK_PERIOD = 0.3  # [s] between looks at whether to stop
-MOST_EACH = 8  # processes a core, as for a sweep
 Result = TypeVar("Result")
-
-
-def check_workers(workers: int) -> None:
-    """Makes sure that so many processes are some, and no more than the machine bears.
-
-    Raises:
-        InputError: Naming the option, its value and what would be right.
-    """
-    cores = os.cpu_count() or 1
-    if not 1 <= workers <= MOST_EACH * cores:
-        remedy = f"give 1 to {MOST_EACH * cores} processes: there are {cores} cores"
-        raise InputError(source="--workers", field="workers", value=workers, remedy=remedy)
 
 
 def judge_all(

@@ -9,9 +9,10 @@ from drake_quad.errors import InputError, PlanningError
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import Scenario, load_scenario
 from drake_quad.stability.kinds import HULL
+from drake_quad.terrain_check_stairs import RISE_MAX, RUN_MAX
 from drake_quad.user_path import user_path
 
-RISE_MOST, RUN_MOST, COUNT_MOST = 2.0, 5.0, 100
+COUNT_MOST = 100
 
 
 def check_numbers(rise: float, run: float, count: int) -> None:
@@ -20,7 +21,7 @@ def check_numbers(rise: float, run: float, count: int) -> None:
     Raises:
         InputError: Naming the option, its value and what would be right.
     """
-    for name, value, most in (("rise", rise, RISE_MOST), ("run", run, RUN_MOST)):
+    for name, value, most in (("rise", rise, RISE_MAX), ("run", run, RUN_MAX)):
         if not (isfinite(value) and 0.0 < value <= most):
             remedy = f"give metres, more than 0 and at most {most:g}"
             raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import floor
 
-from drake_quad.check_ask import RUN_MOST, ask_stairs
+from drake_quad.check_ask import ask_stairs
 from drake_quad.check_stairs import Check
 from drake_quad.design.choose import highest_rise
 from drake_quad.design.shape import read_shape
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.kinds import HULL
+from drake_quad.terrain_check_stairs import RUN_MAX
 
 SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
 LEAST_RISE = 0.02  # [m] below which nothing is called stairs
@@ -100,7 +101,7 @@ def nearest_stairs(
                 return found, run
     for times in () if deep else DEEPER:
         deeper = round(times * run, 2)
-        if deeper <= RUN_MOST and judge(rise, deeper, count).feasible:
+        if deeper <= RUN_MAX and judge(rise, deeper, count).feasible:
             return rise, deeper
     return None
 

@@ -1,5 +1,7 @@
 """The directories of the commands: named, claimed before long work, read, and reported on."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +16,45 @@ def stem(scenario: str) -> str:
 
 
 def claim(directory: Path, option: str = "--out") -> None:
-    """Makes sure before any long work that the directory can be written to.
+    """Makes sure before any long work that the directory can be written to; makes nothing.
 
     Raises:
         InputError: If it cannot; it names the option by which the directory was given.
     """
+    with _writing(directory, option):
+        _probe(directory / ".writable")
+
+
+def claim_file(path: Path | None, option: str) -> None:
+    """The same of a file, if there is to be one."""
+    if path is None:
+        return
+    refusal = ""
+    with _writing(path, option):
+        if path.is_dir():
+            refusal = "is a directory; give a file in it"
+        elif path.exists() and not path.is_file():  # to be in place of /dev/null would harm
+            refusal = "is no file that could be written anew; give another"
+        else:
+            _probe(path.with_name(f".{path.name}.part"))  # as long a name as `write_whole`'s
+    if refusal:
+        raise InputError(source=option, field=option[2:], value=str(path), remedy=refusal)
+
+
+def _probe(path: Path) -> None:
+    """Tries a file of that name in the lowest folder on the way to it that is there."""
+    folder = next(p for p in path.absolute().parents if p.exists() or p.is_symlink())
+    (folder / path.name).touch()
+    (folder / path.name).unlink()
+
+
+@contextmanager
+def _writing(path: Path, option: str) -> Iterator[None]:
     try:
-        directory.mkdir(parents=True, exist_ok=True)
-        probe = directory / ".writable"
-        probe.touch()
-        probe.unlink()
+        yield
     except OSError as error:
-        raise InputError(
-            source=option,
-            field="directory",
-            value=str(directory),
-            remedy=f"cannot be written to: {error.strerror}; give another with {option}",
-        ) from None
+        remedy = f"cannot be written to: {error.strerror}; give another with {option}"
+        raise InputError(source=option, field=option[2:], value=str(path), remedy=remedy) from None
 
 
 def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:

@@ -8,14 +8,8 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from drake_quad.cli_files import claim, stem
-from drake_quad.cli_options import (
-    MESSAGES,
-    JsonOption,
-    RobotArgument,
-    WorkersOption,
-    claim_file,
-)
+from drake_quad.cli_files import claim, claim_file, stem
+from drake_quad.cli_options import MESSAGES, JsonOption, RobotArgument, WorkersOption
 from drake_quad.cli_progress import cells_progress, interruptible
 
 
@@ -126,15 +120,12 @@ def chart(
     from drake_quad.chart_picture import save_chart
     from drake_quad.chart_report import print_chart, write_chart
     from drake_quad.chart_stairs import chart_stairs
-    from drake_quad.chart_workers import check_workers
-    from drake_quad.robot.load_robot import load_robot
+    from drake_quad.processes import check_workers
 
     rises, runs = Span(rise_from, rise_to, rise_step), Span(run_from, run_to, run_step)
     workers = workers if workers is not None else os.cpu_count() or 1
-    # What is refused leaves no directory behind, and no progress.
-    grid_of(rises, runs, count)
+    grid_of(rises, runs, count)  # before there is any progress to be seen
     check_workers(workers)
-    load_robot(robot)
     directory = out if out is not None else Path("charts") / stem(robot)
     claim(directory)
     with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:

@@ -10,54 +10,48 @@ from drake_quad.errors import InputError
 Write = Callable[[Path], object]  # given the path to fill
 
 
-def write_together(files: Mapping[Path, Write], *, gone: Iterable[Path] = ()) -> None:
+def write_together(
+    files: Mapping[Path, Write], *, gone: Iterable[Path] = (), option: str = "--out"
+) -> None:
     """Fills all files beside their places, and moves them there once all are whole.
 
     A kill on the way leaves no mixture of old and new that reads as whole: what is found by its
     last file is not found until all is there.
 
     Args:
-        files: What fills each; all in one directory.
+        files: What fills each; is given the path to fill.
         gone: Older files that would belong to none of the new: they are removed.
+        option: By which their place was asked for, to be named by the error.
 
     Raises:
-        InputError: If they cannot be written; what was there before stays.
+        InputError: If one cannot be filled, with the system's reason; what was there before stays.
     """
     partials = {path: _partial(path) for path in files}
     now = next(iter(files))
     try:
         for now, write in files.items():
             _fill(now, write)
-        for now in (*gone, list(files)[-1]):
+        *before, last = files
+        for now in (*gone, *([last] if before else [])):
             now.unlink(missing_ok=True)
         for now, partial in partials.items():
             partial.replace(now)
     except OSError as error:
         for partial in partials.values():
-            with suppress(OSError):
+            with suppress(OSError):  # it may never have been made
                 partial.unlink()
-        raise _unwritten(now, error, "--out") from None
+        raise InputError(
+            source=option,
+            field=now.name,
+            value=str(now),
+            remedy=f"cannot be written: {error.strerror or error}; make room, or give another "
+            f"place with {option}",
+        ) from None
 
 
 def write_whole(path: Path, write: Write, *, option: str = "--out") -> None:
-    """Has `write` fill a file beside `path` and moves it there.
-
-    Args:
-        path: Of the file.
-        write: Is given the path to fill.
-        option: By which its place was asked for, to be named by the error.
-
-    Raises:
-        InputError: If it cannot be written, with the system's reason; what was there before stays.
-    """
-    partial = _partial(path)
-    try:
-        _fill(path, write)
-        partial.replace(path)
-    except OSError as error:
-        with suppress(OSError):  # it may never have been made
-            partial.unlink()
-        raise _unwritten(path, error, option) from None
+    """The same of one file, which is moved over what was there before; see `write_together`."""
+    write_together({path: write}, option=option)
 
 
 def _partial(path: Path) -> Path:
@@ -71,13 +65,3 @@ def _fill(path: Path, write: Write) -> None:
     write(partial)
     with partial.open("rb") as written:  # or a power cut could leave its name without its text
         os.fsync(written.fileno())
-
-
-def _unwritten(path: Path, error: OSError, option: str) -> InputError:
-    return InputError(
-        source=option,
-        field=path.name,
-        value=str(path),
-        remedy=f"cannot be written: {error.strerror or error}; make room, or give another "
-        f"place with {option}",
-    )

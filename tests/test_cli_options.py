@@ -25,13 +25,13 @@ from synthetic_robot import Quadruped
 
 from drake_quad import chart_grid, check_command, cli, cli_robots
 from drake_quad.chart_grid import Span, grid_of
-from drake_quad.chart_workers import MOST_EACH, check_workers
 from drake_quad.check_command import Asked, run_check
 from drake_quad.check_stairs import Check
-from drake_quad.cli_options import claim_file
+from drake_quad.cli_files import claim_file
 from drake_quad.errors import InputError
 from drake_quad.inspect_doubts import doubts
 from drake_quad.inspect_report import describe_robot, print_robot
+from drake_quad.processes import MOST_EACH, check_workers
 from drake_quad.robot.importing.import_robot import MAPPING
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import Scenario

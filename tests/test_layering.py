@@ -15,6 +15,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "drake_quad"
 FLOORS = {
     "errors": -1,
     "plain": -1,  # plain_json.py
+    "processes": -1,
     "whole": -1,  # whole_files.py
     "user": -1,  # user_path.py
     "yaml": -1,  # yaml_text.py
@@ -73,6 +74,7 @@ NEIGHBOURS = {
     ("plan", "run"),
     ("chart", "check"),
     ("main", "cli"),
+    ("processes", "errors"),
     ("whole", "errors"),
     ("yaml", "errors"),
 }

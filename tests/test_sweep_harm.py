@@ -8,11 +8,13 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 import sweep_rig as rig
 
+from drake_quad import simulation
 from drake_quad.errors import InputError
 from drake_quad.robot import load_robot
 from drake_quad.sweep import process as process_module
@@ -65,6 +67,20 @@ def test_what_a_machine_cannot_import_is_no_fault_of_the_robot(
     found = guarded(work, rig.trials_of(tmp_path, text)[0])
     assert found["outcome"] == outcome, found["reason"]
     assert os.strerror(code) in found["reason"]
+
+
+def test_a_run_that_a_full_disk_stopped_is_no_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The simulation says so in its reason alone, as where a kernel cannot be kept."""
+    trial = rig.trials_of(tmp_path)[0]
+    for said, outcome in (
+        ("simulation failed: OSError: [Errno 28] No space left on device: 'kernel'", MACHINE),
+        ("the base is 3 m off: No space left on device", "stopped"),
+    ):
+        stopped = SimpleNamespace(summary={}, outcome="stopped", reason=said)
+        monkeypatch.setattr(simulation, "run", lambda *_, one=stopped, **__: one)
+        assert guarded(work, trial)["outcome"] == outcome
 
 
 def test_ctrl_c_is_held_off_the_very_first_process(tmp_path: Path) -> None:

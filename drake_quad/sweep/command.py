@@ -1,6 +1,5 @@
 """`drake-quad sweep`: its options made into a sweep."""
 
-import os
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ import pyarrow as pa
 from rich.console import Console
 
 from drake_quad.errors import InputError
+from drake_quad.processes import check_workers
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.progress import Bar
@@ -19,8 +19,6 @@ from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study import Base, load_study
 from drake_quad.sweep.study_config import Limits, Study
 from drake_quad.sweep.sweep import CarryOut, sweep
-
-MOST_EACH = 8  # processes a core
 
 
 @dataclass(frozen=True)
@@ -64,15 +62,12 @@ def run_sweep(
     Raises:
         InputError: If anything given cannot be used.
     """
-    least = {"workers": 1, "limit": 1, "replays": 0}
+    check_workers(asked.workers)
+    least = {"limit": 1, "replays": 0}
     for name, value in ((name, getattr(asked, name)) for name in least):
         if value is not None and value < least[name]:
             remedy = f"give {least[name]} or more"
             raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
-    most = MOST_EACH * (os.cpu_count() or 1)
-    if asked.workers > most:
-        remedy = f"give {most} or fewer: there are {os.cpu_count()} cores"
-        raise InputError(source="--workers", field="workers", value=asked.workers, remedy=remedy)
     study, base = load_study(asked.study)
     if asked.page is not None:
         check_page(asked.page, asked.study.stem)
