@@ -217,6 +217,24 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     assert seed is not None and f"seed: {seed[1]}" in scenario
 
 
+@pytest.mark.parametrize("summary", [None, b"\xff", b"[1]", b'{"outcome": ["fell"]}', b"{}"])
+def test_of_a_replay_that_tells_no_end_nothing_is_said(
+    tmp_path: Path, summary: bytes | None
+) -> None:
+    """Its summary is gone, or spoilt: the report is linked to all the same."""
+    told = rig.sweep_made_up(tmp_path, tmp_path / "a")
+    index = told["worst"][0]["index"]
+    replay = tmp_path / "a" / "trials" / f"{index:06d}"
+    replay.mkdir(parents=True)
+    (replay / "report.html").write_text("a report")
+    if summary is not None:
+        (replay / "summary.json").write_bytes(summary)
+    assert otherwise(read_table(tmp_path / "a"), tmp_path / "a") == {}
+    write_report(rig.made(tmp_path)[0], told, tmp_path / "a")
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert f'href="trials/{index:06d}/report.html"' in page and "ended otherwise" not in page
+
+
 def test_a_section_leaves_the_rest_of_the_page(tmp_path: Path) -> None:
     """Written twice it is there once, in its place; all else stays as it was."""
     page = tmp_path / "page.md"
