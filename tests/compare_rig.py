@@ -15,9 +15,9 @@ Success = list[bool] | dict[int, bool]
 CELLS = 35
 
 
-def study_of(*, cells: int = 1, **fields: Any) -> Study:
+def study_of(*, cells: int = 1, trials: int = 1000, **fields: Any) -> Study:
     grid = Vary(path="world.rise_error", linspace=[0.0, 0.01, cells])
-    return Study(scenario="flat_walk", vary=[grid], **fields)
+    return Study(scenario="flat_walk", vary=[grid], trials=trials, **fields)
 
 
 def swept_of(success: Success, study: Study) -> Swept:

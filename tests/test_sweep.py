@@ -218,9 +218,9 @@ def test_every_trial_is_in_one_band() -> None:
 
 def test_causes_that_differ_in_numbers_are_one() -> None:
     """Most frequent first, successes not among them."""
-    outcomes = ["fell", "goal_reached", "fell", "stopped"]
-    reasons = ["tilted by 41°", "", "tilted by 4.5e-1°", "late"]
-    assert causes_of(outcomes, reasons) == [("fell: tilted by #°", 2), ("stopped: late", 1)]
+    outcomes = ["fell", "goal_reached", "fell", "stopped", "fell"]
+    reasons = ["tilted by 41°", "", "tilted by 4.5e-1°", "late", "tilted by 1.234e+04°"]
+    assert causes_of(outcomes, reasons) == [("fell: tilted by #°", 3), ("stopped: late", 1)]
 
 
 def test_the_gate_decides_the_status(tmp_path: Path) -> None:

@@ -17,6 +17,11 @@ from drake_quad.sweep.study_config import Vary
         (Vary(path="a", uniform=[0.5, 1.25], bands=3), ["0.5 to 0.75", "0.75 to 1", "1 to 1.25"]),
         (Vary(path="a", uniform=[1000, 1001], bands=2), ["1000 to 1000.5", "1000.5 to 1001"]),
         (Vary(path="a", uniform=[0.8, 0.9], step=1.0), ["1 to 1"]),
+        (
+            Vary(path="a", uniform=[-0.01, 0.02], bands=3),
+            ["-0.01 to 0", "0 to 0.01", "0.01 to 0.02"],
+        ),
+        (Vary(path="a", log_uniform=[1e-3, 1e13], bands=2), ["0.001 to 1e+05", "1e+05 to 1e+13"]),
         (Vary(path="a", linspace=[0.1, 0.1000002, 3]), ["0.1", "0.1000001", "0.1000002"]),
         (Vary(path="a", values=[1 / 3, 7]), ["0.333333", "7"]),
         (Vary(path="a", values=["1", 1, 2]), ['"1"', "1", "2"]),

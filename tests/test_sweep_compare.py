@@ -13,6 +13,7 @@ from compare_rig import CELLS, Success, files_of, study_of, swept_of
 from rich.console import Console
 
 from drake_quad.errors import InputError
+from drake_quad.sweep.caveats import KINEMATIC
 from drake_quad.sweep.compare import compare_sweeps, print_comparison
 from drake_quad.sweep.study_config import Bound, Gate, Study
 
@@ -59,6 +60,45 @@ def test_too_few_trials_tell_nothing(tmp_path: Path) -> None:
     told, text = compared(tmp_path, well(4, 4), well(0, 4), study_of())
     assert told["verdict"] == "cannot be told" and told["p"] == pytest.approx(0.125)
     assert "4 trials are too few" in text and "0.125" in text
+
+
+def test_the_trials_that_both_have_are_told_of(tmp_path: Path) -> None:
+    """The rates are of all; where the test has fewer, so are those that it is of."""
+    told, text = compared(tmp_path, well(20, 500), well(12, 20), study_of())
+    assert told["verdict"] == "worse" and "4.0 %" in text and "60.0 %" in text
+    assert "told by the 20 trials that both have: 20 and 12 of them succeeded" in text
+    (tmp_path / "whole").mkdir()
+    _, text = compared(tmp_path / "whole", well(20, 20), well(12, 20), study_of())
+    assert "told by" not in text
+
+
+def test_where_nothing_is_drawn_nothing_is_chance(tmp_path: Path) -> None:
+    """A robot that was lost of six is lost by a change: it is worse, whatever a test says."""
+    study = study_of(cells=6, trials=1)
+    for name, before, after, verdict in (
+        ("lost", well(6, 6), well(5, 6), "worse"),
+        ("won", well(5, 6), well(6, 6), "better"),
+        ("both", [True, False], [False, True], "worse"),
+        ("none", well(5, 6), well(5, 6), "no different"),
+    ):
+        (tmp_path / name).mkdir()
+        told, text = compared(tmp_path / name, before, after, study)
+        assert told["verdict"] == verdict and told["p"] is None
+        assert "nothing is drawn" in text and "by chance" not in text
+
+
+@pytest.mark.parametrize("mode", ["physics", "kinematic"])
+def test_a_side_without_physics_proves_nothing(tmp_path: Path, mode: str) -> None:
+    """It is said of that side."""
+    for name in ("one", "other"):
+        directory = files_of(tmp_path / name, well(3, 20), study_of())
+    modes = pa.array([mode] * 20)
+    table = pq.read_table(directory / "trials.parquet").append_column("mode", modes)
+    pq.write_table(table, directory / "trials.parquet")
+    console = Console(file=io.StringIO(), width=300)
+    print_comparison(compare_sweeps(tmp_path / "one", directory), console)
+    said = console.file.getvalue()  # type: ignore[attr-defined]
+    assert (f"{directory}: {KINEMATIC}" in said) == (mode == "kinematic")
 
 
 def test_a_draw_that_fails_in_all_cells_is_one_thing_that_failed(tmp_path: Path) -> None:

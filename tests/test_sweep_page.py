@@ -20,9 +20,10 @@ from drake_quad.scenario_config import Scenario
 from drake_quad.simulation import run
 from drake_quad.sweep import replays
 from drake_quad.sweep.bands import bands_of, places_of
+from drake_quad.sweep.caveats import grade
 from drake_quad.sweep.charts import curves_svg, draw_curves, plain_style
 from drake_quad.sweep.markdown import in_line
-from drake_quad.sweep.page import grade, write_report
+from drake_quad.sweep.page import write_report
 from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.replays import make_replays, otherwise
 from drake_quad.sweep.section import check_page, write_section
@@ -254,8 +255,8 @@ def test_values_far_apart_have_a_logarithmic_axis() -> None:
     def scale(values: list[float]) -> tuple[str, list[str]]:
         vary = Vary(path="friction", values=list(values))
         found = bands_of(vary, values * 3, [True] * 3 * len(values))
-        told = [{"label": b.label, "low": b.low, "high": b.high, "trials": 3, "good": 3,
-                 "bound_low": 0.3, "bound_high": 1.0} for b in found]  # fmt: skip
+        told = [{"label": b.label, "low": b.low, "high": b.high, "middle": b.middle, "trials": 3,
+                 "good": 3, "bound_low": 0.3, "bound_high": 1.0} for b in found]  # fmt: skip
         with plain_style():
             figure = draw_curves({"friction": told})
             FigureCanvasAgg(figure).draw()
@@ -269,7 +270,7 @@ def test_values_far_apart_have_a_logarithmic_axis() -> None:
 
 def test_a_picture_of_its_own_has_its_own_ink() -> None:
     """A page's variables are set in the file, which any reader of XML can read."""
-    band = {"label": "0.5", "low": 0.5, "high": 0.5, "trials": 3, "good": 2,
+    band = {"label": "0.5", "low": 0.5, "high": 0.5, "middle": 0.5, "trials": 3, "good": 2,
             "bound_low": 0.1, "bound_high": 0.99}  # fmt: skip
     written = stand_alone(curves_svg({"friction > 0": [band]}))
     root = fromstring(written)

@@ -99,11 +99,20 @@ BAD = [
         "vary[0].step",
         "nothing to draw",
     ),
-    (
-        HEAD + "set: [simulation.seed=3]\ntrials: 3\nvary: [" + FRICTION + "]\n",
-        "trials",
-        "all be alike",
-    ),
+    *[
+        (HEAD + f"trials: 3\nset: [{given}]\nvary: [{vary}]\n", "trials", "be alike")
+        for given, vary in [
+            ("simulation.seed=3", FRICTION),
+            ('"simulation={seed: 3}"', FRICTION),
+            ("", "{path: simulation.seed, values: [1, 2]}"),
+            ("", "{path: simulation, values: [{seed: 1}, {seed: 2}]}"),
+            ("", "{name: a, cases: {x: [simulation.seed=1]}}"),
+        ]
+    ],
+    *[
+        (HEAD + f"vary: [{{path: simulation.friction, {axis}}}]\n", "vary[0].", "has one twice")
+        for axis in ("values: [0.5, 0.5, 1.0]", "values: [1, 1.0]", "linspace: [0.5, 0.5, 3]")
+    ],
     (
         HEAD
         + "vary: ["

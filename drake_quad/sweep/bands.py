@@ -23,12 +23,14 @@ class Band:
         label: What to call it.
         low: Its ends; both the value itself on a grid's axis; both None of what is no number.
         high: The upper one.
+        middle: Half of its trials have less: where the rate stands. None of no numbers, or none.
         rate: Of its trials.
     """
 
     label: str
     low: float | None
     high: float | None
+    middle: float | None
     rate: Rate
 
 
@@ -55,6 +57,8 @@ def places_of(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarray,
     # Bands that as many draws fall into: even in the distribution, but for the rounding to steps.
     edges = [draw(vary, min(k / vary.bands, 1.0 - 2.0**-53)) for k in range(vary.bands + 1)]
     edges = sorted(set(edges))
+    if vary.log_uniform is None:  # 0, of which rounding leaves some 1e-18
+        edges = [0.0 if abs(e) < 1e-12 * (edges[-1] - edges[0]) else e for e in edges]
     words = _labels(edges, 3)
     if len(edges) == 1:  # all draws are alike
         edges, words = edges * 2, words * 2
@@ -79,10 +83,13 @@ def bands_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list
     """The rate in each band of what varies."""
     labels, places, ends = places_of(vary, values)
     good = np.asarray(success, dtype=bool)
-    return [
-        Band(label, low, high, rate_of(int(good[places == k].sum()), int((places == k).sum())))
-        for k, (label, (low, high)) in enumerate(zip(labels, ends, strict=True))
-    ]
+    bands = []
+    for k, (label, (low, high)) in enumerate(zip(labels, ends, strict=True)):
+        own = [value for value, place in zip(values, places, strict=True) if place == k]
+        middle = float(np.median(own)) if own and low is not None else None
+        rate = rate_of(int(good[places == k].sum()), len(own))
+        bands.append(Band(label, low, high, middle, rate))
+    return bands
 
 
 def _labels(values: Sequence[Any], digits: int) -> list[str]:

@@ -18,6 +18,7 @@ ROW_HEIGHT = 2.5  # [in]
 LINE_HEIGHT = 0.2  # [in] of names one below the other
 SIDE_BY_SIDE = 36  # letters that fit below a panel
 STRETCH = 20.0  # values of a grid of which one is so many times another have a logarithmic axis
+LOW = 0.1  # a rate below which its number stands above it, as it would stand on the axis
 COLOURS = "RdYlGn"
 
 
@@ -92,9 +93,9 @@ def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
     known = [band for band in bands if band["trials"]]
     numbers = all(band["low"] is not None for band in known)
     if numbers:
-        x = np.array([0.5 * (band["low"] + band["high"]) for band in known], dtype=float)
-        half = np.array([0.5 * (band["high"] - band["low"]) for band in known])
-        if len(x) > 2 and x.min() > 0.0 and x.max() > STRETCH * x.min() and not half.any():
+        x = np.array([band["middle"] for band in known], dtype=float)
+        ends = np.array([(band["low"], band["high"]) for band in known], dtype=float)
+        if len(x) > 2 and ends.min() > 0.0 and x.max() > STRETCH * x.min():
             ax.set_xscale("log")
             ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             ax.xaxis.set_major_formatter("{x:g}")
@@ -102,21 +103,25 @@ def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
         else:
             ax.locator_params(axis="x", nbins=5)
     else:
-        x, half = np.arange(len(known), dtype=float), np.zeros(len(known))
+        x = np.arange(len(known), dtype=float)
+        ends = np.column_stack([x, x])
         ax.set_xticks(x, [band["label"] for band in known])
         ax.set_xlim(-0.5, len(known) - 0.5)
     rate = np.array([band["good"] / band["trials"] for band in known])
     low = np.array([band["bound_low"] for band in known])
     high = np.array([band["bound_high"] for band in known])
-    ax.plot(x, rate, color=MUTED, linewidth=0.8)
+    if numbers:
+        ax.plot(x, rate, color=MUTED, linewidth=0.8)
     for k in range(len(known)):
         colour = GOOD if rate[k] == 1.0 else BAD
         ax.errorbar(
-            x[k], rate[k], xerr=half[k], yerr=[[rate[k] - low[k]], [high[k] - rate[k]]],
+            x[k], rate[k], xerr=np.abs(ends[k, :, None] - x[k]),
+            yerr=[[rate[k] - low[k]], [high[k] - rate[k]]],
             fmt="o", markersize=4, color=colour, elinewidth=1.0, capsize=2,
         )  # fmt: skip
         ax.annotate(
-            f"{known[k]['good']}/{known[k]['trials']}", (x[k], rate[k]), xytext=(4, -9),
+            f"{known[k]['good']}/{known[k]['trials']}", (x[k], rate[k]),
+            xytext=(4, -9 if rate[k] > LOW else 4),
             textcoords="offset points", fontsize=6.5, color=INK,
         )  # fmt: skip
     ax.set_ylim(-0.03, 1.05)

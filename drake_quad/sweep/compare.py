@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from drake_quad.errors import InputError
+from drake_quad.sweep.caveats import caveats_of, given_up, repeats
 from drake_quad.sweep.pairing import Swept, apart, differing, pair, swept, why_apart
 from drake_quad.sweep.rates import causes_of, rate_of
 from drake_quad.sweep.reading import REMEDY, TEXT, TRUTH, Kind, read_definition, read_plain
@@ -14,6 +15,7 @@ from drake_quad.sweep.significance import Finding
 from drake_quad.sweep.sweep import FINDINGS, STUDY
 from drake_quad.sweep.table import read_table
 from drake_quad.sweep.told import rate_told
+from drake_quad.sweep.trials import count_trials
 
 KEPT: dict[str, Kind] = {"study": TEXT, "commit": TEXT, "complete": TRUTH}  # of the findings
 LISTED = 10  # trials that only one of the two succeeded in
@@ -40,7 +42,16 @@ def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
     told["sharing"] = max(one.sharing, other.sharing)
     told["verdict"] = "cannot be told" if found is None else found.verdict
     told["why"] = _why(found)
+    if told["paired"] and one.fixed and other.fixed:
+        return told | _of_fixed(told["paired"])
     return told
+
+
+def _of_fixed(paired: dict[str, Any]) -> dict[str, Any]:
+    """The verdict where nothing is drawn: cells are no sample, and no chance is in what changed."""
+    verdict = "worse" if paired["lost"] else "better" if paired["won"] else "no different"
+    why = "nothing is drawn in these studies: what changed was changed by program or files"
+    return {"verdict": verdict, "why": why, "test": None, "unit": None, "units": None, "p": None}
 
 
 def print_comparison(told: dict[str, Any], console: Console) -> None:
@@ -62,11 +73,10 @@ def print_comparison(told: dict[str, Any], console: Console) -> None:
     for line in _remarks(told):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     for side in sides:
-        if not side["complete"]:
+        for line in caveats_of(side):
             console.print(
-                f"{side['directory']} is part of its study: trials that end early come first",
-                markup=False, highlight=False, soft_wrap=True,
-            )  # fmt: skip
+                f"{side['directory']}: {line}", markup=False, highlight=False, soft_wrap=True
+            )
     for word in ("lost", "won") if told["paired"] else ():
         trials = told["paired"][word]
         if trials:
@@ -92,6 +102,12 @@ def _remarks(told: dict[str, Any]) -> list[str]:
         lines.append(
             f"what is counted is draws: all {told['sharing']} cells share each, its trials are no "
             "evidence of their own, and the bounds above may be too narrow"
+        )
+    paired, sizes = told["paired"], [side["trials"] for side in (told["before"], told["after"])]
+    if paired and paired["trials"] < max(sizes):
+        good = " and ".join(str(paired[when]) for when in ("before", "after"))
+        lines.append(
+            f"told by the {paired['trials']} trials that both have: {good} of them succeeded"
         )
     if told["paired"] and "draws" in told["paired"]:
         draws = told["paired"]["draws"]
@@ -124,6 +140,12 @@ def _side(directory: Path) -> tuple[Swept, dict[str, Any]]:
     return whole, {
         "directory": str(directory),
         **{key: found[key] for key in KEPT},
+        "trials": len(table),
+        "asked": count_trials(whole.study),
+        "given_up": given_up(table),
+        "kinematic": "mode" in table.column_names and "kinematic" in table["mode"].to_pylist(),
+        "sharing": 1,  # said of both together
+        "repeats": repeats(whole.study, table),
         "rate": rate_told(rate_of(sum(table["success"].to_pylist()), len(table))),
         "causes": causes_of(table["outcome"].to_pylist(), table["reason"].to_pylist()),
     }

@@ -8,14 +8,15 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from drake_quad.report.templates import read_css
+from drake_quad.sweep.caveats import caveats_of, gate_words, grade
 from drake_quad.sweep.charts import curves_svg, map_svg
 from drake_quad.sweep.replays import otherwise, replays_in
-from drake_quad.sweep.section import SHARED
 from drake_quad.sweep.study import as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.sweep import REPORT
 from drake_quad.sweep.table import read_table
 from drake_quad.sweep.trials import repeat_into
+from drake_quad.systems.stability_monitor import NO_SUPPORT
 from drake_quad.whole_files import write_whole
 
 
@@ -36,30 +37,25 @@ def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True,
         undefined=StrictUndefined, trim_blocks=True,
     )  # fmt: skip
-    bands = {name: own for name, own in told["bands"].items() if any(b["trials"] for b in own)}
+    # A single band is all trials over again.
+    bands = {name: own for name, own in told["bands"].items() if len(own) > 1 and told["trials"]}
     text = environment.get_template("sweep.html").render(
         told=told,
         name=out.resolve().name,
         grade=grade(told),
         css=Markup(read_css("report.css")),
         curves=Markup(curves_svg(bands)) if bands else "",
-        maps=[Markup(map_svg(one, k)) for k, one in enumerate(told["maps"])] if bands else [],
+        maps=[Markup(map_svg(*one[::-1])) for one in enumerate(told["maps"]) if told["trials"]],
         worst=worst,
         replays=replays,
-        shared=SHARED if told["sharing"] > 1 else "",
+        bands=bands,
+        no_support=NO_SUPPORT,
+        caveats=caveats_of(told),
+        asked=gate_words(told),
         cells=any(row["cell"] for row in worst),
         definition=_definition(study),
     )
     write_whole(out / REPORT, lambda to: to.write_text(text, encoding="utf-8"))
-
-
-def grade(told: dict[str, Any]) -> str:
-    """The colour of the page's head: good, warn or bad; without a gate all have to succeed."""
-    rate = told["rate"]
-    if told["passed"] is False or not rate["good"]:
-        return "bad"
-    well = told["passed"] if told["gate"] is not None else rate["good"] == rate["trials"]
-    return "good" if well and told["complete"] and not told["kinematic"] else "warn"
 
 
 def _definition(study: Study) -> str:

@@ -29,12 +29,22 @@ class Swept:
     Attributes:
         table: Its trials.
         definition: Its study, as plain data.
-        sharing: How many trials share each draw: the grid's cells, if draws are common; else 1.
+        study: The same, of what bears on which trials there are: not checked.
     """
 
     table: pa.Table
     definition: dict[str, Any]
-    sharing: int
+    study: Study
+
+    @property
+    def sharing(self) -> int:
+        """How many trials share each draw: the grid's cells, if draws are common; else 1."""
+        return shared_by(self.study)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether each trial is the only one of its kind: a cell of a grid, with nothing drawn."""
+        return self.study.trials == 1 and not Draws(self.study).drawn
 
     def success(self) -> dict[int, bool]:
         """Whether each trial succeeded, by index."""
@@ -50,8 +60,12 @@ def swept(table: pa.Table, definition: dict[str, Any]) -> Swept:
     """
     try:
         bearing(definition)
-        study = Study(vary=[Vary(**vary) for vary in definition["vary"]], draws=definition["draws"])
-        return Swept(table, definition, shared_by(study))
+        study = Study(
+            vary=[Vary(**vary) for vary in definition["vary"]],
+            draws=definition["draws"], trials=definition["trials"],
+        )  # fmt: skip
+        shared_by(study)  # raises if it cannot be told
+        return Swept(table, definition, study)
     except (KeyError, TypeError, AttributeError, StopIteration):
         raise ValueError("no study's definition") from None
 
@@ -99,6 +113,8 @@ def pair(one: Swept, other: Swept) -> tuple[dict[str, Any], Finding]:
     both = sorted(before.keys() & after.keys())
     change = {index: after[index] - before[index] for index in both}
     paired: dict[str, Any] = {"trials": len(both)}
+    for name, side in (("before", before), ("after", after)):
+        paired[name] = sum(side[k] for k in both)  # of them, how many succeeded
     paired |= {w: [k for k in both if change[k] == s] for w, s in (("lost", -1), ("won", 1))}
     # Of one and the same trials: common to one sweep's cells, draws are common to the other's.
     sharing = max(one.sharing, other.sharing)

@@ -57,7 +57,7 @@ def rate_of(good: int, trials: int) -> Rate:
 def causes_of(outcomes: Sequence[str], reasons: Sequence[str]) -> list[tuple[str, int]]:
     """Why trials failed, with how many: reasons that differ in numbers alone count as one."""
     told = Counter(
-        f"{outcome}: {re.sub(r'-?[0-9]+([.][0-9]+)?(e-?[0-9]+)?', '#', reason)}"
+        f"{outcome}: {re.sub(r'-?[0-9]+([.][0-9]+)?(e[-+]?[0-9]+)?', '#', reason)}"
         for outcome, reason in zip(outcomes, reasons, strict=True)
         if outcome != "goal_reached"
     )

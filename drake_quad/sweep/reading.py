@@ -10,7 +10,7 @@ from drake_quad.errors import InputError
 from drake_quad.plain_json import plain_of
 from drake_quad.scenario_schema import conform
 from drake_quad.sweep.study import FREE
-from drake_quad.sweep.study_check import LONGEST_AXIS
+from drake_quad.sweep.study_check_vary import LONGEST_AXIS
 from drake_quad.sweep.study_config import Study
 
 REMEDY = "give the directory of a finished `drake-quad sweep`"

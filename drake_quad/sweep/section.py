@@ -7,14 +7,11 @@ from urllib.parse import quote
 
 from drake_quad.errors import InputError
 from drake_quad.report.svg import stand_alone
+from drake_quad.sweep.caveats import caveats_of, gate_words
 from drake_quad.sweep.charts import curves_svg
 from drake_quad.sweep.markdown import in_line, paragraph
 from drake_quad.whole_files import write_whole
 
-# Said of studies with `draws: common`.
-SHARED = (
-    "All cells have the same draws: bounds hold in each alone, and may be too narrow over several."
-)
 TITLE = """\
 # Success maps
 
@@ -97,10 +94,10 @@ def section(told: dict[str, Any], command: str, name: str) -> str:
         f"## {in_line(name)}", "", *about, "```", command, "```", "",
         f"commit {told['commit'] or 'unknown'}; {versions}.", "",
         f"**{rate['good']} of {rate['trials']}** trials succeeded: {rate['text']}, exact bounds at"
-        " 95 %." + ("" if told["complete"] else f" The study asks for {told['asked']} trials."),
+        " 95 %" + (f"; {in_line(asked)}." if (asked := gate_words(told)) else "."),
     ]  # fmt: skip
-    if told["sharing"] > 1:
-        lines += ["", SHARED]
+    for line in caveats_of(told):
+        lines += ["", line]
     for title, bands in told["bands"].items():
         if len(bands) > 1:
             lines += ["", f"| {in_line(title)} | trials | succeeded | with bounds at 95 % |"]
@@ -124,7 +121,8 @@ def section(told: dict[str, Any], command: str, name: str) -> str:
         failed = [row for row in told["worst"] if row["outcome"] != "goal_reached"]
         lines += [
             "",
-            "The first of them again, at that commit:",
+            f"The worst of them, trial {failed[0]['index']} ({failed[0]['outcome']}), again, at"
+            " that commit:",
             "",
             "```",
             failed[0]["command"],

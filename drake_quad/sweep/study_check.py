@@ -2,24 +2,20 @@
 
 import difflib
 import math
-from collections.abc import Callable
 from typing import Any
 
 from drake_quad.errors import InputError
 from drake_quad.scenario_override import parse_override
 from drake_quad.summary_keys import FIGURES, WALL_CLOCK
-from drake_quad.sweep.draws import DRAWN, GRID, WIDEST, Draws, multiples_within, way_of
-from drake_quad.sweep.study_config import Study, Vary
+from drake_quad.sweep.draws import GRID, Draws, axis_values, way_of
+from drake_quad.sweep.study_check_vary import Fail, check_override, check_vary
+from drake_quad.sweep.study_config import Study
 
 MOST_TRIALS = 1_000_000
-MOST_BANDS = 50
 MOST_AXES = 32  # numpy's arrays have up to 64
 SEED = ("simulation", "seed")
-LONGEST_AXIS = 10_000
-MOST_WHOLE = 2**53  # up to which every whole number is a number of a table
 
 Steps = tuple[str | int, ...]
-Fail = Callable[[str, Any, str], InputError]
 
 
 def check_study(study: Study, *, source: str) -> None:
@@ -41,9 +37,9 @@ def check_study(study: Study, *, source: str) -> None:
     if study.seed < 0:
         raise fail("seed", study.seed, "must not be negative")
     for k, text in enumerate(study.set):
-        _check_override(text, f"set[{k}]", fail)
+        check_override(text, f"set[{k}]", fail)
     for k, vary in enumerate(study.vary):
-        _check_vary(vary, f"vary[{k}]", fail)
+        check_vary(vary, f"vary[{k}]", fail)
     _check_names(study, fail)
     _check_counts(study, fail)
     _check_figures(study, fail)
@@ -65,81 +61,6 @@ def check_study(study: Study, *, source: str) -> None:
     if each is not None and each not in names:
         known = ", ".join(sorted(names)) or "nothing here"
         raise fail("gate.each", each, f"must be the name or path of what varies: {known}")
-
-
-def _check_vary(vary: Vary, at: str, fail: Fail) -> None:
-    given = [way for way in (*DRAWN, *GRID) if getattr(vary, way) is not None]
-    if len(given) != 1:
-        words = ", ".join((*DRAWN, *GRID))
-        told = " and ".join(given) or "none of them"
-        raise fail(at, vary.title, f"must have one of {words}; has {told}")
-    (way,) = given
-    value = getattr(vary, way)
-    if way == "cases":
-        if vary.path or vary.also or not vary.name:
-            raise fail(f"{at}.cases", list(value), "has a name, and neither path nor also")
-        for name, overrides in value.items():
-            for k, text in enumerate(overrides):
-                _check_override(text, f"{at}.cases.{name}[{k}]", fail)
-    else:
-        for k, path in enumerate((vary.path, *vary.also)):
-            field = f"{at}.path" if k == 0 else f"{at}.also[{k - 1}]"
-            if "=" in path:
-                raise fail(field, path, "must be a field's path alone, such as simulation.friction")
-            _check_override(f"{path}=0", field, fail)
-    if not value or (isinstance(value, list | dict) and len(value) > LONGEST_AXIS):
-        raise fail(f"{at}.{way}", value, f"must have from 1 to {LONGEST_AXIS} elements")
-    _check_numbers(vary, way, f"{at}.{way}", fail)
-    if vary.step is not None and (
-        way not in ("uniform", "log_uniform", "normal") or not vary.step > 0.0
-    ):
-        raise fail(f"{at}.step", vary.step, "must be more than 0, of a drawn number")
-    if vary.step is not None:
-        _check_step(vary, vary.step, f"{at}.step", fail)
-    if not 1 <= vary.bands <= MOST_BANDS:
-        raise fail(f"{at}.bands", vary.bands, f"must be from 1 to {MOST_BANDS}")
-
-
-def _check_step(vary: Vary, step: float, field: str, fail: Fail) -> None:
-    """What is drawn is a number of steps that can be counted."""
-    drawn = vary.uniform or vary.log_uniform or vary.normal or [0.0]
-    reach = max(map(abs, drawn)) * (1.0 if vary.normal is None else 1.0 + WIDEST)
-    if not reach / step < MOST_WHOLE:
-        raise fail(field, step, f"is too small for numbers as far from 0 as {reach:g}")
-    ends = vary.uniform or vary.log_uniform
-    if ends is not None and len(multiples_within(ends, step)) < 2:
-        low, high = ends
-        remedy = f"leaves nothing to draw: fewer than two multiples of it from {low:g} to {high:g}"
-        raise fail(field, step, remedy)
-
-
-def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
-    """The numbers of those ways that have two or three."""
-    value = getattr(vary, way)
-    if way in ("uniform", "log_uniform", "integers"):
-        if len(value) != 2 or not value[0] < value[1]:
-            raise fail(field, value, "must be two numbers, the lesser first")
-        if way == "integers" and max(map(abs, value)) > MOST_WHOLE:
-            raise fail(field, value, f"must be from {-MOST_WHOLE} to {MOST_WHOLE}")
-        if not math.isfinite(float(value[1]) - float(value[0])):
-            raise fail(field, value, "are too far apart")
-        if way == "log_uniform" and not value[0] > 0.0:
-            raise fail(field, value, "must be more than 0")
-        if way == "log_uniform" and not math.isfinite(float(value[1]) / float(value[0])):
-            raise fail(field, value, "are too far apart")
-    elif way == "normal" and (len(value) != 2 or not 0.0 < value[1] < 1e300):
-        raise fail(field, value, "must be mean and standard deviation, the latter more than 0")
-    elif way == "linspace":
-        whole = len(value) == 3 and value[2] == int(value[2]) and 1 <= value[2] <= LONGEST_AXIS
-        if not whole:
-            raise fail(field, value, f"must be from, to, and how many: 1 to {LONGEST_AXIS}")
-
-
-def _check_override(text: str, field: str, fail: Fail) -> None:
-    try:
-        parse_override(text)
-    except InputError as error:
-        raise fail(field, text, error.remedy) from None
 
 
 def _check_names(study: Study, fail: Fail) -> None:
@@ -180,9 +101,8 @@ def _check_counts(study: Study, fail: Fail) -> None:
     grid = [vary for vary in study.vary if way_of(vary) in GRID]
     if len(grid) > MOST_AXES:
         raise fail("vary", f"{len(grid)} axes", f"a grid has at most {MOST_AXES}")
-    seeded = any(_steps_of(text.partition("=")[0]) == SEED for text in study.set)
-    if study.trials > 1 and seeded and len(grid) == len(study.vary):
-        remedy = "would all be alike: set has simulation.seed, and nothing is drawn; give 1"
+    if study.trials > 1 and len(grid) == len(study.vary) and _seeds(study):
+        remedy = "would be alike: simulation.seed is given, and nothing is drawn; give 1"
         raise fail("trials", study.trials, remedy)
     cells = math.prod(len(v.values or v.cases or "x") for v in study.vary)
     cells *= math.prod(int(v.linspace[2]) for v in study.vary if v.linspace)
@@ -191,6 +111,19 @@ def _check_counts(study: Study, fail: Fail) -> None:
         raise fail("trials", study.trials, remedy)
     if study.sampling == "sobol" and len(Draws(study).drawn) > 1000:
         raise fail("sampling", study.sampling, "takes at most 1000 draws")
+
+
+def _seeds(study: Study) -> bool:
+    """Whether an override, or a value of the grid, has the seed of its trials."""
+    told = [*study.set, *(o for v in study.vary for case in (v.cases or {}).values() for o in case)]
+    given = [(one.steps, one.value) for one in map(parse_override, told)]
+    for vary in study.vary:
+        steps = [_steps_of(path) for path in (vary.path, *vary.also) if path]
+        given += [(own, value) for own in steps for value in axis_values(vary)[:1]]
+    return any(
+        steps == SEED or (steps == SEED[:1] and isinstance(value, dict) and SEED[1] in value)
+        for steps, value in given
+    )
 
 
 def _check_figures(study: Study, fail: Fail) -> None:

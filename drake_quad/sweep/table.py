@@ -16,7 +16,7 @@ from drake_quad.sweep.draws import way_of
 from drake_quad.sweep.journal import NAME as JOURNAL
 from drake_quad.sweep.reading import REMEDY, check_column, strange
 from drake_quad.sweep.study import Base
-from drake_quad.sweep.study_check import MOST_WHOLE
+from drake_quad.sweep.study_check_vary import MOST_WHOLE
 from drake_quad.sweep.study_config import Study, Vary
 from drake_quad.sweep.trials import Trial, count_trials, figures_of, make_trials, repeat
 from drake_quad.whole_files import write_whole

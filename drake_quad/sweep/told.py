@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from drake_quad.sweep.bands import Band, bands_of, places_of
+from drake_quad.sweep.caveats import given_up, repeats
 from drake_quad.sweep.draws import GRID, way_of
 from drake_quad.sweep.pairing import shared_by
 from drake_quad.sweep.rates import Rate, causes_of, rate_of
@@ -33,19 +34,26 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
     if each is not None:
         each = study.by_name()[each].title
     asked_of = [total] if each is None else [band.rate for band in bands[each]]
+    complete = len(success) == asked
+    untried = [] if each is None else [band.label for band in bands[each] if not band.rate.trials]
     return {
         "description": study.description,
         "trials": len(success),
         "asked": asked,
-        "complete": len(success) == asked,
+        "complete": complete,
+        "given_up": given_up(table),
+        "repeats": repeats(study, table),
         "sharing": shared_by(study),
         "kinematic": "kinematic" in table["mode"].to_pylist(),
         "rate": rate_told(total),
         "gate": gate,
         "gate_each": each,
+        "gate_untried": untried if complete else [],
+        # What is asked of a band is not kept by trying nothing there.
         "passed": None
         if gate is None or not success
-        else all(rate.rate >= gate for rate in asked_of if rate.trials),
+        else all(rate.rate >= gate for rate in asked_of if rate.trials)
+        and not (complete and untried),
         "bands": {title: [_band(band) for band in found] for title, found in bands.items()},
         "maps": [_map(study, pair, table) for pair in maps_of(study)],
         "causes": [{"cause": c, "trials": n} for c, n in causes_of(outcomes, reasons)],
@@ -80,7 +88,8 @@ def _bands(vary: Vary, table: pa.Table) -> list[Band]:
 def _band(band: Band) -> dict[str, Any]:
     told = rate_told(band.rate)
     bounds = {"bound_low": told.pop("low"), "bound_high": told.pop("high")}
-    return {"label": band.label, "low": band.low, "high": band.high, **told, **bounds}
+    ends = {"low": band.low, "high": band.high, "middle": band.middle}
+    return {"label": band.label, **ends, **told, **bounds}
 
 
 def _map(study: Study, pair: tuple[Vary, Vary], table: pa.Table) -> dict[str, Any]:
