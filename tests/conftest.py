@@ -39,6 +39,24 @@ settings.register_profile("drake_quad", deadline=None, derandomize=not search)
 settings.load_profile("drake_quad")
 
 
+# The longest test begins first, or it would be the last to end; it compiles the control loop's
+# kernels meanwhile, of which these need none, so that no two processes compile the same.
+LONGEST = "test_the_case_study_in_full_keeps_all_that_is_asked_of_it"
+WITHOUT_KERNELS = ("test_sweep_crew", "test_sweep_harm", "test_sweep_dask")
+
+
+@pytest.hookimpl(trylast=True)  # after `-m` has deselected
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Puts tests in such an order: of n processes each begins with an nth of them."""
+    if not hasattr(config, "workerinput"):
+        return
+    first = [item for item in items if item.name == LONGEST]
+    without = [item for item in items if item.path.stem in WITHOUT_KERNELS]
+    rest = [item for item in items if item not in first and item not in without]
+    share = len(items) // int(config.workerinput["workercount"]) - len(first)
+    items[:] = [*first, *rest[:share], *without, *rest[share:]]
+
+
 class Load(Protocol):
     """Imports a module of benchmarks/ by its name."""
 

@@ -15,7 +15,6 @@ from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.provenance import own_sources
 from drake_quad.sweep.study import Base, load_study
 from drake_quad.sweep.study_config import Limits, Study
-from drake_quad.sweep.sweep import sweep
 from drake_quad.sweep.trials import Trial, make_trials
 
 # A stand of 0.4 s, moved along its plan: the whole way of a trial, in a tenth of a second.
@@ -68,6 +67,8 @@ def at_once(trials: Iterable[Trial], work: Work) -> Iterator[tuple[int, dict[str
 
 def sweep_made_up(directory: Path, out: Path, text: str = PLUMBING, **more: Any) -> dict[str, Any]:
     """Sweeps with `made_up` in place of runs; in this very process unless told otherwise."""
+    from drake_quad.sweep.sweep import sweep  # which processes that do trials do not need
+
     study, base = made(directory, text)
     more = {"work": made_up, **more}
     return sweep(study, base, out, more.pop("carry_out", at_once), **more)
@@ -82,7 +83,7 @@ def result(trial: Trial, outcome: str = "goal_reached", reason: str = "") -> dic
         "success": outcome == "goal_reached",
         "mode": "physics",
         "figures": figures,
-        "scenario": "",
+        "scenario": f"simulation: {{seed: {trial.seed}}}\n",
         "sources": own_sources(),
         "versions": None,
         "robot": None,

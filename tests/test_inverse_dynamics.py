@@ -157,7 +157,7 @@ def test_no_numbers_give_no_numbers() -> None:
     """A mass matrix of nan raises nothing; what comes of it says so."""
     case = posed_case(0, -1.2)
     dynamics = reduce_dynamics(
-        np.full((18, 18), np.nan), np.zeros(18), columns().astype(np.int64), case.feet,
+        np.full((18, 18), np.nan, order="F"), np.zeros(18), columns().astype(np.int64), case.feet,
         np.zeros((4, 3)), case.state[4:7], 0.02,
     )  # fmt: skip
     assert np.all(np.isnan(dynamics.base)) and np.any(np.isnan(dynamics.torque))

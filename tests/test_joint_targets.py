@@ -14,14 +14,15 @@ from drake_quad.robot.leg_scalar import leg_array
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=40)
-FEET = flat_walk().contacts.feet
+FEET = np.array(flat_walk().contacts.feet)
 
 
 def turned(seed: int) -> tuple[FloatArray, FloatArray]:
     """A base's place and rotation, a little off the plan's first."""
     rng = np.random.default_rng(seed)
     p = flat_walk().sample(0.0).body[0, :3] + rng.uniform(-0.03, 0.03, 3)
-    return p, RollPitchYaw(rng.uniform(-0.05, 0.05, 3)).ToRotationMatrix().matrix()
+    R = RollPitchYaw(rng.uniform(-0.05, 0.05, 3)).ToRotationMatrix().matrix()
+    return p, np.ascontiguousarray(R)  # as the systems give it: another layout compiles anew
 
 
 def feet_in_world(q: FloatArray, p: FloatArray, R: FloatArray) -> FloatArray:

@@ -37,12 +37,18 @@ def random_pose(seed: int) -> tuple[FloatArray, FloatArray]:
     return body, feet
 
 
-def fits(body: FloatArray, feet: FloatArray, standing: BoolArray) -> bool:
+def all_fit(bodies: FloatArray, feet: FloatArray, standing: BoolArray) -> BoolArray:
+    """Of each pose (N, 5), with feet (N, 4, 3), whether the standing legs are within limits."""
     robot = paper_robot()
-    q, excess, _ = pose_robot(robot, body[None], feet[None])
+    q, excess, _ = pose_robot(robot, bodies, feet)
     lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
-    good = np.all((q[0] >= lower - 1e-9) & (q[0] <= upper + 1e-9), axis=-1) & (excess[0] <= 0.0)
-    return bool(np.all(good | ~standing))
+    good = np.all((q >= lower - 1e-9) & (q <= upper + 1e-9), axis=-1) & (excess <= 0.0)
+    return np.asarray(np.all(good | ~standing, axis=-1))
+
+
+def fits(body: FloatArray, feet: FloatArray, standing: BoolArray) -> bool:
+    """The same of one pose (5,)."""
+    return bool(all_fit(body[None], feet[None], standing)[0])
 
 
 @FEW
@@ -61,8 +67,8 @@ def test_legs_reach_so_far_and_no_farther(seed: int) -> None:
         moved = np.linspace(0.0, MOST[0], 400)
         bodies = np.tile(body, (400, 1))
         bodies[:, :2] += moved[:, None] * way
-        whole = [fits(b, feet, standing) for b in bodies]
-        first = whole.index(False) if False in whole else 400
+        whole = all_fit(bodies, np.tile(feet, (400, 1, 1)), standing)
+        first = 400 if whole.all() else int(np.argmin(whole))
         _, _, coms = pose_robot(robot, bodies, np.tile(feet, (400, 1, 1)))
         along = (coms[:, :2] - com[:2]) @ way
         if standing.all():  # else the other legs stay as they are, and carry less of it back

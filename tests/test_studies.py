@@ -132,7 +132,7 @@ def test_the_push_study(load: Any, tmp_path: Path, capsys: pytest.CaptureFixture
     """Table, curve, figures and lines agree; what is done is not done again."""
     lines, out, figures = tmp_path / "p.jsonl", tmp_path / "page.md", tmp_path / "p.json"
     words = ["--scenario", "flat_walk", "--set", LONGER, "--speed", "0.1", "6.0", "--moments", "2",
-             "--directions", "2", "--workers", "2", "--tail", "0.3", "--to-goal", "1000000",
+             "--directions", "2", "--workers", "1", "--tail", "0.3", "--to-goal", "1000000",
              "--lines", str(lines), "--out", str(out), "--json", str(figures)]  # fmt: skip
     pushes = load("pushes")
     pushes.main(words)

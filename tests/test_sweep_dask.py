@@ -192,7 +192,7 @@ def test_a_worker_without_trials_keeps_no_process(
 ) -> None:
     """It is ended some time after the last trial, not before, and begun again for another."""
     monkeypatch.setattr(cluster, "_given_up", lambda: lambda: False)
-    monkeypatch.setattr(cluster, "IDLE", 3.0)
+    monkeypatch.setattr(cluster, "IDLE", 1.5)
     trial, limits = rig.trials_of(tmp_path, wall_time=300.0)[0], Limits()
 
     def pid() -> int:

@@ -19,6 +19,12 @@ ROOT = Path(__file__).resolve().parents[1]
 TEXT = rig.PLUMBING.replace("trials: 4", "trials: 20") + "gate: {rate: 0.9}\n"
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sweep's directory, to be copied and not to be changed."""
+    return swept(tmp_path_factory.mktemp("whole"))[0]
+
+
 def swept(tmp_path: Path) -> tuple[Path, dict[str, Any]]:
     out = tmp_path / "one"
     told = rig.sweep_made_up(tmp_path, out, TEXT, command="drake-quad sweep study.yaml")
@@ -70,9 +76,9 @@ def test_a_sweep_that_was_killed_is_told_how_to_go_on(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["study.json", "sweep.json", "trials.parquet", "clock.parquet"])
 @pytest.mark.parametrize("text", [None, "", "{}", "[1]", '{"definition": {"vary": 3}}'])
-def test_spoilt_files_are_refused(tmp_path: Path, name: str, text: str | None) -> None:
+def test_spoilt_files_are_refused(whole: Path, tmp_path: Path, name: str, text: str | None) -> None:
     """One line, with the file's name; nothing is written anew."""
-    out, _ = swept(tmp_path)
+    out = Path(shutil.copytree(whole, tmp_path / "one"))
     (out / "report.html").unlink()
     (out / name).unlink()
     if text is not None:

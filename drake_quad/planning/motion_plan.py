@@ -193,7 +193,8 @@ def pose_robot(
     Returns:
         q (N, 4, 3) [rad], excess of reach (N, 4) [m], centre of mass in W (N, 3) [m].
     """
-    return pose(*constants(robot), np.ascontiguousarray(body), np.ascontiguousarray(feet))
+    # Copies: kernels are compiled anew for arrays that are read-only.
+    return pose(*constants(robot), np.array(body, order="C"), np.array(feet, order="C"))
 
 
 def evaluate(robot: RobotModel, plan: MotionPlan, times: FloatArray) -> PlanSamples:

@@ -42,6 +42,7 @@ def roll_feet(
         begin: How far they have rolled before (4, 2) [m].
     """
     offset = np.empty((len(times), 4, 2))
+    body = np.ascontiguousarray(body)  # kernels are compiled anew for other layouts
     _roll(robot.foot_radius, times, body, q, standing, begin, offset)
     return FootRoll(times, offset)
 

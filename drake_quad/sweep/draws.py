@@ -5,7 +5,6 @@ from math import ceil, floor
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from drake_quad.sweep.study_config import Study, Vary
 
@@ -44,6 +43,8 @@ def draw(vary: Vary, u: float) -> Value:
         low, high = vary.log_uniform
         value = low * float(np.exp(u * np.log(high / low)))
     else:
+        from scipy.special import ndtri  # see Draws._sequence
+
         assert vary.normal is not None
         mean, deviation = vary.normal
         # ndtri(0) is minus infinity: no draw is farther out than WIDEST

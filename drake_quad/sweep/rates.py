@@ -5,8 +5,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scipy.stats import binomtest
-
 CONFIDENCE = 0.95
 
 
@@ -50,6 +48,8 @@ def rate_of(good: int, trials: int) -> Rate:
     """The rate with its bounds."""
     if trials == 0:
         return Rate(0, 0, 0.0, 1.0)
+    from scipy.stats import binomtest  # half a second, for which what needs no rates need not wait
+
     interval = binomtest(good, trials).proportion_ci(confidence_level=CONFIDENCE, method="exact")
     return Rate(good, trials, float(interval.low), float(interval.high))
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
-from scipy.spatial.transform import Rotation
 
 from drake_quad.gait.legs import FloatArray
 
@@ -95,5 +94,7 @@ def along(axis: FloatArray, point: FloatArray, coordinate: int, value: float) ->
 
 def about(axis: FloatArray, point: FloatArray, angle: float) -> RigidTransform:
     """The turn by `angle` about the line through `point`."""
+    from scipy.spatial.transform import Rotation  # a third of a second: see mesh_files
+
     R = RotationMatrix(Rotation.from_rotvec(angle * axis).as_matrix())
     return RigidTransform(R, point - R @ point)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from drake_quad.gait.legs import FloatArray
 
@@ -93,6 +92,8 @@ def hull_as_obj(path: Path, scratch: Path) -> Path | None:
     points = read_points(path)
     if points is None:
         return None
+    from scipy.spatial import ConvexHull, QhullError  # a third of a second, and few robots need it
+
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):  # flat, or too few points
