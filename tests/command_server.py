@@ -13,10 +13,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# What commands import when they begin. The threads that this begins are OpenBLAS's and jemalloc's,
-# which know of forks (pthread_atfork).
+# What commands import when they begin, or soon after. The threads that this begins are OpenBLAS's
+# and jemalloc's, which know of forks (pthread_atfork).
 IMPORTED = ("drake_quad.cli", "drake_quad.simulation", "drake_quad.sweep.command",
-            "drake_quad.report.build", "drake_quad.chart_picture")  # fmt: skip
+            "drake_quad.report.build", "drake_quad.chart_picture", "scipy.stats", "scipy.special",
+            "scipy.spatial.transform")  # fmt: skip
 
 
 def carry_out(request: dict[str, Any]) -> None:

@@ -2,38 +2,26 @@
 
 import json
 import re
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
+from chart_rig import made_up, made_up_slowly
 from command import drake_quad, refused
+from design_rig import asked
 from hypothesis import given
 from hypothesis import strategies as st
 from rig import URL
 
+from drake_quad import chart_stairs as chart_stairs_module
 from drake_quad.chart_grid import Span, grid_of
 from drake_quad.chart_picture import LETTERS, draw_chart, save_chart
 from drake_quad.chart_report import write_chart
-from drake_quad.chart_stairs import Cell, Judge, chart_stairs, judge_cell
+from drake_quad.chart_stairs import Judge, chart_stairs, judge_cell
 from drake_quad.check_report import LIMITS
 from drake_quad.errors import InputError
 
 RISES, RUNS = Span(0.05, 0.25, 0.05), Span(0.25, 0.45, 0.1)
-
-
-def made_up(rise: float, run: float) -> Cell:
-    """Climbs what is not steeper than 1 in 2; a function of a module, for other processes."""
-    if rise / run > 0.5:
-        limit = "reach" if rise < 0.2 else "joints"
-        return Cell(rise, run, None, None, None, limit, "too steep")
-    return Cell(rise, run, 0.1 - 0.15 * rise / run, 1.0, 2, "", "")
-
-
-def made_up_slowly(rise: float, run: float) -> Cell:
-    """Leaves time to stop in."""
-    time.sleep(0.05)
-    return made_up(rise, run)
 
 
 def chart(workers: int, judge: Judge = made_up, **more: Any) -> dict[str, Any]:
@@ -97,11 +85,14 @@ def test_charts_without_a_cell_that_works_or_of_one_cell_are_drawn() -> None:
         assert draw_chart(told).axes
 
 
-def test_a_cell_is_what_check_finds() -> None:
+def test_a_cell_is_what_check_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """The margin of a plan in full; a limit where there is none, as of treads like ladders'."""
-    for run in (0.32, 2.0):
-        works = judge_cell(URL, 2, 0.12, run)
-        assert works.margin is not None and works.margin > 0.0 and works.limit == ""
+    monkeypatch.setattr(chart_stairs_module, "ask_stairs", asked)
+    for rise, run in ((0.12, 0.32), (0.1, 2.0)):
+        designed = asked(URL, rise=rise, run=run, count=2).designed
+        works = judge_cell(URL, 2, rise, run)
+        assert designed is not None and works.margin == designed.margin > 0.0
+        assert works.limit == ""
     assert judge_cell(URL, 2, 0.12, 0.05).limit in LIMITS
 
 

@@ -5,7 +5,6 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 import typer
 from command import drake_quad, refused
+from design_rig import asked
 from rich.console import Console
 from rig import URL, paper_robot
 
@@ -36,9 +36,8 @@ from drake_quad.simulation import prepare
 RISE, RUN, COUNT = 0.12, 0.32, 2
 
 
-@cache
 def found() -> Check:
-    return ask_stairs(URL, rise=RISE, run=RUN, count=COUNT)
+    return asked(URL, rise=RISE, run=RUN, count=COUNT)
 
 
 def made_up(rise: float, run: float, *, feasible: bool) -> Check:
@@ -110,11 +109,12 @@ def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
         happened.append("told")
 
     monkeypatch.setattr(check_command, "nearest_of", near)
-    asked = Asked(URL, rise=1.9, run=RUN, count=COUNT)
-    told = run_check(asked, first=first)
+    monkeypatch.setattr(check_command, "ask_stairs", asked)
+    question = Asked(URL, rise=1.9, run=RUN, count=COUNT)
+    told = run_check(question, first=first)
     assert happened == ["told", "sought"] and told["nearest"] == {"rise": 0.2, "run": RUN}
     assert told["answer"].endswith("; 0.2 m on treads of 0.32 m would work")
-    without = run_check(asked, nearest=False)
+    without = run_check(question, nearest=False)
     assert len(happened) == 2 and without["nearest"] is None
     assert told["answer"].startswith(without["answer"])
 
@@ -240,7 +240,7 @@ def test_treads_that_no_stance_fits_are_told_as_such(monkeypatch: pytest.MonkeyP
 
 def test_treads_like_floors_are_walked_in_the_stride_of_level_ground() -> None:
     """No stance fits treads of two metres: a curb between one and the next is crossed at a time."""
-    check = ask_stairs(URL, rise=0.1, run=2.0, count=2)
+    check = asked(URL, rise=0.1, run=2.0, count=2)
     assert check.designed is not None
     gait = check.designed.scenario.gait
     assert gait.deep_tread < 2.0 and gait.places_per_tread == 1

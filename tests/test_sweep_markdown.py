@@ -1,5 +1,7 @@
 """Sections of a Markdown page, read as a reader of Markdown does: no name breaks them."""
 
+import json
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -9,6 +11,8 @@ import sweep_rig as rig
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
+from drake_quad.sweep import section as section_module
+from drake_quad.sweep.charts import curves_svg
 from drake_quad.sweep.markdown import in_line, paragraph
 from drake_quad.sweep.section import section, write_section
 
@@ -59,8 +63,12 @@ def findings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_name_breaks_a_section(findings: dict[str, Any], tmp_path: Path, name: str) -> None:
+def test_no_name_breaks_a_section(
+    findings: dict[str, Any], tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of a study, of what varies, of a band or in a cause; written again it is there once."""
+    drawn = cache(lambda shown: curves_svg(json.loads(shown)))  # the same picture three times
+    monkeypatch.setattr(section_module, "curves_svg", lambda bands: drawn(json.dumps(bands)))
     bands = [{**band, "label": name} for band in findings["bands"]["simulation.friction"]]
     causes = [{"trials": 1, "cause": name}]
     told = {**findings, "description": name, "bands": {name: bands}, "causes": causes}
