@@ -54,21 +54,26 @@ def check_hash(record: Record) -> None:
 def check_content(record: Record) -> None:
     """The same but for the hash."""
     require(record["format"] == "drake_quad certificate" and record["version"] == 2, "the format")
-    robot, course = read_robot(record["robot"]), read_course(record["course"])
-    body, roll, phases, segments, cells = read_plan(record["tasks"], course, robot.foot_radius)
-    least, asked = segments.claims.min(axis=0), [record["demanded"][c] for c in CLAIMS]
+    work = read(record)
+    least, asked = work.segments.claims.min(axis=0), [record["demanded"][c] for c in CLAIMS]
     claimed = numbers([record["claimed"][c] for c in CLAIMS], 5)
     require(np.all(claimed <= least), "a segment claims less than the whole")
     require(np.all(claimed >= numbers(asked, 5)), "less is claimed than was asked for")
     require(claimed.min() >= 0.0, "a claim is negative")
-    work = Bag(robot=robot, course=course, body=body, roll=roll)
-    work.phases, work.segments, work.cells = phases, segments, cells
     cuts = cut(work)
     with np.errstate(divide="ignore", invalid="ignore"):
         settle(work, cuts, statics)
         settle(work, feet_items(work, cuts), feet)
         settle(work, shank_items(work, cuts), shanks)
         rolling(work)
+
+
+def read(record: Record) -> Bag:
+    """Robot, course and plan of a record."""
+    work = Bag(robot=read_robot(record["robot"]), course=read_course(record["course"]))
+    plan = read_plan(record["tasks"], work.course, work.robot.foot_radius)
+    work.body, work.roll, work.phases, work.segments, work.cells = plan
+    return work
 
 
 def cut(work: Bag) -> Bag:
