@@ -8,12 +8,14 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 from rig import flat_walk, rotations
 
 from drake_quad.control.base_task import (
+    BaseGains,
     base_target,
     body_motion,
     rotation_error,
     shorten,
     smooth,
     smooth_step,
+    wanted_acceleration,
 )
 
 
@@ -93,3 +95,39 @@ def test_base_target_is_the_plans_body_by_the_rate(
     np.testing.assert_allclose(target.acceleration[3:], acceleration[:3])
     np.testing.assert_allclose(target.acceleration[2], acceleration[4])
     np.testing.assert_array_equal(sample.body, before)
+
+
+GAINS = BaseGains(30.0, 11.0, 20.0, 7.0, most_shift=0.05, most_turn=0.03, most_acceleration=3.0)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("error", "size", "wanted"),
+    [
+        ("shift", 0.04, 30.0 * 0.04),
+        ("shift", 0.2, 30.0 * 0.05),  # no more counts
+        ("speed", 0.1, 11.0 * 0.1),
+        ("turn", 0.02, 20.0 * 0.02),
+        ("turn", 0.1, 20.0 * 0.03),
+        ("spin", 0.5, 7.0 * 0.5),
+    ],
+)
+def test_an_error_is_corrected_along_its_own_axis(
+    axis: int, sign: float, error: str, size: float, wanted: float
+) -> None:
+    """Each by its gain, and by what counts of it, besides the plan's own acceleration."""
+    plan = np.array([0.1, -0.2, 0.3, -0.4, 0.5, 0.6])
+    errors = {name: np.zeros(3) for name in ("shift", "speed", "turn", "spin")}
+    errors[error][axis] = sign * size
+    found = wanted_acceleration(plan, *errors.values(), GAINS) - plan
+    expected = np.zeros(6)
+    expected[axis + 3 * (error in ("shift", "speed"))] = sign * wanted
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_the_base_is_asked_for_no_more_than_it_may_sideways() -> None:
+    """Horizontally, in all; up and down, and in turning, what is wanted is asked for."""
+    speed, spin, zero = np.array([3.0, 4.0, 2.0]), np.array([1.0, 2.0, 3.0]), np.zeros(3)
+    found = wanted_acceleration(np.zeros(6), zero, speed, zero, spin, GAINS)
+    np.testing.assert_allclose(found, [7.0, 14.0, 21.0, 1.8, 2.4, 22.0], atol=1e-12)
