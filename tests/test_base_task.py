@@ -120,7 +120,8 @@ def test_an_error_is_corrected_along_its_own_axis(
     plan = np.array([0.1, -0.2, 0.3, -0.4, 0.5, 0.6])
     errors = {name: np.zeros(3) for name in ("shift", "speed", "turn", "spin")}
     errors[error][axis] = sign * size
-    found = wanted_acceleration(plan, *errors.values(), GAINS) - plan
+    shift, speed, turn, spin = errors.values()
+    found = wanted_acceleration(plan, shift, speed, turn, spin, GAINS) - plan
     expected = np.zeros(6)
     expected[axis + 3 * (error in ("shift", "speed"))] = sign * wanted
     np.testing.assert_allclose(found, expected, atol=1e-12)
