@@ -17,7 +17,7 @@ COLUMNS = 3  # curves side by side
 ROW_HEIGHT = 2.5  # [in]
 LINE_HEIGHT = 0.2  # [in] of names one below the other
 SIDE_BY_SIDE = 36  # letters that fit below a panel
-STRETCH = 20.0  # values of a grid of which one is so many times another have a logarithmic axis
+STRETCH = 20.0  # numbers of which one is so many times another have a logarithmic axis
 LOW = 0.1  # a rate below which its number stands above it, as it would stand on the axis
 COLOURS = "RdYlGn"
 
