@@ -39,13 +39,14 @@ def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
     )  # fmt: skip
     # A single band is all trials over again.
     bands = {name: own for name, own in told["bands"].items() if len(own) > 1 and told["trials"]}
+    maps = [Markup(map_svg(one, k)) for k, one in enumerate(told["maps"]) if told["trials"]]
     text = environment.get_template("sweep.html").render(
         told=told,
         name=out.resolve().name,
         grade=grade(told),
         css=Markup(read_css("report.css")),
         curves=Markup(curves_svg(bands)) if bands else "",
-        maps=[Markup(map_svg(*one[::-1])) for one in enumerate(told["maps"]) if told["trials"]],
+        maps=maps,
         worst=worst,
         replays=replays,
         bands=bands,
