@@ -1,13 +1,23 @@
-"""What tests of the design share: the paper's robot as the search sees it, and answers."""
+"""What tests of the design share: the paper's robot as the search sees it, a design, answers."""
 
 from functools import cache
 from typing import Any
 
+import numpy as np
 from rig import paper_robot
 
 from drake_quad.check_ask import ask_stairs
-from drake_quad.check_stairs import Check
+from drake_quad.check_stairs import Check, stairs_scenario
+from drake_quad.design import kernel
+from drake_quad.design.candidate import Grid
+from drake_quad.design.cycle import make_cycle
+from drake_quad.design.evaluate import NAMES, wanted_room
 from drake_quad.design.shape import Shape, read_shape
+from drake_quad.design.staircase import Staircase
+from drake_quad.designer import design_scenario
+from drake_quad.designer_plan import Designed
+from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.stability.kinds import HULL
 
 MODEL = "package://drake_quad_models/paper_quadruped.urdf"
@@ -17,6 +27,32 @@ MODEL = "package://drake_quad_models/paper_quadruped.urdf"
 def shape() -> Shape:
     """The outline of the paper's robot."""
     return read_shape(paper_robot())
+
+
+@cache
+def designed() -> Designed:
+    """The paper's robot on two low steps."""
+    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    return design_scenario(scenario, robot=paper_robot())
+
+
+def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
+    """The room (7,) by NAMES of a grid of one on stairs, if its body does not sway."""
+    robot, g = paper_robot(), paper_robot().geometry
+    cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
+    found = np.full((1, len(NAMES)), np.inf)
+    kernel.slacks(
+        cycle.body, cycle.feet, cycle.swing, cycle.landed, stairs.rise, stairs.run,
+        robot.foot_radius,
+        leg_array(g),
+        np.stack([robot.q_lower, robot.q_upper, robot.effort]),
+        np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
+        np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
+        np.stack([[outline.trunk_lower, outline.trunk_upper], *outline.trunk_parts]),
+        np.stack([outline.shank_offsets, outline.shank_radii]),
+        0.0, wanted_room(robot), found, np.full(1, np.inf),
+    )  # fmt: skip
+    return found[0]
 
 
 def asked(model: str, **question: Any) -> Check:
