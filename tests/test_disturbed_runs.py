@@ -46,6 +46,27 @@ def test_a_kick_that_no_robot_survives_ends_the_run() -> None:
     assert result.summary["pushes"][0]["recovered"] is False
 
 
+def test_a_push_that_would_tip_it_is_caught_with_a_foot() -> None:
+    """At 0.6 m/s between two steps: it puts a foot where it falls to, stands, and walks on.
+
+    Without that, it falls: the same push, `catch_pushes: false`.
+    """
+    pushed = ["disturbances.pushes=[{time: 4.5, speed: 0.6, direction_deg: 90}]"]
+    pushed += ["controller.kind=whole_body"]
+    lost = run_for(8.0, *pushed, "controller.catch_pushes=false")
+    assert lost.outcome == "fell" and lost.summary["recoveries"] == []
+    result = run_for(8.0, *pushed)
+    assert result.reason == "interrupted" and result.summary["pushes"][0]["recovered"] is True
+    ((leg,),) = [recovery["legs"] for recovery in result.summary["recoveries"]]
+    t, margin, y, swing = (
+        result.table[name].to_numpy() for name in ("t", "margin", f"{leg}_position_y", "swing_leg")
+    )
+    assert y[t > 5.5][0] > y[t < 4.5][-1] + 0.1  # the way that it was pushed
+    assert margin[(t > 4.5) & (t < 5.0)].min() < 0.0 < 0.1 < margin[t > 5.5].min()
+    assert np.any(swing[t > 6.0]) and result.table["plan_revision"].to_numpy()[-1] == 1
+    assert result.summary["nonfoot_contact_samples"] == 0
+
+
 @pytest.mark.parametrize(
     "override",
     [
