@@ -49,7 +49,7 @@ BOUNDS: Bounds = (
 LIMITS: Bounds = (
     ("outcome", operator.eq, "goal_reached"),
     ("nonfoot_contact_samples", operator.eq, 0),
-    ("torque_ratio_max", operator.le, 1.0),
+    ("torque_ratio_max", operator.le, 0.8),  # commands end at 1
     ("speed_ratio_max", operator.le, 1.0),
     ("position_ratio_max", operator.le, 1.0),
 )

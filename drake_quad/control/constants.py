@@ -10,6 +10,7 @@ from drake_quad.control.force_qp import Weights
 from drake_quad.control.joint_targets import Softness
 from drake_quad.control.measured import places_of
 from drake_quad.control.pace import Pace
+from drake_quad.control.reach import longest_legs
 from drake_quad.control.records import ROBOT, Records, record_type
 from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.gravity import GRAVITY
@@ -30,12 +31,14 @@ def _numbers(kind: Any) -> np.dtype[np.void]:
     return record_type(dict.fromkeys(kind._fields, ()))
 
 
-# Of the robot: see ROBOT; the feet's radius [m], the joints' limits, leg by leg; the joints' places
-# in the velocities; and in which order the actuators have the joints. The settings, see there.
+# Of the robot: see ROBOT; the feet's radius [m], how long its legs can be [m], the joints' limits,
+# leg by leg; the joints' places in the velocities; and in which order the actuators have the
+# joints. The settings, see there.
 CONSTANTS = np.dtype(
     [
         *ROBOT,
         ("radius", np.float64),
+        ("longest", np.float64, (4,)),
         ("velocities", np.int64, (12,)),
         ("order", np.int64, (12,)),
         ("q_lower", np.float64, (12,)),
@@ -76,6 +79,7 @@ def make_constants(
     constants = np.zeros(1, dtype=CONSTANTS)
     c = constants[0]
     c["legs"], c["radius"] = leg_array(robot.geometry), robot.foot_radius
+    c["longest"] = longest_legs(robot.geometry, robot.q_lower, robot.q_upper)
     c["places"] = places_of(layout)
     c["velocities"] = layout.v_joints - layout.num_positions
     c["order"] = np.argsort(layout.actuators)

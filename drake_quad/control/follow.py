@@ -2,14 +2,25 @@
 
 from math import atan2
 
+import numpy as np
+
 from drake_quad.compiled import compiled
 from drake_quad.control.base_task import base_target
 from drake_quad.control.body_rate import height_over, next_body_rate, pendulum_rate
 from drake_quad.control.foot_loads import caught_load, correct_load, foot_load
 from drake_quad.control.joint_targets import joint_targets, soften
 from drake_quad.control.measured import measure_into
-from drake_quad.control.memory import BODY_RATE, HEIGHT, LANDED, LEAD, REGAINED
+from drake_quad.control.memory import (
+    BODY_RATE,
+    DEPTH,
+    HEIGHT,
+    LANDED,
+    LEAD,
+    LOWER,
+    REGAINED,
+)
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
+from drake_quad.control.reach import next_lower, shortage
 from drake_quad.control.records import Records
 from drake_quad.control.tracking import place_feet
 from drake_quad.gait.legs import FloatArray
@@ -100,6 +111,12 @@ def follow(
         acceleration,
         load,
     )
+    reaching = np.empty(4, dtype=np.bool_)
+    for k in range(4):
+        reaching[k] = running and (bearing[k] > 0.5 if standing[k] else new[DEPTH] > 0.0)
+    short = shortage(c.legs, c.longest, place, reaching, target.body[:3], target.R)
+    memory[LOWER] = next_lower(memory[LOWER], short, c.pace)
+    target.body[2] -= memory[LOWER]
     into = found.target
     into.body[:], into.R[:, :], into.v[:], into.w[:] = target.body, target.R, target.v, target.w
     into.acceleration[:], into.load[:] = target.acceleration, load

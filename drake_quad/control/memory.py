@@ -9,10 +9,11 @@ from drake_quad.gait.legs import FloatArray
 # the swing foot found ground before its time; the standing feet's mean height over the plan's [m];
 # where a catching foot set out from (3) [m]; how fast the body follows its path, and how far it is
 # ahead of the gait clock there [s]; how far a foot that had lost the ground has come back to its
-# full load, 0 to 1, (4), or NEVER for one that has not borne yet, as a run begins.
+# full load, 0 to 1, (4), or NEVER for one that has not borne yet, as a run begins;
+# how much lower the body is for its legs to reach the ground [m].
 HOLD, LIFTED, DEPTH, LANDED, HEIGHT, CAUGHT = 0, 12, 24, 25, 26, 27
-BODY_RATE, LEAD, REGAINED = 30, 31, 32
-MEMORY_SIZE = 36
+BODY_RATE, LEAD, REGAINED, LOWER = 30, 31, 32, 36
+MEMORY_SIZE = 37
 NEVER = 2.0
 
 
