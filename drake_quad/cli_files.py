@@ -1,13 +1,18 @@
 """The directories of the commands: named, claimed before long work, read, and reported on."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from errno import ENAMETOOLONG
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 from rich.console import Console
 
 from drake_quad.errors import InputError
+
+LONGEST = ".certificate.json.part"  # of the names that commands write in a directory
 
 
 def stem(scenario: str) -> str:
@@ -22,7 +27,7 @@ def claim(directory: Path, option: str = "--out") -> None:
         InputError: If it cannot; it names the option by which the directory was given.
     """
     with _writing(directory, option):
-        _probe(directory / ".writable")
+        _probe(directory / LONGEST)
 
 
 def claim_file(path: Path | None, option: str) -> None:
@@ -42,10 +47,16 @@ def claim_file(path: Path | None, option: str) -> None:
 
 
 def _probe(path: Path) -> None:
-    """Tries a file of that name in the lowest folder on the way to it that is there."""
-    folder = next(p for p in path.absolute().parents if p.exists() or p.is_symlink())
-    (folder / path.name).touch()
-    (folder / path.name).unlink()
+    """Tries a file in the lowest folder on the way to it that is there, and all names for length.
+
+    The file has no name: other commands may begin at the same place at the same time.
+    """
+    path = path.absolute()
+    folder = next(p for p in path.parents if p.exists() or p.is_symlink())
+    with TemporaryFile(dir=folder):
+        most = os.pathconf(folder, "PC_NAME_MAX")
+    if any(len(os.fsencode(name)) > most for name in path.relative_to(folder).parts):
+        raise OSError(ENAMETOOLONG, os.strerror(ENAMETOOLONG))
 
 
 @contextmanager

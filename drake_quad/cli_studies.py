@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from drake_quad.cli_files import claim, stem
+from drake_quad.cli_files import claim, claim_file, stem
 from drake_quad.cli_options import MESSAGES, JsonOption, WorkersOption
 from drake_quad.cli_progress import interruptible
 
@@ -41,8 +41,7 @@ def sweep(
     directory = out if out is not None else Path("sweeps") / stem(str(study))
 
     def ready() -> None:
-        if page is not None:
-            claim(page.parent, "--page")
+        claim_file(page, "--page")
         claim(directory)
 
     cores = os.cpu_count() or 1

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from errno import EISDIR
 from pathlib import Path
 
 from drake_quad.errors import InputError
@@ -27,12 +28,15 @@ def write_together(
         InputError: If one cannot be filled, with the system's reason; what was there before stays.
     """
     partials = {path: _partial(path) for path in files}
-    now = next(iter(files))
+    gone, now = tuple(gone), next(iter(files))
     try:
         for now, write in files.items():
             _fill(now, write)
+        for now in (*files, *gone):
+            if now.is_dir():  # before anything is removed
+                raise IsADirectoryError(EISDIR, "is a directory")
         *before, last = files
-        for now in (*gone, *([last] if before else [])):
+        for now in (*([last] if before else []), *gone):
             now.unlink(missing_ok=True)
         for now, partial in partials.items():
             partial.replace(now)

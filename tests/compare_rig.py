@@ -13,6 +13,8 @@ from drake_quad.sweep.study_config import Study, Vary
 
 Success = list[bool] | dict[int, bool]
 CELLS = 35
+# A scenario of which no run reads its seed.
+STILL = "estimator: {kind: truth}\nworld: {random: false, tread_error: 0.0}"
 
 
 def study_of(*, cells: int = 1, trials: int = 1000, **fields: Any) -> Study:
@@ -20,8 +22,8 @@ def study_of(*, cells: int = 1, trials: int = 1000, **fields: Any) -> Study:
     return Study(scenario="flat_walk", vary=[grid], trials=trials, **fields)
 
 
-def swept_of(success: Success, study: Study) -> Swept:
-    """Trials that came out so; seeds follow the study's."""
+def swept_of(success: Success, study: Study, scenario: str = "") -> Swept:
+    """Trials of a scenario that came out so; seeds follow the study's."""
     done = success if isinstance(success, dict) else dict(enumerate(success))
     seeds = [1000 * study.seed + index for index in done]
     columns = {
@@ -31,14 +33,17 @@ def swept_of(success: Success, study: Study) -> Swept:
         "outcome": ["goal_reached" if good else "fell" for good in done.values()],
         "reason": [""] * len(done),
         "overrides": [[f"simulation.seed={seed}"] for seed in seeds],
+        "scenario": [scenario] * len(done),
     }
     return swept(pa.table(columns), json.loads(json.dumps(as_plain(study))))
 
 
-def files_of(directory: Path, success: Success, study: Study, digest: str = "") -> Path:
+def files_of(
+    directory: Path, success: Success, study: Study, digest: str = "", scenario: str = ""
+) -> Path:
     """The same as the files that a sweep leaves and a comparison reads."""
     directory.mkdir()
-    side = swept_of(success, study)
+    side = swept_of(success, study, scenario)
     pq.write_table(side.table, directory / "trials.parquet")
     found = {"study": digest, "commit": "", "complete": True}
     (directory / "sweep.json").write_text(json.dumps(found))

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from drake_quad.sweep.bands import bands_of
-from drake_quad.sweep.caveats import KINEMATIC, SHARED, caveats_of, given_up
+from drake_quad.sweep.caveats import KINEMATIC, SHARED, caveats_of
 from drake_quad.sweep.charts import draw_curves, plain_style
+from drake_quad.sweep.evidence import given_up
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.section import section
@@ -100,6 +101,29 @@ def test_trials_that_differ_are_evidence(tmp_path: Path) -> None:
     assert told["repeats"] == 0
     told = rig.sweep_made_up(tmp_path, tmp_path / "drawn", work=alike)
     assert told["repeats"] == 0
+
+
+def test_trials_that_were_ended_repeat_no_other(tmp_path: Path) -> None:
+    """Three that ran out of time are alike, and say nothing of what is random in the others."""
+
+    def some_too_long(trial: Trial) -> dict[str, Any]:
+        if trial.index < 6:
+            return rig.result(trial)
+        gone = dict.fromkeys(trial.figures)
+        return {**rig.result(trial, "timeout", "not done"), "figures": gone, "mode": None}
+
+    told = rig.sweep_made_up(tmp_path, tmp_path / "out", NOTHING_DRAWN, work=some_too_long)
+    assert told["repeats"] == 0
+
+
+def test_a_cell_in_which_two_differ_has_no_repeats(tmp_path: Path) -> None:
+    """The seed is read there: two that came out the same did so by chance."""
+
+    def one_cell(trial: Trial) -> dict[str, Any]:
+        return rig.result(trial) if trial.index == 1 else alike(trial)
+
+    told = rig.sweep_made_up(tmp_path, tmp_path / "out", NOTHING_DRAWN, work=one_cell)
+    assert told["repeats"] == 9
 
 
 def test_a_band_that_was_not_tried_keeps_nothing(tmp_path: Path) -> None:

@@ -38,6 +38,7 @@ def test_more_processes_than_a_machine_can_bear_are_refused(tmp_path: Path) -> N
         ({"limit": 0}, "--limit.*1 or more"),
         ({"page": Path("page.md")}, "--page.*must have both"),
         ({"page": Path("notes/page.md")}, "--page.*cannot be written to"),
+        ({"page": Path("/dev/null")}, "--page.*no file that could be written"),
         ({"out": Path("notes/out")}, "--out.*cannot be written to"),
     ],
 )

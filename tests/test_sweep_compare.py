@@ -9,21 +9,21 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from compare_rig import CELLS, Success, files_of, study_of, swept_of
+from compare_rig import CELLS, STILL, Success, files_of, study_of, swept_of
 from rich.console import Console
 
 from drake_quad.errors import InputError
-from drake_quad.sweep.caveats import KINEMATIC
+from drake_quad.sweep.caveats import KINEMATIC, SHARED
 from drake_quad.sweep.compare import compare_sweeps, print_comparison
 from drake_quad.sweep.study_config import Bound, Gate, Study
 
 
 def compared(
-    directory: Path, before: Success, after: Success, *studies: Study
+    directory: Path, before: Success, after: Success, *studies: Study, scenario: str = ""
 ) -> tuple[dict[str, Any], str]:
     """What is told of two sweeps, as plain values and as lines."""
-    one = files_of(directory / "one", before, studies[0], "a")
-    other = files_of(directory / "other", after, studies[-1], "b")
+    one = files_of(directory / "one", before, studies[0], "a", scenario)
+    other = files_of(directory / "other", after, studies[-1], "b", scenario)
     told = json.loads(json.dumps(compare_sweeps(one, other), allow_nan=False))
     console = Console(file=io.StringIO(), width=300)
     print_comparison(told, console)
@@ -72,9 +72,10 @@ def test_the_trials_that_both_have_are_told_of(tmp_path: Path) -> None:
     assert "told by" not in text
 
 
-def test_where_nothing_is_drawn_nothing_is_chance(tmp_path: Path) -> None:
+@pytest.mark.parametrize("trials", [1, 3])
+def test_where_nothing_is_random_nothing_is_chance(tmp_path: Path, trials: int) -> None:
     """A robot that was lost of six is lost by a change: it is worse, whatever a test says."""
-    study = study_of(cells=6, trials=1)
+    study = study_of(cells=6, trials=trials)
     for name, before, after, verdict in (
         ("lost", well(6, 6), well(5, 6), "worse"),
         ("won", well(5, 6), well(6, 6), "better"),
@@ -82,9 +83,39 @@ def test_where_nothing_is_drawn_nothing_is_chance(tmp_path: Path) -> None:
         ("none", well(5, 6), well(5, 6), "no different"),
     ):
         (tmp_path / name).mkdir()
-        told, text = compared(tmp_path / name, before, after, study)
+        told, text = compared(tmp_path / name, before, after, study, scenario=STILL)
         assert told["verdict"] == verdict and told["p"] is None
-        assert "nothing is drawn" in text and "by chance" not in text
+        assert "nothing is random" in text and "by chance" not in text
+
+
+@pytest.mark.parametrize(
+    "scenario",
+    [STILL.replace("truth", "ekf"), STILL.replace("false", "true"), STILL.replace("0.0", "0.002"),
+     "", "nonsense", "world: [", "world: 3"],
+)  # fmt: skip
+def test_where_a_seed_is_read_a_grid_is_a_sample(tmp_path: Path, scenario: str) -> None:
+    """Sensors' noise is chance, too, whatever else is drawn; so it is where nobody knows."""
+    before, after = [True] * 94 + [False] * 6, [False] + [True] * 99
+    told, text = compared(tmp_path, before, after, study_of(cells=100, trials=1), scenario=scenario)
+    assert told["verdict"] == "no different" and told["p"] == pytest.approx(0.125)
+    assert "by chance" in text and "nothing is random" not in text
+
+
+@pytest.mark.parametrize(("outcome", "verdict"), [("timeout", "cannot be told"), ("fell", "worse")])
+def test_what_a_machine_ended_was_changed_by_no_program(
+    tmp_path: Path, outcome: str, verdict: str
+) -> None:
+    """A trial may run out of time on a busy machine: it is to be run again."""
+    study = study_of(cells=6, trials=1)
+    one = files_of(tmp_path / "one", well(6, 6), study, scenario=STILL)
+    other = files_of(tmp_path / "other", well(5, 6), study, scenario=STILL)
+    table = pq.read_table(other / "trials.parquet")
+    outcomes = pa.array([*["goal_reached"] * 5, outcome])
+    place = table.column_names.index("outcome")
+    pq.write_table(table.set_column(place, "outcome", outcomes), other / "trials.parquet")
+    told = compare_sweeps(one, other)
+    assert told["verdict"] == verdict and told["p"] is None
+    assert ("run them again" in told["why"]) == (outcome == "timeout")
 
 
 @pytest.mark.parametrize("mode", ["physics", "kinematic"])
@@ -141,6 +172,7 @@ def test_common_draws_that_are_not_paired(tmp_path: Path) -> None:
         told, text = compared(tmp_path / f"{k}", well(20, 20), well(0, 20), one, unlike)
         assert told["verdict"] == "cannot be told" and told["p"] is told["test"] is None
         assert "cannot be told: draws that all cells share" in text
+        assert told["before"]["sharing"] == 4 and text.count(SHARED) == 2 - k
 
 
 @pytest.mark.parametrize(
@@ -202,9 +234,18 @@ def test_one_trial_that_is_another_is_enough(tmp_path: Path) -> None:
         pq.write_table(first.table, (one, other)[k] / "trials.parquet")
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"definition": {"vary": [{"path": 1}]}}'])
-def test_a_study_that_cannot_be_read_is_refused(tmp_path: Path, text: str) -> None:
+WAYLESS = '{"definition": {"vary": [{"path": "a"}], "draws": "independent", "trials": 9}}'
+
+
+@pytest.mark.parametrize("draws", ["independent", "common"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", '{"definition": {"vary": [{"path": 1}]}}', WAYLESS,
+     WAYLESS.replace('"a"', '"a", "values": []')],
+)  # fmt: skip
+def test_a_study_that_cannot_be_read_is_refused(tmp_path: Path, text: str, draws: str) -> None:
     """Without it nobody knows which trials share a draw."""
+    text = text.replace("independent", draws)
     one = files_of(tmp_path / "one", well(3, 9), study_of())
     (one / "study.json").write_text(text)
     with pytest.raises(InputError, match=r"study\.json"):

@@ -217,8 +217,13 @@ def test_a_spoilt_line_costs_its_own_trial_alone(tmp_path: Path, bad: bytes) -> 
         tmp_path, out, resume=True, note=lambda index, *_: again.append(index)
     )  # fmt: skip
     assert again == [3] and (out / "trials.parquet").read_bytes() == tables
-    assert (out / NAME).with_suffix(DAMAGED).read_bytes() == damaged
+    copy = (out / NAME).with_suffix(DAMAGED)
+    assert copy.read_bytes() == damaged
     assert len(read_journal(out)[1]) == 8
+    (out / NAME).write_bytes(damaged + b"\n{\n{")
+    rig.sweep_made_up(tmp_path, out, resume=True)
+    second = (out / NAME).with_suffix(f".2{DAMAGED}")
+    assert copy.read_bytes() == damaged and second.read_bytes() == damaged + b"\n{\n{"
 
 
 def test_a_line_that_is_no_result_is_refused(tmp_path: Path) -> None:

@@ -20,7 +20,6 @@ from drake_quad.scenario_config import Scenario
 from drake_quad.simulation import run
 from drake_quad.sweep import replays
 from drake_quad.sweep.bands import bands_of, places_of
-from drake_quad.sweep.caveats import grade
 from drake_quad.sweep.charts import curves_svg, draw_curves, plain_style
 from drake_quad.sweep.markdown import in_line
 from drake_quad.sweep.page import write_report
@@ -29,6 +28,7 @@ from drake_quad.sweep.replays import make_replays, otherwise
 from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study_config import Vary
 from drake_quad.sweep.table import read_table
+from drake_quad.sweep.verdict import grade
 
 TEXT = (
     rig.PLUMBING.replace("trials: 4", "trials: 20")

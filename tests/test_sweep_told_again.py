@@ -35,7 +35,7 @@ def swept(tmp_path: Path) -> tuple[Path, dict[str, Any]]:
 def test_what_is_told_again_is_what_was_told(tmp_path: Path) -> None:
     """To the letter, wherever the directory is by now, and without its journal."""
     out, told = swept(tmp_path)
-    write_section(tmp_path / "page.md", told, told["command"], "one")
+    write_section(tmp_path / "page.md", told, told["command"], "study")
     page = (tmp_path / "page.md").read_text()
     report = (out / "report.html").read_text()
     other = tmp_path / "elsewhere" / "one"
@@ -47,19 +47,19 @@ def test_what_is_told_again_is_what_was_told(tmp_path: Path) -> None:
     assert (tmp_path / "elsewhere" / "page.md").read_text() == page
     # Commands of its worst trials name the directory.
     assert (other / "report.html").read_text() == report.replace(str(out), str(other))
-    drawn = [tmp_path / "page" / "one.svg", tmp_path / "elsewhere" / "page" / "one.svg"]
-    assert drawn[0].read_bytes() == drawn[1].read_bytes() and "page/one.svg" in page
+    drawn = [tmp_path / "page" / "study.svg", tmp_path / "elsewhere" / "page" / "study.svg"]
+    assert drawn[0].read_bytes() == drawn[1].read_bytes() and "page/study.svg" in page
     assert "| margin.minimum | 0.0125 | " in page
 
 
 def test_the_command_tells_again(tmp_path: Path) -> None:
-    """By `drake-quad report`; a page is for sweeps alone."""
+    """By `drake-quad report`, under the study's name; a page is for sweeps alone."""
     out, told = swept(tmp_path)
     before = (out / "report.html").read_bytes()
     (out / "report.html").unlink()
     done = drake_quad("report", "one", "--page", "page.md", cwd=tmp_path)
     assert done.returncode == 0 and told["rate"]["text"] in done.stdout
-    assert (tmp_path / "page.md").read_text().count("## one") == 1
+    assert (tmp_path / "page.md").read_text().count("## study") == 1
     assert len((out / "report.html").read_bytes()) > 0.9 * len(before)
     (tmp_path / "run").mkdir()
     assert "--page" in refused(drake_quad("report", "run", "--page", "p.md", cwd=tmp_path))

@@ -48,7 +48,7 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
 
     Args:
         directory: The sweep's.
-        page: Markdown page to write its section of, which has the directory's name.
+        page: Markdown page to write its section of, which has the name of the study's file.
 
     Returns:
         The findings, as in sweep.json.
@@ -56,12 +56,12 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
     Raises:
         InputError: There is no finished sweep, or a file cannot be written.
     """
-    name = directory.resolve().name
-    if page is not None:
-        check_page(page, name)
     if not (directory / FINDINGS).is_file() and (directory / JOURNAL).is_file():
         raise _unfinished(directory)
     kept = read_plain(directory, FINDINGS, KEPT, perhaps=COMMAND)
+    name = _name(kept.get("command", ""), directory)
+    if page is not None:
+        check_page(page, name)
     study = _study(directory)
     clock = _read_clock(directory)
     table = read_table(directory)
@@ -73,6 +73,14 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
             page, told, told.get("command", f"drake-quad sweep studies/{name}.yaml"), name
         )
     return told
+
+
+def _name(command: str, directory: Path) -> str:
+    """What a sweep's section is called: as its study's file, or as its directory if not known."""
+    try:
+        return Path(shlex.split(command)[2]).stem  # drake-quad sweep STUDY
+    except (ValueError, IndexError):
+        return directory.resolve().name
 
 
 def _study(directory: Path) -> Study:

@@ -7,7 +7,8 @@ from rich.console import Console
 from rich.table import Table
 
 from drake_quad.errors import InputError
-from drake_quad.sweep.caveats import caveats_of, given_up, repeats
+from drake_quad.sweep.caveats import caveats_of
+from drake_quad.sweep.evidence import given_up, is_fixed, repeats
 from drake_quad.sweep.pairing import Swept, apart, differing, pair, swept, why_apart
 from drake_quad.sweep.rates import causes_of, rate_of
 from drake_quad.sweep.reading import REMEDY, TEXT, TRUTH, Kind, read_definition, read_plain
@@ -42,15 +43,24 @@ def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
     told["sharing"] = max(one.sharing, other.sharing)
     told["verdict"] = "cannot be told" if found is None else found.verdict
     told["why"] = _why(found)
-    if told["paired"] and one.fixed and other.fixed:
-        return told | _of_fixed(told["paired"])
+    if told["paired"] and all(is_fixed(side.study, side.table) for side in (one, other)):
+        return told | _of_fixed(told["paired"], {*one.ended(), *other.ended()})
     return told
 
 
-def _of_fixed(paired: dict[str, Any]) -> dict[str, Any]:
-    """The verdict where nothing is drawn: cells are no sample, and no chance is in what changed."""
-    verdict = "worse" if paired["lost"] else "better" if paired["won"] else "no different"
-    why = "nothing is drawn in these studies: what changed was changed by program or files"
+def _of_fixed(paired: dict[str, Any], ended: set[int]) -> dict[str, Any]:
+    """The verdict where nothing is random: cells are no sample, and no chance is in what changed.
+
+    But for trials that were `ended`: how long a trial takes is the machine's.
+    """
+    lost, won = (set(paired[word]) for word in ("lost", "won"))
+    verdict = "worse" if lost - ended else "better" if won - ended else "no different"
+    why = "nothing is random in these studies: what changed was changed by program or files"
+    if verdict == "no different" and lost | won:
+        verdict = "cannot be told"
+        why = (
+            "what changed is trials that ran out of time or memory, or were killed: run them again"
+        )
     return {"verdict": verdict, "why": why, "test": None, "unit": None, "units": None, "p": None}
 
 
@@ -101,7 +111,7 @@ def _remarks(told: dict[str, Any]) -> list[str]:
     if told["unit"] == "draw":
         lines.append(
             f"what is counted is draws: all {told['sharing']} cells share each, its trials are no "
-            "evidence of their own, and the bounds above may be too narrow"
+            "evidence of their own"
         )
     paired, sizes = told["paired"], [side["trials"] for side in (told["before"], told["after"])]
     if paired and paired["trials"] < max(sizes):
@@ -144,7 +154,7 @@ def _side(directory: Path) -> tuple[Swept, dict[str, Any]]:
         "asked": count_trials(whole.study),
         "given_up": given_up(table),
         "kinematic": "mode" in table.column_names and "kinematic" in table["mode"].to_pylist(),
-        "sharing": 1,  # said of both together
+        "sharing": whole.sharing,
         "repeats": repeats(whole.study, table),
         "rate": rate_told(rate_of(sum(table["success"].to_pylist()), len(table))),
         "causes": causes_of(table["outcome"].to_pylist(), table["reason"].to_pylist()),

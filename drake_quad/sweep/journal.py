@@ -190,8 +190,17 @@ def read_journal(
     often = Counter(one["index"] for one in good)
     done = {one["index"]: one for one in good if often[one["index"]] == 1}
     if keep_damaged and (None in lines[:-1] or len(done) < len(read)):
-        write_whole(path.with_suffix(DAMAGED), lambda to: to.write_bytes(whole))
+        write_whole(_unused(path), lambda to: to.write_bytes(whole))
     return first, done
+
+
+def _unused(path: Path) -> Path:
+    """Where a copy of a damaged journal goes: beside it, and not over that of an earlier damage."""
+    copy, number = path.with_suffix(DAMAGED), 1
+    while copy.exists():
+        number += 1
+        copy = path.with_suffix(f".{number}{DAMAGED}")
+    return copy
 
 
 def _is_result(line: Result) -> bool:

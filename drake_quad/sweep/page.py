@@ -8,7 +8,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from drake_quad.report.templates import read_css
-from drake_quad.sweep.caveats import caveats_of, gate_words, grade
+from drake_quad.sweep.caveats import caveats_of
 from drake_quad.sweep.charts import curves_svg, map_svg
 from drake_quad.sweep.replays import otherwise, replays_in
 from drake_quad.sweep.study import as_plain
@@ -16,6 +16,7 @@ from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.sweep import REPORT
 from drake_quad.sweep.table import read_table
 from drake_quad.sweep.trials import repeat_into
+from drake_quad.sweep.verdict import gate_words, grade
 from drake_quad.systems.stability_monitor import NO_SUPPORT
 from drake_quad.whole_files import write_whole
 

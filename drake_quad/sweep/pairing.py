@@ -9,6 +9,7 @@ from typing import Any
 import pyarrow as pa
 
 from drake_quad.sweep.draws import Draws
+from drake_quad.sweep.evidence import ENDED
 from drake_quad.sweep.provenance import bearing
 from drake_quad.sweep.significance import (
     Finding,
@@ -41,22 +42,22 @@ class Swept:
         """How many trials share each draw: the grid's cells, if draws are common; else 1."""
         return shared_by(self.study)
 
-    @property
-    def fixed(self) -> bool:
-        """Whether each trial is the only one of its kind: a cell of a grid, with nothing drawn."""
-        return self.study.trials == 1 and not Draws(self.study).drawn
-
     def success(self) -> dict[int, bool]:
         """Whether each trial succeeded, by index."""
         columns = (self.table[name].to_pylist() for name in ("index", "success"))
         return dict(zip(*columns, strict=True))
+
+    def ended(self) -> list[int]:
+        """Which trials did not end by themselves, by index."""
+        columns = (self.table[name].to_pylist() for name in ("index", "outcome"))
+        return [index for index, outcome in zip(*columns, strict=True) if outcome in ENDED]
 
 
 def swept(table: pa.Table, definition: dict[str, Any]) -> Swept:
     """A sweep of what its files hold.
 
     Raises:
-        ValueError: If `definition` is no study's.
+        ValueError: If `definition` is no study's, or one without trials.
     """
     try:
         bearing(definition)
@@ -64,10 +65,11 @@ def swept(table: pa.Table, definition: dict[str, Any]) -> Swept:
             vary=[Vary(**vary) for vary in definition["vary"]],
             draws=definition["draws"], trials=definition["trials"],
         )  # fmt: skip
-        shared_by(study)  # raises if it cannot be told
-        return Swept(table, definition, study)
+        if Draws(study).count > 0:
+            return Swept(table, definition, study)
     except (KeyError, TypeError, AttributeError, StopIteration):
-        raise ValueError("no study's definition") from None
+        pass
+    raise ValueError("no study's definition")
 
 
 def shared_by(study: Study) -> int:

@@ -7,9 +7,10 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
-from drake_quad.sweep.caveats import caveats_of, gate_words, grade
+from drake_quad.sweep.caveats import caveats_of
 from drake_quad.sweep.sweep import REPORT
 from drake_quad.sweep.trials import repeat_into
+from drake_quad.sweep.verdict import gate_words, grade
 
 COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
 

@@ -20,7 +20,7 @@ from drake_quad.sweep.study_config import Study
 PACKAGE = Path(drake_quad.__file__).parent
 MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and scenarios
 # Rooms and modules that tell of runs, and have no part in one.
-TELLING = ("report", "cli", "check", "chart", "inspect", "plan")
+TELLING = ("report", "cli", "check", "chart", "inspect", "plan", "processes")
 MODULES = {"pycollada": "collada"}  # where they are not called as what is installed
 WORKING = ("work.py", "study.py", "draws.py", "trials.py", "designs.py")  # of this room
 # Fields of a study, and of what varies in it, that no trial depends on. A name is the title of a

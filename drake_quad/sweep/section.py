@@ -7,9 +7,10 @@ from urllib.parse import quote
 
 from drake_quad.errors import InputError
 from drake_quad.report.svg import stand_alone
-from drake_quad.sweep.caveats import caveats_of, gate_words
+from drake_quad.sweep.caveats import caveats_of
 from drake_quad.sweep.charts import curves_svg
 from drake_quad.sweep.markdown import in_line, paragraph
+from drake_quad.sweep.verdict import gate_words
 from drake_quad.whole_files import write_whole
 
 TITLE = """\
@@ -75,6 +76,8 @@ def check_page(page: Path, name: str, *, option: str = "--page") -> tuple[str, s
     try:
         if page.is_dir():
             raise refuse("is a directory; give a Markdown file in it")
+        if page.exists() and not page.is_file():  # to be in place of /dev/null would harm
+            raise refuse("is no file that could be written anew; give a Markdown file")
         text = page.read_text(encoding="utf-8") if page.exists() else TITLE
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else "not a text file"

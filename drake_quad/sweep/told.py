@@ -7,8 +7,8 @@ import numpy as np
 import pyarrow as pa
 
 from drake_quad.sweep.bands import Band, bands_of, places_of
-from drake_quad.sweep.caveats import given_up, repeats
 from drake_quad.sweep.draws import GRID, way_of
+from drake_quad.sweep.evidence import given_up, repeats
 from drake_quad.sweep.pairing import shared_by
 from drake_quad.sweep.rates import Rate, causes_of, rate_of
 from drake_quad.sweep.study_config import Study, Vary
