@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from control_rig import TICK, catch_with, middle_of, phase_at, state_on
-from rig import flat_walk, model_layout, stand_plan, state_of
+from rig import flat_walk, model_layout, paper_robot, rotations, stand_plan, state_of
 from whole_body_rig import CONTROL, controller_of, ground_forces
 
 from drake_quad.control.ports import Mode
+from drake_quad.gait.legs import Leg
+from drake_quad.robot.leg_kinematics import calc_feet
 
 
 def test_swing_foot_that_lands_early_is_held_there_and_pressed_on() -> None:
@@ -47,6 +49,26 @@ def test_foot_that_finds_no_ground_is_searched_down_for_it() -> None:
     controller.give(plan, state_on(plan, t), phase_at(t, rate=0.0))
     heights = [float(controller.tick(20).feet[step.leg.row, 2]) for _ in range(3)]
     np.testing.assert_allclose(np.diff(heights), -20 * TICK * CONTROL.search_speed, rtol=1e-6)
+
+
+@pytest.mark.parametrize("leg", [Leg.REAR_LEFT, Leg.REAR_RIGHT])
+def test_leg_at_its_end_is_not_driven_against_its_stop(leg: Leg) -> None:
+    """A rear foot lifts off late, its knee straight, the body going on: no drive pulls it back."""
+    plan, robot = flat_walk(), paper_robot()
+    step = [s for s in plan.contacts.steps if s.leg is leg][1]  # the first is of the transition
+    before, after = step.lift_off - 0.5 * TICK, step.lift_off + 0.5 * TICK
+    sample = plan.sample(before)
+    straight = robot.q_upper.reshape(4, 3)[leg.row, 2]
+    q = np.tile([0.0, 0.9, straight], (4, 1))
+    body, feet = sample.body[0], sample.feet.copy()
+    feet[leg.row] = body[:3] + rotations(body) @ calc_feet(robot.geometry, q)[leg.row]
+    state = state_of(body, feet)
+    state[model_layout().v_base + 3] = 0.3  # forwards
+    controller = controller_of(plan, state, t=before).tick(200)  # it learns where the feet stand
+    controller.give(plan, state, phase_at(after))
+    angles, speeds = controller.tick().target
+    assert angles[leg.row, 2] == pytest.approx(straight, abs=0.02)
+    assert speeds[leg.row, 2] < 0.05 and abs(speeds[leg.row, 1]) < 0.2
 
 
 @pytest.mark.parametrize("row", range(4))

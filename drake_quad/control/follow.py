@@ -157,8 +157,9 @@ def command(
     c, found = constants[0], work[0]
     m, t = found.measured, found.target
     q, qd = joint_targets(
-        c.legs, found.place, found.velocity, t.load, m.p, m.R, t.body[:3], t.R, t.v, t.w
-    )
+        c.legs, found.place, found.velocity, t.load, m.p, m.R, t.body[:3], t.R, t.v, t.w,
+        c.q_lower, c.q_upper,
+    )  # fmt: skip
     if c.softness.share < 1.0:
         q, qd = soften(q, qd, m.q, m.qd, found.soft, c.softness)
     for i in range(12):

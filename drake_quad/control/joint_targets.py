@@ -6,7 +6,16 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.leg_scalar import foot_and_jacobian, leg_row, solve_leg, solve_rates
+from drake_quad.robot.leg_scalar import (
+    Matrix,
+    Vector,
+    foot_and_jacobian,
+    leg_row,
+    solve_leg,
+    solve_rates,
+)
+
+LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
 
 
 @compiled
@@ -21,11 +30,17 @@ def joint_targets(
     R_desired: FloatArray,
     v_desired: FloatArray,
     w_desired: FloatArray,
+    q_lower: FloatArray,
+    q_upper: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Joint angles (12,) [rad] and speeds (12,) [rad/s] that put the feet where they belong.
 
     A foot under load is placed in the body as desired, one without in the body as measured;
     between the two the target moves with the load, so that a foot about to lift off lets go.
+
+    A leg that is too short goes as far as its knee's limits (`q_lower` and `q_upper`, (12,) [rad])
+    let it, and no faster than it can stop there: a straight leg would be asked for speeds without
+    end, with which its drives press the knee against its stop and push the body instead.
     """
     q, qd = np.empty(12), np.empty(12)
     for k in range(4):
@@ -40,7 +55,10 @@ def joint_targets(
             b0 += measured0 + share * (wanted0 - measured0)
             b1 += measured1 + share * (wanted1 - measured1)
             b2 += measured2 + share * (wanted2 - measured2)
+        least, most = q_lower[3 * k + 2], q_upper[3 * k + 2]
         angles = solve_leg(leg, b0, b1, b2)
+        _, J = foot_and_jacobian(leg, angles[0], angles[1], angles[2])
+        angles = keep_knee(J, angles, least, most)
         u0 = velocities[k, 0] - v_desired[0] - (w_desired[1] * d[2] - w_desired[2] * d[1])
         u1 = velocities[k, 1] - v_desired[1] - (w_desired[2] * d[0] - w_desired[0] * d[2])
         u2 = velocities[k, 2] - v_desired[2] - (w_desired[0] * d[1] - w_desired[1] * d[0])
@@ -53,10 +71,36 @@ def joint_targets(
                 R_desired[0, 2] * u0 + R_desired[1, 2] * u1 + R_desired[2, 2] * u2,
             ),
         )
+        knee = angles[2]
+        rates = keep_knee(J, rates, (least - knee) / LOOK_AHEAD, (most - knee) / LOOK_AHEAD)
         for i in range(3):
             q[3 * k + i] = angles[i]
             qd[3 * k + i] = rates[i]
     return q, qd
+
+
+@compiled
+def keep_knee(J: Matrix, joints: Vector, least: float, most: float) -> Vector:
+    """A leg's angles, or speeds, with the knee's within bounds, and the hip's so as that takes.
+
+    The hip pitch goes by so much more that the foot is as near as it can be to where the knee
+    would have it, to first order.
+
+    Args:
+        J: The foot's Jacobian.
+        joints: Abduction, hip pitch, knee [rad] or [rad/s].
+        least: Of the knee, and
+        most: the greatest, in the same unit.
+    """
+    abduction, hip, knee = joints
+    kept = min(max(knee, least), most)
+    if kept == knee:
+        return joints
+    own, shared = 1e-9, 0.0
+    for row in J:
+        own += row[1] * row[1]
+        shared += row[1] * row[2]
+    return abduction, hip - shared / own * (kept - knee), kept
 
 
 class Softness(NamedTuple):

@@ -9,6 +9,7 @@ from drake_quad.control.base_task import rotation_error, wanted_acceleration
 from drake_quad.control.carried import at_rest, body_shift, com_shift, learn, wrench_of
 from drake_quad.control.force_qp import Program, has_numbers, make_program, spread
 from drake_quad.control.inverse_dynamics import reduce_dynamics
+from drake_quad.control.joint_targets import LOOK_AHEAD
 from drake_quad.control.records import Records
 from drake_quad.control.slip import answer_slip
 from drake_quad.gait.legs import FloatArray
@@ -17,7 +18,6 @@ COM_PER_SHIFT = 0.8  # how much of a shift of the body the centre of mass makes,
 # Of the least force, while a push is met: light feet would keep the centre of pressure from going
 # as far aside as the feet under load allow.
 LEAST_SHARE = 0.1
-LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
 
 
 @compiled
