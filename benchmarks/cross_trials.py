@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.study import Result, finding
 from drake_quad.gait.legs import FloatArray
-from drake_quad.sweep.study import Base
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.trials import Trial
 
 ENGINES = {

@@ -30,7 +30,7 @@ from drake_quad.planning.motion_plan import MotionPlan, rotations
 from drake_quad.preparation import Preparation, prepare
 from drake_quad.scenario import disturbances_of
 from drake_quad.scenario_config_world import PushConfig
-from drake_quad.sweep.study import Base
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.trials import Trial
 from drake_quad.systems.disturbances import Push
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.scenario import load_scenario
-from drake_quad.sweep.study import Base, find_base
+from drake_quad.sweep.base import Base, find_base
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.trials import Trial
 

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.provenance import own_sources
-from drake_quad.sweep.study import Base, load_study
+from drake_quad.sweep.study import load_study
 from drake_quad.sweep.study_config import Limits, Study
 from drake_quad.sweep.trials import Trial, make_trials
 

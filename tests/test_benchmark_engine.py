@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from benchmarks.study import finding
-from drake_quad.sweep.journal import DAMAGED
+from drake_quad.sweep.journal_read import DAMAGED
 from drake_quad.sweep.trials import Trial
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"

@@ -37,12 +37,13 @@ from drake_quad.inspect_report import describe_robot, print_robot
 from drake_quad.robot.importing.read_overrides import read_overrides
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import parse_scenario
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.section import write_section
-from drake_quad.sweep.study import Base, load_study, parse_study
+from drake_quad.sweep.study import load_study, parse_study
 from drake_quad.sweep.study_config import Limits, Study
 from drake_quad.sweep.sweep import sweep
 from drake_quad.sweep.trials import Trial, count_trials, make_trials

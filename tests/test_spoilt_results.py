@@ -19,7 +19,8 @@ from drake_quad.errors import InputError
 from drake_quad.report.run_files import read_run
 from drake_quad.sweep.again import tell_again
 from drake_quad.sweep.compare import compare_sweeps
-from drake_quad.sweep.journal import DAMAGED, NAME, Journal, read_journal
+from drake_quad.sweep.journal import Journal
+from drake_quad.sweep.journal_read import DAMAGED, NAME, read_journal
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.table import write_tables
 

@@ -13,7 +13,7 @@ from drake_quad.diagram import stair_climb_of
 from drake_quad.planning.motion_plan import Segment
 from drake_quad.preparation import prepare
 from drake_quad.scenario import load_scenario
-from drake_quad.sweep.study import Base
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.work import work
 
 ROOT = Path(__file__).resolve().parents[1]

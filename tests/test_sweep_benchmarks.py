@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import sweep_rig as rig
 
-from drake_quad.sweep.study import Base, load_study
+from drake_quad.sweep.base import Base
+from drake_quad.sweep.study import load_study
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = "mission=[{kind: stand, duration: 0.3}]"

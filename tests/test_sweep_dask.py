@@ -19,7 +19,7 @@ from drake_quad.errors import InputError
 from drake_quad.sweep import cluster
 from drake_quad.sweep.cluster import ClusterGoneError, carry_out_on, connect
 from drake_quad.sweep.isolated import Work
-from drake_quad.sweep.journal import read_journal
+from drake_quad.sweep.journal_read import read_journal
 from drake_quad.sweep.study_config import Limits
 from drake_quad.sweep.trials import Trial
 

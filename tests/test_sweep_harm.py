@@ -20,7 +20,8 @@ from drake_quad.robot import load_robot
 from drake_quad.sweep import process as process_module
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.isolated import Interrupted, Isolated, NoTrialsHereError
-from drake_quad.sweep.journal import DAMAGED, NAME, Journal, read_journal
+from drake_quad.sweep.journal import Journal
+from drake_quad.sweep.journal_read import DAMAGED, NAME, read_journal
 from drake_quad.sweep.process import Process
 from drake_quad.sweep.provenance import own_sources, own_versions
 from drake_quad.sweep.study_config import Limits

@@ -27,7 +27,7 @@ from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.replays import make_replays, otherwise
 from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study_config import Vary
-from drake_quad.sweep.table import read_table
+from drake_quad.sweep.table_read import read_table
 from drake_quad.sweep.verdict import grade
 
 TEXT = (

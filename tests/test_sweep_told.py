@@ -14,7 +14,8 @@ from scipy.stats import beta
 from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.replays import replayable
 from drake_quad.sweep.study_config import Gate, Study, Vary
-from drake_quad.sweep.table import make_clock, read_table
+from drake_quad.sweep.table import make_clock
+from drake_quad.sweep.table_read import read_table
 from drake_quad.sweep.told import _clock, tell
 from drake_quad.sweep.trials import Trial
 from drake_quad.sweep.worst import worst_first

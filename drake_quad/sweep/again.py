@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 from drake_quad.errors import InputError
 from drake_quad.plain_json import is_number
 from drake_quad.sweep.check_told import check_told
-from drake_quad.sweep.journal import NAME as JOURNAL
+from drake_quad.sweep.journal_read import NAME as JOURNAL
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.reading import (
     REMEDY,
@@ -24,7 +24,8 @@ from drake_quad.sweep.section import check_page, write_section
 from drake_quad.sweep.study import study_from
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.sweep import FINDINGS, STUDY
-from drake_quad.sweep.table import CLOCK, CLOCK_COLUMNS, TRIALS, read_table
+from drake_quad.sweep.table import CLOCK, CLOCK_COLUMNS, TRIALS
+from drake_quad.sweep.table_read import read_table
 from drake_quad.sweep.told import tell
 
 # Of the sweep itself, and not of its tables.

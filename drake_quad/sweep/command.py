@@ -11,12 +11,13 @@ from rich.console import Console
 
 from drake_quad.errors import InputError
 from drake_quad.processes import check_workers
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.progress import Bar
 from drake_quad.sweep.replays import make_replays, otherwise, replayable, replays_in
 from drake_quad.sweep.section import check_page, write_section
-from drake_quad.sweep.study import Base, load_study
+from drake_quad.sweep.study import load_study
 from drake_quad.sweep.study_config import Limits, Study
 from drake_quad.sweep.sweep import CarryOut, sweep
 

@@ -14,7 +14,7 @@ from drake_quad.sweep.rates import causes_of, rate_of
 from drake_quad.sweep.reading import REMEDY, TEXT, TRUTH, Kind, read_definition, read_plain
 from drake_quad.sweep.significance import Finding
 from drake_quad.sweep.sweep import FINDINGS, STUDY
-from drake_quad.sweep.table import read_table
+from drake_quad.sweep.table_read import read_table
 from drake_quad.sweep.told import rate_told
 from drake_quad.sweep.trials import count_trials
 

@@ -14,7 +14,7 @@ from drake_quad.sweep.replays import otherwise, replays_in
 from drake_quad.sweep.study import as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.sweep import REPORT
-from drake_quad.sweep.table import read_table
+from drake_quad.sweep.table_read import read_table
 from drake_quad.sweep.trials import repeat_into
 from drake_quad.sweep.verdict import gate_words, grade
 from drake_quad.systems.stability_monitor import NO_SUPPORT

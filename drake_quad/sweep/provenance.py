@@ -13,8 +13,9 @@ from typing import Any
 
 import drake_quad
 from drake_quad.robot.robot_digest import robot_digest
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.draws import extremes
-from drake_quad.sweep.study import Base, as_plain, overrides_of
+from drake_quad.sweep.study import as_plain, overrides_of
 from drake_quad.sweep.study_config import Study
 
 PACKAGE = Path(drake_quad.__file__).parent
@@ -22,7 +23,7 @@ MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and s
 # Rooms and modules that tell of runs, and have no part in one.
 TELLING = ("report", "cli", "check", "chart", "inspect", "plan", "processes")
 MODULES = {"pycollada": "collada"}  # where they are not called as what is installed
-WORKING = ("work.py", "study.py", "draws.py", "trials.py", "designs.py")  # of this room
+WORKING = ("work.py", "base.py", "study.py", "draws.py", "trials.py", "designs.py")  # of this room
 # Fields of a study, and of what varies in it, that no trial depends on. A name is the title of a
 # column, which the table gets anew from the study; of a case it is the mapping's key, and stays.
 TOLD_OF_ALL = ("description", "maps", "gate")

@@ -11,7 +11,7 @@ from drake_quad.plain_json import plain_of
 from drake_quad.report.build import REPORT, build_report
 from drake_quad.report.scene_log import write_scene_log
 from drake_quad.simulation import run, write_files
-from drake_quad.sweep.study import Base
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.trials import TRIALS_DIRECTORY, directory_of, make_trials
 from drake_quad.sweep.worst import worst_first

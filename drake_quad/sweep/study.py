@@ -2,18 +2,15 @@
 
 import dataclasses
 import json
-import os
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from drake_quad.errors import InputError
-from drake_quad.scenario import load_scenario, parse_scenario
-from drake_quad.scenario_config import Scenario
 from drake_quad.scenario_schema import conform
+from drake_quad.sweep.base import Base, find_base
 from drake_quad.sweep.draws import Value, extremes
 from drake_quad.sweep.study_check import check_study
 from drake_quad.sweep.study_config import Bound, Gate, Limits, Study, Vary
@@ -23,37 +20,6 @@ from drake_quad.yaml_text import parse_yaml
 _PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
 # What conform cannot know the types of: they are checked here, or by the scenario itself.
 FREE = ("choice", "values", "cases")
-
-
-@dataclass(frozen=True)
-class Base:
-    """The scenario that a study varies, so that any process has it.
-
-    Attributes:
-        name: As on the command line.
-        text: The file's; None of a shipped scenario.
-        directory: From which the robot's file is looked up.
-        here: The same, where an override names it: as on the command line.
-    """
-
-    name: str
-    text: str | None = None
-    directory: str | None = None
-    here: str = field(default_factory=os.getcwd)
-
-    def load(self, overrides: list[str]) -> Scenario:
-        """The scenario with these overrides.
-
-        Raises:
-            InputError: If it cannot be used.
-        """
-        here = Path(self.here)
-        if self.text is None:
-            return load_scenario(self.name, overrides, here=here)
-        directory = None if self.directory is None else Path(self.directory)
-        return parse_scenario(
-            self.text, source=self.name, base=directory, overrides=overrides, here=here
-        )
 
 
 def load_study(path: str | Path) -> tuple[Study, Base]:
@@ -97,18 +63,6 @@ def parse_study(text: str, *, source: str) -> Study:
     )
     check_study(study, source=source)
     return study
-
-
-def find_base(study: Study, *, directory: Path) -> Base:
-    """The study's scenario: a file relative to the study's, or a shipped one."""
-    path = directory / user_path(study.scenario)
-    try:
-        if not path.is_file():
-            return Base(study.scenario)
-        text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError):
-        return Base(str(path))  # whose loading says what is wrong with it
-    return Base(str(path), text, str(path.parent.resolve()))
 
 
 def check_against(study: Study, base: Base, *, source: str) -> None:

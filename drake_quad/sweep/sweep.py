@@ -11,10 +11,11 @@ import pyarrow as pa
 
 from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.robot.robot_digest import robot_digest
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.isolated import Work
 from drake_quad.sweep.journal import Journal
 from drake_quad.sweep.provenance import MODELS, commit, describe, own_versions, robots_of
-from drake_quad.sweep.study import Base, as_plain
+from drake_quad.sweep.study import as_plain
 from drake_quad.sweep.study_config import Study
 from drake_quad.sweep.table import CLOCK, TRIALS, fitting, write_tables
 from drake_quad.sweep.told import tell

@@ -12,7 +12,7 @@ from drake_quad.sweep.evidence import given_up, repeats
 from drake_quad.sweep.pairing import shared_by
 from drake_quad.sweep.rates import Rate, causes_of, rate_of
 from drake_quad.sweep.study_config import Study, Vary
-from drake_quad.sweep.table import values_of
+from drake_quad.sweep.table_read import values_of
 from drake_quad.sweep.trials import count_trials
 from drake_quad.sweep.worst import worst_of
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.scenario_override import parse_override
+from drake_quad.sweep.base import Base
 from drake_quad.sweep.draws import Draws
-from drake_quad.sweep.study import Base, overrides_of
+from drake_quad.sweep.study import overrides_of
 from drake_quad.sweep.study_config import Bound, Study
 
 RANKED_BY = "margin.minimum"  # the least is the worst trial

@@ -8,7 +8,7 @@ import pyarrow as pa
 from drake_quad.sweep.bands import places_of
 from drake_quad.sweep.draws import GRID, way_of
 from drake_quad.sweep.study_config import Study
-from drake_quad.sweep.table import values_of
+from drake_quad.sweep.table_read import values_of
 from drake_quad.sweep.trials import RANKED_BY
 
 LISTED = 12  # trials that are told of
