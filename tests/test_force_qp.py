@@ -116,7 +116,7 @@ def case_of(seed: int, *, effort: float = 1.0, calm: bool = False, urge: float =
         lower,
         upper,
         MU,
-        LEAST,
+        LEAST * load,
         WEIGHTS,
     )
     program = make_program(*arguments)
@@ -243,7 +243,7 @@ def test_foot_that_may_carry_less_carries_less(seed: int, row: int) -> None:
             -bounds,
             bounds,
             MU,
-            LEAST,
+            LEAST * load,
             WEIGHTS,
         )
         x = solve(program)
@@ -267,7 +267,7 @@ def test_limits_that_are_none_are_no_obstacle() -> None:
             -limit,
             limit,
             MU,
-            LEAST,
+            LEAST * case.load,
             WEIGHTS,
         )
         x = solve(program)
@@ -312,7 +312,7 @@ def test_soft_rows_give_way_when_there_is_no_other_way(seed: int) -> None:
         lower,
         upper,
         MU,
-        LEAST,
+        LEAST * case.load,
         WEIGHTS,
     )
     x = solve(program)

@@ -73,7 +73,7 @@ def make_program(
     joint_lower: FloatArray,
     joint_upper: FloatArray,
     friction: FloatArray,
-    least_force: float,
+    least: FloatArray,
     weights: Weights,
 ) -> Program:
     """Assembles the program of the feet that carry load.
@@ -87,7 +87,7 @@ def make_program(
         joint_lower: Least joint accelerations (12,) [rad/s^2].
         joint_upper: Greatest ones (12,).
         friction: Coefficient that each foot's force stays within (4,).
-        least_force: Of a foot under full load [N].
+        least: Normal force that each foot pushes with at least (4,) [N].
         weights: See there.
     """
     standing, count = np.empty(4, dtype=np.int64), 0
@@ -121,7 +121,7 @@ def make_program(
     for i in range(len(standing)):
         x, z, row = 3 * i, 3 * i + 2, 4 * i
         mu = friction[standing[i]] / np.sqrt(2.0)
-        lower[z] = least_force * load[standing[i]]
+        lower[z] = least[standing[i]]
         upper[z] = max(weights.greatest_force * load[standing[i]], lower[z])
         for axis in range(2):
             A[row + 2 * axis, x + axis], A[row + 2 * axis, z] = 1.0, -mu

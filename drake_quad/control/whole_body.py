@@ -10,6 +10,7 @@ from drake_quad.control.carried import at_rest, body_shift, com_shift, learn, wr
 from drake_quad.control.force_qp import Program, has_numbers, make_program, spread
 from drake_quad.control.inverse_dynamics import reduce_dynamics
 from drake_quad.control.joint_targets import LOOK_AHEAD
+from drake_quad.control.light_feet import least_normals, rest_shares
 from drake_quad.control.records import Records
 from drake_quad.control.slip import answer_slip
 from drake_quad.gait.legs import FloatArray
@@ -78,7 +79,12 @@ def plan_forces(
         stop = m.q[j] + m.qd[j] * LOOK_AHEAD
         lower[j] = 2.0 * (c.q_lower[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD)
         upper[j] = max(2.0 * (c.q_upper[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD), lower[j])
-    least = c.least_force * (1.0 if calm else LEAST_SHARE)
+    if calm:
+        x, y = com[0] + shift[0], com[1] + shift[1]
+        shares = rest_shares(m.feet.place, t.load, x, y)
+        least = least_normals(shares, t.load, gravity * M[3, 3], c.least_force)
+    else:
+        least = LEAST_SHARE * c.least_force * t.load
     program = make_program(
         dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights
     )

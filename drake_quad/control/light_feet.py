@@ -1,0 +1,69 @@
+"""How hard a lightly loaded foot is to be pressed down, so that it does not lose the ground.
+
+Whatever moves the centre of pressure (a clock that waits, a foot that lands early) takes load from
+the feet on the other side. The program of forces would take all but `least_force` of it, and what
+the robot does is no force program to the newton: such a foot comes off the ground for moments, and
+with it goes the static margin. So a foot keeps a part of what it would bear at rest.
+"""
+
+import numpy as np
+
+from drake_quad.compiled import compiled
+from drake_quad.gait.legs import FloatArray
+
+REST_SHARE = 0.5  # of what a foot would bear at rest that it keeps,
+MOST_TIMES = 2.0  # up to so many times `least_force`: more, and the body could hardly be steered
+FLAT = 1e-9  # [m^2] spread of feet that stand in a line
+
+
+@compiled
+def rest_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> FloatArray:
+    """What of the weight each foot would bear at rest (4,), the sum of squares by load the least.
+
+    Of three feet under full load these are the centre of mass's barycentric coordinates. Zero
+    where the feet stand in a line, or are fewer than three.
+
+    Args:
+        places: The feet (4, 3) in W [m].
+        load: How much each may carry, 0 to 1, (4,).
+        x: Of the centre of mass in W [m].
+        y: The same.
+    """
+    s = sx = sy = sxx = sxy = syy = 0.0
+    for k in range(4):
+        dx, dy = places[k, 0] - x, places[k, 1] - y
+        s += load[k]
+        sx += load[k] * dx
+        sy += load[k] * dy
+        sxx += load[k] * dx * dx
+        sxy += load[k] * dx * dy
+        syy += load[k] * dy * dy
+    # Of the equations of force and moments, the first column of the inverse, by its adjugate.
+    a, b, c = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
+    det = s * a + sx * b + sy * c
+    shares = np.zeros(4)
+    if det < FLAT * FLAT:
+        return shares
+    for k in range(4):
+        dx, dy = places[k, 0] - x, places[k, 1] - y
+        shares[k] = load[k] * (a + b * dx + c * dy) / det
+    return shares
+
+
+@compiled
+def least_normals(
+    shares: FloatArray, load: FloatArray, weight: float, least_force: float
+) -> FloatArray:
+    """The normal forces that the feet push with at least (4,) [N].
+
+    Args:
+        shares: See `rest_shares`.
+        load: How much each foot may carry, 0 to 1, (4,).
+        weight: Of the robot [N].
+        least_force: Of a foot under full load in any case [N].
+    """
+    least = np.empty(4)
+    for k in range(4):
+        kept = min(REST_SHARE * shares[k] * weight, MOST_TIMES * least_force * load[k])
+        least[k] = max(kept, least_force * load[k])
+    return least

@@ -1,0 +1,100 @@
+"""Light feet are pressed down by a part of what they would bear at rest."""
+
+import numpy as np
+import pytest
+from control_rig import com_of
+from hypothesis import given
+from hypothesis import strategies as st
+from pydrake.math import RotationMatrix
+from rig import flat_walk, state_of
+from whole_body_rig import CONTROL, MASS, controller_of, ground_forces
+
+from drake_quad.control.light_feet import MOST_TIMES, REST_SHARE, least_normals, rest_shares
+from drake_quad.gait.gravity import GRAVITY
+from drake_quad.gait.legs import FloatArray
+
+seeds = st.integers(0, 2**32 - 1)
+LEAST, WEIGHT = 20.0, 600.0
+
+
+def stance(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Feet of a robot on stairs (4, 3), how much each may carry, and a point amid them (2,)."""
+    rng = np.random.default_rng(seed)
+    feet = np.array([[0.4, 0.3, 0.2], [0.4, -0.3, 0.2], [-0.4, 0.3, 0.0], [-0.4, -0.3, 0.0]])
+    feet += rng.uniform(-0.15, 0.15, (4, 3))
+    load = np.ones(4)
+    load[rng.integers(4)] = rng.choice([0.0, 1.0, rng.uniform(0.01, 1.0)])
+    return feet, load, rng.uniform(-0.2, 0.2, 2)
+
+
+@given(seeds)
+def test_shares_hold_the_weight_and_no_moment_is_left(seed: int) -> None:
+    """They add up to 1, and their centre is under the centre of mass."""
+    feet, load, com = stance(seed)
+    shares = rest_shares(feet, load, *com)
+    assert shares.sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(shares @ feet[:, :2], com, atol=1e-9)
+    assert np.all(shares[load == 0.0] == 0.0)
+
+
+@given(seeds)
+def test_no_others_that_hold_it_have_a_smaller_sum_of_squares(seed: int) -> None:
+    """Each square over the load that the foot may carry; four feet leave one way to differ."""
+    feet, load, com = stance(seed)
+    if np.any(load == 0.0):
+        return
+    shares = rest_shares(feet, load, *com)
+    equations = np.column_stack([np.ones(4), feet[:, :2]]).T
+    other = np.linalg.svd(equations)[2][3]  # changes no force and no moment
+    assert (shares / load) @ other == pytest.approx(0.0, abs=1e-9)
+
+
+@given(seeds, st.floats(-3.0, 3.0))
+def test_shares_are_the_same_wherever_the_robot_stands(seed: int, turn: float) -> None:
+    """They are of the feet and the centre of mass alone: moved and turned they do not change."""
+    feet, load, com = stance(seed)
+    R, by = RotationMatrix.MakeZRotation(turn).matrix(), np.array([3.0, -7.0, 1.0])
+    moved = R @ [*com, 0.0] + by
+    there = rest_shares(np.ascontiguousarray(feet @ R.T + by), load, moved[0], moved[1])
+    np.testing.assert_allclose(there, rest_shares(feet, load, *com), atol=1e-9)
+
+
+def test_feet_in_a_line_hold_nothing_at_rest() -> None:
+    """Two feet, or three in a line: no shares, and so the least force alone."""
+    feet, load = np.zeros((4, 3)), np.array([1.0, 1.0, 1.0, 0.0])
+    feet[:, 0] = [0.4, 0.0, -0.4, 1.0]
+    for loads in (load, np.array([1.0, 0.0, 1.0, 0.0])):
+        shares = rest_shares(feet, loads, 0.1, 0.0)
+        np.testing.assert_array_equal(shares, 0.0)
+        np.testing.assert_array_equal(least_normals(shares, loads, 600.0, LEAST), LEAST * loads)
+
+
+@given(seeds)
+def test_least_normals_are_half_of_what_rest_gives_within_bounds(seed: int) -> None:
+    """Never less than `least_force`, nor more than twice that; and the rest can always be borne."""
+    feet, load, com = stance(seed)
+    shares = rest_shares(feet, load, *com)
+    least = least_normals(shares, load, WEIGHT, LEAST)
+    assert np.all(least >= LEAST * load) and np.all(least <= MOST_TIMES * LEAST * load)
+    raised = least > LEAST * load
+    assert np.all(least[raised] <= REST_SHARE * WEIGHT * shares[raised] + 1e-9)
+    between = raised & (least < MOST_TIMES * LEAST * load)
+    np.testing.assert_allclose(least[between], REST_SHARE * WEIGHT * shares[between])
+
+
+def test_a_body_pulled_back_to_its_plan_lifts_no_foot() -> None:
+    """The feet on the far side lose load to it, down to half of what they bear at rest."""
+    plan = flat_walk()
+    step = plan.contacts.steps[2]
+    t = 0.5 * (step.lift_off + step.touchdown)
+    sample, load = plan.sample(t), plan.sample(t).standing.astype(float)
+    lightest = []
+    for way in np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False):
+        body = sample.body[0] + 0.03 * np.array([np.cos(way), np.sin(way), 0.0, 0.0, 0.0])
+        state = state_of(body, sample.feet)
+        pushed = ground_forces(controller_of(plan, state, t=t, rate=0.0).tick().torque, state)[:, 2]
+        shares = rest_shares(sample.feet, load, *com_of(state)[:2])
+        least = least_normals(shares, load, MASS * GRAVITY, CONTROL.least_force)
+        assert np.all(pushed > least - 1.0)
+        lightest.append(float((pushed - least).min()))
+    assert min(lightest) < 1.0  # a bound that holds nothing back would be no test
