@@ -20,8 +20,8 @@ class ControllerConfig:
             [s]: what it stands on decides, not where it was meant to stand.
         unload_time: Time over which a foot takes its load up or gives it away [s].
         least_force: What a foot under full load pushes with at least, if the others can hold the
-            robot all the same [N]; up to twice that, where it would bear four times as much at
-            rest, while nothing pushes the robot.
+            robot all the same [N], but in a push; in any case up to twice that, where it would
+            bear twice as much again with the robot brought to rest.
         touchdown_press: How far below the ground a swing foot aims as it lands [m]: the joints'
             stiffness then makes it bear at once.
         search_speed: How fast a foot that found no ground goes on down while the clock waits for

@@ -46,6 +46,16 @@ def test_a_kick_that_no_robot_survives_ends_the_run() -> None:
     assert result.summary["pushes"][0]["recovered"] is False
 
 
+def test_a_push_that_would_not_tip_it_takes_no_foot_off_the_ground() -> None:
+    """At 0.15 m/s, a foot in the air: the light foot keeps its ground, and the walk goes on."""
+    push = "disturbances.pushes=[{time: 5.2, speed: 0.15, direction_deg: 270}]"
+    result = run_for(6.5, push, "controller.kind=whole_body")
+    t, margin, swing = (result.table[n].to_numpy() for n in ("t", "margin", "swing_leg"))
+    assert np.all(swing[(t > 5.2) & (t < 5.3)] > 0)
+    assert margin[t > 5.0].min() > 0.08
+    assert set(result.table["gait_mode"].to_pylist()) == {"run"}
+
+
 def test_a_push_that_would_tip_it_is_caught_with_a_foot() -> None:
     """At 0.6 m/s between two steps: it puts a foot where it falls to, stands, and walks on.
 

@@ -6,7 +6,7 @@ from control_rig import com_of
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RotationMatrix
-from rig import flat_walk, state_of
+from rig import flat_walk, model_layout, state_of
 from whole_body_rig import CONTROL, MASS, controller_of, ground_forces
 
 from drake_quad.control.light_feet import MOST_TIMES, REST_SHARE, least_normals, rest_shares
@@ -14,7 +14,7 @@ from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 
 seeds = st.integers(0, 2**32 - 1)
-LEAST, WEIGHT = 20.0, 600.0
+LEAST, MOST, WEIGHT = 20.0, 40.0, 600.0
 
 
 def stance(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -66,35 +66,45 @@ def test_feet_in_a_line_hold_nothing_at_rest() -> None:
     for loads in (load, np.array([1.0, 0.0, 1.0, 0.0])):
         shares = rest_shares(feet, loads, 0.1, 0.0)
         np.testing.assert_array_equal(shares, 0.0)
-        np.testing.assert_array_equal(least_normals(shares, loads, 600.0, LEAST), LEAST * loads)
+        np.testing.assert_array_equal(
+            least_normals(shares, loads, WEIGHT, LEAST, MOST), LEAST * loads
+        )
 
 
 @given(seeds)
 def test_least_normals_are_half_of_what_rest_gives_within_bounds(seed: int) -> None:
-    """Never less than `least_force`, nor more than twice that; and the rest can always be borne."""
+    """Never less than what is kept always, nor more than the most."""
     feet, load, com = stance(seed)
     shares = rest_shares(feet, load, *com)
-    least = least_normals(shares, load, WEIGHT, LEAST)
-    assert np.all(least >= LEAST * load) and np.all(least <= MOST_TIMES * LEAST * load)
+    least = least_normals(shares, load, WEIGHT, LEAST, MOST)
+    assert np.all(least >= LEAST * load) and np.all(least <= MOST * load)
     raised = least > LEAST * load
     assert np.all(least[raised] <= REST_SHARE * WEIGHT * shares[raised] + 1e-9)
-    between = raised & (least < MOST_TIMES * LEAST * load)
+    between = raised & (least < MOST * load)
     np.testing.assert_allclose(least[between], REST_SHARE * WEIGHT * shares[between])
 
 
-def test_a_body_pulled_back_to_its_plan_lifts_no_foot() -> None:
-    """The feet on the far side lose load to it, down to half of what they bear at rest."""
+@pytest.mark.parametrize(("away", "kicked"), [(0.03, 0.0), (0.0, 0.12)])
+def test_a_body_brought_back_to_its_plan_lifts_no_foot(away: float, kicked: float) -> None:
+    """The feet on the far side lose load to it, down to half of what the capture point leaves."""
     plan = flat_walk()
     step = plan.contacts.steps[2]
     t = 0.5 * (step.lift_off + step.touchdown)
     sample, load = plan.sample(t), plan.sample(t).standing.astype(float)
-    lightest = []
+    height = sample.body[0, 2] - sample.feet[:, 2].mean()
+    closest = []
     for way in np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False):
-        body = sample.body[0] + 0.03 * np.array([np.cos(way), np.sin(way), 0.0, 0.0, 0.0])
+        toward = np.array([np.cos(way), np.sin(way)])
+        body = sample.body[0].copy()
+        body[:2] += away * toward
         state = state_of(body, sample.feet)
+        at = model_layout().v_base + 3
+        state[at : at + 2] += kicked * toward
         pushed = ground_forces(controller_of(plan, state, t=t, rate=0.0).tick().torque, state)[:, 2]
-        shares = rest_shares(sample.feet, load, *com_of(state)[:2])
-        least = least_normals(shares, load, MASS * GRAVITY, CONTROL.least_force)
+        capture = com_of(state)[:2] + kicked * toward * np.sqrt(height / GRAVITY)
+        shares = rest_shares(sample.feet, load, *capture)
+        most = MOST_TIMES * CONTROL.least_force
+        least = least_normals(shares, load, MASS * GRAVITY, 0.0, most)
         assert np.all(pushed > least - 1.0)
-        lightest.append(float((pushed - least).min()))
-    assert min(lightest) < 1.0  # a bound that holds nothing back would be no test
+        closest.append(float((pushed - least)[load > 0.0].min()))
+    assert min(closest) < 1.0  # a bound that holds nothing back would be no test

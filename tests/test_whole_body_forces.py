@@ -76,10 +76,13 @@ def test_the_body_stands_aside_for_a_load(sign: float) -> None:
 
 
 def test_light_feet_are_let_go_of_in_a_push() -> None:
-    """Calm, every foot is pressed down with `least_force`; pushed aside, the light ones are not."""
+    """If the capture point nearly leaves the feet; pushed less, each is held down as in calm."""
     plan = stand_plan(9.0)
-    calm, pushed = state_on(plan, 0.0), state_on(plan, 0.0)
-    pushed[model_layout().v_base + 4] += 0.4
-    forces = [ground_forces(controller_of(plan, s).tick().torque, s) for s in (calm, pushed)]
-    assert np.all(forces[0][:, 2] > CONTROL.least_force - 1e-3)
-    assert 0.0 < forces[1][:, 2].min() < CONTROL.least_force - 1.0
+    lightest = []
+    for kicked in (0.0, 0.4, 1.3):
+        state = state_on(plan, 0.0)
+        state[model_layout().v_base + 4] += kicked
+        forces = ground_forces(controller_of(plan, state).tick().torque, state)
+        lightest.append(float(forces[:, 2].min()))
+    assert min(lightest[:2]) > CONTROL.least_force - 1e-3
+    assert 0.0 < lightest[2] < CONTROL.least_force - 1.0

@@ -1,9 +1,10 @@
 """How hard a lightly loaded foot is to be pressed down, so that it does not lose the ground.
 
-Whatever moves the centre of pressure (a clock that waits, a foot that lands early) takes load from
-the feet on the other side. The program of forces would take all but `least_force` of it, and what
-the robot does is no force program to the newton: such a foot comes off the ground for moments, and
-with it goes the static margin. So a foot keeps a part of what it would bear at rest.
+Whatever moves the centre of pressure (a clock that waits, a kick) takes load from the feet on the
+other side. The program of forces would take nearly all of it, and what the robot does is no force
+program to the newton: such a foot comes off the ground for moments, and with it goes the static
+margin. But coming to rest takes no more than a centre of pressure that is beyond the capture point,
+so a foot keeps a part of what it would bear with the robot at rest over that.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 
 REST_SHARE = 0.5  # of what a foot would bear at rest that it keeps,
-MOST_TIMES = 2.0  # up to so many times `least_force`: more, and the body could hardly be steered
+MOST_TIMES = 2.0  # up to so many times `least_force`: with three a body could hardly be steered
 FLAT = 1e-9  # [m^2] spread of feet that stand in a line
 
 
@@ -26,7 +27,7 @@ def rest_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> Flo
     Args:
         places: The feet (4, 3) in W [m].
         load: How much each may carry, 0 to 1, (4,).
-        x: Of the centre of mass in W [m].
+        x: Of the centre of mass in W, or of where it comes to rest [m].
         y: The same.
     """
     s = sx = sy = sxx = sxy = syy = 0.0
@@ -52,7 +53,7 @@ def rest_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> Flo
 
 @compiled
 def least_normals(
-    shares: FloatArray, load: FloatArray, weight: float, least_force: float
+    shares: FloatArray, load: FloatArray, weight: float, always: float, most: float
 ) -> FloatArray:
     """The normal forces that the feet push with at least (4,) [N].
 
@@ -60,10 +61,11 @@ def least_normals(
         shares: See `rest_shares`.
         load: How much each foot may carry, 0 to 1, (4,).
         weight: Of the robot [N].
-        least_force: Of a foot under full load in any case [N].
+        always: Of a foot under full load, whatever its share [N].
+        most: Of one, however much it would bear [N].
     """
     least = np.empty(4)
     for k in range(4):
-        kept = min(REST_SHARE * shares[k] * weight, MOST_TIMES * least_force * load[k])
-        least[k] = max(kept, least_force * load[k])
+        kept = min(REST_SHARE * shares[k] * weight, most * load[k])
+        least[k] = max(kept, always * load[k])
     return least

@@ -6,11 +6,12 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.control.base_task import rotation_error, wanted_acceleration
+from drake_quad.control.body_rate import height_over, pendulum_rate
 from drake_quad.control.carried import at_rest, body_shift, com_shift, learn, wrench_of
 from drake_quad.control.force_qp import Program, has_numbers, make_program, spread
 from drake_quad.control.inverse_dynamics import reduce_dynamics
 from drake_quad.control.joint_targets import LOOK_AHEAD
-from drake_quad.control.light_feet import least_normals, rest_shares
+from drake_quad.control.light_feet import MOST_TIMES, least_normals, rest_shares
 from drake_quad.control.records import Records
 from drake_quad.control.slip import answer_slip
 from drake_quad.gait.legs import FloatArray
@@ -79,12 +80,13 @@ def plan_forces(
         stop = m.q[j] + m.qd[j] * LOOK_AHEAD
         lower[j] = 2.0 * (c.q_lower[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD)
         upper[j] = max(2.0 * (c.q_upper[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD), lower[j])
-    if calm:
-        x, y = com[0] + shift[0], com[1] + shift[1]
-        shares = rest_shares(m.feet.place, t.load, x, y)
-        least = least_normals(shares, t.load, gravity * M[3, 3], c.least_force)
-    else:
-        least = LEAST_SHARE * c.least_force * t.load
+    # Where a pendulum comes to rest that moves as the body does beyond its plan.
+    pendulum = pendulum_rate(height_over(m.p[2], m.feet.place))
+    x, y = com[0] + shift[0] - speed[0] / pendulum, com[1] + shift[1] - speed[1] / pendulum
+    least = least_normals(
+        rest_shares(m.feet.place, t.load, x, y), t.load, gravity * M[3, 3],
+        c.least_force * (1.0 if calm else LEAST_SHARE), MOST_TIMES * c.least_force,
+    )  # fmt: skip
     program = make_program(
         dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights
     )
