@@ -59,16 +59,16 @@ def test_shares_are_the_same_wherever_the_robot_stands(seed: int, turn: float) -
     np.testing.assert_allclose(there, rest_shares(feet, load, *com), atol=1e-9)
 
 
-def test_feet_in_a_line_hold_nothing_at_rest() -> None:
+@given(st.floats(-3.0, 3.0), st.floats(-5.0, 5.0))
+def test_feet_in_a_line_hold_nothing_at_rest(turn: float, away: float) -> None:
     """Two feet, or three in a line: no shares, and so the least force alone."""
-    feet, load = np.zeros((4, 3)), np.array([1.0, 1.0, 1.0, 0.0])
-    feet[:, 0] = [0.4, 0.0, -0.4, 1.0]
-    for loads in (load, np.array([1.0, 0.0, 1.0, 0.0])):
-        shares = rest_shares(feet, loads, 0.1, 0.0)
+    along = np.array([np.cos(turn), np.sin(turn), 0.0])
+    feet = away + np.array([[0.4], [0.0], [-0.4], [1.0]]) * along
+    for load in (np.array([1.0, 1.0, 1.0, 0.0]), np.array([1.0, 0.0, 1.0, 0.0])):
+        shares = rest_shares(feet, load, away + 0.1 * along[0], away + 0.1 * along[1])
         np.testing.assert_array_equal(shares, 0.0)
-        np.testing.assert_array_equal(
-            least_normals(shares, loads, WEIGHT, LEAST, MOST), LEAST * loads
-        )
+        least = least_normals(shares, load, WEIGHT, LEAST, MOST)
+        np.testing.assert_array_equal(least, LEAST * load)
 
 
 @given(seeds)

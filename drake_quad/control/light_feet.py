@@ -14,7 +14,7 @@ from drake_quad.gait.legs import FloatArray
 
 REST_SHARE = 0.5  # of what a foot would bear at rest that it keeps,
 MOST_TIMES = 2.0  # up to so many times `least_force`: with three a body could hardly be steered
-FLAT = 1e-9  # [m^2] spread of feet that stand in a line
+LINE = 1e-8  # [m^4] determinant of feet that stand in a line, or nearly
 
 
 @compiled
@@ -43,7 +43,7 @@ def rest_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> Flo
     a, b, c = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
     det = s * a + sx * b + sy * c
     shares = np.zeros(4)
-    if det < FLAT * FLAT:
+    if det < LINE:
         return shares
     for k in range(4):
         dx, dy = places[k, 0] - x, places[k, 1] - y
