@@ -32,7 +32,7 @@ def test_a_robot_that_collapses_fell(tmp_path: Path) -> None:
     assert result.outcome == "fell" and "trunk" in result.reason
 
 
-@pytest.mark.parametrize("height", [0.1, 2.0])
+@pytest.mark.parametrize("height", [0.1, 0.2, 0.3, 2.0])
 def test_a_body_height_out_of_reach_is_blamed_itself(height: float) -> None:
     """Where the legs cannot even stand it is the body's height that is wrong, not the stairs."""
     with pytest.raises(InputError) as caught:

@@ -10,6 +10,7 @@ import numpy as np
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import LEGS
 from drake_quad.planning.body_zmp import sample_zmp
+from drake_quad.planning.check_stance import check_stance
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
 from drake_quad.planning.plan_task import plan_task
@@ -68,7 +69,7 @@ def plan_mission(
     """Plans every task of `mission`.
 
     Raises:
-        PlanningError: If a task has no plan, or one that the robot cannot follow.
+        PlanningError: If the robot cannot stand so, or a task has no plan.
     """
     begun = time.perf_counter()
     plans = tuple(plan_tasks(robot, course, settings, mission, stance))
@@ -86,8 +87,9 @@ def plan_tasks(
     """Plans task by task, each when it is asked for: whoever dislikes one need not see the rest.
 
     Raises:
-        PlanningError: If a task has no plan, or one that the robot cannot follow.
+        PlanningError: If the robot cannot stand so, or a task has no plan.
     """
+    check_stance(robot, stance)
     for index, task in enumerate(mission):
         plan = plan_task(robot, course, settings, task, stance, index=index)
         yield plan
