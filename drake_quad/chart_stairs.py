@@ -10,6 +10,7 @@ from drake_quad.chart_workers import judge_all
 from drake_quad.check_ask import ask_stairs
 from drake_quad.check_report import LIMITS, limit_of
 from drake_quad.errors import InputError
+from drake_quad.precompile import DESIGN, precompiling
 from drake_quad.processes import check_workers
 from drake_quad.robot.load_robot import load_robot
 
@@ -98,6 +99,8 @@ def chart_stairs(
     cells = grid_of(rises, runs, count)
     check_workers(workers)
     robot = load_robot(model)  # once here, so that its import is made once and its faults told
+    with precompiling(DESIGN) as wait:
+        wait()
     found = judge_all(
         judge or partial(judge_cell, model, count), cells,
         workers=workers, progress=progress, stop=stop,

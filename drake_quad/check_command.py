@@ -10,6 +10,7 @@ from drake_quad.check_nearest import nearest_of
 from drake_quad.check_picture import check_picture, save_picture
 from drake_quad.check_report import describe_check, with_nearest
 from drake_quad.errors import InputError
+from drake_quad.precompile import DESIGN, precompiling
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import save_scenario
 from drake_quad.stability.kinds import HULL, KINDS
@@ -69,6 +70,8 @@ def run_check(
         raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
     given = {"rise": asked.rise, "run": asked.run, "count": asked.count}
     robot = load_robot(asked.robot)
+    with precompiling(DESIGN, note) as wait:
+        wait()
     if asked.scenario is not None:
         for name, value in given.items():
             if value is not None:

@@ -52,8 +52,9 @@ def run(
             seconds_progress("simulating", MESSAGES) as progress,
         ):
             result = simulate(
-                loaded, source=scenario, progress=progress, stop=interrupted, visualize=viewers
-            )
+                loaded, source=scenario, progress=progress, stop=interrupted, visualize=viewers,
+                tell=MESSAGES.print,
+            )  # fmt: skip
     except PlanningError as error:
         if as_json:
             print(json.dumps({"outcome": "infeasible", "reason": error.reason}))

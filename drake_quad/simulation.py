@@ -13,6 +13,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorS
 from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.errors import DrakeQuadError
 from drake_quad.planning.plan_torques import SHARES
+from drake_quad.precompile import kernels_for, precompiling
 from drake_quad.preparation import Preparation, prepare
 from drake_quad.run_files import RunResult, write_files, write_log
 from drake_quad.run_log import Ground, make_table, state_names
@@ -43,6 +44,7 @@ def run(
     progress: Progress | None = None,
     stop: Callable[[], bool] = lambda: False,
     visualize: Visualize | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> RunResult:
     """Plans and simulates `scenario` (or replays its plan, if its mode is kinematic).
 
@@ -52,14 +54,18 @@ def run(
         progress: Told how far the run is.
         stop: Asked now and then whether to stop (Ctrl-C).
         visualize: Adds viewers to the Diagram.
+        tell: It is told in a line of what takes a while before the simulation begins.
 
     Raises:
         InputError: If something in the scenario cannot be.
         PlanningError: If there is no plan on paper.
     """
-    prepared = prepare(scenario, source=source)
     if scenario.simulation.mode == "kinematic":
-        return replay_plan(prepared)
+        return replay_plan(prepare(scenario, source=source))
+    kernels = kernels_for(scenario.controller.kind, scenario.estimator.kind)
+    with precompiling(kernels, tell) as wait:
+        prepared = prepare(scenario, source=source)
+        wait()
     return _simulate(prepared, progress, stop, visualize)
 
 

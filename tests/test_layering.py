@@ -20,6 +20,8 @@ FLOORS = {
     "user": -1,  # user_path.py
     "yaml": -1,  # yaml_text.py
     "version": -1,  # drake_quad/__init__.py
+    "cache": -1,  # cache_directory.py
+    "kernel": -1,  # kernel_cache.py
     "compiled": -1,
     "gait": 0,
     "terrain": 0,
@@ -34,6 +36,7 @@ FLOORS = {
     "design": 2,
     "controller": 3,
     "scenario": 3,
+    "precompile": 3,
     "preparation": 3,
     "designer": 3,
     "diagram": 3,
@@ -74,6 +77,8 @@ NEIGHBOURS = {
     ("plan", "run"),
     ("chart", "check"),
     ("main", "cli"),
+    ("compiled", "kernel"),
+    ("kernel", "cache"),
     ("processes", "errors"),
     ("whole", "errors"),
     ("yaml", "errors"),
@@ -89,7 +94,12 @@ FORBIDDEN = {
 }
 
 FLOOR_ZERO_LIBRARIES = {"numpy", "drake_quad"}
-MORE_LIBRARIES = {"compiled": {"numba"}, "yaml": {"yaml", "pydrake"}}
+MORE_LIBRARIES = {
+    "cache": {"platformdirs"},
+    "compiled": {"numba"},
+    "kernel": {"numba"},
+    "yaml": {"yaml", "pydrake"},
+}
 
 
 def room_of(parts: tuple[str, ...]) -> str:

@@ -10,6 +10,7 @@ import pyarrow as pa
 from rich.console import Console
 
 from drake_quad.errors import InputError
+from drake_quad.precompile import kernels_for, precompiling
 from drake_quad.processes import check_workers
 from drake_quad.sweep.base import Base
 from drake_quad.sweep.crew import carry_out
@@ -78,6 +79,9 @@ def run_sweep(
         else _cluster(asked.dask, study.limits, console, stop)
     )
     ready()
+    if asked.dask is None:  # or each of the processes would compile the same kernels
+        with precompiling(_kernels(study, base), console.print) as wait:
+            wait()
     bar = Bar(console)
     files = [asked.study, *([] if base.text is None else [Path(base.name)])]
     words = ["drake-quad", "sweep", str(asked.study)]
@@ -101,6 +105,12 @@ def run_sweep(
     finally:
         bar.end()
     return {**told, "interrupted": stop()}
+
+
+def _kernels(study: Study, base: Base) -> tuple[str, ...]:
+    """What the runs of the study need, but for what it varies."""
+    scenario = base.load(study.set)
+    return kernels_for(scenario.controller.kind, scenario.estimator.kind)
 
 
 def _write_section(

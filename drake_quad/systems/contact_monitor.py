@@ -6,17 +6,16 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
 from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import SHORT_NAMES
 from drake_quad.robot.robot_model import RobotModel
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.state_output import DeclareStateOutput
 
 
-class ContactMonitor(ClockedSystem):
+class ContactMonitor(LeafSystem):
     """Reads contact results; never the plan.
 
     Input ports:

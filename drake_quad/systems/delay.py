@@ -4,13 +4,12 @@ from collections.abc import Mapping
 from itertools import accumulate
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.gait.legs import FloatArray
-from drake_quad.systems.clocked_system import ClockedSystem
 
 
-class Delay(ClockedSystem):
+class Delay(LeafSystem):
     """Passes vectors on a whole number of steps late.
 
     What is read from it at step k is what was on its input at step k - n; before there is such a

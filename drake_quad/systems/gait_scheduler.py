@@ -2,7 +2,7 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_quad.control.clock import SEGMENT, run_on
 from drake_quad.control.clock_waits import begin_task, clock_rate, is_shaken, set_clock
@@ -19,7 +19,6 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.systems.clocked_system import ClockedSystem
 
 GROUND_FOUND = 0.4  # of a catching step, before which contact is that of its lift-off
 GIVE_UP = 0.6  # [s] after which a catching foot that finds no ground is waited for no longer
@@ -27,7 +26,7 @@ LONGEST_SETTLING = 5.0  # [s] since the foot that caught a push set out
 CALM_TIME = 0.3  # [s] for which the robot is to be calm before it goes on
 
 
-class GaitScheduler(ClockedSystem):
+class GaitScheduler(LeafSystem):
     """Runs the gait clock through one task after another.
 
     The clock waits at a touchdown until the foot is sensed to bear, and at a lift-off until the

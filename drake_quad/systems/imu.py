@@ -1,17 +1,16 @@
 """Imu: what an inertial measurement unit at the base's origin feels."""
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.estimation.imu_model import IDEAL_IMU, ImuErrors, ImuNoise, draw_imu_errors
 from drake_quad.estimation.sensing import sense_imu
 from drake_quad.gait.gravity import GRAVITY
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.state_output import DeclareStateOutput
 
 
-class Imu(ClockedSystem):
+class Imu(LeafSystem):
     """A strapdown IMU whose axes are B's, at B's origin.
 
     Like a real one it integrates at a rate of its own and gives the means over the sample: the

@@ -1,7 +1,7 @@
 """JointSensor: what the joints' encoders say."""
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.estimation.joint_model import (
     IDEAL_JOINTS,
@@ -11,11 +11,10 @@ from drake_quad.estimation.joint_model import (
 )
 from drake_quad.estimation.sensing import sense_joints
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.state_output import DeclareStateOutput
 
 
-class JointSensor(ClockedSystem):
+class JointSensor(LeafSystem):
     """The encoders of the twelve drives.
 
     Input ports:

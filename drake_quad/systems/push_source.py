@@ -7,10 +7,9 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.disturbances import Push
 
 ONCE = 1e9  # [s] period of an event that happens once: its second time never comes
@@ -18,7 +17,7 @@ ONCE = 1e9  # [s] period of an event that happens once: its second time never co
 _Forces = Value[list[ExternallyAppliedSpatialForce]]
 
 
-class PushSource(ClockedSystem):
+class PushSource(LeafSystem):
     """Applies each push in its time; between them it costs nothing.
 
     Its state changes in two events a push, and its outputs depend on that state alone.

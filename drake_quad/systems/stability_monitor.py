@@ -4,7 +4,7 @@ from math import isfinite, isnan
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from drake_quad.control.stability import judge
 from drake_quad.gait.legs import FloatArray
@@ -13,14 +13,13 @@ from drake_quad.stability.fallen import FALL_TIME, FALLEN_TILT
 from drake_quad.stability.kinds import HULL
 from drake_quad.stability.measured import Gauge, Margins, Posture, demand_of
 from drake_quad.stability.region import AT_REST
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 from drake_quad.systems.state_output import DeclareStateOutput
 
 NO_SUPPORT = -9.0  # [m] logged instead of -inf where fewer feet than one bear
 
 
-class StabilityMonitor(ClockedSystem):
+class StabilityMonitor(LeafSystem):
     """Measures margins and ends the run on a fall.
 
     Input ports:

@@ -1,7 +1,7 @@
 """StateEstimator: the robot's state from its own sensors alone."""
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.estimation.memory import initial_memory
 from drake_quad.estimation.outputs import write_deviation, write_state
@@ -11,11 +11,10 @@ from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.state_output import DeclareStateOutput
 
 
-class StateEstimator(ClockedSystem):
+class StateEstimator(LeafSystem):
     """A contact-aided invariant extended Kalman filter; see docs/estimation.md.
 
     Place and heading are as good as the start is known: nothing the robot feels shows them.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.control.constants import make_constants
 from drake_quad.control.follow import MODE, RUN, command, follow
@@ -19,7 +19,6 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.leg_scalar import leg_array
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 from drake_quad.systems.state_output import DeclareStateOutput
 
@@ -50,7 +49,7 @@ class Effort(NamedTuple):
     com: FloatArray
 
 
-class TrackingController(ClockedSystem):
+class TrackingController(LeafSystem):
     """The plan's body and feet to joint targets; a subclass says which torques are fed forward.
 
     The base is fed back: feet under load are placed, in the *desired* body, where they stand as

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, EventStatus, State
+from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.errors import PlanningError
@@ -18,13 +18,12 @@ from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.leg_kinematics import calc_feet
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.clocked_system import ClockedSystem
 from drake_quad.terrain import Course
 
 AS_PLANNED = 0.01  # of a leg: by which feet may be off, and still stand as planned
 
 
-class TransitionPlanner(ClockedSystem):
+class TransitionPlanner(LeafSystem):
     """Holds the motion plan of the task under way.
 
     On entering a task: from where the feet stand as measured (or as planned, if that is nearly the
@@ -56,7 +55,7 @@ class TransitionPlanner(ClockedSystem):
         self._course, self._settings, self._mission = course, settings, tuple(mission)
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
-        self._plan = self.DeclareAbstractState(AbstractValue.Make(None))
+        self._plan = self.DeclareAbstractState(AbstractValue.Make(object()))
         self._history = self.DeclareAbstractState(AbstractValue.Make(()))
         self.DeclareStateOutputPort("motion_plan", self._plan)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)

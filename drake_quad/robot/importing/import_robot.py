@@ -1,7 +1,6 @@
 """Any quadruped's file in, a URDF in normal form in the cache out."""
 
 import hashlib
-import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -10,9 +9,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import platformdirs
 import yaml
 
+from drake_quad.cache_directory import CACHE_VARIABLE, cache_directory
 from drake_quad.errors import InputError, MachineError
 from drake_quad.robot.importing.check_said import check_said
 from drake_quad.robot.importing.collision import (
@@ -35,7 +34,6 @@ from drake_quad.robot.importing.records import Note, Piece
 from drake_quad.robot.importing.visual import write_visuals
 from drake_quad.robot.importing.write_urdf import make_urdf
 
-CACHE_VARIABLE = "DRAKE_QUAD_CACHE"
 MAPPING = "drake_quad_mapping.yaml"  # beside every file that is written here
 
 
@@ -54,10 +52,9 @@ class Given:
     source: str
 
 
-def cache_directory() -> Path:
-    """Where imported robots are kept: DRAKE_QUAD_CACHE, or the user's cache directory."""
-    own = os.environ.get(CACHE_VARIABLE)
-    return Path(own) if own else Path(platformdirs.user_cache_dir("drake_quad")) / "robots"
+def robots_directory() -> Path:
+    """Where imported robots are kept."""
+    return cache_directory() / "robots"
 
 
 def find_given(model: str) -> Given:
@@ -101,7 +98,7 @@ def import_robot(given: Given) -> Path:
         MachineError: If imported robots cannot be kept here.
     """
     key = _key(given)
-    folder = cache_directory() / f"{given.found.name}-{key}"
+    folder = robots_directory() / f"{given.found.name}-{key}"
     urdf = folder / f"{given.found.name}.urdf"
     if urdf.is_file():
         return urdf
@@ -129,7 +126,7 @@ def _kept(given: Given) -> Iterator[None]:
         raise MachineError(
             source=given.source,
             field=CACHE_VARIABLE,
-            value=str(cache_directory()),
+            value=str(robots_directory()),
             remedy=f"imported robots cannot be kept there: {error.strerror or error}; "
             f"set {CACHE_VARIABLE} to another directory",
         ) from None
