@@ -25,6 +25,14 @@ def test_margin_is_shapelys(load: Any) -> None:
     assert all(seconds > 0.0 for key in ("one", "many") for seconds in result[key].values())
 
 
+def test_bindings_are_timed(load: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every call is timed; more idle systems take no less time."""
+    bindings = load("bindings")
+    monkeypatch.setattr(bindings, "STEPS", 300)
+    times = bindings.measure()
+    assert len(times) == 4 and all(t > 0.0 for t in times.values())
+
+
 def test_planning_is_split_without_remainder(load: Any) -> None:
     """The parts of the planning time are not negative, and make up the whole."""
     planning = load("planning")
