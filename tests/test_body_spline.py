@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_quad.planning.body_spline import BodySpline, greville, knot_count, weights
+from drake_quad.planning.body_spline import (
+    BodySpline,
+    greville,
+    join_weights,
+    knot_count,
+    knot_spacing,
+    weights,
+)
 
 seeds = st.integers(0, 2**32 - 1)
 knots = st.floats(0.05, 1.0)
@@ -129,3 +136,40 @@ def test_a_path_cannot_be_changed() -> None:
     assert np.all(spline.control == 0.0)
     with pytest.raises(ValueError, match="read-only"):
         spline.control[0] = 1.0
+
+
+@examples
+@given(st.floats(0.3, 50.0), knots)
+def test_a_path_whose_last_control_points_are_one_ends_at_rest_however_long_it_takes(
+    duration: float, most: float
+) -> None:
+    """With knots spaced for its duration, but no farther apart than asked for."""
+    knot = knot_spacing(duration, most)
+    assert knot <= max(most, duration) and knot > 0.4 * min(most, duration)
+    control = np.random.default_rng(1).normal(size=(knot_count(duration, knot), 5))
+    control[-3:] = control[-1]
+    scale = np.array([[1.0], [knot], [knot**2]])
+    left = (BodySpline(knot, control).sample(duration) - [control[-1], *np.zeros((2, 5))]) * scale
+    np.testing.assert_allclose(left, 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("knot", [0.2, 0.02])
+def test_a_whole_number_of_knots_stays_as_it_is(knot: float) -> None:
+    """To the bit, although their sum rounds."""
+    for count in (1, 3, 383, 3850):
+        assert knot_spacing(sum([knot] * count), knot) == knot
+
+
+@examples
+@given(st.floats(3.0, 50.0), st.floats(0.05, 0.3), st.floats(0.1, 1.0))
+def test_what_a_path_begins_with_goes_smoothly_and_is_gone_when_joined(
+    duration: float, most: float, share: float
+) -> None:
+    """All of it at rest at first, none from then on, and never more than at first."""
+    knot = knot_spacing(duration, most)
+    joined = max(share * duration, 5.0 * knot)
+    left = join_weights(duration, knot, joined)
+    assert np.all(left[:3] == 1.0) and np.all(np.diff(left) <= 1e-12) and np.all(left[-3:] == 0.0)
+    spline = BodySpline(knot, np.repeat(left[:, None], 5, axis=1))
+    after = spline.samples(np.linspace(min(joined, duration), duration, 20))
+    np.testing.assert_allclose(after[:, 0], 0.0, atol=1e-12)

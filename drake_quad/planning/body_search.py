@@ -14,7 +14,7 @@ from drake_quad.gait.support import stability_margins
 from drake_quad.planning.body_problem import BodyProblem, BodySolution
 from drake_quad.planning.body_qp import BodyFrame, make_frame, solve_body, with_sides
 from drake_quad.planning.body_share import com_gain, com_share, zmp_share
-from drake_quad.planning.body_spline import BodySpline, greville
+from drake_quad.planning.body_spline import BodySpline, greville, join_weights, knot_spacing
 from drake_quad.planning.body_zmp import sample_zmp, shift_response
 from drake_quad.planning.contact_plan import (
     SAMPLE_PERIOD,
@@ -27,7 +27,7 @@ from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits, tilt_
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.region_sides import region_sides
 from drake_quad.planning.roll_feet import roll_along
-from drake_quad.planning.route import Route, body_pitch
+from drake_quad.planning.route import ROUNDING, Route, body_pitch
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.fallen import FALLEN_TILT
@@ -71,7 +71,8 @@ class BodySearch:
         self._robot, self._route, self._settings = robot, route, settings
         self._footing, self._arm, self._rolled = footing, tilt_arm(robot), rolled
         self._tempo = _tempo(contacts) * (DYNAMIC_TEMPO if settings.dynamic else 1.0)
-        self._knot = UNIFORM_KNOT if settings.uniform_body else KNOT * self._tempo
+        most = UNIFORM_KNOT if settings.uniform_body else KNOT * self._tempo
+        self._knot = knot_spacing(contacts.duration, most)
         self._times = sample_times(contacts, SAMPLE_PERIOD * self._tempo)
         nominal, self._yaw = route.at(greville(contacts.duration, self._knot))
         self._limits: LegLimits | None = None
@@ -187,13 +188,18 @@ class BodySearch:
 
     def _points(self, path: FloatArray) -> FloatArray:
         """Control points of all five splines (n, 5): z and pitch follow the ground under a path."""
-        settings = self._settings
-        height, slope = self._route.ground(path[:, :2])
+        settings, route = self._settings, self._route
+        height, slope = route.ground(path[:, :2])
         pitch = body_pitch(settings.pitch_along_slope, slope)
         if path.shape[1] > 2:
             height, pitch = height + path[:, 2], pitch + path[:, 3] / self._arm
         points = np.column_stack([path[:, :2], height + settings.body_height, pitch, self._yaw])
         points[:3], points[-3:] = points[0], points[-1]  # at rest at both ends
+        if route.start is not None:  # the task before ended there, over whatever it took for ground
+            off = route.start - points[0, :4]
+            if np.any(np.abs(off) > ROUNDING):
+                left = join_weights(self.contacts.duration, self._knot, route.joined)
+                points[:, :4] += left[:, None] * off
         return points
 
 

@@ -5,11 +5,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray, read_only
+from drake_quad.gait.quintic import quintic
 
 # Rows: position, velocity, acceleration; columns: powers of u; then control points.
 _BASIS = np.array(
     [[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]
 ) / 6.0  # fmt: skip
+
+WHOLE = 1e-9  # [knots] by which a duration may be off a whole number of them: rounding
 
 
 def weights(u: FloatArray, knot: float) -> FloatArray:
@@ -31,15 +34,45 @@ def weights(u: FloatArray, knot: float) -> FloatArray:
     return np.asarray(powers @ _BASIS)
 
 
+def knot_spacing(duration: float, most: float) -> float:
+    """The spacing of knots of which a whole number makes the duration, at most `most` [s].
+
+    A path is at rest at its end if its last three control points are one, and its end is a knot.
+    """
+    spans = duration / most
+    whole = max(round(spans), 1)
+    if abs(spans - whole) <= WHOLE:
+        return most
+    return float(duration / np.ceil(spans))
+
+
 def knot_count(duration: float, knot: float) -> int:
     """How many control points a spline over `duration` [s] has."""
-    return int(np.ceil(duration / knot - 1e-9)) + 3
+    return int(np.ceil(duration / knot - WHOLE)) + 3
 
 
 def greville(duration: float, knot: float) -> FloatArray:
     """The times at which each control point weighs most, clipped to the path, (n,) [s]."""
     times = (np.arange(knot_count(duration, knot)) - 1) * knot
     return np.asarray(np.clip(times, 0.0, duration))
+
+
+def join_weights(duration: float, knot: float, joined: float) -> FloatArray:
+    """Of what a path begins with, how much each control point still has, (n,): 1 to 0.
+
+    Added to a path, what is weighted so keeps it at rest at both ends and continuous to the
+    acceleration.
+
+    Args:
+        duration: Of the path [s].
+        knot: Knot spacing [s].
+        joined: From when on nothing of it is to be left [s].
+    """
+    # The first three control points are the start, at rest, and the last three the end.
+    late = (greville(duration, knot) - knot) / max(joined - 4.0 * knot, knot)
+    left = 1.0 - quintic(np.clip(late, 0.0, 1.0))
+    left[-3:] = 0.0
+    return np.asarray(left)
 
 
 @dataclass(frozen=True, eq=False)

@@ -90,6 +90,7 @@ class MotionPlan:
             gives it at any time).
         revision: How often the task was planned anew while it was under way.
         margin_kind: Over what that margin is, see `drake_quad.stability.kinds`.
+        joined: From when on the height and pitch of its body follow from its place alone [s].
         phases: The contacts as a table, see `phase_table`.
     """
 
@@ -100,6 +101,7 @@ class MotionPlan:
     margin: float
     revision: int = 0
     margin_kind: str = HULL
+    joined: float = 0.0
     phases: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:

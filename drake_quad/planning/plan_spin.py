@@ -77,5 +77,6 @@ def lay_spin(
 
     times = np.array([0.0, begin, end, builder.time])
     yaws = yaw + np.array([0.0, 0.0, task.angle, task.angle])
-    route = Route(times, np.tile(pivot, (4, 1)), yaws, level)
+    start = stance.body[:4]
+    route = Route(times, np.tile(pivot, (4, 1)), yaws, level, start=start, joined=begin)
     return builder.finish(), route, tuple(s for s in segments if s is not None)

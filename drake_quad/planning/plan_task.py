@@ -170,7 +170,10 @@ def _plan_gait(
     body, contacts, margin = plan_body(robot, contacts, route, settings, footing, stance.roll)
     if settings.dynamic:
         segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_PERIOD))
-    return MotionPlan(index, contacts, body, segments, margin, margin_kind=settings.margin)
+    joined = route.joined if route.starts_off(settings) else 0.0
+    return MotionPlan(
+        index, contacts, body, segments, margin, margin_kind=settings.margin, joined=joined
+    )
 
 
 def _check(footing: Footing, plan: MotionPlan) -> None:

@@ -126,7 +126,7 @@ def lay_walk(
 
     yaw = np.concatenate([[stance.body[4]], np.full(len(times) - 1, lane.yaw)])
     yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
-    route = Route(times, xy, yaw, ground, lane)
+    route = Route(times, xy, yaw, ground, lane, start=stance.body[:4], joined=begin)
     return builder.finish(), route, tuple(s for s in segments if s is not None)
 
 

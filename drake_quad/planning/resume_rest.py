@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray, read_only
-from drake_quad.gait.quintic import quintic
-from drake_quad.planning.body_spline import BodySpline, greville
+from drake_quad.planning.body_spline import BodySpline, greville, join_weights
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
 from drake_quad.planning.route import Ground, Route
@@ -135,10 +134,7 @@ def join_pose(spline: BodySpline, stance: Stance, *, duration: float, join: floa
     """
     control = np.array(spline.control)
     knot = spline.knot
-    # The first three control points are the start, at rest, and the last three the end.
-    late = (greville(duration, knot) - knot) / max(join - 4.0 * knot, knot)
-    fade = 1.0 - quintic(np.clip(late, 0.0, 1.0))
-    fade[-3:] = 0.0
+    fade = join_weights(duration, knot, join)
     control[:, 2:4] += fade[:, None] * (stance.body[2:4] - control[0, 2:4])
     return BodySpline(knot, control)
 
@@ -146,10 +142,11 @@ def join_pose(spline: BodySpline, stance: Stance, *, duration: float, join: floa
 def _ground_of(plan: MotionPlan, lane: Lane, settings: PlanSettings) -> Ground:
     """The mean ground under the body, read off the plan's own body, along the lane.
 
-    The body's height is a function of the place along the lane, but for a recovery's.
+    The body's height is a function of the place along the lane, but for a recovery's, and until a
+    plan has joined the ground's height.
     """
     times = greville(plan.duration, plan.body.knot)
-    clean = plan.segments[0].end if plan.segments[0].name == RECOVERY else 0.0
+    clean = plan.segments[0].end if plan.segments[0].name == RECOVERY else plan.joined
     control = plan.body.control[times >= min(clean, plan.duration) - 1e-9]
     s_all = lane.coordinates(control[:, :2])[0]
     order = np.unique(np.round(s_all, 2), return_index=True)[1]

@@ -11,6 +11,8 @@ from drake_quad.planning.settings import PlanSettings
 from drake_quad.stability.fallen import FALLEN_TILT
 from drake_quad.terrain import Lane
 
+ROUNDING = 1e-9  # [m], [rad] by which a body that begins as the ground asks for may be off that
+
 
 class Ground(Protocol):
     """Mean height of the ground under the body [m] and its slope, along places (N, 2) in W."""
@@ -30,6 +32,8 @@ class Route:
         yaw: (k,) [rad].
         ground: The ground under the body.
         lane: Whose ground shanks are to keep clear of; None: it is level, they need not.
+        start: x, y, z [m] and pitch [rad] of the body at first, (4,); None: as over the ground.
+        joined: From when on height and pitch are those over the ground, whatever they began as [s].
     """
 
     times: FloatArray
@@ -37,11 +41,22 @@ class Route:
     yaw: FloatArray
     ground: Ground
     lane: Lane | None = None
+    start: FloatArray | None = None
+    joined: float = 0.0
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Returns places (N, 2) and yaws (N,) at `times` (N,)."""
         xy = np.stack([np.interp(times, self.times, self.xy[:, k]) for k in range(2)], axis=-1)
         return xy, np.interp(times, self.times, self.yaw)
+
+    def starts_off(self, settings: PlanSettings) -> bool:
+        """Whether the body begins at another height or pitch than the ground there asks for."""
+        if self.start is None:
+            return False
+        height, slope = self.ground(self.start[None, :2])
+        pitch = body_pitch(settings.pitch_along_slope, slope)
+        off = self.start[2:] - [height[0] + settings.body_height, pitch[0]]
+        return bool(np.any(np.abs(off) > ROUNDING))
 
 
 MOST_PITCH = FALLEN_TILT - 0.06  # [rad]: a body on its way is not quite as it is meant to be
