@@ -87,6 +87,7 @@ def _spoiled(robot: RobotModel, plan: MotionPlan, rng: np.random.Generator) -> M
     control = np.array(plan.body.control)
     at, wide = rng.uniform(5, len(control) - 5), rng.uniform(1.0, 6.0)
     bump = np.exp(-(((np.arange(len(control)) - at) / wide) ** 2))
+    bump[:3], bump[-3:] = 0.0, 0.0  # it begins where it stands, and ends at rest
     size = rng.uniform(-1.0, 1.0, 5) * np.array([0.05, 0.05, 0.05, 0.05, 0.05]) * rng.random()
     steps = list(plan.contacts.steps)
     if steps:

@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 from rich.text import Text
 
@@ -23,7 +24,8 @@ def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate]:
     Returns:
         The result as plain values, for `plan --json`: `certified`, `reason`, `time` [s] of the
         mission and `segment` of the first failure, `proven` (the least of each figure over the
-        plan), `intervals` of time that it took, `certifying_time` [s]; and the certificate.
+        plan), `jumps` (the greatest of body and feet where tasks meet, of value, rate and
+        acceleration), `intervals` of time that it took, `certifying_time` [s]; and the certificate.
     """
     begun = time.perf_counter()
     asked = p.scenario.certify
@@ -44,6 +46,9 @@ def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate]:
         "time": p.plan.starts[failure.task] + failure.time if failure else None,
         "segment": segments[failure.segment] if failure else None,
         "proven": dict(zip(CLAIMS, certificate.proof.claims.min(axis=0).tolist(), strict=True)),
+        "jumps": np.maximum(
+            certificate.joins.body.max(axis=1), [certificate.joins.feet, 0.0, 0.0]
+        ).tolist(),
         "intervals": len(certificate.proof.cells.half),
         "certifying_time": taken,
     }
@@ -85,7 +90,8 @@ def certificate_lines(told: dict[str, Any]) -> list[str]:
             f"certified for every time, in {told['intervals']} intervals, "
             f"{told['certifying_time']:.2f} s:"
         )
-        return [head, *(f"  {name} {value}" for name, value in figures)]
+        lines = [f"  {name} {value}" for name, value in figures]
+        return [head, *lines, "  body and feet continuous to the acceleration, also between tasks"]
     where = f"from {told['time']:.3f} s on, in '{told['segment']}'"
     return [f"not certified: {told['reason']}, {where}"]
 

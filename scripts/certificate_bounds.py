@@ -42,6 +42,18 @@ def move_body(body: Bag, task: Ints, a: Floats, b: Floats) -> tuple[Floats, Floa
     return value, half * (np.abs(rate) + half * bend)
 
 
+def body_motion(body: Bag, task: Ints, t: Floats) -> tuple[Floats, Floats, Floats]:
+    """Pose of the body at times of tasks (K,), its rate and its acceleration (K, 5) each."""
+    r = t / body.knot[task]
+    i = np.clip(np.floor(r).astype(int), 0, body.pieces[task] - 1)
+    u, knot = (r - i)[:, None], body.knot[task][:, None]
+    p0, p1, p2, p3 = (body.control[body.first[task] + i + j] for j in range(4))
+    d0, d1, d2 = (p1 - p0) / knot, (p2 - p1) / knot, (p3 - p2) / knot
+    rate = 0.5 * (1.0 - u) ** 2 * d0 + (0.5 + u - u**2) * d1 + 0.5 * u**2 * d2
+    acceleration = ((1.0 - u) * (d1 - d0) + u * (d2 - d1)) / knot
+    return move_body(body, task, t, t)[0], rate, acceleration
+
+
 def roll_at(roll: Bag, task: Ints, leg: Ints, t: Floats) -> Floats:
     """How far feet (K,) have rolled at times (K,), within which no knot divides them (K, 2)."""
     when, found = roll.start[task] + t, np.empty((len(leg), 2))

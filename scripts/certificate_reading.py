@@ -8,7 +8,7 @@ from types import SimpleNamespace as Bag
 from typing import Any
 
 import numpy as np
-from certificate_bounds import move_body, roll_at
+from certificate_bounds import body_motion, roll_at
 from certificate_course import distance, make_course
 from numpy.typing import NDArray
 
@@ -18,7 +18,9 @@ Rows = list[tuple[Any, ...]]
 
 CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room")
 SAME = 1e-9  # [s], [m] by which what is to be the same may differ: rounding
-JUMP = 1e-4  # [m], [rad] by which the body may be off where a task begins: the planner's tolerance
+# By how much the body may be off where a task begins: rounding, of its place [m], [rad], its rate
+# [1/s] and its acceleration [1/s^2].
+JUMPS = (1e-9, 1e-8, 1e-6)
 STANDS = 1e-6  # [m] from the ground where a foot stands
 SLOPE = 5e-3  # [m] by which its sphere may dip into a slope
 ROLLED = 1e-6  # [m] that a foot may have rolled where it is set down
@@ -89,11 +91,7 @@ def read_plan(tasks: list[Record], course: Bag, radius: float) -> tuple[Bag, Bag
     )
     require(np.all(body.knot > 0.0) and np.all(body.lasts > 0.0), "time goes on")
     require(np.all(body.lasts <= body.pieces * body.knot + SAME), "the body's path is too short")
-    start, end = (
-        move_body(body, np.arange(len(tasks)), t, t)[0] for t in (0.0 * body.lasts, body.lasts)
-    )
-    jumps = np.abs(start[1:] - end[:-1])
-    require(jumps.max(initial=0.0) <= JUMP, "the body jumps where a task begins")
+    require_one_motion(body)
     roll = read_roll(tasks, body.lasts)
     phases, segments, cells, feet = [], [], [], None
     for k, task in enumerate(tasks):
@@ -121,6 +119,23 @@ def read_plan(tasks: list[Record], course: Bag, radius: float) -> tuple[Bag, Bag
         columns(segments, ("task", "start", "end", "claims")),
         columns(cells, ("task", "start", "end", "shares")),
     )
+
+
+def require_one_motion(body: Bag) -> None:
+    """Refuses a body that is not continuous to its acceleration where tasks meet.
+
+    Inside of a task it is: its path is a uniform cubic B-spline. The first task begins at rest,
+    and the last one ends so.
+    """
+    tasks = np.arange(len(body.lasts))
+    start = np.stack(body_motion(body, tasks, 0.0 * body.lasts))
+    end = np.stack(body_motion(body, tasks, body.lasts))
+    what = ("the body jumps", "the body's speed jumps", "the body's acceleration jumps")
+    for k, (most, name) in enumerate(zip(JUMPS, what, strict=True)):
+        jumps = np.abs(start[k, 1:] - end[k, :-1]).max(initial=0.0)
+        require(jumps <= most, f"{name} where a task begins")
+        rest = max(np.abs(start[k, 0]).max(), np.abs(end[k, -1]).max()) if k else 0.0
+        require(rest <= most, f"{name} where the plan begins or ends, which is not at rest")
 
 
 def read_steps(
@@ -172,7 +187,7 @@ def require_roll(roll: Bag, k: int, task: Record, phases: Rows, course: Bag, rad
     """Refuses feet that have rolled where they are set down, or off the ground."""
     before = 0.0 if k == 0 else roll_now(roll, k - 1, roll.times[k - 1][-1])
     jump = np.abs(roll_now(roll, k, 0.0) - before).max()
-    require(jump <= ROLLED, "a foot has rolled before it begins to, or jumps")
+    require(jump <= SAME, "a foot has rolled before it begins to, or jumps")
     for step in task["steps"]:
         at = roll_now(roll, k, float(step["touchdown"]))[step["leg"] - 1]
         require(np.abs(at).max() <= ROLLED, "a foot has rolled as it is set down")

@@ -10,6 +10,7 @@ from rig import flat_course, paper_robot, stairs_course, walk_plan
 from drake_quad.certificate.cell_bounds import pose_problem
 from drake_quad.certificate.certify import Certificate, certify
 from drake_quad.certificate.failure import first_failure
+from drake_quad.certificate.joins import check_joins
 from drake_quad.certificate.obstacles import find_obstacles
 from drake_quad.certificate.pieces import cut_pieces
 from drake_quad.certificate.prove import TOLERANCE, make_demand, prove
@@ -76,6 +77,44 @@ def test_a_body_pushed_aside_fails_where_it_is_pushed() -> None:
     low = evaluate(paper_robot(), spoiled, times).margin < asked
     assert failure is not None and "margin" in failure.reason
     assert failure.time == pytest.approx(times[low][0], abs=0.02)
+
+
+JUMPS = {  # of the first three control points of the second task, and of a coordinate
+    "height": (2, (1e-5, 1e-5, 1e-5), "z jumps by 1e-05 m"),
+    "pitch": (3, (0.0885, 0.0885, 0.0885), "pitch jumps by 0.0885 rad"),
+    "speed": (0, (-1e-4, 0.0, 1e-4), "x's rate jumps by"),
+    "acceleration": (4, (1e-5, -0.5e-5, 1e-5), "yaw's acceleration jumps by"),
+}
+
+
+@pytest.mark.parametrize("kind", JUMPS)
+def test_a_body_that_jumps_between_tasks_has_no_certificate(kind: str) -> None:
+    """Nor one whose speed or acceleration does; it is told when, and which coordinate."""
+    axis, by, told = JUMPS[kind]
+    p = prepared("flat_walk")
+    plans = list(p.plan.plans)
+    assert check_joins(plans).failure is None
+    control = np.array(plans[1].body.control)
+    control[:3, axis] += by
+    plans[1] = with_body(plans[1], control)
+    certificate = certify(p.robot, paper_shank(), plans, p.course.boxes)
+    failure = certificate.failure
+    assert failure is not None and told in failure.reason and certificate.record is None
+    assert (failure.task, failure.time) == (1, 0.0)
+
+
+def test_a_foot_that_jumps_or_does_not_rest_has_no_certificate() -> None:
+    """A swing that begins off the foot's place, and one cut short at its touchdown."""
+    plan = walk_plan(flat_course(), goal=3.0)
+    step = plan.contacts.steps[3]
+    off = replace(step.swing, p_start=step.swing.p_start + np.array([1e-3, 0.0, 0.0]))
+    for spoiled in (replace(step, swing=off), replace(step, touchdown=step.touchdown - 0.1)):
+        steps = list(plan.contacts.steps)
+        steps[3] = spoiled
+        contacts = ContactPlan(plan.contacts.feet, tuple(steps), plan.duration)
+        failure = check_joins([replace(plan, contacts=contacts)]).failure
+        assert failure is not None and f"foot {step.leg.short} jumps" in failure.reason
+        assert failure.time == step.lift_off
 
 
 def test_a_body_too_high_fails_for_the_legs() -> None:

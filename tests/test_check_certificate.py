@@ -102,6 +102,23 @@ def untrue(record: dict[str, Any], kind: str) -> str:
         for p in record["tasks"][2]["control"]:
             p[0] += 0.01
         return "jumps"
+    if kind == "small jump":  # of the height, by a hundredth of a millimetre
+        for p in record["tasks"][2]["control"]:
+            p[2] += 1e-5
+        return "the body jumps"
+    if kind == "speed":
+        record["tasks"][1]["control"][0][3] += 1e-4
+        record["tasks"][1]["control"][2][3] -= 1e-4  # the pitch itself stays
+        return "speed jumps"
+    if kind == "acceleration":
+        record["tasks"][1]["control"][-1][2] += 1e-5
+        record["tasks"][1]["control"][-2][2] -= 0.5e-5
+        record["tasks"][1]["control"][-3][2] += 1e-5
+        return "acceleration jumps"
+    if kind == "moving at first":
+        for p, by in zip(record["tasks"][0]["control"], (-1e-4, 0.0, 1e-4), strict=False):
+            p[0] += by
+        return "at rest"
     if kind == "hole":
         del task["partition"][5], task["shares"][5]
         task["partition"][5] += 0.1
@@ -146,6 +163,7 @@ def untrue(record: dict[str, Any], kind: str) -> str:
 
 KINDS = (
     "margin", "foot", "shank", "joints", "torque", "body", "mass", "foothold", "jump", "body jump",
+    "small jump", "speed", "acceleration", "moving at first",
     "short", "segment", "overlap", "less", "asked", "flying",
     "rolled", "ice",
 )  # fmt: skip

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from rig import course_of, flat_course, paper_robot, stairs_course, stance_at
 
+from drake_quad.certificate.joins import check_joins
 from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.mission import END_CLEARANCE, Task, derive_mission
@@ -191,3 +192,35 @@ def test_planning_is_quick_and_says_how_long_it_took() -> None:
     """A whole mission is planned in a second even on a busy machine."""
     _, mission = mission_on(90.0)
     assert 0.0 < mission.planning_time < 5.0
+
+
+TILTED = replace(DEFAULT, pitch_along_slope=0.6)
+SHORT = replace(TILTED, cycle_time=7.3, shift_time=1.17)  # no whole number of knots
+
+
+@pytest.mark.parametrize("settings", [TILTED, SHORT, replace(DEFAULT, dynamic=True)])
+def test_plans_are_continuous_to_the_acceleration_where_the_stairs_begin_early(
+    settings: PlanSettings,
+) -> None:
+    """A walk's ground slopes already where its body begins, level as it stood; it joins in time.
+
+    Height and pitch are then functions of the place; and every task ends at rest, however long.
+    """
+    course = course_of(
+        Element("floor", length=1.5),
+        Element("stairs", going="up", rise=0.13, run=0.5, count=3),
+        Element("landing", length=3.5, turn_deg=90.0),
+        Element("floor", length=2.0),
+    )
+    tasks = derive_mission(course, settings)[:3]
+    stance = initial_stance(paper_robot(), course, settings, start=1.0)
+    plans = plan_mission(paper_robot(), course, settings, tasks, stance).plans
+    joins = check_joins(plans)
+    assert joins.failure is None
+    assert joins.body[0].max() < 1e-12 and joins.feet < 1e-12
+    walk = plans[1]
+    assert walk.segments[1].start < walk.joined < walk.segments[1].start + 2.0
+    path = walk.body.samples(np.linspace(0.0, walk.joined, 200))
+    assert path[0, 0, 3] == 0.0 and np.abs(path[:, 2, 2:4]).max() < 0.5
+    if settings.pitch_along_slope > 0.0:
+        assert path[-1, 0, 3] < -0.005

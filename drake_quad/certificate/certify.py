@@ -7,6 +7,7 @@ from typing import Any
 from drake_quad.certificate.cell_bounds import pose_problem
 from drake_quad.certificate.chain import Shank
 from drake_quad.certificate.failure import Failure, first_failure
+from drake_quad.certificate.joins import Joins, check_joins
 from drake_quad.certificate.obstacles import find_obstacles
 from drake_quad.certificate.pieces import cut_pieces
 from drake_quad.certificate.prove import Proof, make_demand, prove
@@ -24,11 +25,13 @@ class Certificate:
         proof: The bounds.
         failure: The first time at which the plan is not as asked for; None if it is throughout.
         record: What certificate.json holds; None where there is a failure.
+        joins: Where its tasks meet, and how continuous it is there.
     """
 
     proof: Proof
     failure: Failure | None
     record: dict[str, Any] | None
+    joins: Joins
 
 
 def certify(
@@ -53,6 +56,8 @@ def certify(
     pieces = cut_pieces(plans)
     problem = pose_problem(robot, shank, pieces, find_obstacles(boxes))
     proof = prove(problem, make_demand(margin=margin, foot=clearance, shank=clearance))
-    failure = first_failure(problem, proof)
+    joins = check_joins(plans)
+    found = [f for f in (joins.failure, first_failure(problem, proof)) if f is not None]
+    failure = min(found, key=lambda f: (f.task, f.time), default=None)
     record = None if failure else make_record(robot, shank, plans, boxes, pieces, proof)
-    return Certificate(proof, failure, record)
+    return Certificate(proof, failure, record, joins)
