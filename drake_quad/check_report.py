@@ -41,8 +41,8 @@ def limit_of(check: Check, robot: RobotModel) -> str:
     if "leg" in data and "excess" in data:
         return "reach"
     for key, limit in (
-        ("speed", "speed"), ("joint", "joints"), ("margin", "margin"), ("pattern", "pattern"),
-        ("apart", "apart"),
+        ("torque", "torque"), ("speed", "speed"), ("joint", "joints"), ("margin", "margin"),
+        ("pattern", "pattern"), ("apart", "apart"),
     ):  # fmt: skip
         if key in data:
             return limit

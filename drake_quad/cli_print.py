@@ -81,8 +81,10 @@ def print_plan(result: dict[str, Any]) -> None:
     console = Console()
     console.print(table)
     least = f", {kind} {result[f'planned_margin_{kind}_min']:.3f} m" if beyond else ""
+    torque = result["torque_ratio_planned_max"]
+    strong = "" if torque <= 1.0 else f", if a joint gives {torque:.0%} of its torque,"
     console.print(
-        f"feasible: {result['duration']:.1f} s, smallest margin "
+        f"feasible{strong}: {result['duration']:.1f} s, smallest margin "
         f"{result['planned_margin_min']:.3f} m{least}, planned in {result['planning_time']:.2f} s",
         highlight=False,
     )

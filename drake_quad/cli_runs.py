@@ -79,14 +79,15 @@ def plan(
     from drake_quad.plan_certificate import certify_plan, print_certificate, write_plan
     from drake_quad.plan_report import describe_failure, describe_plan
     from drake_quad.planning.footing import footing_of
+    from drake_quad.preparation import judge_plan, prepare
     from drake_quad.scenario import load_scenario
-    from drake_quad.simulation import prepare
 
     loaded = load_scenario(scenario, overrides or [])
     if out is not None:
         claim(out)
     try:
         p = prepare(loaded, source=scenario)
+        judge_plan(p)
         result = describe_plan(
             p.robot,
             p.plan,

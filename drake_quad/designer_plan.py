@@ -14,6 +14,7 @@ from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.plan_mission import (
     MissionPlan,
     check_plan,
+    check_torques,
     initial_stance,
     join_plans,
     plan_tasks,
@@ -44,7 +45,7 @@ class Designed:
         room: Its least room between robot and course.
         torque: Of joints' limits, the least share that standing still in it leaves; negative where
             it takes more than there is, shared among the feet as controllers share it. They share
-            it otherwise where they must, so that this alone forbids nothing.
+            it otherwise where they must: what no sharing allows `check_torques` refuses.
     """
 
     scenario: Scenario
@@ -106,7 +107,10 @@ def plan_design(
         refuse_thighs(robot, course, task, samples.every(THIGHS_EVERY))
         refuse_touching(robot, task, samples)
         refuse_touching(robot, task, swings)
-        torque = min(torque, 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
+        here_left = 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max())
+        if here_left < 0.0:
+            check_torques(robot, plan, samples)
+        torque = min(torque, here_left)
         plans.append(plan)
         if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:
             return None

@@ -11,9 +11,11 @@ from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.footing import Footing, kind_of
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
 from drake_quad.planning.plan_mission import MissionPlan
+from drake_quad.planning.plan_torques import torque_ratio
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.run_log import plan_margin
 
+TORQUE_EVERY = 10  # so many of these are looked at for torques, which change slowly
 PERIOD = 0.02  # [s] between the samples that margins are taken from
 
 
@@ -32,10 +34,12 @@ def describe_plan(
         massless_legs: Whether margins are the body's centre's (the paper's) or the whole robot's.
         footing: What margins were asked of, if not of the hull: those are told besides.
     """
-    segments = []
+    segments, torque = [], 0.0
     for task, start in zip(plan.plans, plan.starts, strict=True):
         times = np.linspace(0.0, task.duration, int(np.ceil(task.duration / PERIOD)) + 1)
-        margin = plan_margin(evaluate(robot, task, times), massless_legs=massless_legs)
+        samples = evaluate(robot, task, times)
+        margin = plan_margin(samples, massless_legs=massless_legs)
+        torque = max(torque, float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
         beyond = _beyond(footing, task)
         for segment in task.segments:
             mine = (times >= segment.start - 1e-9) & (times <= segment.end + 1e-9)
@@ -61,6 +65,7 @@ def describe_plan(
         "duration": plan.duration,
         "planning_time": plan.planning_time,
         "planned_margin_min": min(margins),
+        "torque_ratio_planned_max": torque,
         "margin_kind": kind,
         **({} if footing is None else {f"planned_margin_{kind}_min": least}),
         "segments": segments,
@@ -102,5 +107,6 @@ def describe_failure(error: PlanningError) -> dict[str, Any]:
         "duration": None,
         "planning_time": None,
         "planned_margin_min": None,
+        "torque_ratio_planned_max": None,
         "segments": [],
     }

@@ -9,7 +9,9 @@ from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.plan_mission import (
     MissionPlan,
+    check_lift_offs,
     check_mission,
+    check_torques,
     initial_stance,
     plan_mission,
 )
@@ -79,6 +81,23 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
     except PlanningError as error:
         raise _blame(scenario, error, source=source) from None
     return Preparation(scenario, robot, course, settings, tasks, stance, plan, world, disturbances)
+
+
+def judge_plan(p: Preparation) -> None:
+    """Checks that a prepared plan can be carried out: by the gait's clock, and by the joints.
+
+    What can be planned at all `prepare` has seen to, and a run may try it. The paper's own path,
+    which has no margin, is judged by neither; a dynamic one is lifted off without a static margin.
+
+    Raises:
+        PlanningError: With the least margin and the clock's, or the joint and its torque.
+    """
+    if p.settings.uniform_body:
+        return
+    for plan, samples in zip(p.plan.plans, check_mission(p.robot, p.plan), strict=True):
+        if not p.settings.dynamic:
+            check_lift_offs(plan, samples, p.scenario.controller.lift_off_margin)
+        check_torques(p.robot, plan, samples)
 
 
 def _values(

@@ -58,6 +58,14 @@ def test_no_plan_leaves_no_certificate_of_another(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
 
 
+def test_a_plan_below_its_own_lift_off_margin_is_not_feasible(tmp_path: Path) -> None:
+    """The clock would stop at the first lift-off: exit status 1, and both margins are told."""
+    override = "controller.lift_off_margin=0.12"
+    done = drake_quad("plan", "flat_walk", "--set", override, "--out", ".", cwd=tmp_path)
+    assert done.returncode == 1 and "controller.lift_off_margin = 0.120 m" in done.stderr
+    assert json.loads((tmp_path / "plan.json").read_text())["feasible"] is False
+
+
 def test_a_negative_demand_is_refused(tmp_path: Path) -> None:
     """In one line, by its field."""
     line = refused(drake_quad("plan", "flat_walk", "--set", "certify.clearance=-1", cwd=tmp_path))

@@ -14,10 +14,13 @@ from drake_quad.planning.mission import END_CLEARANCE, Task, derive_mission
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.plan_mission import (
     MissionPlan,
+    check_lift_offs,
     check_mission,
+    check_torques,
     initial_stance,
     plan_mission,
 )
+from drake_quad.planning.plan_torques import find_overload, torque_ratio
 from drake_quad.planning.route import robot_stance
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.terrain import Course, Element
@@ -224,3 +227,32 @@ def test_plans_are_continuous_to_the_acceleration_where_the_stairs_begin_early(
     assert path[0, 0, 3] == 0.0 and np.abs(path[:, 2, 2:4]).max() < 0.5
     if settings.pitch_along_slope > 0.0:
         assert path[-1, 0, 3] < -0.005
+
+
+def test_a_plan_with_less_margin_than_the_clock_asks_for_is_refused() -> None:
+    """The clock would stop at a lift-off; with just what there is, it is a plan."""
+    mission = mission_on(90.0)[1]
+    samples = check_mission(paper_robot(), mission)
+    least = min(float(s.margin.min()) for s in samples)
+    lower = 0
+    for plan, s in zip(mission.plans, samples, strict=True):
+        check_lift_offs(plan, s, least)
+        if not plan.contacts.steps:
+            check_lift_offs(plan, s, 1.0)  # a robot that stands lifts nothing
+        elif s.margin.min() <= least:
+            lower += 1
+            with pytest.raises(PlanningError, match=r"controller\.lift_off_margin = "):
+                check_lift_offs(plan, s, least + 1e-6)
+    assert lower == 1
+
+
+def test_joints_that_cannot_hold_the_robot_refuse_its_plan() -> None:
+    """However the feet share the weight: a little less than the least forces take may do."""
+    robot, mission = paper_robot(), mission_on(90.0)[1]
+    plan, s = mission.plans[1], check_mission(robot, mission)[1]
+    ratio = float(torque_ratio(robot, s).max())
+    assert ratio < 1.0 and find_overload(robot, s) is None
+    check_torques(replace(robot, effort=0.99 * ratio * robot.effort), plan, s)  # shared otherwise
+    with pytest.raises(PlanningError, match="of its torque to stand still") as refused:
+        check_torques(replace(robot, effort=0.6 * ratio * robot.effort), plan, s)
+    assert refused.value.data["torque"] > 1.2

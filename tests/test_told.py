@@ -23,7 +23,12 @@ def summary(name: str, _: Console) -> None:
 
 def plan(name: str, _: Console) -> None:
     segment = {"name": name, "kind": "walk", "start": 0.0, "end": 1.0, "margin_min": 0.1}
-    figures = {"duration": 1.0, "planned_margin_min": 0.1, "planning_time": 1.0}
+    figures = {
+        "duration": 1.0,
+        "planned_margin_min": 0.1,
+        "planning_time": 1.0,
+        "torque_ratio_planned_max": 0.5,
+    }
     cli_print.print_plan({"margin_kind": "hull", "segments": [segment], **figures})
 
 

@@ -14,6 +14,7 @@ from drake_quad.planning.check_stance import check_stance
 from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
 from drake_quad.planning.plan_task import plan_task
+from drake_quad.planning.plan_torques import find_overload
 from drake_quad.planning.route import level_pose, robot_stance
 from drake_quad.planning.settings import PlanSettings
 from drake_quad.robot.robot_model import RobotModel
@@ -21,6 +22,7 @@ from drake_quad.stability.kinds import HULL
 from drake_quad.terrain import Course
 
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
+TORQUE_EVERY = 4  # so many samples are looked at for torques, which change slowly
 DYNAMIC_CHECK_PERIOD = 0.01  # [s] the same where swings are quick
 
 
@@ -172,6 +174,52 @@ def _check_margin(plan: MotionPlan, s: PlanSamples) -> None:
             f"the static margin would be {s.margin[k]:.3f} m in '{name}'; a larger duty factor, "
             "gait.switch_wait or transition.shift_time, or longer level ground, may help",
             margin=float(s.margin[k]),
+        )
+
+
+def check_lift_offs(plan: MotionPlan, s: PlanSamples, least: float) -> None:
+    """Checks that no foot lifts with less margin than the gait's clock asks for: it would stop.
+
+    Args:
+        plan: One task's.
+        s: The plan's samples.
+        least: `controller.lift_off_margin` [m].
+
+    Raises:
+        PlanningError: With the margin that there is, and the one that there has to be.
+    """
+    if not plan.contacts.steps:
+        return
+    k = int(np.argmin(s.margin))
+    if s.margin[k] < least:
+        name = plan.segments[plan.segment_index(float(s.times[k]))].name
+        raise PlanningError(
+            f"the static margin would be {s.margin[k]:.3f} m in '{name}', and no foot is lifted "
+            f"with less than controller.lift_off_margin = {least:.3f} m",
+            margin=float(s.margin[k]),
+        )
+
+
+def check_torques(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
+    """Checks that the robot can stand still wherever a plan has it, within what its joints can.
+
+    Args:
+        robot: The robot.
+        plan: One task's.
+        s: The plan's samples.
+
+    Raises:
+        PlanningError: With the joint, the time, and what it would take of its torque.
+    """
+    seen = s.every(TORQUE_EVERY)
+    found = find_overload(robot, seen)
+    if found is not None:
+        t = float(seen.times[found.sample])
+        raise PlanningError(
+            f"joint {robot.joint_names[found.joint]} would need {found.ratio:.0%} of its torque to "
+            f"stand still at {t:.1f} s of '{plan.segments[plan.segment_index(t)].name}', and feet "
+            "that share the weight otherwise ask for more than there is, too",
+            torque=found.ratio,
         )
 
 
