@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_JSON, read_given
 
 LONGEST = ".certificate.json.part"  # of the names that commands write in a directory
 
@@ -80,8 +81,8 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
             that runs write.
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
+    from drake_quad.given_tables import read_given_table
     from drake_quad.plain_json import plain_of
 
     wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
@@ -95,9 +96,11 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
         )
 
     try:
-        summary = plain_of((directory / "summary.json").read_bytes())
-    except OSError:
+        summary = plain_of(read_given(directory / "summary.json", most=MOST_JSON))
+    except OSError as problem:
+        there = directory.is_dir() and not isinstance(problem, FileNotFoundError)
         what = "not there" if directory.is_dir() else "no such directory"
+        what = f"cannot be read: {problem.strerror}" if there else what
         raise fail("summary.json", what) from None
     if summary is None:
         raise fail("summary.json", "is cut short, or no mapping in JSON")
@@ -105,10 +108,13 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
         raise fail("summary.json", "is not a run's summary")
     _check_values(summary, str(directory / "summary.json"))
     try:
-        log = pq.read_table(directory / "log.parquet", columns=["t", "margin"])
+        log = read_given_table(directory / "log.parquet", columns=["t", "margin"])
     except FileNotFoundError:
         raise fail("log.parquet", "not there") from None
-    except (OSError, ValueError, pa.ArrowException):
+    except (OSError, ValueError, pa.ArrowException) as problem:
+        reason = getattr(problem, "strerror", None)  # Arrow's own errors of bytes have none
+        if reason:
+            raise fail("log.parquet", f"cannot be read: {reason}") from None
         raise fail("log.parquet", "is cut short or not Parquet") from None
     if {*log.column_names} != {"t", "margin"}:
         raise fail("log.parquet", "is not a run's log")

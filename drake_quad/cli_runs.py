@@ -117,7 +117,7 @@ def report(
     as_json: JsonOption = False,
 ) -> None:
     """Make the report of a finished run or sweep again, of the files that it left."""
-    if any((directory / name).is_file() for name in ("sweep.json", "journal.jsonl")):
+    if any((directory / name).exists() for name in ("sweep.json", "journal.jsonl")):
         _report_sweep(directory, page, as_json=as_json)
         return
     if page is not None:

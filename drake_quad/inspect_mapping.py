@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_YAML, read_given_text
 from drake_quad.robot.importing.import_robot import MAPPING
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.yaml_text import parse_yaml
@@ -31,7 +32,7 @@ def read_mapping(robot: RobotModel) -> dict[str, Any]:
         return InputError(source=str(path), field=field, value=value, remedy=remedy)
 
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_given_text(path, most=MOST_YAML)
     except (OSError, UnicodeDecodeError) as error:
         raise refuse("document", str(path), f"cannot be read: {error}") from None
     mapping = parse_yaml(text, source=str(path), needs="joints: {...}")

@@ -8,6 +8,7 @@ from pathlib import Path
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_YAML, is_given, read_given_text
 from drake_quad.robot.importing.catalogue import is_name
 from drake_quad.scenario_build import control_settings, course_of, mission_of, plan_settings
 from drake_quad.scenario_check import check_scenario
@@ -62,7 +63,7 @@ def load_scenario(
     name = str(name_or_path)
     path = _models() / f"{name}{SUFFIX}" if name in _shipped() else user_path(name)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_given_text(path, most=MOST_YAML)
     except (OSError, ValueError) as problem:
         raise _unreadable(name, problem) from None
     source = path.name if name in _shipped() else name
@@ -162,7 +163,7 @@ def _located(model: str, *, base: Path, source: str) -> str:
     shipped = model.startswith(MODELS)
     path = _models() / model.removeprefix(MODELS) if shipped else base / user_path(model)
     try:
-        there = path.is_file()
+        there = is_given(path)
     except OSError as problem:  # a name too long, a folder that may not be looked into
         remedy = f"cannot be read: {problem.strerror}"
         raise InputError(source=source, field="robot.model", value=model, remedy=remedy) from None

@@ -66,6 +66,7 @@ def _fill(path: Path, write: Write) -> None:
     """Fills the file beside `path`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = _partial(path)
+    partial.unlink(missing_ok=True)  # of a kill; or a pipe, or a link to a file elsewhere
     write(partial)
     with partial.open("rb") as written:  # or a power cut could leave its name without its text
         os.fsync(written.fileno())

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -167,25 +166,23 @@ def test_a_chart_of_a_thousand_workers_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("command", ["plan", "check"])
 def test_ctrl_c_is_told_in_a_line(command: str, tmp_path: Path) -> None:
-    """A real process that reads from a pipe is interrupted there: 130, one line, no traceback."""
-    pipe = tmp_path / "slow.yaml"
-    os.mkfifo(pipe)
-    asked = ["plan", str(pipe)] if command == "plan" else ["check", URL, "--scenario", str(pipe)]
+    """A real process that reads a file slowly is interrupted there: 130, one line, no traceback."""
+    path, reads = tmp_path / "slow.yaml", tmp_path / "reads"
+    path.write_text("course: [{kind: floor, length: 3.0}]\n")
+    asked = ["plan", str(path)] if command == "plan" else ["check", URL, "--scenario", str(path)]
     process = subprocess.Popen(
         # A test that is run in the background may have Ctrl-C ignored, also by its children.
-        [sys.executable, "-c", "import signal, sys; from drake_quad.cli import main; "
-         "signal.signal(signal.SIGINT, signal.default_int_handler); main()", *asked],
+        [sys.executable, "-c", "import signal, sys, time; from pathlib import Path; "
+         "from drake_quad import scenario; from drake_quad.cli import main; "
+         "signal.signal(signal.SIGINT, signal.default_int_handler); "
+         "slow = lambda *_, **__: (Path('reads').touch(), time.sleep(600)); "
+         "scenario.read_given_text = slow; main()", *asked],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    writes = None
-    while writes is None and process.poll() is None:
+    while not reads.exists() and process.poll() is None:
         time.sleep(0.05)
-        with suppress(OSError):  # until the command has opened it to read
-            writes = os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=LONGEST)
-    if writes is not None:
-        os.close(writes)
     assert process.returncode == 130, err
     assert err.strip() == "drake-quad: interrupted" and out == ""
 

@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "drake_quad"
 # scenario.py and scenario_check.py are both in room `scenario`.
 FLOORS = {
     "errors": -1,
+    "given": -1,  # given_files.py
     "plain": -1,  # plain_json.py
     "processes": -1,
     "whole": -1,  # whole_files.py
@@ -97,6 +98,7 @@ FLOOR_ZERO_LIBRARIES = {"numpy", "drake_quad"}
 MORE_LIBRARIES = {
     "cache": {"platformdirs"},
     "compiled": {"numba"},
+    "given": {"pyarrow"},
     "kernel": {"numba"},
     "yaml": {"yaml", "pydrake"},
 }

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from drake_quad.given_files import MOST_YAML, read_given_text
 from drake_quad.report.bounds import bounds
 from drake_quad.report.figure_clock import NAMES
 from drake_quad.report.figure_list import FIGURES, FigureKind
@@ -52,7 +53,7 @@ def build_report(directory: Run | str | Path, *, replay: bool = True) -> Path:
         marks=_marks(run),
         rows=summary_rows(run.summary),
         versions=run.summary.get("versions") or {},
-        scenario_text=(run.directory / SCENARIO).read_text(encoding="utf-8"),
+        scenario_text=read_given_text(run.directory / SCENARIO, most=MOST_YAML),
         kind_colours=KIND_COLOURS,
         legs=list(zip(LEG_NAMES, LEG_COLOURS, strict=True)),
     )

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray, read_only
+from drake_quad.given_files import MOST_JSON, read_given
+from drake_quad.given_tables import read_given_table
 from drake_quad.plain_json import plain_of
 from drake_quad.report.columns import RunLog
 from drake_quad.robot.load_robot import MakeModelPlant, load_robot
@@ -118,7 +119,7 @@ def _is_kinematic(summary: Mapping[str, Any], scenario: Scenario) -> bool:
 def _read_summary(path: Path, notices: list[str]) -> dict[str, Any]:
     """The summary, or an empty one with a notice."""
     try:
-        summary = plain_of(path.read_bytes())
+        summary = plain_of(read_given(path, most=MOST_JSON))
     except OSError as problem:
         notices.append(f"{path.name} cannot be read ({type(problem).__name__}): the run was cut.")
         return {}
@@ -131,7 +132,7 @@ def _read_summary(path: Path, notices: list[str]) -> dict[str, Any]:
 def _read_log(path: Path, notices: list[str]) -> RunLog:
     """The log, or one without samples with a notice."""
     try:
-        table = pq.read_table(path)
+        table = read_given_table(path)
     except (OSError, pa.ArrowException) as problem:
         notices.append(f"{path.name} cannot be read ({type(problem).__name__}): nothing to draw.")
         return RunLog({})

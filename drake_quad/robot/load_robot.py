@@ -12,7 +12,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
+from drake_quad.given_files import MOST_MESH, MOST_TEXT, check_given
 from drake_quad.robot.importing.import_robot import MAPPING, find_given, import_robot
+from drake_quad.robot.importing.locate import files_named_in
 from drake_quad.robot.importing.misspelt import check_spelling
 from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.parse_source import PARSER_ERRORS
@@ -80,6 +82,10 @@ def normal_form(url: str) -> str:
     try:
         given = find_given(url)
         path = given.found.path
+        check_given(path, most=MOST_TEXT)
+        for named in files_named_in(path):
+            if not named.is_dir():
+                check_given(named, most=MOST_MESH)  # Drake's parser opens them, too
         stat = path.stat()
         if given.overrides == Overrides() and (
             _is_imported(str(path)) or _is_normal(str(path), stat.st_mtime_ns, stat.st_size)

@@ -3,6 +3,7 @@
 import hashlib
 from dataclasses import replace
 
+from drake_quad.given_files import MOST_TEXT, read_given
 from drake_quad.robot.importing.import_robot import find_given
 from drake_quad.robot.importing.locate import files_named_in
 
@@ -20,11 +21,11 @@ def robot_digest(model: str) -> str:
         InputError: If it is not there.
     """
     given = find_given(model)
-    digest = hashlib.sha256(given.found.path.read_bytes())
+    digest = hashlib.sha256(read_given(given.found.path, most=MOST_TEXT))
     digest.update(repr(replace(given.overrides, model="")).encode())
     for path in files_named_in(given.found.path):
         size = path.stat().st_size
         digest.update(f"{path.name} {size}".encode())
         if size <= MOST_READ:
-            digest.update(path.read_bytes())
+            digest.update(read_given(path, most=MOST_READ))
     return digest.hexdigest()[:12]

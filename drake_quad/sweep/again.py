@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
+from drake_quad.given_tables import read_given_table
 from drake_quad.plain_json import is_number
 from drake_quad.sweep.check_told import check_told
 from drake_quad.sweep.journal_read import NAME as JOURNAL
@@ -57,7 +57,7 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
     Raises:
         InputError: There is no finished sweep, or a file cannot be written.
     """
-    if not (directory / FINDINGS).is_file() and (directory / JOURNAL).is_file():
+    if not (directory / FINDINGS).exists() and (directory / JOURNAL).exists():
         raise _unfinished(directory)
     kept = read_plain(directory, FINDINGS, KEPT, perhaps=COMMAND)
     name = _name(kept.get("command", ""), directory)
@@ -90,8 +90,11 @@ def _study(directory: Path) -> Study:
 
 def _read_clock(directory: Path) -> pa.Table:
     try:
-        clock = pq.read_table(directory / CLOCK)
-    except (OSError, ValueError, pa.ArrowException):
+        clock = read_given_table(directory / CLOCK)
+    except (OSError, ValueError, pa.ArrowException) as problem:
+        reason = getattr(problem, "strerror", None)  # Arrow's own errors of bytes have none
+        if reason and not isinstance(problem, FileNotFoundError):
+            raise _error(directory, CLOCK, f"cannot be read: {reason}") from None
         raise _error(directory, CLOCK, "is not there, cut short or not Parquet") from None
     for name, kind in CLOCK_COLUMNS.items():
         if name in clock.column_names or name != "held":  # which older sweeps did not measure

@@ -4,6 +4,7 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from drake_quad.given_files import MOST_YAML, is_given, read_given_text
 from drake_quad.scenario import load_scenario, parse_scenario
 from drake_quad.scenario_config import Scenario
 from drake_quad.sweep.study_config import Study
@@ -45,9 +46,9 @@ def find_base(study: Study, *, directory: Path) -> Base:
     """The study's scenario: a file relative to the study's, or a shipped one."""
     path = directory / user_path(study.scenario)
     try:
-        if not path.is_file():
+        if not is_given(path):
             return Base(study.scenario)
-        text = path.read_text(encoding="utf-8")
+        text = read_given_text(path, most=MOST_YAML)
     except (OSError, ValueError):
         return Base(str(path))  # whose loading says what is wrong with it
     return Base(str(path), text, str(path.parent.resolve()))

@@ -53,7 +53,7 @@ class Journal:
         """
         path = self.directory / self.name
         self.directory.mkdir(parents=True, exist_ok=True)
-        lock = (self.directory / f".{self.name}.lock").open("w")
+        lock = self._open_lock()
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as problem:
@@ -63,7 +63,7 @@ class Journal:
             raise self._error("another sweep is at work there: wait, or give another") from None
         self._lock = lock
         try:
-            if path.exists() and path.stat().st_size:
+            if path.exists() and (path.stat().st_size or not path.is_file()):
                 if not resume:
                     raise self._error("holds a sweep: go on with it by --resume, or give another")
                 # Of another study no line fits: that is no damage, of which to keep a copy.
@@ -84,6 +84,21 @@ class Journal:
         except BaseException:
             self.close()
             raise
+
+    def _open_lock(self) -> TextIO:
+        """The file that is locked while a sweep is at work here.
+
+        Raises:
+            InputError: There is something in its place that is no file.
+        """
+        path = self.directory / f".{self.name}.lock"
+        ways = os.O_WRONLY | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC  # a pipe is not waited for
+        try:
+            lock = os.fdopen(os.open(path, ways, 0o666), "w")
+        except OSError as problem:
+            remedy = f"{path.name} in it cannot be opened: {problem.strerror}; give another"
+            raise self._error(remedy) from None
+        return lock
 
     def add(self, index: int, result: Result) -> None:
         """Appends what came of a trial; once it returns no end of this process loses it."""

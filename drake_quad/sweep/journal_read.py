@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_JOURNAL, read_given
 from drake_quad.plain_json import is_whole, plain_of
 from drake_quad.whole_files import write_whole
 
@@ -49,9 +50,11 @@ def read_journal(
         return InputError(source=str(directory), field=name, value=str(path), remedy=remedy)
 
     try:
-        whole = path.read_bytes()
-    except OSError:
+        whole = read_given(path, most=MOST_JOURNAL)
+    except FileNotFoundError:
         raise error("not there; give the directory of a `drake-quad sweep`") from None
+    except OSError as problem:
+        raise error(f"cannot be read: {problem.strerror}") from None
     first, *lines = [plain_of(line) for line in whole.rstrip(b"\n").split(b"\n")]
     if first is None or not set(SAID) <= first.keys():
         raise error("is not the journal of a sweep")

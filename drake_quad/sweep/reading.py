@@ -7,6 +7,7 @@ from typing import Any
 import pyarrow as pa
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_JSON, read_given
 from drake_quad.plain_json import plain_of
 from drake_quad.scenario_schema import conform
 from drake_quad.sweep.study import FREE
@@ -58,7 +59,7 @@ def read_plain(
         return InputError(source=str(directory), field=name, value=str(path), remedy=remedy)
 
     try:
-        plain = plain_of(path.read_bytes())
+        plain = plain_of(read_given(path, most=MOST_JSON))
     except OSError as problem:
         raise error(f"cannot be read: {problem.strerror}") from None
     if plain is None:

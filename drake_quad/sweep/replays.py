@@ -7,6 +7,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from drake_quad.errors import InputError, PlanningError
+from drake_quad.given_files import MOST_JSON, read_given
 from drake_quad.plain_json import plain_of
 from drake_quad.report.build import REPORT, build_report
 from drake_quad.report.scene_log import write_scene_log
@@ -43,7 +44,7 @@ def otherwise(table: pa.Table, out: Path) -> dict[int, str]:
     for index, report in replays_in(out).items():
         summary = None
         with suppress(OSError):  # of a report alone nothing is known
-            summary = plain_of((report.parent / "summary.json").read_bytes())
+            summary = plain_of(read_given(report.parent / "summary.json", most=MOST_JSON))
         outcome = (summary or {}).get("outcome")
         # A bound that is missed is the sweep's finding: the run reached its goal.
         was = ended.get(index, "").replace("bound_missed", "goal_reached")

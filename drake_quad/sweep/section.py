@@ -6,6 +6,7 @@ from typing import Any
 from urllib.parse import quote
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_TEXT, read_given_text
 from drake_quad.report.svg import stand_alone
 from drake_quad.sweep.caveats import caveats_of
 from drake_quad.sweep.charts import curves_svg
@@ -78,7 +79,7 @@ def check_page(page: Path, name: str, *, option: str = "--page") -> tuple[str, s
             raise refuse("is a directory; give a Markdown file in it")
         if page.exists() and not page.is_file():  # to be in place of /dev/null would harm
             raise refuse("is no file that could be written anew; give a Markdown file")
-        text = page.read_text(encoding="utf-8") if page.exists() else TITLE
+        text = read_given_text(page, most=MOST_TEXT) if page.exists() else TITLE
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else "not a text file"
         raise refuse(f"cannot be read: {reason}; give a Markdown file") from None

@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_YAML, read_given_text
 from drake_quad.scenario_schema import conform
 from drake_quad.sweep.base import Base, find_base
 from drake_quad.sweep.draws import Value, extremes
@@ -30,7 +31,7 @@ def load_study(path: str | Path) -> tuple[Study, Base]:
     """
     source = str(path)
     try:
-        text = user_path(path).read_text(encoding="utf-8")
+        text = read_given_text(user_path(path), most=MOST_YAML)
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else "not a text file"
         remedy = f"cannot be read: {reason}; give a study in YAML, see docs/sweeps.md"

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from drake_quad.errors import InputError
+from drake_quad.given_tables import read_given_table
 from drake_quad.sweep.reading import REMEDY, check_column, strange
 from drake_quad.sweep.study_config import Vary
 from drake_quad.sweep.table import TRIALS
@@ -36,13 +36,13 @@ def read_table(directory: Path) -> pa.Table:
         return InputError(source=str(directory), field=TRIALS, value=str(path), remedy=remedy)
 
     try:
-        table = pq.read_table(path)
+        table = read_given_table(path)
         table.validate(full=True)  # text is read as such only now
     except FileNotFoundError:
         raise error(f"not there; {REMEDY}") from None
-    except PermissionError as problem:
-        raise error(f"cannot be read: {problem.strerror}") from None
-    except (OSError, ValueError, pa.ArrowException):
+    except (OSError, ValueError, pa.ArrowException) as problem:
+        if isinstance(problem, OSError) and problem.strerror:  # else it is what Arrow says of bytes
+            raise error(f"cannot be read: {problem.strerror}") from None
         raise error("is cut short or not Parquet") from None
     if not set(table.column_names) >= READ.keys():
         raise error("is not a sweep's table")

@@ -13,6 +13,7 @@ import yaml
 
 from drake_quad.cache_directory import CACHE_VARIABLE, cache_directory
 from drake_quad.errors import InputError, MachineError
+from drake_quad.given_files import MOST_TEXT, is_given, read_given
 from drake_quad.robot.importing.check_said import check_said
 from drake_quad.robot.importing.collision import (
     between_hips,
@@ -80,7 +81,7 @@ def _named_in(yaml_path: Path, inner: str) -> Found:
 
     beside = yaml_path.parent / inner
     try:
-        own = find_robot(str(beside) if "://" not in inner and beside.is_file() else inner)
+        own = find_robot(str(beside) if "://" not in inner and is_given(beside) else inner)
     except InputError as error:
         raise refuse(f"{error.remedy} (relative to {yaml_path.parent})") from None
     except OSError as error:  # a name longer than any file's
@@ -191,7 +192,7 @@ def _key(given: Given) -> str:
     what = (_version(), have_trimesh(), given.found.name, given.overrides)
     digest = hashlib.sha256(repr(what).encode())
     digest.update(str(given.found.path).encode())
-    digest.update(given.found.path.read_bytes())
+    digest.update(read_given(given.found.path, most=MOST_TEXT))
     # A mesh's name, size and time stand for its contents: some have tens of megabytes.
     for path in files_named_in(given.found.path):
         stat = path.stat()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import is_given
 from drake_quad.robot.importing.catalogue import PACKAGES, find_by_name, is_name, root_of
 from drake_quad.robot.importing.xml_text import read_text
 from drake_quad.user_path import user_path
@@ -46,7 +47,7 @@ def find_robot(model: str) -> Found:
         raise refuse("cannot be read as a robot: no file is given")
     if "://" not in model:
         path = user_path(model)
-        if path.is_file():
+        if is_given(path):
             return Found(path.resolve(), model, path.name.split(".")[0] or "robot")
         if is_name(model):  # before directories: that of a robot's run is often named after it
             return Found(find_by_name(model), model, model.rpartition(":")[2])
@@ -125,6 +126,6 @@ def files_named_in(path: Path) -> list[Path]:
 def _file(path: Path) -> Path | None:
     """The path if a file is there."""
     try:
-        return path.resolve() if path.is_file() else None
+        return path.resolve() if is_given(path) else None
     except OSError:
         return None

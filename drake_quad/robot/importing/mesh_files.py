@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.gait.legs import FloatArray
+from drake_quad.given_files import MOST_MESH, check_given, read_given
 
 FARTHEST = 1e9  # in a mesh's own units
 
@@ -31,9 +32,10 @@ def load_parts(path: Path) -> list[Any]:
     import trimesh
 
     try:
+        check_given(path, most=MOST_MESH)
         parts = _surfaces(trimesh.load_scene(path))
         if not parts and path.suffix.lower() == ".dae":  # what breaks them is mostly materials
-            bare = io.BytesIO(_without_materials(path.read_bytes()))
+            bare = io.BytesIO(_without_materials(read_given(path, most=MOST_MESH)))
             parts = _surfaces(trimesh.load_scene(bare, file_type="dae"))
     except Exception:  # whatever the parsers of broken files may raise
         return []
@@ -68,7 +70,8 @@ def read_points(path: Path) -> FloatArray | None:
     """All vertices of a mesh, (n, 3), or None if it cannot be read."""
     if path.suffix.lower() == ".obj":
         try:
-            lines = path.read_text(errors="replace").splitlines()
+            text = read_given(path, most=MOST_MESH).decode(errors="replace")
+            lines = text.splitlines()
             rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
             points = np.array(rows, dtype=float).reshape(-1, 3)
         except (OSError, ValueError):

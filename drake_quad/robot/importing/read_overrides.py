@@ -9,6 +9,7 @@ from typing import Any
 
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import SHORT_NAMES
+from drake_quad.given_files import MOST_YAML, read_given_text
 from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.yaml_text import parse_yaml
 
@@ -48,7 +49,7 @@ def read_overrides(path: Path) -> Overrides:
         return InputError(source=source, field=name, value=value, remedy=remedy)
 
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_given_text(path, most=MOST_YAML, encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else f"not text in UTF-8 ({error})"
         raise refuse("robot.model", str(path), f"cannot be read: {reason}") from None

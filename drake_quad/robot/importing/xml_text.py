@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from drake_quad.errors import InputError
+from drake_quad.given_files import MOST_TEXT, read_given
 from drake_quad.robot.importing.xml_numbers import COLON, check_numbers
 
 MOST_NESTED = 200  # levels of elements: robots have some thirty, Python's stack a thousand
@@ -55,7 +56,7 @@ def read_text(path: Path) -> str:
         LookupError: If nobody knows the encoding that it declares.
         UnicodeError: If it is not in that encoding.
     """
-    data = path.read_bytes()
+    data = read_given(path, most=MOST_TEXT)
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.decode("utf-16")
     declared = _DECLARED.match(data)
