@@ -68,6 +68,24 @@ BAD = [
     ),
     (HEAD + "figures: [wall_time]\n", "figures[0]", "again"),
     (
+        HEAD + "vary:\n" + "".join(f"  - {{path: a.b{k}, uniform: [0, 1]}}\n" for k in range(2000)),
+        "vary",
+        "at most 100",
+    ),
+    (
+        HEAD + "set: [" + ", ".join("simulation.friction=1" for _ in range(2000)) + "]\n",
+        "set",
+        "at most 100",
+    ),
+    (
+        HEAD
+        + "vary: [{name: a, cases: {"
+        + ", ".join(f"c{k}: ['a.b{k}=1']" for k in range(2000))
+        + "}}]\n",
+        "vary[0]",
+        "one field too many",
+    ),
+    (
         HEAD + "vary: [{path: simulation.friction, uniform: [0.5, 1.0], step: 5.0e-324}]\n",
         "vary[0].step",
         "too small",
@@ -331,3 +349,20 @@ def test_draws_that_a_step_makes_all_alike_are_one_band() -> None:
     vary = Vary(path="simulation.friction", uniform=[0.8, 0.9], step=1.0)
     (band,) = bands_of(vary, [1.0] * 4, [True, True, False, True])
     assert (band.low, band.high, band.rate.good, band.rate.trials) == (1.0, 1.0, 3, 4)
+
+
+def test_a_long_list_is_tried_in_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study of 10 000 values is read in seconds: its ends are tried, and some between."""
+    tried: list[list[str]] = []
+    monkeypatch.setattr("drake_quad.sweep.base.Base.load", lambda _, given: tried.append(given))
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        HEAD
+        + "vary: [{path: simulation.friction, linspace: [0.5, 1.5, 10000]},"
+        + " {path: gait.cycle_time, values: [7.0, 8.0]}]\n"
+    )
+    load_study(path)
+    asked = [one for given in tried for one in given]
+    assert len(tried) <= 301 and len(set(asked)) == len(asked)
+    assert {"simulation.friction=0.5", "simulation.friction=1.5"} <= set(asked)
+    assert asked[-2:] == ["gait.cycle_time=7.0", "gait.cycle_time=8.0"]

@@ -19,6 +19,7 @@ from drake_quad.user_path import user_path
 from drake_quad.yaml_text import parse_yaml
 
 _PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
+MOST_TRIED = 300  # values that a study is checked with; loading a scenario takes some 0.02 s
 # What conform cannot know the types of: they are checked here, or by the scenario itself.
 FREE = ("choice", "values", "cases")
 
@@ -69,14 +70,15 @@ def parse_study(text: str, *, source: str) -> Study:
 def check_against(study: Study, base: Base, *, source: str) -> None:
     """Loads the scenario as it is, and with each thing that varies at its ends.
 
-    Two values that each can be and together cannot are found by the trials that have them.
+    Two values that each can be and together cannot are found by the trials that have them; so are,
+    of a very long list, those between the ones that are tried.
 
     Raises:
         InputError: The first that cannot be loaded, with what the scenario says of it.
     """
     base.load(study.set)
     for k, vary in enumerate(study.vary):
-        for value in extremes(vary):
+        for value in _spread(extremes(vary), MOST_TRIED // len(study.vary)):
             try:
                 base.load([*study.set, *overrides_of(vary, value)])
             except InputError as error:
@@ -86,6 +88,13 @@ def check_against(study: Study, base: Base, *, source: str) -> None:
                     value=value,
                     remedy=f"{error.field} = {error.value!r}: {error.remedy}",
                 ) from None
+
+
+def _spread(values: list[Value], most: int) -> list[Value]:
+    """All of the values, or evenly spaced ones of them, the first and the last as well."""
+    if len(values) <= most:
+        return values
+    return [values[round(k * (len(values) - 1) / (most - 1))] for k in range(most)]
 
 
 def overrides_of(vary: Vary, value: Value) -> list[str]:

@@ -13,6 +13,7 @@ from drake_quad.sweep.study_config import Study
 
 MOST_TRIALS = 1_000_000
 MOST_AXES = 32  # numpy's arrays have up to 64
+MOST_VARIED = 100  # fields of the scenario that differ between trials
 SEED = ("simulation", "seed")
 
 Steps = tuple[str | int, ...]
@@ -36,6 +37,10 @@ def check_study(study: Study, *, source: str) -> None:
             raise fail(path, getattr(study, path), f"must be {' or '.join(words)}")
     if study.seed < 0:
         raise fail("seed", study.seed, "must not be negative")
+    if len(study.vary) > MOST_VARIED or len(study.set) > MOST_VARIED:
+        name = "vary" if len(study.vary) > MOST_VARIED else "set"
+        remedy = f"at most {MOST_VARIED} can be given"
+        raise fail(name, f"{len(getattr(study, name))} elements", remedy)
     for k, text in enumerate(study.set):
         check_override(text, f"set[{k}]", fail)
     for k, vary in enumerate(study.vary):
@@ -76,13 +81,18 @@ def _check_names(study: Study, fail: Fail) -> None:
             raise fail(f"vary[{k}].also", vary.also, "names a path twice")
         cases = (vary.cases or {}).values()
         told = [*own, *(text.partition("=")[0] for overrides in cases for text in overrides)]
+        mine: dict[Steps, int] = {}
         for path in told:
-            for before, j in seen.items():
-                steps = _steps_of(path)
+            steps = _steps_of(path)
+            for before, j in seen.items() if steps not in mine else ():
                 if all(a == b for a, b in zip(steps, before, strict=False)):
                     remedy = f"is given twice: vary[{j}] sets that or a part of it as well"
                     raise fail(f"vary[{k}]", path.strip(), remedy)
-        seen.update(dict.fromkeys(map(_steps_of, told), k))
+            mine[steps] = k
+            if len(seen) + len(mine) > MOST_VARIED:
+                remedy = f"is one field too many: at most {MOST_VARIED} can vary"
+                raise fail(f"vary[{k}]", path.strip(), remedy)
+        seen |= mine
     known = set(study.by_name())
     for k, pair in enumerate(study.maps):
         if len(pair) != 2 or pair[0] == pair[1] or not set(pair) <= known:
