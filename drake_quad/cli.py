@@ -12,7 +12,7 @@ import typer
 from drake_quad.cli_robots import chart, check, inspect
 from drake_quad.cli_runs import plan, replay, report, run, scenarios
 from drake_quad.cli_studies import compare, sweep
-from drake_quad.errors import DrakeQuadError, InputError, PlanningError
+from drake_quad.errors import DrakeQuadError, InputError, PlanningError, printable
 
 INTERRUPTED = 130  # as shells have it: 128 and the number of SIGINT
 
@@ -51,5 +51,5 @@ def main() -> None:
 
 
 def _fail(message: str, status: int) -> None:
-    print(f"drake-quad: {' '.join(message.split())}", file=sys.stderr)
+    print(f"drake-quad: {printable(' '.join(message.split()))}", file=sys.stderr)
     raise SystemExit(status)

@@ -7,6 +7,8 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
+from drake_quad.errors import printable
+
 
 def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> None:
     """Prints how a run ended, and its figures."""
@@ -15,8 +17,8 @@ def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> 
     lines = summary_lines(summary)
     if good and (summary.get("time_under_three_feet") or 0.0) > 0.0:
         console.print("[yellow]not statically stable throughout: see the figures[/]")
-    outcome = (str(summary.get("outcome")), f"bold {'green' if good else 'red'}")
-    console.print(Text.assemble(outcome, f": {summary.get('reason')}"))
+    outcome = (printable(str(summary.get("outcome"))), f"bold {'green' if good else 'red'}")
+    console.print(Text.assemble(outcome, f": {printable(str(summary.get('reason')))}"))
     table = Table(show_header=False, box=None, pad_edge=False)
     for label, text in lines:
         table.add_row(Text(label), Text(text))

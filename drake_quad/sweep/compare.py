@@ -6,7 +6,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, printable
 from drake_quad.sweep.caveats import caveats_of
 from drake_quad.sweep.evidence import given_up, is_fixed, repeats
 from drake_quad.sweep.pairing import Swept, apart, differing, pair, swept, why_apart
@@ -69,19 +69,19 @@ def print_comparison(told: dict[str, Any], console: Console) -> None:
     table = Table("", "before", "after", box=None)
     sides = [told["before"], told["after"]]
     table.add_row("sweep", *(side["directory"] for side in sides))
-    table.add_row("commit", *(side["commit"] or "-" for side in sides))
+    table.add_row("commit", *(printable(side["commit"]) or "-" for side in sides))
     table.add_row("succeeded", *(f"{s['rate']['good']} of {s['rate']['trials']}" for s in sides))
     table.add_row("with bounds at 95 %", *(side["rate"]["text"] for side in sides))
     causes = [dict(side["causes"]) for side in sides]
     for cause in sorted(causes[0] | causes[1]):
-        table.add_row(cause, *(str(own.get(cause, 0)) for own in causes))
+        table.add_row(printable(cause), *(str(own.get(cause, 0)) for own in causes))
     console.print(table, highlight=False, markup=False)
     colour = {"worse": "red", "better": "green"}.get(told["verdict"], "bold")
     chance = f"by chance with p = {told['p']:.3g} ({told['test']})" if told["test"] else ""
     why = ": ".join(filter(None, (chance, told["why"])))
     console.print(f"[{colour}]{told['verdict']}[/]: {why}", highlight=False, soft_wrap=True)
     for line in _remarks(told):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(printable(line), markup=False, highlight=False, soft_wrap=True)
     for side in sides:
         for line in caveats_of(side):
             console.print(

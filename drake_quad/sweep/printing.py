@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
+from drake_quad.errors import printable
 from drake_quad.sweep.caveats import caveats_of
 from drake_quad.sweep.sweep import REPORT
 from drake_quad.sweep.trials import repeat_into
@@ -22,7 +23,7 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
         console.print(text, highlight=False, soft_wrap=True)
 
     def plainly(text: str) -> None:
-        console.print(text, markup=False, highlight=False, soft_wrap=True)
+        console.print(printable(text), markup=False, highlight=False, soft_wrap=True)
 
     rate = told["rate"]
     colour = COLOURS[grade(told)]
@@ -36,9 +37,11 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
     for name, bands in told["bands"].items():
         if len(bands) == 1:
             continue
-        table = Table(Column(Text(name)), "trials", "succeeded", "with bounds at 95 %", box=None)
+        table = Table(
+            Column(Text(printable(name))), "trials", "succeeded", "with bounds at 95 %", box=None
+        )
         for band in bands:
-            label = Text(band["label"])
+            label = Text(printable(band["label"]))
             table.add_row(label, str(band["trials"]), str(band["good"]), band["text"])
         console.print(table, highlight=False)
     for cause in told["causes"]:

@@ -96,7 +96,7 @@ def section(told: dict[str, Any], command: str, name: str) -> str:
     about = [f"{paragraph(told['description'])}.", ""] if told["description"].strip() else []
     lines = [
         f"## {in_line(name)}", "", *about, "```", command, "```", "",
-        f"commit {told['commit'] or 'unknown'}; {versions}.", "",
+        f"commit {in_line(told['commit']) or 'unknown'}; {in_line(versions)}.", "",
         f"**{rate['good']} of {rate['trials']}** trials succeeded: {rate['text']}, exact bounds at"
         " 95 %" + (f"; {in_line(asked)}." if (asked := gate_words(told)) else "."),
     ]  # fmt: skip

@@ -100,8 +100,13 @@ def directory_of(index: int, out: Path) -> Path:
 
 def repeat(trial: Trial) -> str:
     """The command that runs the trial again, with its report."""
-    words = ["drake-quad", "run", trial.base.name]
-    for override in trial.overrides:
+    return run_command(trial.base.name, trial.overrides)
+
+
+def run_command(base: str, overrides: Sequence[str]) -> str:
+    """The command that runs a scenario with overrides, quoted for a shell."""
+    words = ["drake-quad", "run", base]
+    for override in overrides:
         words += ["--set", override]
     return shlex.join(words)
 
