@@ -5,12 +5,12 @@ not, 2 the input cannot be used, or the machine, 130 interrupted before there wa
 """
 
 import sys
-from io import TextIOWrapper
 
 import typer
 
 from drake_quad.cli_robots import chart, check, inspect
 from drake_quad.cli_runs import plan, replay, report, run, scenarios
+from drake_quad.cli_streams import make_streams_last
 from drake_quad.cli_studies import compare, sweep
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError, printable
 
@@ -29,8 +29,7 @@ for command in (run, plan, report, replay, inspect, check, chart, sweep, compare
 
 def main() -> None:
     """Entry point: errors on purpose become one line and an exit status."""
-    if isinstance(sys.stdout, TextIOWrapper):  # letters that a terminal or a pipe does not have
-        sys.stdout.reconfigure(errors="backslashreplace")
+    make_streams_last()
     try:
         app()
     except InputError as error:

@@ -3,6 +3,7 @@
 import signal
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
@@ -117,10 +118,8 @@ def serve(pipe: Connection) -> None:
     """The life of the process: trial after trial, until the pipe ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that began it
     begin_process()
-    while True:
-        try:
+    with suppress(EOFError, OSError):  # the one that began it has ended, however
+        while True:
             work, trial = pipe.recv()
-        except EOFError:
-            return
-        pipe.send(own_basis())  # it has it
-        pipe.send(guarded(work, trial))
+            pipe.send(own_basis())  # it has it
+            pipe.send(guarded(work, trial))
