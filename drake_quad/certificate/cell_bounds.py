@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.cells import Cells
+from drake_quad.certificate.cells import Cells, join, pick
 from drake_quad.certificate.chain import Shank, make_chain
 from drake_quad.certificate.feet_room import SwingRule, feet_room, find_swing_rule
 from drake_quad.certificate.legs import (
@@ -16,7 +16,7 @@ from drake_quad.certificate.legs import (
     enclose_moments,
     enclose_shank_axes,
 )
-from drake_quad.certificate.obstacles import Obstacles
+from drake_quad.certificate.obstacles import MOST_PAIRS, Obstacles
 from drake_quad.certificate.pieces import IntArray, Pieces
 from drake_quad.certificate.shank_room import shank_room
 from drake_quad.certificate.statics import enclose_statics
@@ -30,6 +30,7 @@ MARGIN, FOOT, SHANK, JOINTS, TORQUE, REACH, GROUND, SHARES = range(8)
 FIGURES = 5
 COLUMNS = 8
 GROUND_SLACK = 1e-6  # [m] that a foot may dip into the ground as it lifts off
+MOST_CELLS = 8192  # that are bounded in one go, whatever the plan's length: some 100 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +97,13 @@ def bound_cells(
         tolerance: How far below those bounds may be (COLUMNS,).
         demand: What is asked for (COLUMNS,).
     """
+    size = max(1, min(MOST_CELLS, MOST_PAIRS // len(problem.obstacles.top)))
+    parts = []
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return _bound(problem, cells, best, tolerance, demand)
+        for first in range(0, len(cells.half), size):
+            some = pick(cells, slice(first, first + size))
+            parts.append(_bound(problem, some, best, tolerance, demand))
+    return join(parts)
 
 
 def _bound(

@@ -1,13 +1,14 @@
 """Cells: stretches of a plan's pieces, with their polynomials about the middle of each."""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from drake_quad.certificate.enclosure import UNIT, Enclosure
 from drake_quad.certificate.pieces import IntArray, Pieces
 from drake_quad.certificate.polynomials import compose
-from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.legs import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +72,21 @@ class Cells:
         bend = (size[:, 2:] * degrees[2:]).sum(axis=-1) / half + pad / half
         columns = (powers[:, 0], pad, radius, powers[:, 1] / half, bend, half)
         return Enclosure(*(column[:, None] for column in columns))
+
+
+T = TypeVar("T")
+
+
+def pick(values: T, which: IntArray | BoolArray | slice) -> T:
+    """Some of the cells, or of their bounds."""
+    return type(values)(**{k: v[which] for k, v in vars(values).items()})
+
+
+def join(parts: list[T]) -> T:
+    """All of them as one."""
+    return type(parts[0])(
+        **{k: np.concatenate([vars(part)[k] for part in parts]) for k in vars(parts[0])}
+    )
 
 
 def make_cells(pieces: Pieces, piece: IntArray, low: FloatArray, high: FloatArray) -> Cells:

@@ -17,8 +17,8 @@ from drake_quad.certificate.cell_bounds import (
     Problem,
     bound_cells,
 )
-from drake_quad.certificate.cells import Cells
-from drake_quad.certificate.prove import ROUNDING, Proof, halves, pick
+from drake_quad.certificate.cells import Cells, pick
+from drake_quad.certificate.prove import ROUNDING, Proof, halves
 from drake_quad.gait.legs import LEGS
 
 NEAR = 1e-3  # [s] to which the time is found

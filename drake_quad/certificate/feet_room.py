@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.certificate.cells import Cells
-from drake_quad.certificate.obstacles import CAP, LEVEL, Obstacles
+from drake_quad.certificate.obstacles import CAP, LEVEL, MOST_PAIRS, Obstacles
 from drake_quad.certificate.pieces import FOOT, IntArray, Pieces
 from drake_quad.certificate.polynomials import bernstein
 from drake_quad.gait.legs import BoolArray, FloatArray
@@ -43,9 +43,7 @@ def find_swing_rule(pieces: Pieces, obstacles: Obstacles, radius: float) -> Swin
     first = np.searchsorted(pieces.phase, np.arange(phases))
     leg = np.maximum(pieces.swing[first], 0)
     ends = np.stack([pieces.feet[first, leg], pieces.landing[first]])
-    which = np.tile(np.arange(count), 2 * phases)
-    distance = obstacles.distance(np.repeat(ends.reshape(-1, 3), count, axis=0), which)[0]
-    distance = distance.reshape(2, phases, count) - radius
+    distance = _distances(ends.reshape(-1, 3), obstacles).reshape(2, phases, count) - radius
     level = np.abs(ends[..., 2:] - radius - obstacles.top) <= LEVEL
     tilted = obstacles.axes[:, 2, 2] < 1.0
     stands = np.where(tilted, distance <= TILTED, level)
@@ -55,6 +53,19 @@ def find_swing_rule(pieces: Pieces, obstacles: Obstacles, radius: float) -> Swin
         floor=np.minimum(least, 0.0),
         half=0.5 * least,
     )
+
+
+def _distances(points: FloatArray, obstacles: Obstacles) -> FloatArray:
+    """Signed distances of points (K, 3) from all obstacles (K, M) [m]: some points at a time."""
+    count = len(obstacles.top)
+    size = max(1, MOST_PAIRS // count)
+    found = np.empty((len(points), count))
+    for first in range(0, len(points), size):
+        some = points[first : first + size]
+        which = np.tile(np.arange(count), len(some))
+        distance = obstacles.distance(np.repeat(some, count, axis=0), which)[0]
+        found[first : first + size] = distance.reshape(len(some), count)
+    return found
 
 
 @dataclass(frozen=True, eq=False)

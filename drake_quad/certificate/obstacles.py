@@ -15,6 +15,7 @@ from drake_quad.terrain_box import Box
 
 CAP = 0.1  # [m]; more room than this is not told from it
 LEVEL = 1e-6  # [m] of height within which ground goes on
+MOST_PAIRS = 1_000_000  # of cells, or points, with obstacles in one go: some 100 MB
 ASIDE = 1e-4  # [m] before a side, where it is asked what ground there is
 
 
@@ -59,8 +60,12 @@ class Obstacles:
 def find_obstacles(boxes: Sequence[Box]) -> Obstacles:
     """The obstacles that a course's boxes make."""
     rows = [(b.centre, _axes(b), 0.5 * b.size, b.top, False) for b in boxes]
-    for box in boxes:
-        rows += [(*face, box.top, True) for face in _faces(box, boxes)]
+    middles = np.array([box.centre[:2] for box in boxes])
+    radii = np.array([0.5 * np.linalg.norm(box.size) for box in boxes])
+    for box, middle, radius in zip(boxes, middles, radii, strict=True):
+        apart = np.linalg.norm(middles - middle, axis=1) - radii - radius
+        near = [boxes[k] for k in np.flatnonzero(apart <= 10.0 * ASIDE)]
+        rows += [(*face, box.top, True) for face in _faces(box, near)]
     centre, axes, half, top, face = zip(*rows, strict=True)
     return Obstacles(*(np.array(column) for column in (centre, axes, half, top, face)))
 

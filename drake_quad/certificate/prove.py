@@ -6,7 +6,6 @@ that any cell has in its middle, which no bound can be above.
 """
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
@@ -19,8 +18,7 @@ from drake_quad.certificate.cell_bounds import (
     Problem,
     bound_cells,
 )
-from drake_quad.certificate.cells import Cells, make_cells
-from drake_quad.certificate.pieces import IntArray
+from drake_quad.certificate.cells import Cells, join, make_cells, pick
 from drake_quad.gait.legs import BoolArray, FloatArray
 
 # How far below the least value a claim is, of margin, foot, shank, joints, torque: [m], [m], [m],
@@ -31,8 +29,6 @@ ROUNDS = 24
 SHORTEST = 1e-5  # [s]; half the length of a cell that is not halved any more
 COARSE = 5e-3  # [s]; the same in a segment that is known not to be as asked for
 DIGITS = 1e-6  # claims are rounded down to whole ones
-
-T = TypeVar("T", Cells, Bounds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,16 +117,4 @@ def halves(problem: Problem, cells: Cells) -> Cells:
         np.concatenate([cells.piece, cells.piece]),
         np.concatenate([cells.low, middle]),
         np.concatenate([middle, cells.high]),
-    )
-
-
-def pick(values: T, which: IntArray | BoolArray) -> T:
-    """Some of the cells, or of their bounds."""
-    return type(values)(**{k: v[which] for k, v in vars(values).items()})
-
-
-def join(parts: list[T]) -> T:
-    """All of them as one."""
-    return type(parts[0])(
-        **{k: np.concatenate([vars(part)[k] for part in parts]) for k in vars(parts[0])}
     )
