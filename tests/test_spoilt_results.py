@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -19,6 +20,7 @@ from rich.console import Console
 from drake_quad.cli_files import read_summary
 from drake_quad.cli_print import print_summary
 from drake_quad.errors import InputError
+from drake_quad.report.build import build_report
 from drake_quad.report.run_files import read_run
 from drake_quad.sweep.again import tell_again
 from drake_quad.sweep.compare import compare_sweeps, print_comparison
@@ -119,7 +121,7 @@ def without(name: str) -> Callable[[pa.Table], pa.Table]:
     return lambda table: table.drop_columns([name])
 
 
-def filled(name: str, values: list[Any]) -> Callable[[pa.Table], pa.Table]:
+def filled(name: str, values: Any) -> Callable[[pa.Table], pa.Table]:
     return lambda table: table.set_column(table.column_names.index(name), name, pa.array(values))
 
 
@@ -425,3 +427,49 @@ def test_a_log_of_no_numbers_is_refused(ran: Path, name: str) -> None:
         with pytest.raises(InputError) as caught:
             read_summary(ran)
         line_of(caught.value, str(ran / "log.parquet"), f"{name} = ", "numbers")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: t * 1e12, ("t = ", "within 10000 s")),
+        (lambda t: np.where(t > t[5], np.inf, t), ("t = inf", "finite")),
+        (lambda t: np.full(len(t), np.nan), ("t = nan", "finite")),
+        (lambda t: t[::-1], ("t = ", "before the sample before it")),
+        (lambda t: np.where(t > t[5], t + 9000.0, t), ("t = 9000", "of the sample before it")),
+    ],
+)
+def test_times_that_are_none_are_named(
+    ran: Path, change: Callable[[Any], Any], words: tuple[str, ...]
+) -> None:
+    """Before a picture is drawn of each: no memory is asked for as many as 1e12 s would have."""
+    path = ran / "log.parquet"
+    table = pq.read_table(path)
+    pq.write_table(filled("t", change(table["t"].to_numpy()))(table), path)
+    with pytest.raises(InputError) as caught:
+        read_run(ran)
+    line_of(caught.value, str(path), *words)
+
+
+def test_figures_that_nothing_measured_are_left_out(ran: Path) -> None:
+    """Infinite ones and those beyond all bounds: the report is made of the rest, and says so."""
+    path = ran / "log.parquet"
+    table = pq.read_table(path)
+    rows, spoilt = len(table), table
+    for name, value in (("margin", np.inf), ("com_x", 1e300), ("FL_position_z", -np.inf)):
+        spoilt = filled(name, np.full(rows, value))(spoilt)
+    pq.write_table(spoilt, path)
+    run = read_run(ran)
+    assert np.all(np.isnan(run.log.number("margin"))) and np.all(np.isfinite(run.log.t))
+    assert sum("left out" in notice for notice in run.notices) == 3
+    page = build_report(ran, replay=False).read_text()
+    assert f"{rows} values in column com_x that are beyond 1e+09" in page
+
+
+def test_a_report_of_spoilt_times_ends_with_status_2(ran: Path) -> None:
+    """In one line, without a traceback."""
+    table = pq.read_table(ran / "log.parquet")
+    spoilt = filled("t", np.linspace(0.0, 1e12, len(table)))(table)
+    pq.write_table(spoilt, ran / "log.parquet")
+    line = refused(drake_quad("report", "run", cwd=ran.parent))
+    assert "log.parquet: t = " in line and "10000 s" in line

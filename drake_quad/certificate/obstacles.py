@@ -64,7 +64,7 @@ def find_obstacles(boxes: Sequence[Box]) -> Obstacles:
     radii = np.array([0.5 * np.linalg.norm(box.size) for box in boxes])
     for box, middle, radius in zip(boxes, middles, radii, strict=True):
         apart = np.linalg.norm(middles - middle, axis=1) - radii - radius
-        near = [boxes[k] for k in np.flatnonzero(apart <= 10.0 * ASIDE)]
+        near = [boxes[int(k)] for k in np.flatnonzero(apart <= 10.0 * ASIDE)]
         rows += [(*face, box.top, True) for face in _faces(box, near)]
     centre, axes, half, top, face = zip(*rows, strict=True)
     return Obstacles(*(np.array(column) for column in (centre, axes, half, top, face)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 
 from drake_quad.errors import InputError
@@ -21,6 +22,9 @@ from drake_quad.terrain import Course
 from drake_quad.user_path import user_path
 
 SUMMARY, LOG, SCENARIO = "summary.json", "log.parquet", "scenario.yaml"
+LONGEST_RUN = 10_000.0  # [s]: with 30 pictures a second, a replay of more has no use
+LONGEST_GAP = 2.0  # [s] between samples: twice the longest `simulation.log_period`
+LARGEST = 1e9  # of a figure, in SI units: what is beyond is no measurement
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +75,8 @@ def read_run(directory: str | Path) -> Run:
     The scenario is needed; a missing or cut log or summary only makes a notice.
 
     Raises:
-        InputError: No such directory, no scenario in it, or one that cannot be used.
+        InputError: No such directory, no scenario in it, or one that cannot be used; or a log whose
+            times are none of a run.
     """
     directory = user_path(directory)
     if not (directory / SCENARIO).is_file():
@@ -136,8 +141,60 @@ def _read_log(path: Path, notices: list[str]) -> RunLog:
     except (OSError, pa.ArrowException) as problem:
         notices.append(f"{path.name} cannot be read ({type(problem).__name__}): nothing to draw.")
         return RunLog({})
-    columns = {name: table[name].to_numpy(zero_copy_only=False) for name in table.column_names}
-    log = RunLog(columns)
+    log = RunLog(_plausible({name: table[name] for name in table.column_names}, path, notices))
     if not len(log):
         notices.append(f"{path.name} holds no sample: nothing to draw.")
     return log
+
+
+def _plausible(
+    columns: Mapping[str, pa.ChunkedArray], path: Path, notices: list[str]
+) -> dict[str, np.ndarray[Any, Any]]:
+    """The columns as arrays, nan in the place of what nothing can have measured.
+
+    Raises:
+        InputError: The times are none of a run.
+    """
+    found = {}
+    for name, column in columns.items():
+        values = column.to_numpy(zero_copy_only=False)
+        if name == "t":
+            _check_times(values, path)
+        elif values.dtype.kind == "f":
+            wrong = np.abs(values) > LARGEST
+            if np.any(wrong):
+                values = np.where(wrong, np.nan, values)
+                notices.append(
+                    f"{path.name} has {int(wrong.sum())} values in column {name} that are beyond "
+                    f"{LARGEST:g}: they are left out."
+                )
+        found[name] = values
+    return found
+
+
+def _check_times(t: np.ndarray[Any, Any], path: Path) -> None:
+    """Sees that times are numbers in order, without a gap, and no longer than a run.
+
+    Raises:
+        InputError: The first thing that is otherwise, with its value.
+    """
+
+    def fail(value: Any, remedy: str) -> InputError:
+        remedy += "; give the directory of a finished `drake-quad run`"
+        return InputError(source=str(path), field="t", value=value, remedy=remedy)
+
+    if t.dtype.kind != "f":
+        raise fail(str(t.dtype), "must be a column of numbers")
+    for wrong, remedy in (
+        (~np.isfinite(t), "must be finite, a time in seconds"),
+        (np.abs(t) > LONGEST_RUN, f"must be within {LONGEST_RUN:g} s"),
+    ):
+        if np.any(wrong):
+            raise fail(float(t[wrong][0]), remedy)
+    steps = np.diff(t)
+    for wrong, remedy in (
+        (steps < 0.0, "must not be before the sample before it"),
+        (steps > LONGEST_GAP, f"must be within {LONGEST_GAP:g} s of the sample before it"),
+    ):
+        if np.any(wrong):
+            raise fail(float(t[1:][wrong][0]), remedy)
