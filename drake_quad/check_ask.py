@@ -3,16 +3,18 @@
 from math import isfinite
 from pathlib import Path
 
-from drake_quad.check_stairs import Check, check_stairs
+from drake_quad.check_stairs import AS_USUAL, TURNS, Around, Check, check_stairs
 from drake_quad.designer import design_scenario
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import Scenario, load_scenario
 from drake_quad.stability.kinds import HULL
 from drake_quad.terrain_check_stairs import RISE_MAX, RUN_MAX
+from drake_quad.terrain_elements import WIDTH_MIN
 from drake_quad.user_path import user_path
 
 COUNT_MOST = 100
+LANDING_MOST = 100.0  # [m] of a landing, and of a width
 
 
 def check_numbers(rise: float, run: float, count: int) -> None:
@@ -30,6 +32,24 @@ def check_numbers(rise: float, run: float, count: int) -> None:
         raise InputError(source="--count", field="count", value=count, remedy=remedy)
 
 
+def check_around(around: Around) -> None:
+    """The same of what is around them.
+
+    Raises:
+        InputError: Naming the option, its value and what would be right.
+    """
+    for name, value in (("width", around.width), ("landing", around.landing)):
+        if value is not None and not (isfinite(value) and WIDTH_MIN <= value <= LANDING_MOST):
+            remedy = f"give metres, {WIDTH_MIN:g} to {LANDING_MOST:g}"
+            raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
+    if around.turn not in TURNS:
+        remedy = f"give degrees, one of {', '.join(f'{turn:g}' for turn in TURNS)}"
+        raise InputError(source="--turn", field="turn", value=around.turn, remedy=remedy)
+    if around.turn and (around.landing or LANDING_MOST) < (around.width or 0.0):
+        remedy = f"give at least the width, {around.width:g} m: the robot turns on it"
+        raise InputError(source="--landing", field="landing", value=around.landing, remedy=remedy)
+
+
 def ask_stairs(
     model: str,
     *,
@@ -39,6 +59,7 @@ def ask_stairs(
     nearest: bool = True,
     thorough: bool = True,
     margin: str = HULL,
+    around: Around = AS_USUAL,
 ) -> Check:
     """Whether a robot climbs a flight up and down.
 
@@ -50,11 +71,13 @@ def ask_stairs(
         nearest: Whether to say which rise would work if this one does not; it takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
         margin: Over what the plan's margin is measured, see `stability.kinds`.
+        around: Width, landing and turn.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     check_numbers(rise, run, count)
+    check_around(around)
     robot = load_robot(model)
     model = whole_path(model)
     try:
@@ -67,11 +90,13 @@ def ask_stairs(
             thorough=thorough,
             robot=robot,
             margin=margin,
+            around=around,
         )
     except InputError as error:
         # The course's fields are the options' here.
         name = error.field.rpartition(".")[2] if error.field.startswith("course") else ""
-        if name not in ("rise", "run", "count"):
+        name = "landing" if name == "length" and around.landing is not None else name
+        if name not in ("rise", "run", "count", "width", "landing"):
             raise
         raise InputError(
             source=f"--{name}", field=name, value=error.value, remedy=error.remedy

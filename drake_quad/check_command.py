@@ -9,6 +9,7 @@ from drake_quad.check_ask import ask_course, ask_stairs, check_numbers
 from drake_quad.check_nearest import nearest_of
 from drake_quad.check_picture import check_picture, save_picture
 from drake_quad.check_report import describe_check, with_nearest
+from drake_quad.check_stairs import Around
 from drake_quad.errors import InputError
 from drake_quad.precompile import DESIGN, precompiling
 from drake_quad.robot.load_robot import load_robot
@@ -30,6 +31,9 @@ class Asked:
         count: Steps of the flight.
         scenario: Whose course to walk instead of a flight.
         margin: Over what the plan's margin is measured, one of `stability.kinds.KINDS`.
+        width: Of the flights [m]; as the robot needs if None.
+        landing: Length of the landing between the flights [m]; the same.
+        turn: On the landing [deg], left positive; 90 if None.
     """
 
     robot: str
@@ -38,6 +42,9 @@ class Asked:
     count: int | None = None
     scenario: str | None = None
     margin: str = HULL
+    width: float | None = None
+    landing: float | None = None
+    turn: float | None = None
 
 
 def run_check(
@@ -68,7 +75,8 @@ def run_check(
     if asked.margin not in KINDS:
         remedy = "give hull, friction or feasible"
         raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
-    given = {"rise": asked.rise, "run": asked.run, "count": asked.count}
+    own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
+    given = {"rise": asked.rise, "run": asked.run, "count": asked.count, **own}
     robot = load_robot(asked.robot)
     with precompiling(DESIGN, note) as wait:
         wait()
@@ -84,10 +92,13 @@ def run_check(
         run = RUN if asked.run is None else asked.run
         count = COUNT if asked.count is None else asked.count
         check_numbers(rise, run, count)
-        question = {"rise": rise, "run": run, "count": count}
+        known = {name: value for name, value in own.items() if value is not None}
+        around = Around(**known)
+        question = {"rise": rise, "run": run, "count": count, **known}
         check = ask_stairs(
-            asked.robot, rise=rise, run=run, count=count, nearest=False, margin=asked.margin
-        )
+            asked.robot, rise=rise, run=run, count=count, nearest=False, margin=asked.margin,
+            around=around,
+        )  # fmt: skip
     if asked.margin != HULL:
         question["margin"] = asked.margin
     told = describe_check(check, robot, source=asked.robot, asked=question)
@@ -95,7 +106,7 @@ def run_check(
     if not check.feasible and asked.scenario is None and nearest:
         near = nearest_of(
             check, robot, model=asked.robot, rise=rise, run=run, count=count,
-            margin=asked.margin, note=note,
+            margin=asked.margin, around=around, note=note,
         )  # fmt: skip
         told = with_nearest(told, near)
     if check.designed is not None and save is not None:

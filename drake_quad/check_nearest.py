@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import floor
 
 from drake_quad.check_ask import ask_stairs
-from drake_quad.check_stairs import Check
+from drake_quad.check_stairs import AS_USUAL, Around, Check
 from drake_quad.design.choose import highest_rise
 from drake_quad.design.shape import read_shape
 from drake_quad.robot.robot_model import RobotModel
@@ -34,6 +34,7 @@ def nearest_of(
     run: float,
     count: int,
     margin: str = HULL,
+    around: Around = AS_USUAL,
     note: Callable[[str], object] = lambda _: None,
 ) -> tuple[float, float] | None:
     """The nearest stairs for which a quick search finds a gait and its plan.
@@ -46,6 +47,7 @@ def nearest_of(
         run: Theirs [m].
         count: Theirs.
         margin: Over what the plan's margin is measured, see `stability.kinds`.
+        around: Their width, landing and turn.
         note: Is told what is being looked at.
 
     Returns:
@@ -60,8 +62,9 @@ def nearest_of(
     def judge(rise: float, run: float, count: int) -> Check:
         note(f"not these; trying {count} steps of {rise:g} m on treads of {run:g} m")
         return ask_stairs(
-            model, rise=rise, run=run, count=count, nearest=False, thorough=False, margin=margin
-        )
+            model, rise=rise, run=run, count=count, nearest=False, thorough=False, margin=margin,
+            around=around,
+        )  # fmt: skip
 
     return nearest_stairs(judge, check, rise=rise, run=run, count=count)
 

@@ -1,5 +1,7 @@
 """Prints what `drake-quad check` found: answer, gait in plain words, what is left, what next."""
 
+import shlex
+from fractions import Fraction
 from typing import Any
 
 from rich.console import Console
@@ -18,6 +20,8 @@ WORDS = {
     "apart": ("front and rear legs, apart", "m"),
     "trunk": ("trunk, to the stairs", "m"),
 }
+
+LEVEL_DEG = 0.05  # of pitch, below which a body is called level
 
 
 def print_check(told: dict[str, Any], console: Console) -> None:
@@ -46,18 +50,30 @@ def print_next(told: dict[str, Any], console: Console) -> None:
 def gait_lines(told: dict[str, Any]) -> list[str]:
     """The gait in plain words."""
     gait, plan = told["gait"], told["plan"]
-    treads = "1 tread" if gait["treads"] == 1 else f"{gait['treads']} treads"
-    share = gait["pitch_share"]
-    tilt = f"tilted by {100 * share:.0f} % of the slope" if share > 0.0 else "level"
+    places = gait["places_per_tread"]
+    stairs = gait["speed_stairs"]
+    speed = "" if stairs is None else f", {stairs:.3f} m/s along the stairs"
+    up, down = gait["pitch_up_deg"], gait["pitch_down_deg"]
+    level = max(up, down) < LEVEL_DEG
+    tilt = "level" if level else f"pitched by up to {up:.1f}° nose up and {down:.1f}° nose down"
     return [
-        f"It moves one leg at a time, {treads} every {gait['cycle_time']:.1f} s; on level ground "
-        f"{gait['stride']:.2f} m.",
-        f"Rear feet follow {gait['lag']} tread{'s' if gait['lag'] != 1 else ''} behind the front "
+        f"It moves one leg at a time, {_treads(gait['treads'], places)} every "
+        f"{gait['cycle_lasts']:.2f} s{speed}; on level ground {gait['stride']:.2f} m, "
+        f"{gait['speed_level']:.3f} m/s.",
+        f"Rear feet follow {_treads(gait['lag'], places)} behind the front "
         f"ones as a cycle begins; left and right feet are {gait['stance_width']:.2f} m apart.",
         f"The body is {gait['body_height']:.2f} m above the treads and {tilt}.",
         f"The whole course takes {plan['duration']:.0f} s. What comes nearest to the stairs is "
         f"{plan['nearest_part']}, in '{plan['nearest_task']}'.",
     ]
+
+
+def _treads(count: int, places: int) -> str:
+    """So many places to step on, of which a tread has `places`, in treads."""
+    share = Fraction(count, places)
+    parts = {Fraction(1, 2): "half a tread", Fraction(1, 3): "a third of a tread",
+             Fraction(2, 3): "two thirds of a tread", Fraction(1): "1 tread"}  # fmt: skip
+    return parts.get(share, f"{float(share):.3g} treads")
 
 
 def _table(told: dict[str, Any]) -> Table:
@@ -87,15 +103,20 @@ def _table(told: dict[str, Any]) -> Table:
 
 def _next(told: dict[str, Any]) -> str:
     """What to run next."""
+    robot = shlex.quote(told["robot"])
     if told["feasible"]:
         if told.get("saved"):
-            return f"now: drake-quad run {told['saved']}"
+            return f"now: drake-quad run {shlex.quote(told['saved'])}"
         return "now: the same with --save FILE, then drake-quad run FILE"
     near = told["nearest"]
     if near is not None:
         return (
-            f"now: drake-quad check {told['robot']} --rise {near['rise']:g} --run {near['run']:g}"
+            f"now: drake-quad check {robot} --rise {near['rise']:g} --run {near['run']:g}"
             f" --count {told['asked']['count']}"
-            + (f" --margin {told['asked']['margin']}" if "margin" in told["asked"] else "")
+            + "".join(
+                f" --{name} {told['asked'][name]}"
+                for name in ("width", "landing", "turn", "margin")
+                if name in told["asked"]
+            )
         )
-    return f"now: drake-quad chart {told['robot']}"
+    return f"now: drake-quad chart {robot}"

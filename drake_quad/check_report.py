@@ -7,6 +7,7 @@ import numpy as np
 from drake_quad.check_stairs import Check
 from drake_quad.design.evaluate import NAMES, wanted_for
 from drake_quad.designer_plan import Designed
+from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.kinds import HULL
@@ -89,11 +90,21 @@ def describe_check(
     }
     if designed is not None:
         gait = designed.scenario.gait
+        cycle_lasts = gait.cycle_time + 2.0 * gait.switch_wait  # as plan_walk lays it out
+        pitches = _pitches(designed)
         told["gait"] = {
             "treads": gait.treads,
             "lag": gait.lag,
+            "places_per_tread": gait.places_per_tread,
             "duty_factor": gait.duty_factor,
             "cycle_time": gait.cycle_time,
+            "cycle_lasts": cycle_lasts,
+            "speed_level": gait.stride / cycle_lasts,
+            "speed_stairs": None
+            if asked.get("run", np.inf) >= gait.deep_tread  # these are walked like floors
+            else gait.treads / gait.places_per_tread * asked["run"] / cycle_lasts,
+            "pitch_up_deg": float(np.degrees(-min(pitches.min(), 0.0))),
+            "pitch_down_deg": float(np.degrees(max(pitches.max(), 0.0))),
             "body_height": gait.body_height,
             "pitch_share": gait.pitch_share if gait.pitch == "slope" else 0.0,
             "stance_width": gait.stance_width,
@@ -123,6 +134,16 @@ def near_words(told: dict[str, Any]) -> str:
     if near is None:
         return "no lower rise and no deeper run was found that works"
     return f"{near['rise']:g} m on treads of {near['run']:g} m would work"
+
+
+def _pitches(designed: Designed) -> FloatArray:
+    """The body's pitch over the whole plan [rad]: negative where its nose is up."""
+    return np.concatenate(
+        [
+            plan.body.samples(np.arange(0.0, plan.duration, PERIOD))[:, 0, 3]
+            for plan in designed.plan.plans
+        ]
+    )
 
 
 def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:

@@ -14,8 +14,26 @@ from drake_quad.scenario import Scenario
 from drake_quad.scenario_config import CourseElement, RobotConfig, StartConfig
 from drake_quad.stability.kinds import HULL
 
-TURN = 90.0  # [deg]
+TURNS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # [deg] that can be asked for
 LEAST_LANDING = 1.5  # [m]
+
+
+@dataclass(frozen=True)
+class Around:
+    """What is around the flights up and down.
+
+    Attributes:
+        width: Of the flights and the floors [m]; as the robot needs if None.
+        landing: Length of the landing between them [m]; as the robot needs if None.
+        turn: On it [deg], left positive; one of TURNS. A half turn takes two landings.
+    """
+
+    width: float | None = None
+    landing: float | None = None
+    turn: float = 90.0
+
+
+AS_USUAL = Around()
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +59,13 @@ class Check:
 
 
 def stairs_scenario(
-    robot: RobotModel, *, model: str, rise: float, run: float, count: int
+    robot: RobotModel,
+    *,
+    model: str,
+    rise: float,
+    run: float,
+    count: int,
+    around: Around = AS_USUAL,
 ) -> Scenario:
     """A flight up, a landing with a turn, and the same flight down, with room for the robot.
 
@@ -51,17 +75,29 @@ def stairs_scenario(
         rise: Of the steps [m].
         run: Of the treads [m].
         count: Steps of a flight.
+        around: Width, landing and turn.
     """
     size = max(leg_length(robot), 0.5 * hip_length(robot))
     start = 0.5 * hip_length(robot) + 0.8 * size + 0.1
     before = start + 0.5 * hip_length(robot) + 1.2 * size + run
     landing = max(LEAST_LANDING, 2.0 * (0.5 * hip_length(robot) + 1.1 * size + run))
     after = hip_length(robot) + 2.5 * size + 2.0 * run
-    width = max(1.2, 3.0 * size)
+    width = max(1.2, 3.0 * size) if around.width is None else around.width
+    wide = _up(max(landing, width)) if around.landing is None else around.landing
+    turns: dict[float, list[float | None]] = {
+        0.0: [None],
+        180.0: [90.0, 90.0],
+        -180.0: [-90.0, -90.0],
+    }
+    landings = [
+        CourseElement(kind="landing", length=wide, width=width if turn is None else None,
+                      turn_deg=turn)
+        for turn in turns.get(around.turn, [around.turn])
+    ]  # fmt: skip
     course = [
         CourseElement(kind="floor", length=_up(before), width=width),
         CourseElement(kind="stairs", going="up", rise=rise, run=run, count=count, width=width),
-        CourseElement(kind="landing", length=_up(max(landing, width)), turn_deg=TURN),
+        *landings,
         CourseElement(kind="stairs", going="down", rise=rise, run=run, count=count, width=width),
         CourseElement(kind="floor", length=_up(after), width=width),
     ]
@@ -85,6 +121,7 @@ def check_stairs(
     thorough: bool = True,
     robot: RobotModel | None = None,
     margin: str = HULL,
+    around: Around = AS_USUAL,
 ) -> Check:
     """Designs a gait for a flight up and down.
 
@@ -98,12 +135,13 @@ def check_stairs(
         thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The same robot, if it is at hand: to read it takes a while, too.
         margin: Over what the plan's margin is measured, see `stability.kinds`.
+        around: Width, landing and turn.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     robot = robot or load_robot(model)
-    scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count)
+    scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count, around=around)
     scenario.gait.margin = margin
     try:
         designed = design_scenario(

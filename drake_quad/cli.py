@@ -4,10 +4,14 @@ Results go to stdout, progress and messages to stderr. Exit status: 0 the goal w
 not, 2 the input cannot be used, or the machine, 130 interrupted before there was anything to keep.
 """
 
+import platform
 import sys
+from importlib.metadata import version
+from typing import Annotated
 
 import typer
 
+from drake_quad import __version__
 from drake_quad.cli_robots import chart, check, inspect
 from drake_quad.cli_runs import plan, replay, report, run, scenarios
 from drake_quad.cli_streams import make_streams_last
@@ -20,9 +24,30 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Can my quadruped climb these stairs, how, and how safely? "
-    "Plans a statically stable gait, simulates it in Drake's contact physics, and measures it.",
 )
+
+
+def _tell_version(asked: bool) -> None:
+    """Prints the versions that a run depends on most, for reports of faults, and ends."""
+    if asked:
+        python = platform.python_version()
+        print(f"drake-quad {__version__} (Drake {version('drake')}, Python {python})")
+        raise typer.Exit()
+
+
+@app.callback()
+def options(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version."),
+    ] = False,
+) -> None:
+    """Can my quadruped climb these stairs, how, and how safely?
+
+    Plans a statically stable gait, simulates it in Drake's contact physics, and measures it.
+    """
+
+
 for command in (run, plan, report, replay, inspect, check, chart, sweep, compare, scenarios):
     app.command()(command)
 

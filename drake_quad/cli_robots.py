@@ -49,6 +49,20 @@ def check(
     count: Annotated[
         int | None, typer.Option(help="Steps of the flight.", show_default="10")
     ] = None,
+    width: Annotated[
+        float | None, typer.Option(help="Of the flights, in m; as the robot needs unless told.")
+    ] = None,
+    landing: Annotated[
+        float | None,
+        typer.Option(help="Length of the landing between the flights, in m; the same."),
+    ] = None,
+    turn: Annotated[
+        float | None,
+        typer.Option(
+            help="On the landing, in degrees: 0, 90 (left), 180 (two landings), -90, -180.",
+            show_default="90",
+        ),
+    ] = None,
     scenario: Annotated[
         str | None, typer.Option(help="The course of this scenario instead of a flight.")
     ] = None,
@@ -74,7 +88,10 @@ def check(
     from drake_quad.check_command import Asked, run_check
     from drake_quad.check_print import print_check, print_next
 
-    asked = Asked(robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin)
+    asked = Asked(
+        robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin, width=width,
+        landing=landing, turn=turn,
+    )  # fmt: skip
     console, said = Console(), False
     claim_file(save, "--save")
     claim_file(picture, "--picture")

@@ -20,6 +20,10 @@ from drake_quad.scenario_config_control import (
 )
 from drake_quad.scenario_config_motion import BodyConfig, GaitConfig, SpinConfig, TransitionConfig
 from drake_quad.scenario_config_world import DisturbancesConfig, WorldConfig
+from drake_quad.terrain_check import FIELDS_OF_KIND
+
+COURSE_KINDS = tuple(FIELDS_OF_KIND)
+MISSION_KINDS = ("walk", "spin", "stand")
 
 
 @dataclass
@@ -55,7 +59,7 @@ class CourseElement:
         height: Of a block, a curb or a slope [m].
     """
 
-    kind: str = ""
+    kind: str = field(default="", metadata={"words": COURSE_KINDS})
     length: float | None = None
     width: float | None = None
     turn_deg: float | None = None
@@ -82,7 +86,7 @@ class MissionElement:
         duration: Of a stand [s].
     """
 
-    kind: str = ""
+    kind: str = field(default="", metadata={"words": MISSION_KINDS})
     distance: float | None = None
     angle_deg: float | None = None
     duration: float | None = None

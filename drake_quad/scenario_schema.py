@@ -67,6 +67,7 @@ def conform(data: Any, schema: Any, *, path: str, source: str) -> Any:
     if fields is not None:
         if not isinstance(data, dict):
             raise error(f"must be a mapping of {', '.join(fields)}")
+        _check_words(data, schema, path=path, source=source)
         for key, value in data.items():
             if key not in fields:
                 raise InputError(
@@ -92,6 +93,28 @@ def conform(data: Any, schema: Any, *, path: str, source: str) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise error("must be finite")
     return value
+
+
+def _check_words(data: dict[Any, Any], schema: Any, *, path: str, source: str) -> None:
+    """Sees first that what says which of several things this is, says one that there is.
+
+    Else its own fields would be called unknown.
+
+    Raises:
+        InputError: Text in a field whose metadata has `words`, and that is none of them.
+    """
+    own = dataclasses.fields(schema) if dataclasses.is_dataclass(schema) else ()
+    for f in own:
+        words, value = f.metadata.get("words"), data.get(f.name)
+        if words and isinstance(value, str) and value not in words:
+            near = difflib.get_close_matches(value, words, n=1, cutoff=0.5)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise InputError(
+                source=source,
+                field=f"{path}.{f.name}".lstrip("."),
+                value=value,
+                remedy=f"no such {f.name}; must be {' or '.join(words)}{hint}",
+            )
 
 
 def _scalar(data: Any, schema: type) -> Any:

@@ -28,6 +28,7 @@ from drake_quad.terrain_layout import Layout
 __all__ = ["Box", "Course", "Element", "Flight", "Lane", "build_course"]
 
 FOUNDATION = 0.2  # [m] of solid below the lowest level
+BACK = 150.0  # [deg]; a turn by more leads back along the way that led to it
 
 
 @dataclass(frozen=True)
@@ -131,10 +132,23 @@ def build_course(
             source=source,
             field=f"course[{new.element}]",
             value=elements[new.element].kind,
-            remedy=f"runs into course[{old.element}]: make it narrower, turn the other way, or "
-            "make the landing between longer",
+            remedy=f"runs into course[{old.element}]: "
+            + _way_out(elements, old.element, new.element),
         )
     return Course(lanes=tuple(layout.lanes), turns=tuple(layout.turns), boxes=tuple(boxes))
+
+
+def _way_out(elements: Sequence[Element], old: int, new: int) -> str:
+    """What may keep two elements of a course apart."""
+    for k, element in enumerate(elements[old : new + 1], start=old):
+        turn = element.turn_deg or 0.0
+        if abs(turn) > BACK:
+            return (
+                f"course[{k}] turns by {turn:g} degrees, back onto the way that led to it; put two "
+                f"landings in its place, one after the other, each of turn_deg: "
+                f"{math.copysign(90.0, turn):g}"
+            )
+    return "make it narrower, turn the other way, or make the landing between longer"
 
 
 def _undercut(boxes: list[Box], elements: Sequence[Element], lanes: Sequence[Lane]) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from rig import paper_robot
 
 from drake_quad.check_ask import ask_stairs
-from drake_quad.check_stairs import Check, stairs_scenario
+from drake_quad.check_stairs import AS_USUAL, Check, stairs_scenario
 from drake_quad.design import kernel
 from drake_quad.design.candidate import Grid
 from drake_quad.design.cycle import make_cycle
@@ -57,7 +57,7 @@ def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
 
 def asked(model: str, **question: Any) -> Check:
     """`ask_stairs`, which designs a gait, without what is near; the same is asked once."""
-    return _asked(model, **{"nearest": False, "margin": HULL, **question})
+    return _asked(model, **{"nearest": False, "margin": HULL, "around": AS_USUAL, **question})
 
 
 _asked = cache(ask_stairs)

@@ -22,15 +22,15 @@ from drake_quad.check_command import Asked, run_check
 from drake_quad.check_moments import find_stretches
 from drake_quad.check_nearest import nearest_of, nearest_stairs
 from drake_quad.check_picture import save_picture
-from drake_quad.check_print import print_check, print_next
+from drake_quad.check_print import gait_lines, print_check, print_next
 from drake_quad.check_report import LIMITS, describe_check, limit_of, with_nearest
-from drake_quad.check_stairs import Check
+from drake_quad.check_stairs import Around, Check, stairs_scenario
 from drake_quad.design import choose
 from drake_quad.design.evaluate import NAMES
 from drake_quad.errors import InputError
 from drake_quad.planning.plan_mission import check_plan
 from drake_quad.planning.plan_torques import torque_ratio
-from drake_quad.scenario import Scenario, load_scenario, save_scenario
+from drake_quad.scenario import Scenario, course_of, load_scenario, save_scenario
 from drake_quad.simulation import prepare
 
 RISE, RUN, COUNT = 0.12, 0.32, 2
@@ -92,6 +92,85 @@ def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
         replace(check, designed=weak), paper_robot(), source=URL, asked=asked
     )["answer"]  # fmt: skip
     assert answer.startswith("Yes: ") and "108%" in answer and "108%" not in told["answer"]
+
+
+def test_pace_and_pitch_are_the_plans_own() -> None:
+    """Amid the flight the body goes on as fast as told, and is pitched as told at most."""
+    designed = found().designed
+    assert designed is not None
+    question = {"rise": RISE, "run": RUN, "count": COUNT}
+    gait = describe_check(found(), paper_robot(), source=URL, asked=question)["gait"]
+    up = find_stretches(designed, paper_robot())[0]
+    assert up.going == "up" and gait["cycle_lasts"] == pytest.approx(up.cycle_time)
+    ends = up.plan.body.samples(np.array([up.start, up.start + up.cycle_time]))[:, 0, :2]
+    speed = np.linalg.norm(ends[1] - ends[0]) / up.cycle_time
+    assert gait["speed_stairs"] == pytest.approx(speed, rel=0.2)  # of two steps alone
+    pitches = [p.body.samples(np.linspace(0.0, p.duration, 300))[:, 0, 3]
+               for p in designed.plan.plans]  # fmt: skip
+    least, most = (np.degrees(f([f(p) for p in pitches])) for f in (min, max))
+    assert gait["pitch_up_deg"] == pytest.approx(-least, abs=0.1)
+    assert gait["pitch_down_deg"] == pytest.approx(most, abs=0.1)
+
+
+def test_half_treads_and_waits_are_told_as_such() -> None:
+    """Two places a tread: half a tread a cycle, which lasts longer by its two waits."""
+    check, designed = found(), found().designed
+    assert designed is not None
+    gait = replace(
+        designed.scenario.gait, treads=1, lag=3, places_per_tread=2, cycle_time=4.1,
+        switch_wait=0.41,
+    )  # fmt: skip
+    slow = replace(designed, scenario=replace(designed.scenario, gait=gait))
+    question = {"rise": RISE, "run": RUN, "count": COUNT}
+    told = describe_check(
+        replace(check, designed=slow), paper_robot(), source=URL, asked=question
+    )  # fmt: skip
+    lines = gait_lines(told)
+    speed = 0.5 * RUN / 4.92
+    assert f"half a tread every 4.92 s, {speed:.3f} m/s along the stairs" in lines[0]
+    assert "1.5 treads behind" in lines[1] and "°" in lines[2]
+    assert told["gait"]["speed_level"] == pytest.approx(gait.stride / 4.92)
+
+
+def test_width_landing_and_turn_are_as_asked() -> None:
+    """All of the course is as wide; a half turn takes two landings, none is a landing ahead."""
+    robot = paper_robot()
+    for turn, turns in ((0.0, [None]), (-90.0, [-90.0]), (180.0, [90.0, 90.0])):
+        around = Around(width=1.6, landing=3.0, turn=turn)
+        scenario = stairs_scenario(robot, model=URL, rise=0.1, run=0.3, count=2, around=around)
+        course = scenario.course
+        landings = [e for e in course if e.kind == "landing"]
+        assert [e.turn_deg for e in landings] == turns
+        assert all(e.length == 3.0 for e in landings)
+        assert all(e.width == 1.6 for e in course if e.turn_deg is None)
+        assert len(course_of(scenario, source="x").lanes) == 1 + sum(t is not None for t in turns)
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ({"turn": 45.0}, "--turn.*-180, -90, 0, 90, 180"),
+        ({"width": 0.01}, "--width"),
+        ({"landing": float("nan")}, "--landing"),
+        ({"width": 3.0, "landing": 2.0}, "--landing.*at least the width"),
+        ({"landing": 1.0, "width": 0.9}, "--landing.*too short to turn on"),
+        ({"turn": 90.0, "scenario": "case_study"}, "--turn.*leave it out"),
+    ],
+)
+def test_what_cannot_be_around_stairs_is_refused(option: dict[str, Any], words: str) -> None:
+    """By the option's name, before anything is designed."""
+    with pytest.raises(InputError, match=words):
+        run_check(Asked(URL, **option))
+
+
+def test_the_next_command_is_quoted() -> None:
+    """Names with blanks or worse are one word of a shell's command."""
+    console = Console(width=200, file=io.StringIO(), record=True)
+    told = {"feasible": True, "sought": False, "saved": "a b; rm", "robot": "$(x)", "nearest": None}
+    print_next(told, console)
+    print_next({**told, "feasible": False}, console)
+    text = console.export_text()
+    assert "drake-quad run 'a b; rm'" in text and "drake-quad chart '$(x)'" in text
 
 
 def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(

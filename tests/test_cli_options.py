@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -22,7 +23,7 @@ from rich.console import Console
 from rig import URL, paper_robot
 from synthetic_robot import Quadruped
 
-from drake_quad import chart_grid, check_command, cli, cli_robots
+from drake_quad import __version__, chart_grid, check_command, cli, cli_robots
 from drake_quad.chart_grid import Span, grid_of
 from drake_quad.check_command import Asked, run_check
 from drake_quad.check_stairs import Check
@@ -273,3 +274,11 @@ def test_masses_in_grams_are_doubted(tmp_path: Path) -> None:
     assert f"doubtful: {line}" in console.export_text()
     for robot in (load_robot(write(tmp_path, Quadruped().text())), paper_robot()):
         assert doubts(robot) == []
+
+
+def test_the_version_is_told(tmp_path: Path) -> None:
+    """In one line, with Drake's and Python's; status 0."""
+    done = drake_quad("--version", cwd=tmp_path)
+    assert done.returncode == 0 and done.stderr == ""
+    assert re.fullmatch(r"drake-quad \S+ \(Drake \S+, Python 3\.\S+\)\n", done.stdout)
+    assert f"drake-quad {__version__} (Drake {version('drake')}," in done.stdout

@@ -301,3 +301,20 @@ def test_a_directory_and_a_binary_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(InputError, match="not a text file"):
         load_scenario(tmp_path / "binary.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "words"),
+    [
+        ("course: [{kind: spiral, radius: 1.0}]", "course[0].kind", ("no such kind", "slope")),
+        ("course: [{radius: 1.0, kind: stair}]", "course[0].kind", ("did you mean stairs?",)),
+        (FLOOR + "mission: [{kind: jump, height: 1}]", "mission[0].kind", ("walk or spin",)),
+        ("course: [{kind: floor, radius: 1.0}]", "course[0].radius", ("no such field",)),
+    ],
+)
+def test_an_unknown_kind_is_told_before_its_fields(
+    text: str, field: str, words: tuple[str, ...]
+) -> None:
+    """Else the fields of a kind that there is not would be called unknown."""
+    error = refused(text)
+    assert error.field == field and all(word in error.remedy for word in words)

@@ -287,3 +287,16 @@ def test_noses_that_reach_back_need_ground_to_reach_from() -> None:
     assert build_course([FLOOR, SLOPE, up, FLOOR]).boxes
     with pytest.raises(InputError, match=r"course\[2\]\.overhang"):
         build_course([FLOOR, SLOPE, down, FLOOR])
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_half_turn_back_onto_its_flight_is_told_a_way_that_works(side: int) -> None:
+    """Two quarter turns on landings one after the other lead back beside it."""
+    flight = Element(kind="stairs", going="up", rise=0.15, run=0.3, count=5)
+    ends = Element(kind="floor", length=3.0)
+    half = Element(kind="landing", length=2.5, turn_deg=side * 180)
+    with pytest.raises(InputError, match=rf"two landings.*turn_deg: {side * 90}$"):
+        build_course([ends, flight, half, flight, ends])
+    quarter = Element(kind="landing", length=2.5, turn_deg=side * 90)
+    course = build_course([ends, flight, quarter, quarter, flight, ends])
+    assert len(course.lanes) == 3
