@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-from drake_quad.design.candidate import hip_length, leg_length
+from drake_quad.design.candidate import hip_length
 from drake_quad.designer import design_scenario
 from drake_quad.designer_plan import Designed
 from drake_quad.errors import PlanningError
 from drake_quad.robot.load_robot import load_robot
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, leg_length
 from drake_quad.scenario import Scenario
 from drake_quad.scenario_config import CourseElement, RobotConfig, StartConfig
 from drake_quad.stability.kinds import HULL

@@ -19,6 +19,8 @@ def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> 
         console.print("[yellow]not statically stable throughout: see the figures[/]")
     outcome = (printable(str(summary.get("outcome"))), f"bold {'green' if good else 'red'}")
     console.print(Text.assemble(outcome, f": {printable(str(summary.get('reason')))}"))
+    if line := safety_line(summary):
+        console.print(Text(line, "green" if line.startswith("safe") else "yellow"), soft_wrap=True)
     table = Table(show_header=False, box=None, pad_edge=False)
     for label, text in lines:
         table.add_row(Text(label), Text(text))
@@ -26,6 +28,17 @@ def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> 
     console.print(Text(f"files in {directory}"))
     if report:
         console.print(Text(f"look at {directory / 'report.html'}"))
+
+
+def safety_line(summary: dict[str, Any]) -> str:
+    """The verdict of safety beside the outcome; empty of a run of before there was one."""
+    from drake_quad.stability.safety import (
+        judge_safety,  # with numpy, which --help need not wait for
+    )
+
+    told = summary.get("safety")
+    wanted = told.get("margin_wanted") if isinstance(told, dict) else None
+    return judge_safety(summary, wanted).words if isinstance(wanted, int | float) else ""
 
 
 def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 
-from drake_quad.design.candidate import hip_length, leg_length
+from drake_quad.design.candidate import hip_length
 from drake_quad.design.choose import NEARLY, Design, choose_gaits, highest_rise
 from drake_quad.design.course import flights_of
 from drake_quad.design.fields import scenario_fields
@@ -17,7 +17,7 @@ from drake_quad.designer_lower import TOUCHES, Gait, plan_any, plan_lower
 from drake_quad.designer_plan import POOR, Designed, plan_design
 from drake_quad.errors import PlanningError
 from drake_quad.robot.load_robot import load_robot
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, leg_length
 from drake_quad.scenario import Scenario, course_of
 
 DEEP = 1.0  # of a leg: depth of treads that may be walked as floors with curbs between them

@@ -11,6 +11,7 @@ import pyarrow as pa
 from drake_quad import __version__
 from drake_quad.preparation import Preparation
 from drake_quad.run_files import RunResult
+from drake_quad.stability.safety import judge_safety, safe_margin
 from drake_quad.summary import base_error, push_figures, summarize
 
 AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
@@ -53,6 +54,11 @@ def result_of(
             "python": platform.python_version(),
         },
     }
+    wanted = safe_margin(p.robot)
+    safety = judge_safety(summary, wanted)
+    summary["safety"] = {
+        "safe": safety.safe, "margin_wanted": wanted, "lacks": list(safety.lacks)
+    }  # fmt: skip
     return RunResult(outcome, reason, summary, table, p.scenario)
 
 

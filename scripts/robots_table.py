@@ -18,9 +18,10 @@ from rich.console import Console
 from rich.progress import Progress
 
 from drake_quad.check_stairs import check_stairs
-from drake_quad.design.candidate import hip_length, leg_length
+from drake_quad.design.candidate import hip_length
 from drake_quad.errors import DrakeQuadError
 from drake_quad.robot.load_robot import load_robot
+from drake_quad.robot.robot_model import leg_length
 from drake_quad.scenario import parse_scenario
 from drake_quad.simulation import RunResult, run
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.pattern import Pattern
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, leg_length
 
 TREADS = (1, 2, 3)
 LAGS = (1, 2, 3, 4)
@@ -84,15 +84,6 @@ def bounds(pattern: Pattern) -> FloatArray:
 
 
 @lru_cache(maxsize=8)  # a search asks a thousand times
-def leg_length(robot: RobotModel) -> float:
-    """Of the shortest leg, as far as its knee lets it stretch [m]."""
-    g = robot.geometry
-    knees = np.stack([robot.q_lower[2::3], robot.q_upper[2::3]])
-    straightest = np.where(np.prod(knees, axis=0) <= 0.0, 0.0, np.min(np.abs(knees), axis=0))
-    square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(straightest)
-    return float(np.sqrt(np.min(square)))
-
-
 def hip_length(robot: RobotModel) -> float:
     """Between front and rear hips [m]."""
     x = robot.geometry.p_BH[:, 0]

@@ -9,7 +9,6 @@ from drake_quad.design.candidate import (
     Grid,
     bounds,
     hip_length,
-    leg_length,
     make_grid,
     make_patterns,
 )
@@ -26,7 +25,7 @@ from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.pattern import Pattern
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, leg_length
 
 LEVEL_PATTERNS = [Pattern(2, 1), Pattern(1, 1), Pattern(2, 2)]
 SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room

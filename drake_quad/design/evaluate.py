@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.design.candidate import Grid, leg_length
+from drake_quad.design.candidate import Grid
 from drake_quad.design.cycle import make_cycle
 from drake_quad.design.kernel import lacking_each, slacks
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import leg_array
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, leg_length
+from drake_quad.stability.safety import planned_margin
 
 WIDEST_SWAY = 0.25  # of a stretched leg
 LEANING = 0.7  # sin 45°
@@ -53,7 +54,7 @@ def wanted_for(robot: RobotModel, map_error: float = 0.0) -> Wanted:
     """
     leg = leg_length(robot)
     return Wanted(
-        reach=0.05 * leg, joints=0.2, torque=0.15, margin=0.05 * leg,
+        reach=0.05 * leg, joints=0.2, torque=0.15, margin=planned_margin(robot),
         legs=0.02 * leg + LEANING * map_error, apart=0.02 * leg, trunk=0.03 * leg,
     )  # fmt: skip
 

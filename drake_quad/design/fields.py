@@ -9,10 +9,10 @@ m / sqrt(l), moments with m l.
 from collections.abc import Sequence
 from math import sqrt
 
-from drake_quad.design.candidate import EDGE, hip_length, leg_length
+from drake_quad.design.candidate import EDGE, hip_length
 from drake_quad.design.choose import Design
 from drake_quad.design.search import swing_clearance
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, leg_length
 
 Fields = dict[str, dict[str, float | int | str]]
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import OptimizeResult, differential_evolution
 
-from drake_quad.design.candidate import Grid, bounds, leg_length, make_grid
+from drake_quad.design.candidate import Grid, bounds, make_grid
 from drake_quad.design.evaluate import NAMES, evaluate, lacking_room, wanted_room
 from drake_quad.design.shape import Shape
 from drake_quad.design.staircase import Staircase
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.pattern import Pattern
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, leg_length
 
 CLEARANCE = 0.02  # of swing feet, of a leg of one metre
 GENERATIONS = {1: 80, 2: 160}  # of a search, by places a tread

@@ -7,6 +7,7 @@ from typing import Any
 
 from drake_quad.report.axes import signed
 from drake_quad.report.run_files import Run
+from drake_quad.stability.safety import MOST_SLIP, safe_margin
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,14 @@ class _Row:
     scale: float = 1.0
     at_least: float | None = None
     at_most: float | None = None
+    safe: float | None = None  # at least so often the margin that is safe, of this robot
     physics: bool = False  # nothing that a kinematic replay tells
 
 
 _ROWS = (
-    _Row("margin.minimum", "Smallest static margin", "m", 3, at_least=0.03),
+    _Row("margin.minimum", "Smallest static margin", "m", 3, safe=1.0),
     _Row("zmp_margin.minimum", "Smallest margin of the zero-moment point", "m", 3, physics=True),
-    _Row("margin_planned.minimum", "Smallest static margin of the plan", "m", 3, at_least=0.03),
+    _Row("margin_planned.minimum", "Smallest static margin of the plan", "m", 3, safe=1.0),
     _Row("zmp_inside", "Samples with the zero-moment point inside", "%", 1, 100.0, physics=True),
     _Row("time_under_three_feet", "Time with fewer than three feet bearing", "s", 3, at_most=0.0),
     _Row(
@@ -56,7 +58,15 @@ _ROWS = (
     _Row("torque_ratio_planned_max", "The same of the plan, standing still", "%", 0, 100.0),
     _Row("speed_ratio_max", "Greatest joint speed, of its limit", "%", 0, 100.0, at_most=1.0),
     _Row("position_ratio_max", "Joint nearest its end, of its range", "%", 0, 100.0, at_most=1.0),
-    _Row("slip_max", "Farthest slip of a standing foot", "mm", 1, 1e3, at_most=0.01, physics=True),
+    _Row(
+        "slip_max",
+        "Farthest slip of a standing foot",
+        "mm",
+        1,
+        1e3,
+        at_most=MOST_SLIP,
+        physics=True,
+    ),
     _Row("base_error_max", "Body farthest from its plan", "mm", 1, 1e3, at_most=0.03, physics=True),
     _Row(
         "base_tilt_error_max_deg",
@@ -111,8 +121,9 @@ def bounds(run: Run) -> list[Bound]:
         if not math.isfinite(value) or (row.physics and run.kinematic):
             continue
         asked, kept = "–", None
-        if row.at_least is not None:
-            asked, kept = f"≥ {row.scale * row.at_least:g} {row.unit}", value >= row.at_least
+        least = row.at_least if row.safe is None else row.safe * safe_margin(run.robot)
+        if least is not None:
+            asked, kept = f"≥ {row.scale * least:.3g} {row.unit}", value >= least
         elif row.at_most is not None:
             limit = row.scale * row.at_most
             asked = f"{'≤ ' if limit else ''}{limit:g} {row.unit}"

@@ -9,12 +9,11 @@ from drake_quad.report.axes import draw_line, label_time, make_axes, mark_point,
 from drake_quad.report.background import draw_background
 from drake_quad.report.columns import runs_of
 from drake_quad.report.motion import NO_SUPPORT, margins
-from drake_quad.report.overlay import SAFE
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import BAD, INK, LESS_COLOUR, MUTED, PAPER, WARN
+from drake_quad.stability.safety import safe_margin
 
 LOWEST = -0.15  # [m] what lies deeper is cut off
-BANDS = ((LOWEST, 0.0, BAD), (0.0, SAFE, WARN))  # [m] as the replay has them
 # Column, its name, how it is drawn. What is planned is dashed, in the colour of its measure.
 LINES = (
     ("margin_friction_planned", "friction, planned", {"color": MUTED, "ls": (0, (4, 2))}),
@@ -38,7 +37,7 @@ def draw_regions(run: Run) -> Figure:
     found = {name: margins(run, name) for name, _, _ in LINES}
     for name, label, style in LINES:
         draw_line(top, run.log.t, found[name], label=label, **style)
-    _draw_bands(top, [v for v in found.values() if np.any(np.isfinite(v))])
+    _draw_bands(top, safe_margin(run.robot), [v for v in found.values() if np.any(np.isfinite(v))])
     for first, past in runs_of(run.log.number("margin_friction") <= NO_SUPPORT):
         top.axvspan(run.log.t[first], run.log.t[past - 1], ymax=0.04, color=BAD, lw=0)
     top.set_ylabel("margin [m]")
@@ -58,13 +57,14 @@ def draw_regions(run: Run) -> Figure:
     return figure
 
 
-def _draw_bands(axis: Axes, known: list[FloatArray]) -> None:
-    """Bands across the axes: what is lost, and what is little."""
+def _draw_bands(axis: Axes, safe: float, known: list[FloatArray]) -> None:
+    """Bands across the axes: what is lost, and what is less than `safe` [m]."""
     values = np.concatenate([v[np.isfinite(v)] for v in known])
     low, high = max(float(values.min()), LOWEST), float(np.quantile(values, 0.999))
     pad = 0.08 * max(high - low, 0.02)
     axis.set_ylim(min(low - pad, -pad), high + 2.5 * pad)
-    for a, b, colour in BANDS:
+    # [m] as the replay has them
+    for a, b, colour in ((LOWEST, 0.0, BAD), (0.0, safe, WARN)):
         axis.axhspan(a if a > LOWEST else -10.0, b, color=colour, alpha=0.13, lw=0, zorder=0.5)
 
 

@@ -14,18 +14,18 @@ from drake_quad.report.regions import Regions
 from drake_quad.report.run_files import Run
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
 from drake_quad.stability.kinds import FEASIBLE
+from drake_quad.stability.safety import safe_margin
 
 OVERLAY = "/replay"
 NEWTONS_PER_METRE = 600.0  # of a force arrow
 LEAST_FORCE = 1.0  # [N] below this there is no arrow
-SAFE = 0.02  # [m] the support polygon is amber under this margin, and red under 0
 REDRAWN = 0.5  # [s] after which a region that moves is drawn anew
 ARROW = 0.012  # [m] radius of a shaft
 
 
-def margin_colour(margin: float) -> str:
-    """Green, amber or red, by how safe a margin [m] is."""
-    return GOOD if margin >= SAFE else WARN if margin >= 0.0 else BAD
+def margin_colour(margin: float, safe: float) -> str:
+    """Green, amber or red: whether a margin [m] is safe, less than that, or none."""
+    return GOOD if margin >= safe else WARN if margin >= 0.0 else BAD
 
 
 class Overlay:
@@ -78,11 +78,11 @@ class Overlay:
         """
         regions = Regions(self._run)
         bearing, margin, t = self._run.log.flags("bearing"), regions.margin, self._run.log.t
-        moves = regions.kind == FEASIBLE
+        moves, safe = regions.kind == FEASIBLE, safe_margin(self._run.robot)
         paths: dict[int, str] = {}
         last, path = (), ""  # type: tuple[object, ...], str
         for k in samples:
-            colour = margin_colour(float(margin[k]))
+            colour = margin_colour(float(margin[k]), safe)
             state = (*bearing[k].tolist(), colour, t[k] // REDRAWN if moves else 0.0)
             if state != last:
                 last = state

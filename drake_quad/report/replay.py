@@ -17,12 +17,13 @@ from pydrake.geometry import (
 )
 
 from drake_quad.report.motion import margins
-from drake_quad.report.overlay import OVERLAY, SAFE, Overlay
+from drake_quad.report.overlay import OVERLAY, Overlay
 from drake_quad.report.run_files import Run, read_run
 from drake_quad.report.scene import MakeReplayScene, shown_samples
 from drake_quad.report.stage import set_stage
 from drake_quad.report.style import kind_colour
 from drake_quad.report.templates import render
+from drake_quad.stability.safety import safe_margin
 
 PREFIX = "scene"
 
@@ -151,6 +152,6 @@ def _bar_data(run: Run, fps: float) -> dict[str, Any]:
             for b in run.log.bands()
         ],
         "least": least,
-        "safe": SAFE,
+        "safe": safe_margin(run.robot),
         "kinematic": run.kinematic,
     }

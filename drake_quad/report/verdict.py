@@ -9,6 +9,7 @@ from drake_quad.report.axes import signed
 from drake_quad.report.bounds import entries_of, look_up
 from drake_quad.report.motion import margins
 from drake_quad.report.run_files import Run
+from drake_quad.stability.safety import Safety, judge_safety, safe_margin
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,18 @@ def judge(run: Run) -> Verdict:
             sentence += f": {reason.removeprefix(outcome).lstrip(': ')}"
         sentence = sentence.rstrip(": ") + ". "
     text, time, least = _least(run)
-    if grade == "good" and (run.kinematic or least < 0.0):
+    safety = judge_safety(run.summary, safe_margin(run.robot))
+    if grade == "good" and (safety.safe is not True or least < 0.0):
         grade = "warn"
     if run.kinematic:
         word = f"{word}: kinematic replay, no physics"
-    return Verdict(grade, word, signed((sentence + text + _pushed(run)).strip()), time)
+    sentence += text + _pushed(run) + _told(safety)
+    return Verdict(grade, word, signed(sentence.strip()), time)
+
+
+def _told(safety: Safety) -> str:
+    """The verdict of safety, as a sentence; none of a replay without physics."""
+    return f" {safety.words[0].upper()}{safety.words[1:]}." if safety.safe is not None else ""
 
 
 def _pushed(run: Run) -> str:

@@ -98,3 +98,12 @@ def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
         turned + m.sum(axis=1)[:, None] * g.p_BH, axis=-2
     )
     return np.asarray(total / robot.mass)
+
+
+def leg_length(robot: RobotModel) -> float:
+    """Of the shortest leg, as far as its knee lets it stretch [m]."""
+    g = robot.geometry
+    knees = np.stack([robot.q_lower[2::3], robot.q_upper[2::3]])
+    straightest = np.where(np.prod(knees, axis=0) <= 0.0, 0.0, np.min(np.abs(knees), axis=0))
+    square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(straightest)
+    return float(np.sqrt(np.min(square)))
