@@ -32,6 +32,8 @@ def print_check(told: dict[str, Any], console: Console) -> None:
     if told["feasible"]:
         for line in gait_lines(told):
             console.print(Text(line), soft_wrap=True)
+    for doubt in told["doubts"]:
+        console.print(Text.assemble(("doubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
     if told["slacks"]:
         console.print()
         console.print(_table(told), highlight=False)

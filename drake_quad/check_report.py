@@ -8,6 +8,7 @@ from drake_quad.check_stairs import Check
 from drake_quad.design.evaluate import NAMES, wanted_for
 from drake_quad.designer_plan import Designed
 from drake_quad.gait.legs import FloatArray
+from drake_quad.inspect_doubts import all_doubts
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.stability.kinds import HULL
@@ -78,6 +79,7 @@ def describe_check(
         "limit": limit_of(check, robot),
         "nearest": None,
         "sought": False,
+        "doubts": all_doubts(robot),
         "slacks": {
             name: {
                 "left": left[name],

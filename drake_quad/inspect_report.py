@@ -8,8 +8,9 @@ from rich.table import Table
 from rich.text import Text
 
 from drake_quad.gait.legs import SHORT_NAMES
-from drake_quad.inspect_doubts import doubts
+from drake_quad.inspect_doubts import all_doubts
 from drake_quad.inspect_mapping import read_mapping
+from drake_quad.robot.importing.records import DOUBTFUL
 from drake_quad.robot.robot_model import RobotModel
 
 ROLES = ("abduction", "hip", "knee")
@@ -82,7 +83,7 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
         "foot_radius": robot.foot_radius,
         "legs": legs,
         "notes": mapping.get("notes", []),
-        "doubts": doubts(robot),
+        "doubts": all_doubts(robot),
     }
 
 
@@ -169,6 +170,7 @@ def _joints(told: dict[str, Any]) -> Table:
 
 def _print_notes(notes: list[dict[str, str]], console: Console) -> None:
     """What was repaired, assumed, approximated and dropped; the same of several joints as one."""
+    notes = [note for note in notes if note["kind"] != DOUBTFUL]  # these are told by themselves
     if not notes:
         return
     console.print("\n[bold]not as in the file[/] (* above)", highlight=False)

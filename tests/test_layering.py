@@ -77,6 +77,7 @@ NEIGHBOURS = {
     ("simulation", "summary"),
     ("plan", "run"),
     ("chart", "check"),
+    ("check", "inspect"),
     ("main", "cli"),
     ("compiled", "kernel"),
     ("kernel", "cache"),

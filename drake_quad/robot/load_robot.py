@@ -9,11 +9,12 @@ import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 
 from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
 from drake_quad.given_files import MOST_MESH, MOST_TEXT, check_given
 from drake_quad.robot.importing.import_robot import MAPPING, find_given, import_robot
+from drake_quad.robot.importing.inertials import HEAVY
 from drake_quad.robot.importing.locate import files_named_in
 from drake_quad.robot.importing.misspelt import check_spelling
 from drake_quad.robot.importing.overrides import Overrides
@@ -122,10 +123,20 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
             robot = read_model(plant, scene_graph, instance, url=path)
         except (InputError, *PARSER_ERRORS):
             return False
+    if any(_is_point(plant.get_body(index)) for index in plant.GetBodyIndices(instance)):
+        return False  # the importer says so
     if any("inertia" in line for line in said):  # Drake puts another in the place of a wrong one
         return False
     limits = (robot.q_lower, robot.q_upper, robot.effort, robot.speed)
     return bool(np.all(np.isfinite(limits)) and np.all(robot.speed > 0.0))
+
+
+def _is_point(body: RigidBody) -> bool:
+    """Whether a body that has a mass worth it has no inertia about its centre."""
+    if not isinstance(body, RigidBody) or body.default_mass() < HEAVY:
+        return False
+    about = body.default_spatial_inertia().Shift(body.default_com())
+    return bool(about.CalcRotationalInertia().Trace() <= 0.0)
 
 
 def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:

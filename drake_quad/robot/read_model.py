@@ -13,6 +13,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.shank_outline import bounding_box, outer_boxes
 from drake_quad.robot.thigh_outline import read_thighs
 
+LARGEST = 10.0  # [m] of any length of a leg
 EXACT = Tolerance(axis=1e-9, offset=1e-6)
 # Of a file that the importer wrote: it keeps the robot's own axes to the last bit, and has noted
 # what the model leaves out.
@@ -62,6 +63,7 @@ def read_model(
     geometry = _geometry(legs, smaller, knees=0.5 * (lower + upper)[2::3])
     collisions = plant.GetCollisionGeometriesForBody(trunk)
     hips = geometry.p_BH
+    _check_size(geometry, refuse)
     box: FloatArray = np.stack([hips.min(axis=0), hips.max(axis=0)])
     if collisions:
         box = bounding_box(inspector, collisions)
@@ -91,6 +93,19 @@ def read_model(
         trunk_box=read_only(box),
         trunk_boxes=read_only(boxes),
     )
+
+
+def _check_size(geometry: LegGeometry, refuse: Refuse) -> None:
+    """Refuses lengths that no walking robot has: they are in another unit than metres."""
+    for name, lengths in (
+        ("thighs and shanks", np.stack([geometry.thigh, geometry.shank])),
+        ("places of the hips", geometry.p_BH),
+        ("offsets of the hips", geometry.offset),
+    ):
+        most = float(np.max(np.abs(lengths)))
+        if most > LARGEST:
+            remedy = f"lengths must be in metres, at most {LARGEST:g} each: are these in mm?"
+            raise refuse(name, f"up to {most:.4g} m", remedy)
 
 
 def _geometry(legs: list[LegRead], smaller: FloatArray, knees: FloatArray) -> LegGeometry:

@@ -9,10 +9,11 @@ import xml.etree.ElementTree as ET
 from pydrake.multibody.tree import RotationalInertia
 
 from drake_quad.robot.importing.cleaned import Cleaned
-from drake_quad.robot.importing.records import REPAIRED
+from drake_quad.robot.importing.records import DOUBTFUL, REPAIRED
 from drake_quad.robot.importing.xml_numbers import floats
 
 LIGHT = 1e-3  # [kg], [kg m²]: a link below both is a frame with a name, whatever it is given
+HEAVY = 0.05  # [kg]: what is lighter may well be told as a point
 _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 
 
@@ -51,12 +52,16 @@ def check_urdf_inertial(c: Cleaned, link: ET.Element) -> None:
     told, inertia = inertial.find("mass"), inertial.find("inertia")
     text = told.get("value") if told is not None else None
     mass = floats(text) or ([] if (text or "").strip() else [0.0])
-    if len(mass) != 1 or inertia is None:
+    if len(mass) != 1:
         return  # Drake's parser says what is wrong
     if mass[0] < 0.0:
         raise c.refuse(f"{name}: mass", text, "must not be negative [kg]")
-    values = [(floats(inertia.get(key)) or [0.0])[0] for key in _MOMENTS + _PRODUCTS]
-    if mass[0] > 0.0:
+    given = {} if inertia is None else inertia.attrib
+    values = [(floats(given.get(key)) or [0.0])[0] for key in _MOMENTS + _PRODUCTS]
+    if mass[0] >= HEAVY and not any(values[:3]):
+        text = f"link {name}: its mass of {mass[0]:.3g} kg has no inertia, as if it were a point"
+        c.note(DOUBTFUL, f"{text}; give ixx, iyy and izz [kg m²]")
+    elif mass[0] > 0.0:
         _note_impossible(c, name, mass[0], values)
     elif any(values):
         link.remove(inertial)

@@ -13,6 +13,7 @@ from pydrake.math import RigidTransform
 from drake_quad.gait.legs import FloatArray
 
 REPAIRED, ASSUMED, DROPPED, APPROXIMATED = "repaired", "assumed", "dropped", "approximated"
+DOUBTFUL = "doubtful"  # read as it stands, and hardly meant so
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Note:
     """One thing that the file says otherwise, or not at all.
 
     Attributes:
-        kind: `repaired`, `assumed`, `dropped` or `approximated`.
+        kind: `repaired`, `assumed`, `dropped`, `approximated` or `doubtful`.
         text: What, and by which rule.
     """
 
