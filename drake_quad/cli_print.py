@@ -71,12 +71,26 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("time on fewer than three feet", text(summary.get("time_under_three_feet"), "{:.3f} s")),
         ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),
         ("a standing foot slipped at most", text(summary.get("slip_max"), "{:.4f} m")),
-        ("contacts of anything but feet", text(summary.get("nonfoot_contact_samples"), "{}")),
+        ("contacts of anything but feet", _touched(summary)),
         ("largest torque, of its limit", text(summary.get("torque_ratio_max"), "{:.0%}")),
         ("the same, planned", text(summary.get("torque_ratio_planned_max"), "{:.0%}")),
         ("simulated", text(summary.get("simulated_time"), "{:.1f} s")),
         ("pace", text(summary.get("real_time_factor"), "{:.1f} × real time")),
     ]
+
+
+def _touched(summary: dict[str, Any]) -> str:
+    """In how many samples anything but a foot touched, and how deep the worst went in, if known."""
+    count = summary.get("nonfoot_contact_samples")
+    if count is None:
+        return "-"
+    worst = (summary.get("overlaps") or [None])[0]
+    if not worst:
+        return str(count)
+    return (
+        f"{count} samples, the deepest {1e3 * worst['depth']:.1f} mm: {worst['part']} in "
+        f"{worst['inside']} at {worst['time']:.2f} s"
+    )
 
 
 def print_plan(result: dict[str, Any]) -> None:

@@ -69,6 +69,9 @@ def make_table(
     columns |= margin_columns(logs, times, robot=robot, plans=plans, ground=ground)
     columns["nonfoot_contacts"] = logs["nonfoot"][:, 0].astype(np.int64)
     columns["nonfoot_force"] = logs["nonfoot"][:, 1]
+    if "nonfoot_depth" in logs:  # a kinematic replay's: it has depths in the place of forces
+        columns["nonfoot_depth"] = logs["nonfoot_depth"][:, 0]
+        columns["foot_depth"] = logs["foot_depth"].max(axis=1)
     columns |= _vector("push_force", logs["push_force"])
     columns |= estimate_columns(logs, layout)
     columns |= program_columns(logs)

@@ -91,7 +91,7 @@ def kinematic_logs(
         "force": np.tile(nan, 12),
         "contact_position": contact.reshape(n, 12),
         "slip_speed": np.zeros((n, 4)),
-        "nonfoot": np.zeros((n, 2)),
+        "nonfoot": np.tile([0.0, np.nan], (n, 1)),  # how many, the replay asks of geometry
         "margin": margin[:, None],
         "zmp_margin": nan,
         "com": com,

@@ -1,4 +1,4 @@
-"""Kinematic replay: a plan as if it were a run. No physics, and nothing is measured."""
+"""Kinematic replay: a plan as if it were a run. No physics; what touches is asked of geometry."""
 
 import time
 
@@ -9,7 +9,10 @@ from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_state import make_layout
 from drake_quad.run_files import RunResult
 from drake_quad.run_log import kinematic_logs, make_table, state_names
+from drake_quad.simulation_contacts import find_touches
 from drake_quad.simulation_end import result_of
+
+LISTED = 10  # overlaps that a summary holds
 
 
 def replay_plan(p: Preparation) -> RunResult:
@@ -25,6 +28,9 @@ def replay_plan(p: Preparation) -> RunResult:
         p.scenario.simulation.log_period,
         massless_legs=p.settings.uniform_body,
     )
+    touches = find_touches(p.robot, p.course, times, logs["state"])
+    logs["nonfoot"][:, 0], logs["nonfoot_depth"] = touches.count, touches.depth[:, None]
+    logs["foot_depth"] = touches.foot_depth
     table = make_table(
         p.robot,
         layout,
@@ -37,4 +43,6 @@ def replay_plan(p: Preparation) -> RunResult:
     )
     wall = time.perf_counter() - begun
     reason = "kinematic replay of the plan: no physics, nothing measured"
-    return result_of(p, "goal_reached", reason, table, simulated=float(times[-1]), wall=wall)
+    result = result_of(p, "goal_reached", reason, table, simulated=float(times[-1]), wall=wall)
+    result.summary["overlaps"] = list(touches.deepest[:LISTED])
+    return result

@@ -28,6 +28,8 @@ SINGLE = (
     "time_under_three_feet",
     "nonfoot_contact_samples",
     "nonfoot_force_max",
+    "nonfoot_depth_max",
+    "foot_depth_max",
     "swing_contact_samples",
     "swing_force_max",
     "base_error_max",

@@ -36,6 +36,8 @@ UNITS = {
     "slip_max": "m",
     "foot_roll_max": "m",
     "nonfoot_force_max": "N",
+    "nonfoot_depth_max": "m",
+    "foot_depth_max": "m",
 }
 ENDINGS = {"_deg": "deg", "_ratio_max": "of the limit", "_time": "s", "_samples": "samples"}
 APART = ("segments", "versions", "pushes", "recoveries")  # what has a table of its own
@@ -85,6 +87,10 @@ def summary_rows(summary: Mapping[str, Any], prefix: str = "") -> list[tuple[str
             continue
         if isinstance(value, Mapping):
             rows += summary_rows(value, f"{path}.")
+        elif isinstance(value, list) and value and all(isinstance(e, Mapping) for e in value):
+            for k, entry in enumerate(value, start=1):
+                words = ", ".join(f"{name} {format_value(entry[name])}" for name in entry)
+                rows.append((f"{path}.{k}", words, ""))
         else:
             rows.append((path, format_value(value), unit_of(path)))
     return rows
