@@ -46,7 +46,8 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     margin = summary["margin"] if isinstance(summary.get("margin"), dict) else {}
 
     def text(value: float | None, form: str) -> str:
-        return "-" if value is None else form.format(value)
+        # A margin of a rounding error below zero is no negative one.
+        return "-" if value is None else form.format(round(value, 6) + 0.0)
 
     planned = summary["margin_planned"] if isinstance(summary.get("margin_planned"), dict) else {}
     seen = "replayed" if summary.get("simulation") == "kinematic" else "measured"
@@ -79,6 +80,11 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     ]
 
 
+def _metres(value: float) -> str:
+    """A length to the millimetre [m], without a minus before a zero."""
+    return f"{round(value, 3) + 0.0:.3f}"
+
+
 def _touched(summary: dict[str, Any]) -> str:
     """In how many samples anything but a foot touched, and how deep the worst went in, if known."""
     count = summary.get("nonfoot_contact_samples")
@@ -104,16 +110,17 @@ def print_plan(result: dict[str, Any]) -> None:
     for s in result["segments"]:
         steps = "-".join(str(step["leg"]) for step in s.get("steps", []))
         found = [s[key] for key in ("margin_min", *beyond)]
-        margins = ["-" if m is None else f"{m:.3f}" for m in found]
+        margins = ["-" if m is None else _metres(m) for m in found]
         times = [f"{s['start']:.1f}", f"{s['end']:.1f}"]
         table.add_row(Text(s["name"]), s["kind"], *times, *margins, steps)
     console = Console()
     console.print(table)
-    least = f", {kind} {result[f'planned_margin_{kind}_min']:.3f} m" if beyond else ""
+    least = f", {kind} {_metres(result[f'planned_margin_{kind}_min'])} m" if beyond else ""
     torque = result["torque_ratio_planned_max"]
     strong = "" if torque <= 1.0 else f", if a joint gives {torque:.0%} of its torque,"
     console.print(
         f"feasible{strong}: {result['duration']:.1f} s, smallest margin "
-        f"{result['planned_margin_min']:.3f} m{least}, planned in {result['planning_time']:.2f} s",
+        f"{_metres(result['planned_margin_min'])} m{least}, "
+        f"planned in {result['planning_time']:.2f} s",
         highlight=False,
     )

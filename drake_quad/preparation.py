@@ -16,7 +16,6 @@ from drake_quad.planning.plan_mission import (
     plan_mission,
 )
 from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import (
     Scenario,
@@ -26,6 +25,7 @@ from drake_quad.scenario import (
     plan_settings,
     world_of,
 )
+from drake_quad.scenario_robot import robot_of
 from drake_quad.systems.disturbances import Disturbances
 from drake_quad.terrain import Course
 
@@ -103,7 +103,7 @@ def judge_plan(p: Preparation) -> None:
 def _values(
     scenario: Scenario, *, source: str
 ) -> tuple[RobotModel, Course, PlanSettings, tuple[Task, ...], Stance]:
-    robot = load_robot(scenario.robot.model)
+    robot = robot_of(scenario)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     settings = plan_settings(scenario)
     tasks = mission_of(scenario, course, source=source)

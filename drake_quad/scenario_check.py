@@ -70,6 +70,10 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         )
         if swing < _SHORTEST_SWING:
             raise fail(f"{gait}.duty_factor", f"leaves {swing:.3g} s of the cycle to swing a leg")
+    if scenario.robot.point_feet and scenario.simulation.mode != "kinematic":
+        raise fail("robot.point_feet", "must be false with physics, in which feet have a size")
+    if scenario.robot.point_feet and scenario.design == "auto":
+        raise fail("robot.point_feet", "must be false with design auto, which is for real feet")
     if scenario.gait.margin != HULL and scenario.body.balance == "dynamic":
         raise fail(
             "gait.margin", "must be hull with body.balance dynamic, which asks for no static margin"

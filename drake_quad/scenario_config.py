@@ -33,9 +33,12 @@ class RobotConfig:
     Attributes:
         model: Its URDF, SDF or MJCF: `package://drake_quad_models/...`, or a path, relative to
             the scenario's file.
+        point_feet: Whether the feet are points, the ends of the legs, as in the paper: they do
+            not roll. In a kinematic replay alone.
     """
 
     model: str = "package://drake_quad_models/paper_quadruped.urdf"
+    point_feet: bool = False
 
 
 @dataclass

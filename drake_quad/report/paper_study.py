@@ -14,9 +14,9 @@ from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
 from drake_quad.planning.plan_task import plan_task
 from drake_quad.planning.route import level_pose, robot_stance
 from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.load_robot import load_robot
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
+from drake_quad.scenario_robot import robot_of
 from drake_quad.terrain import Course
 
 UP, DOWN = 1, 3  # the plans of the case study that climb and descend
@@ -107,7 +107,7 @@ def plan_case_study(overrides: Sequence[str] = ()) -> CaseStudy:
     """
     scenario = load_scenario("paper", overrides)
     robot, course, settings = (
-        load_robot(scenario.robot.model),
+        robot_of(scenario),
         course_of(scenario),
         plan_settings(scenario),
     )

@@ -14,10 +14,11 @@ from drake_quad.given_files import MOST_JSON, read_given
 from drake_quad.given_tables import read_given_table
 from drake_quad.plain_json import plain_of
 from drake_quad.report.columns import RunLog
-from drake_quad.robot.load_robot import MakeModelPlant, load_robot
+from drake_quad.robot.load_robot import MakeModelPlant
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout, make_layout
 from drake_quad.scenario import Scenario, course_of, load_scenario, world_of
+from drake_quad.scenario_robot import robot_of
 from drake_quad.terrain import Course
 from drake_quad.user_path import user_path
 
@@ -91,7 +92,7 @@ def read_run(directory: str | Path) -> Run:
     summary = _read_summary(directory / SUMMARY, notices)
     log = _read_log(directory / LOG, notices)
     scenario = load_scenario(directory / SCENARIO)
-    robot = load_robot(scenario.robot.model)
+    robot = robot_of(scenario)
     source = str(directory / SCENARIO)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     kinematic = _is_kinematic(summary, scenario)

@@ -1,0 +1,143 @@
+"""The shipped scenario `paper` is the paper's robot, step by step, by the paper's own equations."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import drake_quad
+from paper_rig import margin, paper_height, quintic
+from rig import paper_robot
+
+from drake_quad.errors import InputError
+from drake_quad.planning.contact_plan import Step
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.preparation import Preparation, prepare
+from drake_quad.robot.leg_kinematics import calc_feet, solve_legs
+from drake_quad.robot.point_feet import with_point_feet
+from drake_quad.scenario import load_scenario
+from drake_quad.simulation import run
+
+ZERO = 1e-9  # [m]
+UP, DOWN = 1, 3  # the walks that climb and descend
+
+
+@cache
+def paper() -> Preparation:
+    return prepare(load_scenario("paper"))
+
+
+def plans() -> tuple[MotionPlan, ...]:
+    return paper().plan.plans
+
+
+def test_the_plan_is_stable_throughout_as_the_paper_says() -> None:
+    """Shapely finds the body's centre inside or on the border of the feet at every moment."""
+    least = np.inf
+    for plan in plans():
+        switches = [t for s in plan.contacts.steps for t in (s.lift_off, s.touchdown)]
+        near = np.ravel(np.add.outer(switches, [-1e-9, 0.0, 1e-9]))
+        times = np.concatenate([np.linspace(0.0, plan.duration, 601), near])
+        times = np.clip(times, 0.0, plan.duration)
+        feet, standing = plan.contacts.feet_at(times)
+        body = plan.body.samples(times)[:, 0, :2]
+        least = min(
+            least,
+            *(margin(b, f[s, :2]) for b, f, s in zip(body, feet, standing, strict=True)),
+        )
+    assert -ZERO <= least <= ZERO  # zero, as in the paper's Fig. 12
+
+
+def test_plan_says_so(tmp_path: Path) -> None:
+    """`drake-quad plan paper` gives a smallest margin of zero, to rounding, of every segment."""
+    result = json.loads(drake_quad("plan", "paper", "--json", cwd=tmp_path).stdout)
+    assert result["planned_margin_min"] >= -ZERO
+    for segment in result["segments"]:
+        assert segment["margin_min"] >= -ZERO, segment["name"]
+
+
+def test_a_replay_finds_the_margin_and_nothing_that_touches() -> None:
+    """Replayed, the robot touches the stairs with its feet alone, and is as stable as planned."""
+    result = run(load_scenario("paper", ["simulation.log_period=0.02"]))
+    assert -ZERO <= result.summary["margin"]["minimum"] <= ZERO
+    assert result.summary["nonfoot_contact_samples"] == 0
+    assert result.summary["nonfoot_depth_max"] == 0.0
+    # The point is the pole of the shipped robot's ball, which tilts into the ground around it.
+    assert result.summary["foot_depth_max"] <= 0.008
+
+
+def test_point_feet_stand_still_on_the_ground() -> None:
+    """A foot that stands stays where it is, on the course's own surface."""
+    for plan in plans():
+        times = np.linspace(0.0, plan.duration, 400)
+        feet, standing = plan.contacts.feet_at(times)
+        for row in range(4):
+            on = standing[:-1, row] & standing[1:, row]
+            same = [
+                plan.contacts.phase(a).feet[row, 0] == plan.contacts.phase(b).feet[row, 0]
+                for a, b in zip(times[:-1][on], times[1:][on], strict=True)
+            ]
+            moved = np.abs(np.diff(feet[:, row], axis=0)[on][np.array(same, dtype=bool)])
+            assert not np.any(moved)
+            for p in feet[standing[:, row], row]:
+                assert p[2] == pytest.approx(paper().course.height(p[0], p[1]), abs=1e-12)
+
+
+def stair_steps(index: int) -> list[Step]:
+    """The steps of a walk that climb or descend by two treads."""
+    steps = plans()[index].contacts.steps
+    return [s for s in steps if abs(abs(s.swing.p_end[2] - s.swing.p_start[2]) - 0.26) < 1e-9]
+
+
+@pytest.mark.parametrize(("index", "sign"), [(UP, 1.0), (DOWN, -1.0)])
+def test_swings_on_the_stairs_are_equations_one_to_three(index: int, sign: float) -> None:
+    """With d_s of the last riser going up, of the first going down, and Δh = 0.02 m."""
+    steps = stair_steps(index)
+    # Left legs pass the six risers in three strides, right ones the first and last on their own.
+    assert len(steps) == 3 + 3 + 2 + 2
+    along, riser = (0, 0.0) if index == UP else (1, 0.25)  # risers are at multiples of W, or beside
+    for step in steps:
+        start, end = step.swing.p_start, step.swing.p_end
+        first = riser + 0.5 * np.ceil((start[along] - riser) / 0.5)
+        d_s = (first + 0.5 if sign > 0 else first) - start[along]
+        h_s = 0.26 if sign > 0 else 0.0
+        for s in (0.1, 0.3, 0.5, 0.7, 0.9):
+            x = float(quintic(s))
+            p = step.swing.positions([s * step.swing.duration])[0] - start
+            assert p[along] == pytest.approx(x * (end - start)[along], abs=1e-9)
+            height = paper_height(x, z_f=sign * 0.26, d_s=float(d_s), h_s=h_s)
+            assert p[2] == pytest.approx(height, abs=1e-7)
+
+
+def test_a_point_foot_is_the_lowest_point_of_its_ball() -> None:
+    """The leg ends a radius farther from the knee; the joints that put it there are the same."""
+    ball, point = paper_robot(), with_point_feet(paper_robot())
+    assert point.foot_radius == 0.0
+    q = np.tile([0.1, 0.6, -1.1], (4, 1))
+    upright = np.zeros((4, 3))
+    apart = calc_feet(ball.geometry, upright) - calc_feet(point.geometry, upright)
+    np.testing.assert_allclose(apart, np.tile([0.0, 0.0, ball.foot_radius], (4, 1)), atol=1e-12)
+    away = np.linalg.norm(calc_feet(ball.geometry, q) - calc_feet(point.geometry, q), axis=-1)
+    np.testing.assert_allclose(away, ball.foot_radius)
+    feet = calc_feet(point.geometry, q)
+    again, excess = solve_legs(point.geometry, feet)
+    assert excess.max() == 0.0
+    np.testing.assert_allclose(calc_feet(point.geometry, again), feet, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("mode", "gait", "remedy"),
+    [("physics", "gait: {duty_factor: 0.8}", "physics"), ("kinematic", "", "auto")],
+)
+def test_point_feet_are_refused_where_feet_have_a_size(
+    mode: str, gait: str, remedy: str, tmp_path: Path
+) -> None:
+    """Physics and designs are for real feet: the error names the field and why."""
+    (tmp_path / "mine.yaml").write_text(
+        "robot: {model: go1, point_feet: true}\n"
+        "course: [{kind: floor, length: 4.0}]\n"
+        f"simulation: {{mode: {mode}}}\n{gait}"
+    )
+    with pytest.raises(InputError, match=rf"robot\.point_feet.*{remedy}"):
+        load_scenario(tmp_path / "mine.yaml")
