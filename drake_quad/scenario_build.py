@@ -5,6 +5,7 @@ import math
 
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
+from drake_quad.gait.legs import Leg
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.mission import Task, derive_mission
 from drake_quad.planning.pattern import Pattern
@@ -76,6 +77,8 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         swing_time=transition.swing_time,
         shift_time=transition.shift_time,
         via_centres=transition.via_centres,
+        wave_order=tuple(Leg(number) for number in transition.wave_order),
+        spin_order=tuple(Leg(number) for number in transition.spin_order),
         uniform_body=body.path == "uniform",
         dynamic=body.balance == "dynamic",
         margin_desired=body.margin_desired,

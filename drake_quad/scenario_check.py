@@ -4,6 +4,7 @@ import difflib
 import functools
 import operator
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 from pydrake.systems.analysis import GetIntegrationSchemes
@@ -70,6 +71,8 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         )
         if swing < _SHORTEST_SWING:
             raise fail(f"{gait}.duty_factor", f"leaves {swing:.3g} s of the cycle to swing a leg")
+    for path in ("transition.wave_order", "transition.spin_order"):
+        _check_order(path, fail, scenario)
     if scenario.robot.point_feet and scenario.simulation.mode != "kinematic":
         raise fail("robot.point_feet", "must be false with physics, in which feet have a size")
     if scenario.robot.point_feet and scenario.design == "auto":
@@ -132,6 +135,21 @@ def _check_multiple(path: str, fail: Callable[[str, str], InputError], scenario:
     if abs(ratio - round(ratio)) > MULTIPLE_TOLERANCE * ratio:
         remedy = f"must be a whole multiple of simulation.plant.time_step, {step:g} s"
         raise fail(path, remedy)
+
+
+def _check_order(path: str, fail: Callable[[str, str], InputError], scenario: Scenario) -> None:
+    """An order of lifts has every leg, none twice in a row, and not too many detours."""
+    order = value_at(scenario, path)
+    if not order:
+        return
+    if set(order) != {1, 2, 3, 4}:
+        raise fail(path, "must lift each of the legs 1, 2, 3 and 4, and no other")
+    if any(a == b for a, b in pairwise(order)):
+        raise fail(path, "must not lift a leg twice in a row")
+    most = 6 if scenario.transition.mode == "still" else 5
+    if len(order) > most:
+        mode = scenario.transition.mode
+        raise fail(path, f"must have at most {most} lifts with transition.mode {mode}")
 
 
 def _check_mission(element: MissionElement, path: str, source: str) -> None:

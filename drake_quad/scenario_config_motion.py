@@ -1,6 +1,6 @@
 """A scenario's fields of how the robot moves; as scenario_config, which holds them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass
@@ -109,6 +109,10 @@ class TransitionConfig:
         swing_time: Of each step [s].
         shift_time: On four feet before each step [s].
         via_centres: Whether every transition passes through the workspaces' centres (the paper's).
+        wave_order: Legs in the order in which they are lifted towards the wave gait; the paper has
+            [2, 3, 4, 1, 3], where leg 3 goes by way of a place in between. Empty: the fewest steps
+            with the best margins.
+        spin_order: The same towards the spinning gait, whichever way that turns.
     """
 
     mode: str = "shift"
@@ -116,6 +120,8 @@ class TransitionConfig:
     swing_time: float = 1.2
     shift_time: float = 1.3
     via_centres: bool = False
+    wave_order: list[int] = field(default_factory=list)
+    spin_order: list[int] = field(default_factory=list)
 
 
 @dataclass

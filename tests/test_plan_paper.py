@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import drake_quad
-from paper_rig import margin, paper_height, quintic
+from paper_rig import CENTRES, WAVE, margin, paper_height, quintic, step_margins
 from rig import paper_robot
 
 from drake_quad.errors import InputError
+from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.preparation import Preparation, prepare
@@ -55,6 +56,68 @@ def test_plan_says_so(tmp_path: Path) -> None:
     assert result["planned_margin_min"] >= -ZERO
     for segment in result["segments"]:
         assert segment["margin_min"] >= -ZERO, segment["name"]
+
+
+def transitions(to: str) -> list[tuple[FloatArray, list[Step]]]:
+    """The body's pose and the steps of every transition whose name ends so."""
+    found = []
+    for plan in plans():
+        for segment in plan.segments:
+            if segment.name.endswith(to):
+                inside = [
+                    s
+                    for s in plan.contacts.steps
+                    if segment.start - ZERO <= s.lift_off and s.touchdown <= segment.end + ZERO
+                ]
+                found.append((plan.body.samples(np.array([segment.start]))[0, 0], inside))
+    return found
+
+
+def seen_from(body: FloatArray, p_W: FloatArray) -> FloatArray:
+    """A place in the body's frame."""
+    c, s = np.cos(body[4]), np.sin(body[4])
+    return np.array([[c, s], [-s, c]]) @ (p_W[:2] - body[:2])
+
+
+def test_the_transition_to_the_wave_gait_is_the_papers() -> None:
+    """Legs 2-3-4-1-3, leg 3 first to R/6 behind its centre: margins 0, 0, 0, 0, 0.175 m."""
+    both = transitions("wave gait")
+    assert len(both) == 2  # at the start, and after the spin
+    R = 2 * 0.50 * 0.75
+    for body, steps in both:
+        assert [int(step.leg) for step in steps] == [2, 3, 4, 1, 3]
+        moves = [(int(step.leg), seen_from(body, step.swing.p_end)) for step in steps]
+        expected = [WAVE[1], CENTRES[2] - [R / 6, 0.0], WAVE[3], WAVE[0], WAVE[2]]
+        np.testing.assert_allclose([place for _, place in moves], expected, atol=1e-8)
+        starts = [seen_from(body, step.swing.p_start) for step in steps[:4]]
+        np.testing.assert_allclose(starts, CENTRES[[1, 2, 3, 0]], atol=1e-8)
+        assert step_margins(moves) == pytest.approx([0, 0, 0, 0, 0.175], abs=2e-4)
+        assert min(step_margins(moves)) >= -ZERO
+
+
+def test_our_own_order_is_on_offer_and_better() -> None:
+    """Without an order the plan takes 2-1-3-4-3, of which four steps have 0.03 m and more."""
+    ours = prepare(load_scenario("paper", ["transition.wave_order=[]"])).plan.plans[UP]
+    segment = next(s for s in ours.segments if s.kind == "transition")
+    steps = [s for s in ours.contacts.steps if s.touchdown <= segment.end + ZERO]
+    assert [int(step.leg) for step in steps] == [2, 1, 3, 4, 3]
+    body = ours.body.samples(np.zeros(1))[0, 0]
+    found = step_margins([(int(s.leg), seen_from(body, s.swing.p_end)) for s in steps])
+    assert found[0] == pytest.approx(0.0, abs=ZERO)
+    assert min(found[1:]) > 0.03
+
+
+def test_the_desired_configuration_is_the_papers() -> None:
+    """As a cycle begins, legs 1, 4, 2, 3 are -R/2, -R/6, R/6, R/2 from their centres (Fig. 2)."""
+    for index in (UP, DOWN):
+        plan = plans()[index]
+        wave = next(s for s in plan.segments if s.kind == "wave")
+        begin = next(s.lift_off for s in plan.contacts.steps if s.lift_off > wave.start)
+        before = begin - 0.05  # at rest: a spline cannot start at once
+        body = plan.body.samples(np.array([before]))[0, 0]
+        for row, place in enumerate(WAVE):
+            foot = seen_from(body, plan.sample(before).feet[row])
+            np.testing.assert_allclose(foot, place, atol=1e-6)
 
 
 def test_a_replay_finds_the_margin_and_nothing_that_touches() -> None:

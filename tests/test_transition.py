@@ -1,5 +1,7 @@
 """Transitions: the paper's, their proofs by exhaustion, and laws for any stances."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -96,6 +98,51 @@ def test_papers_order_is_among_the_optimal_plans() -> None:
     best = max(plan.margin_min for plan in plans)
     orders = [plan.order for plan in plans if plan.margin_min >= best - 1e-9]
     assert (Leg(2), Leg(3), Leg(4), Leg(1), Leg(3)) in orders
+
+
+def in_order(numbers: str, goal: FloatArray, **more: Any) -> Transition:
+    order = [Leg(int(number)) for number in numbers.split("-")]
+    return plan_transition(CENTRES, goal, workspace=PAPER_WORKSPACE, order=order, **more)
+
+
+def test_the_papers_order_can_be_asked_for() -> None:
+    """2-3-4-1-3 goes by way of R/6 behind leg 3's centre, straight back, as the paper has it."""
+    transition = in_order("2-3-4-1-3", WAVE)
+    assert [int(leg) for leg in transition.order] == [2, 3, 4, 1, 3]
+    np.testing.assert_allclose(transition.steps[1].p_to, CENTRES[2] - [R / 6.0, 0.0], atol=1e-8)
+    assert margins(transition) == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.175], abs=2e-4)
+
+
+@pytest.mark.parametrize("goal", [WAVE, SPIN])
+def test_the_order_found_can_be_asked_for(goal: FloatArray) -> None:
+    """Asked for in the order that the search finds, a transition has the same margins."""
+    ways: list[dict[str, Any]] = [{}, {"mode": "shift", "max_shift": 0.1}]
+    for more in ways:
+        found = plan_transition(CENTRES, goal, workspace=PAPER_WORKSPACE, **more)
+        again = in_order("-".join(str(int(leg)) for leg in found.order), goal, **more)
+        assert again.order == found.order
+        assert margins(again) == pytest.approx(margins(found), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("order", "why"),
+    [
+        ("2-3-4", "2-3-4 does not lift leg 1, which has to move"),
+        ("1-2-3-4", "1-2-3-4 has a stability margin of -0.175 m"),
+        ("4-3-2-1-3", "4-3-2-1-3 is not stable, whatever the places in between"),
+    ],
+)
+def test_an_order_that_cannot_be_is_refused(order: str, why: str) -> None:
+    """The error says which order, and what is wrong with it."""
+    with pytest.raises(PlanningError, match=why):
+        in_order(order, WAVE)
+
+
+def test_legs_at_their_goals_are_passed_over_in_an_order() -> None:
+    """A leg that is where it has to be is not lifted for the order's sake."""
+    goal = np.array(CENTRES)
+    goal[1] += [0.1, 0.0]
+    assert in_order("2-3-4-1", goal, margin_required=0.0).order == (Leg(2),)
 
 
 @pytest.mark.parametrize(

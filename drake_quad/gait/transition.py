@@ -4,7 +4,7 @@ The paper makes its two transitions (Figs. 3 and 7) in five steps, the body bein
 start and goal are planned for, with the body still or shifting before each lift.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 from math import dist, inf
@@ -81,10 +81,12 @@ def plan_transition(
     max_steps: int = 6,
     tol: float = 0.005,
     margin_required: float = 0.0,
+    order: Sequence[Leg] = (),
 ) -> Transition:
     """Returns the transition of the fewest steps and, of those, the largest least margin.
 
-    Ties are decided by the next smallest margins, then by the order of legs.
+    Ties are decided by the next smallest margins, then by the order of legs. A given `order` is
+    kept instead, by way of the places in between with the largest least margin.
 
     Args:
         start: (4, 2) the feet as they stand, in the body frame as the transition begins [m].
@@ -100,12 +102,18 @@ def plan_transition(
         tol: A leg this close to its goal is not moved [m].
         margin_required: The least margin that every step must have [m]. Plans with places in
             between are only looked for at margins of at least 0.
+        order: The legs in the order in which they are to be lifted, for example the paper's
+            2-3-4-1-3: the last lift of a leg takes it to its goal, one before it to a place in
+            between, straight ahead of where it stands or behind it if that is as good. Empty: the
+            order is searched for.
 
     Raises:
         PlanningError: No transition is stable; its data holds the best `margin` found [m].
         ValueError: An argument has the wrong shape or an unknown word.
     """
     rules, rows = _pose(start, goal, mode, com, max_shift, workspace, goal_com, tol)
+    if order and rows:
+        return _in_order(rules, rows, order, margin_required)
     best, found = -inf, "sequence of steps"
     for count in range(len(rows), max_steps + 1):
         if count == len(rows):
@@ -126,6 +134,41 @@ def plan_transition(
         f"{max_steps} steps (body: {mode}): the best {found} found has {best:.3f} m",
         margin=best,
     )
+
+
+def _in_order(
+    rules: LiftRules, rows: frozenset[int], order: Sequence[Leg], required: float
+) -> Transition:
+    """Returns the transition that lifts legs in a given order; see `plan_transition`.
+
+    Raises:
+        PlanningError: The order leaves a leg where it is that has to move, or is not stable.
+    """
+    name = "-".join(str(int(leg)) for leg in order)
+    left = sorted(row + 1 for row in rows - {leg.row for leg in order})
+    if left:
+        legs = " and ".join(map(str, left))
+        raise PlanningError(f"the transition {name} does not lift leg {legs}, which has to move")
+    # A leg that stands at its goal already and is not needed elsewhere stays there.
+    sequence = tuple(leg.row for leg in order if leg.row in rows or order.count(leg) > 1)
+    if len(sequence) == len(set(sequence)):
+        plan: Plan | None = follow_to_goal(rules, sequence)
+    else:
+        # As the paper draws it, feet go straight ahead or back where they can.
+        plan = plan_sequence(rules, sequence, max(required, 0.0), straight=True)
+    if plan is None:
+        raise PlanningError(
+            f"the transition {name} is not stable, whatever the places in between: "
+            f"none gives every step a stability margin of {required:.3f} m"
+        )
+    transition = _transition(rules, plan)
+    if transition.margin_min < required - ROUNDING:
+        raise PlanningError(
+            f"the transition {name} has a stability margin of {transition.margin_min:.3f} m, "
+            f"{required:.3f} m is asked for",
+            margin=transition.margin_min,
+        )
+    return transition
 
 
 def enumerate_transitions(

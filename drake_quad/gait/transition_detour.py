@@ -41,12 +41,16 @@ def best_detour(rules: LiftRules, rows: frozenset[int], count: int, required: fl
     return best
 
 
-def plan_sequence(rules: LiftRules, sequence: Sequence, floor: float) -> Plan | None:
+def plan_sequence(
+    rules: LiftRules, sequence: Sequence, floor: float, *, straight: bool = False
+) -> Plan | None:
     """Returns the best plan found for one sequence; None if none reaches `floor` >= 0 [m].
 
-    At most two places in between are handled, and one if the body shifts: None with more.
+    At most two places in between are handled, and one if the body shifts: None with more. Of
+    equally good places the nearest to where the leg began is taken; with `straight` rather one
+    straight ahead of that or behind it.
     """
-    detour = _Detour(rules, sequence)
+    detour = _Detour(rules, sequence, straight=straight)
     if len(detour.free) > (2 if detour.still else 1) or not detour.fixed_lifts_reach(floor):
         return None
     best: Plan | None = None
@@ -60,8 +64,8 @@ def plan_sequence(rules: LiftRules, sequence: Sequence, floor: float) -> Plan | 
 class _Detour:
     """One sequence with its free places, and which lifts these affect."""
 
-    def __init__(self, rules: LiftRules, sequence: Sequence) -> None:
-        self.rules, self.sequence = rules, sequence
+    def __init__(self, rules: LiftRules, sequence: Sequence, *, straight: bool = False) -> None:
+        self.rules, self.sequence, self.straight = rules, sequence, straight
         self.still = rules.max_shift == 0.0
         moved = [0, 0, 0, 0]
         self.before: list[list[Visit]] = []  # for each lift, where the feet are before it
@@ -142,6 +146,7 @@ class _Detour:
                     self.box(visit, shifts),
                     floor=least,
                     near=self.rules.start[visit[0]],
+                    straight=self.straight,
                 )
                 if found is None:
                     return best

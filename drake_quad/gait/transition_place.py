@@ -17,10 +17,11 @@ Polygon = list[Point]
 
 _TOLERANCE = 1e-10
 _ON_LINE = 1e-9
+_ROW = 1e6  # how much more than x the y of a place counts where the row comes first
 
 
 def best_place(
-    triples: list[Triple], box: Polygon, *, floor: float, near: Point
+    triples: list[Triple], box: Polygon, *, floor: float, near: Point, straight: bool = False
 ) -> tuple[float, Point] | None:
     """Returns the place of a foot that makes the least margin of some lifts as large as it can be.
 
@@ -29,6 +30,7 @@ def best_place(
         box: The places allowed, a counterclockwise convex polygon [m].
         floor: The least margin that is of any use [m], not negative.
         near: Of equally good places, the nearest to this one is taken [m].
+        straight: Whether a place with the y of `near`, or else the nearest y, comes before that.
 
     Returns:
         The margin [m], as far as it depends on the place, and the place; None if none reaches
@@ -47,7 +49,12 @@ def best_place(
             low, region = middle, smaller
         else:
             high = middle
-    return low, _nearest(region, near)
+    if not straight:
+        return low, _nearest(region, near)
+    if low <= floor + _ON_LINE:  # nothing was gained but rounding: all places are as good
+        region = places_with_margin(triples, box, floor)
+    x, y = _nearest([(x, _ROW * y) for x, y in region], (near[0], _ROW * near[1]))
+    return low, (x, y / _ROW)
 
 
 def places_with_margin(triples: list[Triple], box: Polygon, margin: float) -> Polygon:

@@ -47,7 +47,8 @@ def lay_spin(
                                        name="transition to the centres"))  # fmt: skip
     desired = spin_desired_configuration(boxes, phi=phi, duty_factor=beta, sense=sense)
     segments.append(lay_transition(builder, to_world(desired, yaw), settings, body=stance.body,
-                                   name="transition to the spinning gait"))  # fmt: skip
+                                   name="transition to the spinning gait",
+                                   order=settings.spin_order))  # fmt: skip
     moved = builder.time
     builder.wait(settings.shift_time)
     begin = builder.time

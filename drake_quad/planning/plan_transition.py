@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.gait.transition import plan_transition
 from drake_quad.planning.motion_plan import Segment
 from drake_quad.planning.settings import PlanSettings
@@ -10,7 +10,13 @@ from drake_quad.planning.step_builder import StepBuilder
 
 
 def lay_transition(
-    builder: StepBuilder, goal: FloatArray, settings: PlanSettings, *, body: FloatArray, name: str
+    builder: StepBuilder,
+    goal: FloatArray,
+    settings: PlanSettings,
+    *,
+    body: FloatArray,
+    name: str,
+    order: tuple[Leg, ...] = (),
 ) -> Segment | None:
     """Adds the fewest stable steps from where the builder's feet stand to `goal`.
 
@@ -20,6 +26,7 @@ def lay_transition(
         settings: Mode, times and limits of transitions.
         body: The body's pose (5,) in W.
         name: The segment's name.
+        order: In which legs are to be lifted, if that is not to be searched for.
 
     Returns:
         The segment, or None if the feet stand there already.
@@ -40,6 +47,7 @@ def lay_transition(
         max_shift=settings.max_shift,
         # With a stagger the feet's places are not those of the paper's boxes.
         workspace=settings.workspace if settings.stance_stagger == 0.0 else None,
+        order=order,
     )
     if not transition.steps:
         return None

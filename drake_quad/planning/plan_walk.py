@@ -75,7 +75,8 @@ def lay_walk(
                                        name="transition to the centres"))  # fmt: skip
     desired = np.stack([place(leg, pattern.first(leg)) for leg in LEGS])
     segments.append(lay_transition(builder, desired, settings, body=stance.body,
-                                   name="transition to the wave gait"))  # fmt: skip
+                                   name="transition to the wave gait",
+                                   order=settings.wave_order))  # fmt: skip
     moved = builder.time
     builder.wait(settings.shift_time)
     begin = builder.time

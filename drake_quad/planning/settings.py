@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from drake_quad.gait.legs import Leg
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.pattern import Pattern
 from drake_quad.stability.kinds import HULL
@@ -50,6 +51,9 @@ class PlanSettings:
         swing_time: Of a transition's step [s].
         shift_time: On four feet before each step of a transition [s].
         via_centres: Whether transitions between gaits pass through the workspaces' centres.
+        wave_order: In which order the legs are lifted in the transition to the wave gait, the
+            paper's is 2-3-4-1-3; empty: the one with the best margins.
+        spin_order: The same to the spinning gait.
         uniform_body: The paper's body path (constant speed, no sway), or one optimised for margin.
         dynamic: Whether the zero-moment point alone is kept over the feet, with the legs' masses
             moving; else the centre of mass too.
@@ -92,6 +96,8 @@ class PlanSettings:
     swing_time: float = 1.2
     shift_time: float = 1.3
     via_centres: bool = False
+    wave_order: tuple[Leg, ...] = ()
+    spin_order: tuple[Leg, ...] = ()
     uniform_body: bool = False
     dynamic: bool = False
     margin_desired: float = 0.10
