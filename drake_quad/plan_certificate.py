@@ -18,16 +18,23 @@ from drake_quad.whole_files import Write, write_together
 FILE, PLAN = "certificate.json", "plan.json"
 
 
-def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate]:
+def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate | None]:
     """Certifies a prepared scenario's plan.
 
     Returns:
         The result as plain values, for `plan --json`: `certified`, `reason`, `time` [s] of the
         mission and `segment` of the first failure, `proven` (the least of each figure over the
         plan), `jumps` (the greatest of body and feet where tasks meet, of value, rate and
-        acceleration), `intervals` of time that it took, `certifying_time` [s]; and the certificate.
+        acceleration), `intervals` of time that it took, `certifying_time` [s]; and the certificate,
+        None of a plan that is not looked at, for it has swings along arcs.
     """
     begun = time.perf_counter()
+    arc = _first_arc(p)
+    if arc is not None:
+        at, segment = arc
+        reason = "swings along arcs are no polynomials of time, of which proofs are made"
+        return {"certified": False, "reason": reason, "time": at, "segment": segment, "proven": {}, "jumps": {},
+                "intervals": 0, "certifying_time": 0.0}, None  # fmt: skip
     asked = p.scenario.certify
     certificate = certify(
         p.robot,
@@ -55,6 +62,16 @@ def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate]:
     return told, certificate
 
 
+def _first_arc(p: Preparation) -> tuple[float, str] | None:
+    """When and in which segment a plan has its first swing along an arc, if it has one."""
+    for plan, start in zip(p.plan.plans, p.plan.starts, strict=True):
+        for step in plan.contacts.steps:
+            if step.swing.pivot is not None:
+                segment = plan.segments[plan.segment_index(step.lift_off)]
+                return start + step.lift_off, segment.name
+    return None
+
+
 def write_plan(told: dict[str, Any], certificate: Certificate | None, directory: Path) -> None:
     """Writes plan.json, and certificate.json; without a certificate no old one stays, either.
 
@@ -78,6 +95,9 @@ def write_plan(told: dict[str, Any], certificate: Certificate | None, directory:
 def certificate_lines(told: dict[str, Any]) -> list[str]:
     """What is proven, or the first time at which it fails and why, for people."""
     proven = told["proven"]
+    where = f"from {told['time']:.3f} s on, in '{told['segment']}'" if told["segment"] else ""
+    if not told["certified"]:
+        return [f"not certified: {told['reason']}, {where}"]
     figures = [
         ("static margin at least", f"{proven['margin']:.4f} m"),
         ("swing feet from risers and nosings at least", f"{proven['foot_clearance']:.4f} m"),
@@ -85,15 +105,12 @@ def certificate_lines(told: dict[str, Any]) -> list[str]:
         ("joints inside their limits by at least", f"{proven['joint_room']:.3f} rad"),
         ("torques to stand still at most", f"{1.0 - proven['torque_room']:.1%} of their limits"),
     ]
-    if told["certified"]:
-        head = (
-            f"certified for every time, in {told['intervals']} intervals, "
-            f"{told['certifying_time']:.2f} s:"
-        )
-        lines = [f"  {name} {value}" for name, value in figures]
-        return [head, *lines, "  body and feet continuous to the acceleration, also between tasks"]
-    where = f"from {told['time']:.3f} s on, in '{told['segment']}'"
-    return [f"not certified: {told['reason']}, {where}"]
+    head = (
+        f"certified for every time, in {told['intervals']} intervals, "
+        f"{told['certifying_time']:.2f} s:"
+    )
+    lines = [f"  {name} {value}" for name, value in figures]
+    return [head, *lines, "  body and feet continuous to the acceleration, also between tasks"]
 
 
 def print_certificate(told: dict[str, Any], console: Console) -> None:

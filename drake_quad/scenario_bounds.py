@@ -5,6 +5,7 @@ from drake_quad.stability.kinds import KINDS
 WORDS: dict[str, tuple[str, ...]] = {
     "gait.pitch": ("level", "slope"),
     "gait.margin": KINDS,
+    "spin.swing_path": ("chord", "arc"),
     "transition.mode": ("still", "shift"),
     "body.path": ("optimised", "uniform"),
     "body.balance": ("static", "dynamic"),

@@ -70,6 +70,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         body_height=gait.body_height,
         pitch_along_slope=gait.pitch_share if gait.pitch == "slope" else 0.0,
         spin_workspace=_spin_workspace(scenario),
+        spin_arcs=spin.swing_path == "arc",
         spin_duty_factor=spin.duty_factor,
         spin_cycle_time=spin.cycle_time,
         body_still=transition.mode == "still",

@@ -89,12 +89,15 @@ class SpinConfig:
         cycle_time: T [s].
         workspace_length: R_x of each leg's workspace as it spins [m]; 0: the wave gait's.
         workspace_width: R_y of the same [m]; 0: the wave gait's.
+        swing_path: `chord`, straight over the ground to the next footprint, or `arc`, round the
+            body (the paper's).
     """
 
     duty_factor: float = 0.85
     cycle_time: float = 8.0
     workspace_length: float = 0.0
     workspace_width: float = 0.0
+    swing_path: str = "chord"
 
 
 @dataclass

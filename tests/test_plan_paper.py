@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import drake_quad
-from paper_rig import CENTRES, WAVE, margin, paper_height, quintic, step_margins
+from paper_rig import CENTRES, RADIUS, WAVE, margin, paper_height, quintic, step_margins
 from rig import paper_robot
 
 from drake_quad.errors import InputError
@@ -118,6 +118,50 @@ def test_the_desired_configuration_is_the_papers() -> None:
         for row, place in enumerate(WAVE):
             foot = seen_from(body, plan.sample(before).feet[row])
             np.testing.assert_allclose(foot, place, atol=1e-6)
+
+
+def test_the_spin_goes_along_arcs_about_the_body() -> None:
+    """Each foot stays on the circle through the workspaces' centres, as the body turns (Fig. 9).
+
+    By the paper's numbers alone: r = 0.4826 m, φ = 67.5°, all within the longest arc of 85.25°.
+    """
+    plan = next(p for p in plans() if any(s.kind == "spin" for s in p.segments))
+    spin = next(s for s in plan.segments if s.kind == "spin")
+    begin = next(s.lift_off for s in plan.contacts.steps if s.lift_off > spin.start)
+    assert [int(s.leg) for s in plan.contacts.steps if s.lift_off >= begin] == [1, 3, 4, 2]
+    times = np.linspace(begin + 0.03, begin + 8.0 - 0.03, 400)
+    feet, standing = plan.contacts.feet_at(times)
+    body = plan.body.samples(times)[:, 0]
+    away = feet[..., :2] - body[:, None, :2]
+    np.testing.assert_allclose(np.hypot(*np.moveaxis(away, -1, 0)), RADIUS, atol=1e-8)
+    angle = np.degrees(np.arctan2(away[..., 1], away[..., 0]) - body[:, None, 4])
+    middles = np.array([45.0, -45.0, 135.0, -135.0])
+    off = (angle - middles + 180.0) % 360.0 - 180.0
+    on_ground = off[standing]
+    assert np.abs(on_ground).max() == pytest.approx(67.5 / 2, abs=0.6)
+    assert np.abs(off).max() < 85.25 / 2
+    # Standing feet turn back at the body's rate; a swing is equation (1) in angle, over the ground.
+    rate = 90.0 / 8.0
+    for k, t in enumerate((times - begin).tolist()):
+        row = int(np.flatnonzero(~standing[k])[0])
+        s = (t % 2.0) / 2.0
+        expected = -67.5 / 2 + 90.0 * float(quintic(s)) - rate * (t % 2.0)
+        assert off[k, row] == pytest.approx(expected, abs=1e-6)
+
+
+def test_chords_leave_the_arcs_by_far() -> None:
+    """Straight over the ground, a swing of the quarter turn cuts r (1 - cos 45°) off its circle."""
+    chords = prepare(load_scenario("paper", ["spin.swing_path=chord"])).plan.plans
+    nearest = np.inf
+    for plan in chords:
+        for step in plan.contacts.steps:
+            segment = plan.segments[plan.segment_index(step.lift_off)]
+            if segment.kind == "spin":
+                pivot = plan.body.samples(np.array([segment.start]))[0, 0, :2]
+                p = step.swing.positions(np.linspace(0.0, 2.0, 201))[:, :2] - pivot
+                nearest = min(nearest, float(np.hypot(*p.T).min()))
+    assert RADIUS - nearest == pytest.approx(RADIUS * (1 - np.cos(np.pi / 4)), abs=1e-4)
+    assert RADIUS - nearest == pytest.approx(0.141, abs=5e-4)
 
 
 def test_a_replay_finds_the_margin_and_nothing_that_touches() -> None:

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rig import flat_course, paper_robot, rotations, spin_plan, stance_at
+from rig import flat_course, paper_robot, rotations, spin_plan, stairs_course, stance_at
 
+from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import (
     SPIN_ORDER_CLOCKWISE,
     SPIN_ORDER_COUNTERCLOCKWISE,
@@ -158,6 +159,30 @@ def test_papers_quarter_turn_is_one_cycle_of_67_5_degrees_with_a_margin_of_185_m
     body = plan.body.samples(times)[:, 0, :2]
     margin = stability_margins(body, feet[..., :2], standing)
     assert margin.min() == pytest.approx(0.185, abs=1e-3)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_swings_go_round_the_body_if_asked(angle: float) -> None:
+    """With arcs a swing foot keeps its distance from the pivot; straight it does not by far."""
+    for arcs in (True, False):
+        plan = spin_plan(angle, settings=replace(DEFAULT, spin_arcs=arcs))
+        off = []
+        for step in spin_steps(plan):
+            r, _ = polar(step.swing.positions(np.linspace(0.0, step.swing.duration, 21)))
+            off.append(np.ptp(r))
+            assert np.ptp(r[[0, -1]]) < 1e-9
+        assert max(off) < 1e-9 if arcs else min(off) > 1e-3
+
+
+def test_an_arc_over_stairs_is_refused() -> None:
+    """A swing round the body needs level ground under all of it."""
+    course = stairs_course()
+    riser = float(course.lanes[0].risers()[0][0])
+    task = Task(kind="spin", name="spin", lane=0, angle=np.pi / 2)
+    settings = replace(DEFAULT, spin_arcs=True, body_still=False)
+    stance = stance_at(course, settings, riser - 0.45)
+    with pytest.raises(PlanningError, match="level"):
+        plan_task(paper_robot(), course, settings, task, stance, index=0)
 
 
 def test_spin_there_and_back_ends_where_it_began() -> None:

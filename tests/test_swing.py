@@ -8,8 +8,10 @@ from hypothesis.extra.numpy import arrays
 from shapely import LineString, Point
 
 from drake_quad.errors import PlanningError
-from drake_quad.gait.legs import FloatArray
+from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.gait.swing import Swing, paper_swing, plan_swing
+from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.plan_table import phase_table, sample_feet
 
 H, W, DELTA_H = 0.13, 0.5, 0.02
 RADIUS, CLEARANCE = 0.02, 0.04
@@ -261,3 +263,58 @@ def test_a_profile_that_ends_early_is_refused() -> None:
     """The terrain has to be known all the way."""
     with pytest.raises(ValueError, match="profile"):
         climb((np.array([0.0, 0.9]), np.zeros(2)), 1.0)
+
+
+@st.composite
+def arcs(draw: st.DrawFn) -> Swing:
+    """A swing round a pivot, to a place up to twice as far from there."""
+    start, pivot = draw(place), draw(arrays(np.float64, 2, elements=st.floats(-1.0, 1.0)))
+    start[:2] += pivot + np.array([1.5, 0.0])  # never at the pivot itself
+    angle, farther = draw(st.floats(0.05, 3.0)), draw(st.floats(0.5, 2.0))
+    angle *= draw(st.sampled_from([-1.0, 1.0]))
+    c, s = np.cos(angle), np.sin(angle)
+    end = np.append(pivot + farther * np.array([[c, -s], [s, c]]) @ (start[:2] - pivot), 0.1)
+    return Swing(start, end, 2.0, 0.9, start[2] + 0.3, pivot=pivot, turn=angle)
+
+
+@given(arcs(), st.floats(0.02, 0.98))
+def test_an_arc_goes_round_its_pivot(swing: Swing, s: float) -> None:
+    """Its angle and its distance grow by the paper's quintic, from rest to rest."""
+    assert swing.pivot is not None
+    q = np.polyval([6.0, -15.0, 10.0, 0.0, 0.0, 0.0], s)
+    away = [p[:2] - swing.pivot for p in (swing.p_start, swing.positions([2.0 * s])[0])]
+    near, far = np.hypot(*away[0]), np.hypot(*(swing.p_end[:2] - swing.pivot))
+    assert np.hypot(*away[1]) == pytest.approx(near + (far - near) * q, abs=1e-9)
+    (ax, ay), (bx, by) = away
+    turned = np.arctan2(ax * by - ay * bx, ax * bx + ay * by)
+    assert turned == pytest.approx(swing.turn * q, abs=1e-9)
+    for t, end in ((0.0, swing.p_start), (2.0, swing.p_end)):
+        place, velocity, acceleration = swing.sample(t)
+        np.testing.assert_allclose(place, end, atol=1e-9)
+        np.testing.assert_allclose([velocity, acceleration], 0.0, atol=1e-9)
+
+
+@given(arcs(), st.floats(0.1, 1.9))
+def test_an_arc_is_the_same_to_all_who_sample_it(swing: Swing, t: float) -> None:
+    """One sample, many, and the control loop's kernel agree, and rates are what differences say."""
+    place, velocity, acceleration = swing.sample(t)
+    np.testing.assert_allclose(swing.positions([t])[0], place, atol=1e-12)
+    feet = np.tile(swing.p_start, (4, 1))
+    plan = ContactPlan(feet, (Step(Leg(3), 0.5, 2.5, swing),), 3.0)
+    found = sample_feet(phase_table(plan), 0.5 + t)
+    for part, expected in zip(found[:3], (place, velocity, acceleration), strict=True):
+        np.testing.assert_allclose(part[2], expected, atol=1e-9)
+    h = 1e-5
+    if abs(t - swing.apex_time) > 2 * h:
+        before, after = (swing.sample(t + d) for d in (-h, h))
+        np.testing.assert_allclose((after[0] - before[0]) / (2 * h), velocity, atol=1e-6)
+        np.testing.assert_allclose((after[1] - before[1]) / (2 * h), acceleration, atol=1e-5)
+
+
+def test_an_arc_that_does_not_lead_there_is_refused() -> None:
+    """The turn and both ends have to belong together."""
+    start, end = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    assert Swing(start, end, 1.0, 0.5, 0.1, pivot=np.zeros(2), turn=np.pi / 2).arc[2] > 1.5
+    for turn in (0.0, -np.pi / 2, 1.0):
+        with pytest.raises(ValueError, match="turn"):
+            Swing(start, end, 1.0, 0.5, 0.1, pivot=np.zeros(2), turn=turn)

@@ -1,9 +1,11 @@
 """The swing leg: rest-to-rest quintics (section II-A, equations (1) to (3)).
 
 Horizontally a swing is one quintic over its whole duration; vertically two that meet, at rest, at
-the apex time. Positions are in any frame that stands still during the swing, z up.
+the apex time. Positions are in any frame that stands still during the swing, z up. A swing of a
+spin may go round the body's pivot (section II-B) instead of straight: by that quintic in angle.
 """
 
+import cmath
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -14,6 +16,10 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray, read_only
 from drake_quad.gait.quintic import quintic, quintic_acceleration, quintic_inverse, quintic_rate
 from drake_quad.gait.swing_clearance import Profile, find_apex
+
+Arc = tuple[float, float, float, float]  # pivot x and y [m], turn [rad], end over start distance
+STRAIGHT: Arc = (0.0, 0.0, 0.0, 1.0)
+ON_ARC = 1e-6  # [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +32,13 @@ class Swing:
         duration: T_sw [s].
         apex_time: When the two vertical quintics meet [s], inside (0, duration): the paper's t_s.
         apex_z: Height at that time [m]: the paper's h_s + delta_h.
+        pivot: (2,) what the foot goes round [m], its distance from there changing evenly with the
+            angle; None: it goes straight.
+        turn: By which angle, left positive [rad].
 
     Raises:
-        ValueError: The times are not 0 < apex_time < duration, or a shape is wrong.
+        ValueError: The times are not 0 < apex_time < duration, a shape is wrong, or `turn` does not
+            lead round `pivot` to `p_end`.
     """
 
     p_start: FloatArray
@@ -36,7 +46,10 @@ class Swing:
     duration: float
     apex_time: float
     apex_z: float
+    pivot: FloatArray | None = None
+    turn: float = 0.0
     _ends: tuple[float, ...] = field(init=False, repr=False)
+    _arc: Arc = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "p_start", read_only(self.p_start))
@@ -48,6 +61,30 @@ class Swing:
                 f"apex_time = {self.apex_time}: must be inside the swing, (0, {self.duration})"
             )
         object.__setattr__(self, "_ends", (*self.p_start.tolist(), *self.p_end.tolist()))
+        object.__setattr__(self, "_arc", self._round_pivot())
+
+    @property
+    def arc(self) -> Arc:
+        """Pivot x and y [m], turn [rad], and how many times as far from there as it begins it ends.
+
+        A turn of 0 is none.
+        """
+        return self._arc
+
+    def _round_pivot(self) -> Arc:
+        if self.pivot is None:
+            return STRAIGHT
+        object.__setattr__(self, "pivot", read_only(self.pivot))
+        x, y = self.pivot.tolist()
+        start, end = (complex(p[0] - x, p[1] - y) for p in (self.p_start, self.p_end))
+        if self.turn == 0.0 or start == 0.0:
+            raise ValueError("a swing about a pivot turns, and does not start in it")
+        farther = abs(end) / abs(start)
+        if abs(start * farther * cmath.rect(1.0, self.turn) - end) > ON_ARC:
+            raise ValueError(
+                f"turn = {self.turn}: does not lead round {self.pivot} to {self.p_end}"
+            )
+        return x, y, self.turn, farther
 
     def sample(self, t: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Returns position [m], velocity [m/s] and acceleration [m/s^2], (3,) each, at t [s].
@@ -66,6 +103,20 @@ class Swing:
             scale, rise = 1.0 / (self.duration - self.apex_time), z1 - self.apex_z
             base, since = self.apex_z, t - self.apex_time
         r, dr, ddr = _quintics(since * scale)
+        if self._arc[2] != 0.0:
+            x, y, turn, farther = self._arc
+            # p = pivot + (start - pivot) (1 + (farther - 1) q) exp(i turn q), and its derivatives
+            grown, more = 1.0 + (farther - 1.0) * q, farther - 1.0
+            way = complex(x0 - x, y0 - y) * cmath.rect(1.0, turn * q)
+            place = way * grown
+            rate = way * complex(more, turn * grown)
+            bend = way * complex(-turn * turn * grown, 2.0 * turn * more)
+            v, a = rate * dq, bend * dq * dq + rate * ddq
+            return (
+                np.array((x + place.real, y + place.imag, base + rise * r)),
+                np.array((v.real, v.imag, rise * dr * scale)),
+                np.array((a.real, a.imag, rise * ddr * scale * scale)),
+            )
         return (
             np.array((x0 + dx * q, y0 + dy * q, base + rise * r)),
             np.array((dx * dq, dy * dq, rise * dr * scale)),
@@ -88,6 +139,14 @@ def swing_positions(
     t = np.minimum(np.maximum(times, 0.0), duration)
     along = quintic(t / duration)[:, None]
     p: FloatArray = (1.0 - along) * ends[:, :3] + along * ends[:, 3:]
+    arcs = np.array([swing.arc for swing in swings])[which]
+    round_pivot = arcs[:, 2] != 0.0
+    if np.any(round_pivot):
+        pivot, turn, farther = np.split(arcs[round_pivot], [2, 3], axis=1)
+        q = along[round_pivot]
+        x, y = ((ends[round_pivot, :2] - pivot) * (1.0 + (farther - 1.0) * q)).T
+        c, s = np.cos(turn * q)[:, 0], np.sin(turn * q)[:, 0]
+        p[round_pivot, :2] = pivot + np.stack([c * x - s * y, s * x + c * y], axis=-1)
     rising = quintic(np.minimum(t / apex_time, 1.0))
     falling = quintic(np.maximum((t - apex_time) / (duration - apex_time), 0.0))
     z_start, z_end = ends[:, 2], ends[:, 5]

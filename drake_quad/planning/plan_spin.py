@@ -57,7 +57,8 @@ def lay_spin(
         for leg, lift_off, _ in table.swing_intervals():
             to = to_world(desired[leg.row], yaw + (cycle + 1) * turn)
             at = begin + cycle * table.cycle_time + lift_off
-            builder.step(leg, to, table.swing_time, lift_off=at)
+            round_it = pivot if settings.spin_arcs else None
+            builder.step(leg, to, table.swing_time, lift_off=at, pivot=round_it)
     builder.time = begin + cycles * table.cycle_time
     details = {
         "phi_deg": float(np.degrees(phi)),

@@ -4,6 +4,8 @@
 that a compiled kernel takes them in one piece.
 """
 
+from math import cos, sin
+
 import numpy as np
 
 from drake_quad.compiled import compiled
@@ -13,11 +15,11 @@ from drake_quad.planning.contact_plan import ContactPlan
 
 # Columns of the table of phases: times [s], who stands (4), the feet (12) [m], the row of the
 # swing leg (-1 for none), and its swing: from (3), to (3) [m], how long, when the apex [s], its
-# height [m].
-START, END, STANDING, FEET, SWING, FROM, TO, DURATION, APEX_TIME, APEX_Z = (
-    0, 1, 2, 6, 18, 19, 22, 25, 26, 27,
+# height [m], and its arc: pivot (2) [m], turn [rad] (0: it goes straight), end over start distance.
+START, END, STANDING, FEET, SWING, FROM, TO, DURATION, APEX_TIME, APEX_Z, PIVOT, TURN, FARTHER = (
+    0, 1, 2, 6, 18, 19, 22, 25, 26, 27, 28, 30, 31,
 )  # fmt: skip
-COLUMNS = 28
+COLUMNS = 32
 
 _quintic, _rate, _acceleration = (
     compiled(f) for f in (quintic, quintic_rate, quintic_acceleration)
@@ -35,7 +37,8 @@ def phase_table(contacts: ContactPlan) -> FloatArray:
             swing = phase.step.swing
             row[SWING] = phase.step.leg.row
             row[FROM:TO], row[TO:DURATION] = swing.p_start, swing.p_end
-            row[DURATION:] = swing.duration, swing.apex_time, swing.apex_z
+            row[DURATION:PIVOT] = swing.duration, swing.apex_time, swing.apex_z
+            row[PIVOT:] = swing.arc
     return read_only(table)
 
 
@@ -84,6 +87,8 @@ def sample_feet(
         place[k, i] = row[FROM + i] + way * _quintic(s)
         velocity[k, i] = way * (_rate(s) * scale)
         acceleration[k, i] = way * (_acceleration(s) * scale * scale)
+    if row[TURN] != 0.0:
+        _round_pivot(row, s, scale, place[k], velocity[k], acceleration[k])
     apex_time, apex = row[APEX_TIME], row[APEX_Z]
     if since <= apex_time:
         scale, base, rise = 1.0 / apex_time, row[FROM + 2], apex - row[FROM + 2]
@@ -95,6 +100,30 @@ def sample_feet(
     velocity[k, 2] = rise * _rate(s) * scale
     acceleration[k, 2] = rise * _acceleration(s) * scale * scale
     return place, velocity, acceleration, standing, (t - row[START]) / (row[END] - row[START])
+
+
+@compiled
+def _round_pivot(
+    row: FloatArray,
+    s: float,
+    scale: float,
+    place: FloatArray,
+    velocity: FloatArray,
+    acceleration: FloatArray,
+) -> None:
+    """Writes x and y of a swing along an arc at phase `s`, see `gait.swing.Swing.sample`."""
+    turn, more = row[TURN], row[FARTHER] - 1.0
+    q, dq, ddq = _quintic(s), _rate(s) * scale, _acceleration(s) * scale * scale
+    grown, c, n = 1.0 + more * q, cos(turn * q), sin(turn * q)
+    x0, y0 = row[FROM] - row[PIVOT], row[FROM + 1] - row[PIVOT + 1]
+    out_x, out_y = c * x0 - n * y0, n * x0 + c * y0  # as far out as it began
+    rate_x, rate_y = more * out_x - turn * grown * out_y, more * out_y + turn * grown * out_x
+    bend_x = -turn * turn * grown * out_x - 2.0 * turn * more * out_y
+    bend_y = -turn * turn * grown * out_y + 2.0 * turn * more * out_x
+    place[0], place[1] = row[PIVOT] + grown * out_x, row[PIVOT + 1] + grown * out_y
+    velocity[0], velocity[1] = rate_x * dq, rate_y * dq
+    acceleration[0] = bend_x * dq * dq + rate_x * ddq
+    acceleration[1] = bend_y * dq * dq + rate_y * ddq
 
 
 @compiled

@@ -81,7 +81,7 @@ def lay_rest(builder: StepBuilder, rest: Rest, *, join: float, duration: float) 
             builder.steps.append(Step(step.leg, at, at + swing.duration, swing))
             builder.feet[row] = swing.p_end
         else:
-            builder.step(step.leg, swing.p_end[:2], swing.duration, lift_off=at)
+            builder.step(step.leg, swing.p_end[:2], swing.duration, lift_off=at, pivot=swing.pivot)
     builder.time = duration
 
 

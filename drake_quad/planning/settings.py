@@ -43,6 +43,8 @@ class PlanSettings:
         body_height: Of B above the mean ground under the feet [m].
         pitch_along_slope: How much of the stairs' slope the body tilts with: 0 level, 1 all of it.
         spin_workspace: The boxes of the spinning gait; the same ones if None.
+        spin_arcs: Whether swings of the spinning gait go round the body, as the paper's, or
+            straight to the next footprint.
         spin_duty_factor: β of the spinning gait.
         spin_cycle_time: T of the spinning gait [s].
         body_still: Transitions with the body still (the paper's), or shifting before each lift.
@@ -89,6 +91,7 @@ class PlanSettings:
     body_height: float = 0.85
     pitch_along_slope: float = 0.0
     spin_workspace: Workspace | None = None
+    spin_arcs: bool = False
     spin_duty_factor: float = 0.85
     spin_cycle_time: float = 8.0
     body_still: bool = False

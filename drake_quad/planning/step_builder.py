@@ -1,5 +1,7 @@
 """Puts steps one after another, with swing legs that clear the lane's ground."""
 
+import cmath
+from dataclasses import replace
 from math import hypot
 
 import numpy as np
@@ -12,6 +14,8 @@ from drake_quad.planning.swing_room import inflate_profile
 from drake_quad.terrain import Lane
 
 STILL = 1e-3  # [m]: a step shorter than this is not taken
+ARC_SAMPLES = 41  # places under an arc whose ground is looked at
+LEVEL = 1e-6  # [m] by which that may differ in height
 
 
 class StepBuilder:
@@ -67,13 +71,27 @@ class StepBuilder:
         # On a slope the sphere's centre is over the place, and it touches a little beside it.
         return height + self._radius * hypot(1.0, float(self.lane.gradients[here]))
 
-    def step(self, leg: Leg, to: FloatArray, duration: float, *, lift_off: float) -> None:
-        """Swings `leg` to the place `to` (2,) in W, from time `lift_off` [s] on."""
+    def step(
+        self,
+        leg: Leg,
+        to: FloatArray,
+        duration: float,
+        *,
+        lift_off: float,
+        pivot: FloatArray | None = None,
+    ) -> None:
+        """Swings `leg` to the place `to` (2,) in W, from time `lift_off` [s] on.
+
+        Straight there, or round `pivot` (2,) [m] by less than half a turn.
+        """
         p_from = self.feet[leg.row]
         p_to = np.array([to[0], to[1], self.ground(to)])
         if float(np.hypot(*(p_to - p_from)[:2])) < STILL:
             return
-        swing = self._swing(p_from, p_to, duration)
+        if pivot is None:
+            swing = self._swing(p_from, p_to, duration)
+        else:
+            swing = self._arc(p_from, p_to, duration, pivot)
         self.steps.append(Step(leg, lift_off, lift_off + duration, swing))
         self.feet[leg.row] = p_to
         self.time = lift_off + duration
@@ -106,6 +124,39 @@ class StepBuilder:
             clearance=self._radius + self._clearance,
             foot_radius=self._radius,
         )
+
+    def _arc(
+        self, p_from: FloatArray, p_to: FloatArray, duration: float, pivot: FloatArray
+    ) -> Swing:
+        """The swing round `pivot` (2,) over level ground.
+
+        Raises:
+            PlanningError: If the ground on the way is not level.
+        """
+        before, after = (complex(*(p[:2] - pivot)) for p in (p_from, p_to))
+        turn = cmath.phase(after / before)
+        straight = plan_swing(
+            p_from,
+            p_to,
+            duration=duration,
+            profile=(
+                np.array([0.0, float(np.hypot(*(p_to - p_from)[:2]))]),
+                np.full(2, p_to[2] - self._radius),
+            ),
+            clearance=self._radius + self._clearance + self._height_error,
+            foot_radius=self._radius,
+        )
+        swing = replace(straight, pivot=pivot, turn=turn)
+        s, _ = self.lane.coordinates(
+            swing.positions(np.linspace(0.0, duration, ARC_SAMPLES))[:, :2]
+        )
+        heights = self.lane.height(s)
+        if np.nanmax(np.abs(heights - (p_to[2] - self._radius))) > LEVEL:
+            raise PlanningError(
+                "the ground under a spin's arcs is not level; spin farther from the stairs, or "
+                "with spin.swing_path: chord"
+            )
+        return swing
 
     def _with_room(self, d: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The profile with room for the map's errors: risers' and treads', not those of slopes."""

@@ -39,7 +39,8 @@ def wave_feet(
 def spin_angles(*, phi: float, duty_factor: float, phases: ArrayLike, sense: int = 1) -> FloatArray:
     """Returns (N, 4), the feet's angles from their arcs' middles in a cycle of a spin [rad].
 
-    A swing is from rest to rest relative to the body, as section II-B has it.
+    A swing is from rest to rest over the ground, as equation (1) is in the wave gait; section II-B
+    does not say over what. Relative to the body the foot at first still goes back.
 
     Args:
         phi: Each foot's arc [rad].
@@ -50,7 +51,7 @@ def spin_angles(*, phi: float, duty_factor: float, phases: ArrayLike, sense: int
     table = spin_table(duty_factor=duty_factor, cycle_time=1.0, sense=sense)
     since, swings = _since_lift_off(table, phases)
     air = 1.0 - duty_factor
-    forward = phi * quintic(np.minimum(since / air, 1.0))
+    forward = phi / duty_factor * (quintic(np.minimum(since / air, 1.0)) - since)
     back = phi / duty_factor * (1.0 - since)
     return np.asarray(sense * (np.where(swings, forward, back) - phi / 2.0))
 
