@@ -11,6 +11,7 @@ from pathlib import Path
 
 import matplotlib
 
+from drake_quad.report.paper_betas import beta_rows
 from drake_quad.report.paper_figures import FIGURES
 from drake_quad.report.paper_findings_run import run_findings
 from drake_quad.report.paper_findings_spin import spin_findings
@@ -34,7 +35,7 @@ def reproduce(out: Path) -> None:
 
     # Every number on the page is computed here.
     findings = (*wave_findings(), *spin_findings(), *run_findings(study, samples, out_of_phase))
-    (out / "README.md").write_text(page(findings), encoding="utf-8")
+    (out / "README.md").write_text(page(findings, beta_rows()), encoding="utf-8")
 
     # The figures look the same whatever style the user has set.
     with matplotlib.rc_context():

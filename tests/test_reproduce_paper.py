@@ -4,6 +4,7 @@ The other means are in `paper_rig`; the whole robot's centre of mass is Drake's.
 """
 
 import importlib.util
+import json
 import re
 import time
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command import drake_quad
 from matplotlib.image import imread
 from paper_rig import (
     RADIUS,
@@ -27,6 +29,7 @@ from paper_rig import (
 )
 
 from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.report.paper_betas import beta_rows
 from drake_quad.report.paper_figures import FIGURES
 from drake_quad.report.paper_findings import Finding, Verdict
 from drake_quad.report.paper_findings_run import run_findings
@@ -34,8 +37,10 @@ from drake_quad.report.paper_findings_spin import spin_findings
 from drake_quad.report.paper_findings_wave import wave_findings
 from drake_quad.report.paper_samples import Samples, sample_study
 from drake_quad.report.paper_study import (
+    DOWN,
     OUT_OF_PHASE,
     TABLE_I,
+    UP,
     CaseStudy,
     plan_case_study,
 )
@@ -318,12 +323,89 @@ def test_zeros_of_the_study(findings: dict[str, Finding], study: CaseStudy) -> N
     assert n["steps_time"] == pytest.approx(n["transitions"] * study.settings.swing_time)
 
 
-def test_margin_beyond_beta_three_quarters(findings: dict[str, Finding]) -> None:
-    """Half the way that the body goes on four feet, across the diagonal of the feet."""
-    n = findings["zeros"].numbers
+def height_of_stairs(x: float, *, first: float, going: int) -> float:
+    """Height of the ground [m] where six risers of 0.13 m begin at `first`, 0.5 m apart."""
+    passed = min(max(int(np.floor((x - first) / 0.5)) + 1, 0), 6)
+    return 0.13 * (passed if going > 0 else 6 - passed)
+
+
+def foot_on_stairs(t: float, leg: int, *, start: float, first: float, going: int) -> list[float]:
+    """Place along the walk and height of a foot, `t` [s] into the wave gait of Table I.
+
+    Equations (1) to (3) from where the foot has been put down last, 1 m on in 2 s of every 8.
+    """
+    lift_off = {1: 0.0, 4: 2.0, 2: 4.0, 3: 6.0}[leg]
+    cycle, since = divmod(t - lift_off, 8.0)
+    x = start + cycle
+    if since >= 2.0:
+        x += 1.0
+        return [x, height_of_stairs(x, first=first, going=going)]
+    ends = [height_of_stairs(at, first=first, going=going) for at in (x, x + 1.0)]
+    z_f = ends[1] - ends[0]
+    risers = [r - x for r in first + 0.5 * np.arange(6) if x < r < x + 1.0]
+    d_s, h_s = (risers[-1 if going > 0 else 0], max(z_f, 0.0)) if risers else (0.5, 0.0)
+    t, t_s, top = since / 2.0, quintic_time(d_s), h_s + 0.02
+    z = top * quintic(t / t_s)
+    if t > t_s:
+        z = top + (z_f - top) * quintic((t - t_s) / (1.0 - t_s))
+    return [x + float(quintic(t)), ends[0] + float(z)]
+
+
+@pytest.mark.parametrize("index", [UP, DOWN])
+def test_figures_11_and_12_are_the_papers_equations(
+    study: CaseStudy, samples: Samples, index: int
+) -> None:
+    """Both walks from Table I alone: body and legs (Fig. 11), and their margin (Fig. 12).
+
+    The body at λ/T, the feet by equations (1) to (3) on footprints λ apart, the margin by shapely;
+    on the stairs the body rises, or sinks, by 2H a cycle.
+    """
+    begin = study.starts[index] + (12.0 if index == UP else 23.0)  # 5 steps, or by the centres 10
+    cycles, going = (8, 1) if index == UP else (7, -1)
+    start, first = (1.25, 4.5) if index == UP else (0.0, 1.75)
+    within = (samples.times > begin + 0.05) & (samples.times < begin + 8.0 * cycles - 0.05)
+    rows = np.flatnonzero(within)[::7]
+    assert len(rows) > 100
+    for k in rows:
+        t = float(samples.times[k] - begin)
+        along = samples.feet[k] if index == UP else samples.feet[k][:, [1, 0, 2]] * [1, -1, 1]
+        body = samples.body[k, :2] if index == UP else samples.body[k, [1, 0]] * [1, -1]
+        across = 0.0 if index == UP else -9.25
+        assert body == pytest.approx([start + 0.125 * t, across], abs=1e-6)
+        feet = []
+        for leg in (1, 2, 3, 4):
+            begun = start + WAVE[leg - 1, 0]
+            x, z = foot_on_stairs(t, leg, start=begun, first=first, going=going)
+            feet.append([x, across + WAVE[leg - 1, 1], z])
+        standing = samples.standing[k]
+        np.testing.assert_allclose(along, feet, atol=1e-6)
+        expected = margin(body, np.array(feet)[standing, :2])
+        assert samples.margin[k] == pytest.approx(expected, abs=1e-6)
+        if first + 0.9 < body[0] < first + 1.6:
+            level = 0.90 + 0.13 * (2.0 * (body[0] - first) + 0.5)
+            z = level if going > 0 else 2 * 0.90 + 0.78 - level
+            assert samples.body[k, 2] == pytest.approx(z, abs=1e-4)
+
+
+def test_margin_beyond_beta_three_quarters() -> None:
+    """Half the way that the body goes on four feet, across the diagonal of the feet; as planned."""
     across = 0.54 / np.hypot(0.54, 0.55)
-    for k, beta in enumerate((0.80, 0.85, 0.90)):
-        assert n[f"beta{k}"] == pytest.approx((beta - 0.75) / 2.0 * across, abs=1e-8)
+    rows = beta_rows()
+    assert [row.beta for row in rows] == [0.75, 0.80, 0.85, 0.90]
+    for row in rows:
+        expected = (row.beta - 0.75) / 2.0 * across
+        found = (row.equations, row.up, row.down)
+        assert found == pytest.approx((expected,) * 3, abs=1e-8)
+    assert rows[1].up == pytest.approx(0.0175, abs=5e-5)
+
+
+@pytest.mark.parametrize("beta", [0.80, 0.90])
+def test_plan_gives_the_margin_of_the_table(beta: float, tmp_path: Path) -> None:
+    """`drake-quad plan` with another β has the wave's margin by the equations, up and down."""
+    told = drake_quad("plan", "paper", "--set", f"gait.duty_factor={beta}", "--json", cwd=tmp_path)
+    waves = [s for s in json.loads(told.stdout)["segments"] if s["kind"] == "wave"]
+    expected = (beta - 0.75) / 2.0 * 0.54 / np.hypot(0.54, 0.55)
+    assert [s["margin_min"] for s in waves] == pytest.approx([expected] * 2, abs=1e-8)
 
 
 def test_margin_of_the_whole_robot(

@@ -111,7 +111,7 @@ def lay_walk(
     builder.wait(settings.shift_time)
     segments.append(Segment("settle", "stand", segments[-1].end, builder.time))  # type: ignore[union-attr]
 
-    times, s = _nominal(lattice, settings, begin, half_cycle, builder.time)
+    times, s = _nominal(lattice, settings, (moved, begin), half_cycle, builder.time)
     xy = lane.point(s)
     xy[0] = stance.body[:2]
     half = 0.5 * settings.workspace.P_x
@@ -134,24 +134,46 @@ def lay_walk(
 def _nominal(
     lattice: Lattice,
     settings: PlanSettings,
-    begin: float,
+    start: tuple[float, float],
     half_cycle: float,
     end: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Times [s] and the body's places along the lane [m] if margins did not matter.
 
     Over the lattice's places at an even pace, `body_ahead` places ahead of them but for the ends.
+
+    Args:
+        lattice: The places.
+        settings: The gait's.
+        start: When the transition to the gait ends, and when its first cycle begins [s].
+        half_cycle: How long half a cycle takes [s].
+        end: When the walk ends [s].
     """
+    moved, begin = start
     beats = np.arange(2 * lattice.cycles + 1)
     times = np.concatenate([[0.0], begin + half_cycle * beats, [end]])
     at = 0.5 * settings.pattern.treads * beats
     ahead = np.full(len(beats), settings.body_ahead)
     ahead[[0, -1]] = 0.0
+    ahead += _recentred(settings)
     places = lattice.behind + np.concatenate([[0.0], at + ahead, [at[-1]]])
     s = np.interp(places, np.arange(len(lattice.s)), lattice.s)
     shift = body_shift(lattice, s, settings)
     shift[[0, 1, -2, -1]] = 0.0  # walks begin and end at rest over their places
-    return times, s + shift
+    s += shift
+    if settings.uniform_body:  # it stays where it is through the transition
+        times, s = np.insert(times, 1, moved), np.insert(s, 1, s[0])
+    return times, s
+
+
+def _recentred(settings: PlanSettings) -> float:
+    """How far ahead of its places a body without sway goes, that its strokes be centred [places].
+
+    The paper's two treads a cycle are centred at β = 3/4; a longer stroke, R = λβ, needs the body
+    half of the difference ahead. It goes there on four feet before the first cycle, and back after
+    the last. An optimised path finds its own way.
+    """
+    return settings.pattern.ahead(settings.duty_factor) if settings.uniform_body else 0.0
 
 
 def _waits(settings: PlanSettings) -> dict[str, float]:

@@ -109,7 +109,8 @@ FIGURES: tuple[PaperFigure, ...] = (
         11,
         "trajectories",
         "Trajectories of the body, leg 1, and leg 2 with respect to the ground.",
-        "Floor, six stairs up, a quarter turn on the landing, six stairs down, floor.",
+        "Floor, six stairs up, a quarter turn on the landing, six stairs down, floor. Transitions "
+        "to the wave gait in the paper's order, 2-3-4-1-3; the others are ours.",
         trajectories,
     ),
     PaperFigure(
@@ -117,7 +118,8 @@ FIGURES: tuple[PaperFigure, ...] = (
         "static_margin",
         "Static stability margin versus time.",
         "Blue as in the paper, the body's centre over the feet. Grey the whole robot's centre of "
-        "mass in the same motion. At β = 0.75 the wave's own switches are zeros too.",
+        "mass in the same motion. Transitions to the wave gait in the paper's order, 2-3-4-1-3; "
+        "the others are ours. At β = 0.75 the wave's own switches are zeros too.",
         margins,
     ),
 )

@@ -3,10 +3,13 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
+from drake_quad.report.paper_betas import BetaRow
 from drake_quad.report.paper_figures import FIGURES, PaperFigure
 from drake_quad.report.paper_findings import Finding, Verdict
 from drake_quad.report.paper_study import TABLE_I
+from drake_quad.scenario import load_scenario
 
+HEIGHT = load_scenario("paper").gait.body_height
 COMMAND = "python scripts/reproduce_paper.py"
 
 _INTRODUCTION = f"""\
@@ -21,7 +24,23 @@ with the body still and by way of the workspaces' centres, β = {TABLE_I.beta}. 
 paper's: the body's centre over the feet that stand, legs massless; we sign it, negative outside of
 the support polygon. How many stairs, and how long a floor, the paper does not say: here six up, a
 quarter turn, six down, and level ground in whole strides. Legs are 1 front left, 2 front right,
-3 rear left, 4 rear right."""
+3 rear left, 4 rear right.
+
+The case study is the shipped scenario `paper` (`drake-quad plan paper`). Its transition to the wave
+gait is the paper's own, 2-3-4-1-3, in Figs. 3(a), 11 and 12 alike. The paper's text has no order of
+legs towards the spinning gait (it is in its Fig. 7 alone) and towards the centres: there the orders
+are ours, the fewest steps with the largest margins. With `transition.wave_order: []` ours takes the
+place of the paper's, and has the better margins of Fig. 3(b). What the paper leaves open besides:
+the body's height, here {HEIGHT} m, at which the shanks touch no nosing (a replay asks Drake's
+geometry); and over what a spin's swing is at rest at its ends, here over the ground."""
+
+_BETAS = """\
+## The margin beyond β = 3/4
+
+Least static margin of the wave gait at the same stride, legs massless, the body at constant
+speed and without sway: by the wave's own equations, (β - 3/4)λ/2 across the feet's diagonal, and
+of `drake-quad plan paper --set gait.duty_factor=β`, where the body goes (β - 3/4)λ/2 ahead, on four
+feet, before the first cycle and back after the last, so that the longer strokes are centred."""
 
 _ABSENT = """\
 ## Not compared
@@ -30,9 +49,16 @@ Figs. 1 and 10 show the robot, whose model is from other papers. That two treads
 stable than one (introduction, after Song and Waldron) is quoted there, not shown."""
 
 
-def page(findings: Sequence[Finding]) -> str:
+def page(findings: Sequence[Finding], betas: Sequence[BetaRow]) -> str:
     """Returns the page as Markdown."""
-    parts = [_INTRODUCTION, _table_i(), _statements(findings), _figures(), _ABSENT]
+    parts = [
+        _INTRODUCTION,
+        _table_i(),
+        _statements(findings),
+        _beta_table(betas),
+        _figures(),
+        _ABSENT,
+    ]
     return "\n\n".join(parts) + "\n"
 
 
@@ -49,6 +75,16 @@ def _table_i() -> str:
     )
     rows = [_row(columns), _row("---" for _ in columns), _row(f"{v:g}" for v in columns.values())]
     return "\n".join(["## Table I. Gait parameters", "", *rows, "", derived])
+
+
+def _beta_table(rows: Sequence[BetaRow]) -> str:
+    """Returns the margins beyond β = 3/4."""
+    head = ["β", "by the equations [m]", "as planned, up [m]", "as planned, down [m]"]
+    lines = [_row(head), _row("---" for _ in head)]
+    for row in rows:
+        figures = (round(value, 6) + 0.0 for value in (row.equations, row.up, row.down))
+        lines.append(_row([f"{row.beta:.2f}", *(f"{value:.4f}" for value in figures)]))
+    return "\n".join([_BETAS, "", *lines])
 
 
 def _statements(findings: Sequence[Finding]) -> str:
