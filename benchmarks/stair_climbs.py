@@ -13,6 +13,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.gait.legs import FloatArray
+from drake_quad.robot.contact_friction import SetContactFriction
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot
 from drake_quad.scenario import control_settings
@@ -99,9 +100,11 @@ def record(p: Preparation, *, duration: float) -> tuple[Commands, float]:
 def make_bare(p: Preparation, commands: Commands) -> tuple[MultibodyPlant, Simulator]:
     """The same robot, course and gains, following `commands`; nothing in it is Python."""
     builder = DiagramBuilder()
-    plant, _ = AddMultibodyPlant(p.scenario.simulation.plant, builder)
+    plant, scene_graph = AddMultibodyPlant(p.scenario.simulation.plant, builder)
     instance = AddRobot(plant, p.robot.url)
-    AddCourse(plant, p.course, friction=p.scenario.simulation.friction)
+    friction = p.scenario.simulation.friction
+    AddCourse(plant, p.course, friction=friction)
+    SetContactFriction(plant, scene_graph, instance, p.robot, friction)
     plant.Finalize()
     control = control_settings(p.scenario)
     for index in plant.GetJointActuatorIndices(instance):

@@ -72,6 +72,7 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("time on fewer than three feet", text(summary.get("time_under_three_feet"), "{:.3f} s")),
         ("base off its plan by at most", text(summary.get("base_error_max"), "{:.3f} m")),
         ("a standing foot slipped at most", text(summary.get("slip_max"), "{:.4f} m")),
+        ("contact friction", text(summary.get("contact_friction"), "{:.3g}")),
         ("contacts of anything but feet", _touched(summary)),
         ("largest torque, of its limit", text(summary.get("torque_ratio_max"), "{:.0%}")),
         ("the same, planned", text(summary.get("torque_ratio_planned_max"), "{:.0%}")),

@@ -20,6 +20,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.robot.contact_friction import SetContactFriction
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot
 from drake_quad.robot.robot_model import RobotModel
@@ -61,7 +62,7 @@ def AddSimulatedPlant(
         control: Of which the drives have `kp` and `kd`.
         stance: In which it stands at first.
         config: Drake's.
-        friction: Coulomb's coefficient between feet and ground.
+        friction: Coulomb's coefficient of contacts; see SetContactFriction.
         disturbances: Of which the payload, the masses, the centre of mass and the drives' strength
             are the plant's.
 
@@ -75,6 +76,7 @@ def AddSimulatedPlant(
     _ScaleMass(plant, instance, disturbances)
     _ShiftCentreOfMass(plant, trunk, disturbances)
     AddCourse(plant, world, friction=friction)
+    SetContactFriction(plant, scene_graph, instance, robot, friction)
     _WeakenMotors(plant, disturbances)
     plant.Finalize()
     layout = make_layout(plant, robot)

@@ -12,6 +12,7 @@ from drake_quad.inspect_doubts import all_doubts
 from drake_quad.inspect_mapping import read_mapping
 from drake_quad.robot.importing.records import DOUBTFUL
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.scenario_config import SimulationConfig
 
 ROLES = ("abduction", "hip", "knee")
 KINDS: dict[tuple[int, ...], str] = {
@@ -81,6 +82,7 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
         "knees": KINDS.get(sides, "mixed"),
         "reach": float(g.reach.min()),
         "foot_radius": robot.foot_radius,
+        "foot_friction": [None if np.isnan(mu) else float(mu) for mu in robot.foot_friction],
         "legs": legs,
         "notes": mapping.get("notes", []),
         "doubts": all_doubts(robot),
@@ -101,6 +103,7 @@ def print_robot(told: dict[str, Any], console: Console) -> None:
     table.add_row("trunk", Text(trunk))
     table.add_row("reach of a leg", f"{told['reach']:.3f} m, stretched")
     table.add_row("feet", f"spheres of {1e3 * told['foot_radius']:.1f} mm")
+    table.add_row("contact friction", _friction(told))
     origin = ", ".join(f"{1e3 * x:.0f}" for x in told["p_TB"])
     if told["normal_form"] == "imported":
         table.add_row("B's origin", f"amid the hips, at {origin} mm in the trunk's own frame")
@@ -112,6 +115,24 @@ def print_robot(told: dict[str, Any], console: Console) -> None:
     _print_notes(told["notes"], console)
     for doubt in told["doubts"]:
         console.print(Text.assemble(("\ndoubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
+
+
+def _friction(told: dict[str, Any]) -> str:
+    """Which coefficient feet and ground have."""
+    said = {
+        short: mu
+        for short, mu in zip(SHORT_NAMES, told["foot_friction"], strict=True)
+        if mu is not None
+    }
+    if not said:
+        return "simulation.friction, for feet and ground"
+    feet = ", ".join(f"{short} {mu:.3g}" for short, mu in said.items())
+    default = SimulationConfig().friction
+    least = min(2.0 * mu * default / max(mu + default, 1e-12) for mu in said.values())
+    return (
+        f"the file states {feet}; with the ground's μ it is 2 × own × μ / (own + μ), "
+        f"at simulation.friction {default:g} {least:.3g}"
+    )
 
 
 def _legs(told: dict[str, Any]) -> Table:

@@ -8,7 +8,7 @@ import numpy as np
 from drake_quad.control.ports import GaitPhase
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate, rotations
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, contact_friction
 from drake_quad.run_log_estimate import Columns
 from drake_quad.run_log_plan import plans_by_turn, turns
 from drake_quad.stability.contacts import make_contacts
@@ -37,7 +37,7 @@ class Ground:
 
     Attributes:
         course: The map.
-        friction: Coulomb's coefficient.
+        friction: Coulomb's coefficient of the ground, see `contact_friction`.
     """
 
     course: Course
@@ -113,10 +113,10 @@ def plan_regions(
     """
     normals = ground_normals(ground.course, samples.feet[..., :2])
     places = samples.feet - robot.foot_radius * normals
-    turned = rotations(samples.body[:, 0])
+    turned, mu = rotations(samples.body[:, 0]), contact_friction(robot, ground.friction)
     friction, within = np.full((2, len(samples.times)), np.nan)
     for k, standing in enumerate(samples.standing):
-        contacts = make_contacts(places[k, standing], normals[k, standing], ground.friction)
+        contacts = make_contacts(places[k, standing], normals[k, standing], mu[standing])
         x, y = samples.com[k, :2].tolist()
         # Where the region is the hull, its margin is known.
         friction[k] = samples.margin[k] if is_hull(contacts) else find_region(contacts).margin(x, y)

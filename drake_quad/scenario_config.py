@@ -121,7 +121,7 @@ class SimulationConfig:
         mode: `physics`, or `kinematic` to move the robot along its plan without forces.
         plant: Drake's own MultibodyPlantConfig.
         simulator: Drake's own SimulatorConfig.
-        friction: Coulomb's coefficient between feet and ground, static and dynamic.
+        friction: Coulomb's coefficient of contacts, static and dynamic; a foot's own is combined.
         log_period: Between samples of the log [s]: a whole number of the plant's time steps.
         seed: Of everything random in the run.
         realtime_rate: Fastest pace against the wall clock; 0 is as fast as it goes.

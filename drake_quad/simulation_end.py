@@ -10,6 +10,7 @@ import pyarrow as pa
 
 from drake_quad import __version__
 from drake_quad.preparation import Preparation
+from drake_quad.robot.robot_model import contact_friction
 from drake_quad.run_files import RunResult
 from drake_quad.stability.safety import judge_safety, safe_margin
 from drake_quad.summary import base_error, push_figures, summarize
@@ -44,6 +45,7 @@ def result_of(
         "real_time_factor": simulated / wall,
         "planning_time": p.plan.planning_time,
         "margin_kind": p.settings.margin,
+        "contact_friction": _friction(p),
         **summarize(table, p.robot),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,
@@ -60,6 +62,13 @@ def result_of(
         "safe": safety.safe, "margin_wanted": wanted, "lacks": list(safety.lacks)
     }  # fmt: skip
     return RunResult(outcome, reason, summary, table, p.scenario)
+
+
+def _friction(p: Preparation) -> float | None:
+    """The coefficient between feet and ground, of the least foot; None of a replay."""
+    if p.scenario.simulation.mode != "physics":
+        return None
+    return float(contact_friction(p.robot, p.scenario.simulation.friction).min())
 
 
 def at_goal(table: pa.Table, reason: str) -> tuple[str, str]:

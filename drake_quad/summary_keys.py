@@ -44,6 +44,7 @@ SINGLE = (
     "clock_waited",
     "qp_unsolved",
     "friction_estimated_min",
+    "contact_friction",
     "seed",
 )
 # Not the same in two runs of one scenario.

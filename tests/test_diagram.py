@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from pydrake.geometry import GeometryId
+from pydrake.geometry import GeometryId, Role
 from pydrake.multibody.plant import AddMultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.analysis import Simulator
@@ -21,6 +21,7 @@ from drake_quad.diagram_logs import ESTIMATE_LOGS, LOGS
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import Stance
+from drake_quad.robot.contact_friction import SetContactFriction
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot, MakeModelPlant
 from drake_quad.robot.robot_state import make_layout
@@ -166,13 +167,15 @@ def test_stance_that_the_legs_cannot_take_is_refused() -> None:
     assert caught.value.field == "gait.body_height" and "reach" in caught.value.remedy
 
 
-def test_friction_of_the_course_is_the_one_given() -> None:
-    """Each box of the course has it, static and dynamic."""
+def test_friction_is_the_one_given() -> None:
+    """Each box of the course and each shape of the robot has it, static and dynamic."""
     made = make_climb(friction=0.37)
     inspector = made.scene_graph.model_inspector()
     world = made.plant.GetCollisionGeometriesForBody(made.plant.world_body())
     assert len(world) == len(prepared().course.boxes)
-    for geometry in world:
+    touching = inspector.GetAllGeometryIds(Role.kProximity)
+    assert len(touching) == len(world) + 13  # the trunk; of each leg thigh, shank and foot
+    for geometry in touching:
         friction = inspector.GetProximityProperties(geometry).GetProperty(
             "material", "coulomb_friction"
         )
@@ -242,6 +245,7 @@ class Elsewhere:
         plant, scene_graph = AddMultibodyPlant(p.scenario.simulation.plant, builder)
         instance = AddRobot(plant, p.robot.url)
         AddCourse(plant, p.course, friction=0.8)
+        SetContactFriction(plant, scene_graph, instance, p.robot, 0.8)
         plant.Finalize()
         for index in plant.GetJointActuatorIndices(instance):
             gains = PdControllerGains(p=control.kp, d=control.kd)

@@ -91,6 +91,7 @@ _ROWS = (
     _Row("estimate.position_error_max", "Estimated place farthest from the truth", "mm", 1, 1e3),
     _Row("estimate.yaw_error_max_deg", "Estimated heading farthest from the truth", "°", 2),
     _Row("qp_unsolved", "Programs of the controller that were not solved", "", 0),
+    _Row("contact_friction", "Contact friction", "", 3),
     _Row(
         "friction_estimated_min", "Least friction that a foot was trusted with after slips", "", 2
     ),

@@ -20,6 +20,7 @@ from drake_quad.robot.importing.misspelt import check_spelling
 from drake_quad.robot.importing.overrides import Overrides
 from drake_quad.robot.importing.parse_source import PARSER_ERRORS
 from drake_quad.robot.importing.parser_reason import parser_reason, quiet
+from drake_quad.robot.importing.surface_friction import links_with_friction
 from drake_quad.robot.importing.xml_text import read_xml
 from drake_quad.robot.read_model import EXACT, IMPORTED, read_model
 from drake_quad.robot.robot_model import RobotModel
@@ -64,7 +65,10 @@ def load_robot(url: str) -> RobotModel:
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     instance = _parse(plant, file)
     plant.Finalize()
-    return read_model(plant, scene_graph, instance, url=file, tolerance=tolerance)
+    frictional = links_with_friction(read_xml(find_given(file).found.path, url))
+    return read_model(
+        plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
+    )
 
 
 def normal_form(url: str) -> str:

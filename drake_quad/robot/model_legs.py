@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import SceneGraphInspector, Sphere
+from pydrake.geometry import GeometryId, SceneGraphInspector, Sphere
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RevoluteJoint, RigidBody
 from pydrake.systems.framework import Context
@@ -47,6 +47,7 @@ class LegRead:
         shank: Length, to the foot's centre [m].
         radius: Of the foot [m].
         foot: The foot's geometry, by name.
+        friction: The foot's (dynamic) coefficient as the plant has it.
         sides: See `read_sides` [m].
     """
 
@@ -56,6 +57,7 @@ class LegRead:
     shank: float
     radius: float
     foot: str
+    friction: float
     sides: FloatArray
 
 
@@ -123,6 +125,7 @@ def read_leg(
         shank=lengths[1],
         radius=radius,
         foot=name,
+        friction=_friction_of(inspector, geometry),
         sides=read_sides(plant, inspector, links, name, lengths),
     )
 
@@ -150,6 +153,12 @@ def _check_leg(chain: Chain, leg: str, tolerance: Tolerance, refuse: Refuse) -> 
             bend,
             "limits; a knee must bend more to one side, which tells the leg's way to fold",
         )
+
+
+def _friction_of(inspector: SceneGraphInspector, geometry: GeometryId) -> float:
+    """The dynamic coefficient of a collision geometry."""
+    properties = inspector.GetProximityProperties(geometry)
+    return float(properties.GetProperty("material", "coulomb_friction").dynamic_friction())
 
 
 def _fixed_place(joint: RevoluteJoint) -> FloatArray:

@@ -1,5 +1,7 @@
 """Reads a RobotModel from a plant that holds a robot in normal form, and says what does not fit."""
 
+from collections.abc import Set
+
 import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
@@ -27,8 +29,18 @@ def read_model(
     *,
     url: str,
     tolerance: Tolerance = EXACT,
+    frictional: Set[str] = frozenset(),
 ) -> RobotModel:
     """Reads the robot of a finalized plant; see `model_legs.py` for normal form.
+
+    Args:
+        plant: Holds the robot.
+        scene_graph: Holds its geometry.
+        instance: The robot in the plant.
+        url: Where it was read from.
+        tolerance: How far from normal form it may be.
+        frictional: Links whose collision shapes state a friction in the file: of the others the
+            plant has Drake's default.
 
     Raises:
         InputError: If it is not a quadruped in normal form.
@@ -85,6 +97,14 @@ def read_model(
         link_com=read_only(np.array([b.default_com() for b in bodies]).reshape(4, 3, 3)),
         foot_radius=float(radii.max()),
         foot_smaller=read_only(smaller),
+        foot_friction=read_only(
+            np.array(
+                [
+                    leg.friction if chain[2].child_body().name() in frictional else np.nan
+                    for chain, leg in zip(chains, legs, strict=True)
+                ]
+            )
+        ),
         foot_geometry=tuple(leg.foot for leg in legs),
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),

@@ -45,6 +45,8 @@ class RobotModel:
         foot_smaller: By how much each foot's radius is less than `foot_radius` (4,) [m]; 0 but in
             files whose feet are not alike. A smaller foot's shank ends that much nearer the knee:
             in the middle of a ball of `foot_radius` that holds the foot and touches its end.
+        foot_friction: Coulomb's coefficient (dynamic) that the robot's file states for each foot in
+            Drake's own tags (4,); nan where it states none, as nearly all.
     """
 
     name: str
@@ -70,6 +72,19 @@ class RobotModel:
     trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
     trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))
+    foot_friction: FloatArray = field(default_factory=lambda: np.full(4, np.nan))
+
+
+def contact_friction(robot: RobotModel, friction: float) -> FloatArray:
+    """The coefficients between the four feet and the ground (4,), as Drake combines the two.
+
+    Args:
+        robot: Of which feet may have a friction of their own.
+        friction: Coulomb's coefficient of the ground, and of every foot without one of its own.
+    """
+    own = robot.foot_friction
+    both = np.maximum(own + friction, 1e-12)  # two surfaces without any have none together
+    return np.where(np.isnan(own), friction, 2.0 * own * friction / both)
 
 
 def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import LegConstants, foot_and_jacobian, leg_constants
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.robot_model import RobotModel, contact_friction
 from drake_quad.stability.contacts import Contacts, make_contacts
 from drake_quad.stability.kinds import FEASIBLE, HULL
 from drake_quad.stability.leg_way import leg_way
@@ -79,7 +79,7 @@ class Gauge:
     Attributes:
         robot: The robot.
         kind: One of KINDS: which margins, the others are nan.
-        friction: Coulomb's coefficient between feet and ground.
+        friction: Coulomb's coefficient of the ground, see `contact_friction`.
         mass: Of the whole robot as it is [kg].
         effort: (12,) torque limits as they are [Nm].
         none: What a margin is where there is no region.
@@ -141,10 +141,10 @@ class Gauge:
         """The feet that bear; the ground's normal leads from there to the foot sphere's centre."""
         # Plain floats: for three numbers at a time numpy takes several times as long.
         R, base = posture.R_WB.tolist(), posture.p_WB.tolist()
-        places, normals = [], []
-        for leg, bears, place, q in zip(
+        places, normals, friction = [], [], []
+        for leg, bears, place, q, mu in zip(
             self._legs, posture.bearing.tolist(), posture.places.tolist(), posture.q.tolist(),
-            strict=True,
+            self._friction, strict=True,
         ):  # fmt: skip
             if bears > BEARING:
                 foot, _ = foot_and_jacobian(leg, *q)
@@ -153,8 +153,13 @@ class Gauge:
                 length = max(hypot(*up), 1e-9)
                 level = up[2] > (1.0 - NEARLY) * length
                 places.append(place)
+                friction.append(mu)
                 normals.append([0.0, 0.0, 1.0] if level else [u / length for u in up])
-        return make_contacts(places, normals, self.friction)
+        return make_contacts(places, normals, friction)
+
+    @cached_property
+    def _friction(self) -> list[float]:
+        return contact_friction(self.robot, self.friction).tolist()
 
     @cached_property
     def _legs(self) -> tuple[LegConstants, ...]:

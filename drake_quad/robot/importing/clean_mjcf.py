@@ -16,6 +16,7 @@ from drake_quad.robot.importing.mjcf_defaults import write_out_defaults
 from drake_quad.robot.importing.mjcf_drives import read_drives, read_pose
 from drake_quad.robot.importing.records import DROPPED
 from drake_quad.robot.importing.sizes import check_mjcf_sizes
+from drake_quad.robot.importing.surface_friction import read_friction
 from drake_quad.robot.importing.xml_numbers import floats
 
 # What holds bodies, or changes masses, and Drake's parser passes over.
@@ -40,6 +41,7 @@ def clean_mjcf(c: Cleaned) -> None:
         compiler.update(element.attrib)
     _refuse_unread(c, compiler)
     write_out_defaults(c)
+    read_friction(c)
     for body in (b for place in c.root.findall("worldbody") for b in place.iter()):
         if body.tag not in ("body", "worldbody"):
             continue

@@ -11,6 +11,7 @@ from drake_quad.robot.importing.includes import Chain, open_included, told
 from drake_quad.robot.importing.inertials import check_sdf_inertial
 from drake_quad.robot.importing.records import REPAIRED
 from drake_quad.robot.importing.sizes import check_sdf_sizes
+from drake_quad.robot.importing.surface_friction import read_friction
 from drake_quad.robot.importing.xml_numbers import COLON, floats
 from drake_quad.robot.importing.xml_text import write_xml
 
@@ -40,6 +41,7 @@ def _clean_file(c: Cleaned, chain: Chain, *, scope: tuple[str, ...], name: str) 
     version = c.root.get("version", "")
     if not re.fullmatch(r"1\.\d+", version):
         raise c.refuse("sdf.version", version, "must be that of the format, such as 1.9")
+    read_friction(c)
     for place in (c.root, *c.root.findall("world")):
         _clean_includes(c, place, chain, scope)
     for place in (c.root, *c.root.findall("world")):

@@ -7,6 +7,7 @@ from pathlib import Path
 from drake_quad.robot.importing.cleaned import DRIVE_NUMBERS, Cleaned, Drive
 from drake_quad.robot.importing.inertials import check_urdf_inertial
 from drake_quad.robot.importing.records import REPAIRED
+from drake_quad.robot.importing.surface_friction import read_friction
 from drake_quad.robot.importing.xml_numbers import COLON, floats
 from drake_quad.robot.importing.xml_text import read_xml
 
@@ -22,6 +23,7 @@ def clean_urdf(c: Cleaned) -> None:
     """
     _inline_materials(c.root)
     _let_float(c)
+    read_friction(c)
     for link in c.root.findall("link"):
         name = link.get("name", "")
         check_urdf_inertial(c, link)

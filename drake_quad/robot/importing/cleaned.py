@@ -41,6 +41,7 @@ class Cleaned:
         shapeless: Links of which a collision mesh is missing.
         included: Every file that was included, as often as it was.
         massless: Links that have no mass whatever Drake reads, `model::link`.
+        frictional: Links whose collision shapes state a friction of Drake's kind.
     """
 
     root: ET.Element
@@ -54,6 +55,7 @@ class Cleaned:
     shapeless: set[str] = field(default_factory=set)
     included: list[Path] = field(default_factory=list)
     massless: set[str] = field(default_factory=set)
+    frictional: set[str] = field(default_factory=set)
 
     def refuse(self, field: str, value: Any, remedy: str) -> InputError:
         """The error that names the file, a field of it, its value and what would be right."""

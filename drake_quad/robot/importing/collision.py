@@ -75,9 +75,10 @@ def shank_shapes(leg: NormalLeg) -> tuple[list[Piece], list[Note]]:
 
 
 def foot_shape(leg: NormalLeg) -> Piece:
-    """The foot's sphere, in the shank's frame."""
-    X = RigidTransform(leg.links[2].end)
-    return Piece(f"{leg.short}_foot", leg.links[2].name, Sphere(leg.foot.radius), X)
+    """The foot's sphere, in the shank's frame, with the friction of what it stands for."""
+    X, sphere = RigidTransform(leg.links[2].end), Sphere(leg.foot.radius)
+    friction = leg.foot.piece.friction if leg.foot.piece else None
+    return Piece(f"{leg.short}_foot", leg.links[2].name, sphere, X, friction=friction)
 
 
 def _id(leg: NormalLeg) -> str:

@@ -173,7 +173,7 @@ def _pieces(parsed: Parsed, body: object, role: Role, X_TL: RigidTransform) -> l
     frame = parsed.plant.GetBodyFrameIdOrThrow(body.index())  # type: ignore[attr-defined]
     found = []
     for g in inspector.GetGeometries(frame, role):
-        colour, name = None, inspector.GetName(g).rpartition("::")[2]
+        colour, friction, name = None, None, inspector.GetName(g).rpartition("::")[2]
         if isinstance(inspector.GetShape(g), (HalfSpace, MeshcatCone)):
             text = f"link {body.name()}: {name} is a plane or cone"  # type: ignore[attr-defined]
             parsed.cleaned.note(DROPPED, text)
@@ -183,6 +183,11 @@ def _pieces(parsed: Parsed, body: object, role: Role, X_TL: RigidTransform) -> l
             if properties.HasProperty("phong", "diffuse"):
                 rgba = properties.GetProperty("phong", "diffuse")
                 colour = (rgba.r(), rgba.g(), rgba.b(), rgba.a())
+        elif body.name() in parsed.cleaned.frictional:  # type: ignore[attr-defined]
+            properties = inspector.GetProximityProperties(g)
+            stated = properties.GetProperty("material", "coulomb_friction")
+            friction = (stated.static_friction(), stated.dynamic_friction())
         X = X_TL @ inspector.GetPoseInFrame(g)
-        found.append(Piece(name, body.name(), inspector.GetShape(g), X, colour))  # type: ignore[attr-defined]
+        shape = inspector.GetShape(g)
+        found.append(Piece(name, body.name(), shape, X, colour, friction))  # type: ignore[attr-defined]
     return found

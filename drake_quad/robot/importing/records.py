@@ -89,6 +89,7 @@ class Piece:
         shape: A pydrake Shape.
         X: Its pose, in T or in the frame that its holder says.
         colour: Red, green, blue, opacity, or None if the file gives none.
+        friction: Static and dynamic coefficient that the file states in Drake's own tags, or None.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Piece:
     shape: Any
     X: RigidTransform
     colour: tuple[float, ...] | None = None
+    friction: tuple[float, float] | None = None
 
     def moved(self, X: RigidTransform) -> "Piece":
         """The same, told in frame A where `X` is X_AB."""

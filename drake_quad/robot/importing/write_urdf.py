@@ -71,6 +71,8 @@ def _add_link(
                 name = f"{piece.name}_{number}"
             used.add(f"{kind} {name}")
             _add_shape(ET.SubElement(element, kind, name=name), piece, f"{link.name}_{name}")
+            if kind == "collision" and piece.friction is not None:
+                _add_friction(element[-1], *piece.friction)
 
 
 def _add_shape(element: ET.Element, piece: Piece, material: str) -> None:
@@ -97,6 +99,13 @@ def _add_shape(element: ET.Element, piece: Piece, material: str) -> None:
             "color",
             rgba=" ".join(f"{c:.4g}" for c in piece.colour),
         )
+
+
+def _add_friction(element: ET.Element, static: float, dynamic: float) -> None:
+    """The friction of a collision shape, in Drake's tags."""
+    properties = ET.SubElement(element, "drake:proximity_properties")
+    ET.SubElement(properties, "drake:mu_static", value=repr(static))
+    ET.SubElement(properties, "drake:mu_dynamic", value=repr(dynamic))
 
 
 def _add_joints(root: ET.Element, robot: NormalRobot, leg: NormalLeg) -> None:
