@@ -91,7 +91,9 @@ def MakeController(
     )
     tracking = builder.AddNamedSystem(
         "tracking_controller",
-        KINDS[control.kind](robot=robot, layout=layout, model=model, control=control),
+        KINDS[control.kind](
+            robot=robot, layout=layout, model=model, control=control, course=course
+        ),
     )
     _Wire(builder, scheduler, planner, tracking)
     contact_users = [scheduler, tracking]

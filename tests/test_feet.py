@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context
 from rig import feet_of, model_layout, model_plant, paper_robot
 
 from drake_quad.control.feet import Feet, measure_feet
+from drake_quad.control.ground import ground_table
 from drake_quad.control.measured import measure
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import leg_array, leg_constants, leg_row
@@ -143,7 +144,7 @@ def test_compiled_and_plain_are_the_same() -> None:
     for seed in range(5):
         state = layout.read(any_state(seed))
         arguments = (legs, robot.foot_radius, state.p_WB, state.R_WB, state.w_WB, state.v_WB,
-                     state.q.ravel(), state.qd.ravel())  # fmt: skip
+                     state.q.ravel(), state.qd.ravel(), ground_table(None))  # fmt: skip
         plain = measure_feet.py_func(*arguments)  # type: ignore[attr-defined]
         for one, other in zip(measure_feet(*arguments), plain, strict=True):
             np.testing.assert_allclose(one, other, atol=1e-9)

@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 from drake_quad.gait.legs import SIGNS, FloatArray
 from drake_quad.gait.support import stability_margin
-from drake_quad.planning.force_distribution import distribute
+from drake_quad.planning.force_distribution import UPRIGHT, distribute
 from drake_quad.robot.leg_scalar import Vector
 
 seeds = st.integers(0, 2**32 - 1)
@@ -229,3 +229,19 @@ def test_what_three_feet_cannot_give_is_left_out() -> None:
     forces = share(weight, np.zeros(3), -arms, load)
     assert np.all(forces[:, 2] >= 0.0) and forces[0, 2] == 0.0
     assert forces[:, 2].sum() >= WEIGHT - 1e-6
+
+
+@given(seeds)
+def test_on_slopes_no_force_leaves_its_cone(seed: int) -> None:
+    """The cones stand about the ground's normals; upright ones change nothing, to the bit."""
+    rng = np.random.default_rng(seed)
+    arms, (force, moment) = random_arms(rng), random_wrench(rng)
+    given = (vector(force), vector(moment), [vector(arm) for arm in arms], [1.0] * 4)
+    gradient = rng.uniform(-0.5, 0.5, (4, 2))
+    normals = np.column_stack([-gradient, np.ones(4)])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    found = np.array(distribute(*given, normals=[vector(n) for n in normals]))
+    push = np.sum(found * normals, axis=1)
+    along = np.linalg.norm(found - push[:, None] * normals, axis=1)
+    assert np.all(push >= -1e-9) and np.all(along <= 0.5 * push + 1e-6)
+    assert distribute(*given, normals=UPRIGHT) == distribute(*given)

@@ -18,7 +18,8 @@ from drake_quad.control.force_qp import (
     solve,
     spread,
 )
-from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics
+from drake_quad.control.ground import contact_axes
+from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics, turn_forces
 from drake_quad.control.measured import measure
 from drake_quad.gait.legs import FloatArray
 from drake_quad.gait.support import stability_margin
@@ -37,6 +38,7 @@ WEIGHTS = Weights(
 FRICTION = 0.5
 LEAST = 20.0  # [N]
 MU = np.full(4, FRICTION)
+LEVEL = np.tile(np.eye(3), (4, 1, 1))  # axes of forces on level ground
 RHO = 1e-6  # DAQP's price of soft constraints
 
 
@@ -118,9 +120,26 @@ def case_of(seed: int, *, effort: float = 1.0, calm: bool = False, urge: float =
         MU,
         LEAST * load,
         WEIGHTS,
+        LEVEL,
     )
     program = make_program(*arguments)
     return Case(program, dynamics, load, measured.feet.place, wanted, limit)
+
+
+def on_slopes(seed: int, *, steepest: float = 0.5) -> tuple[Case, FloatArray]:
+    """The same as `case_of`, each foot on a slope of its own; and the forces' axes (4, 3, 3)."""
+    rng, case = np.random.default_rng(seed), case_of(seed)
+    gradient = rng.uniform(-steepest, steepest, (4, 2)) / np.sqrt(2.0)
+    normals = np.column_stack([-gradient, np.ones(4)])
+    axes = contact_axes(normals / np.linalg.norm(normals, axis=1)[:, None])
+    maps = Dynamics(*(np.array(part) for part in case.dynamics))
+    turn_forces(maps, axes)
+    bound = np.full(12, 1e4)
+    program = make_program(
+        maps, case.wanted, case.load, case.places, case.effort, -bound, bound, MU,
+        LEAST * case.load, WEIGHTS, axes,
+    )  # fmt: skip
+    return case._replace(program=program, dynamics=maps), axes
 
 
 def second_opinion(p: Program) -> FloatArray:
@@ -189,6 +208,51 @@ def test_forces_stay_within_friction_and_only_push(effort: float) -> None:
         np.testing.assert_array_equal(f[case.load == 0.0], 0.0)
 
 
+def test_cones_stand_on_the_ground_as_it_is() -> None:
+    """On slopes: within the cone about the normal, pushing as much as asked, pressure inside."""
+    most = 0.0
+    for seed in range(100):
+        case, axes = on_slopes(seed)
+        push = case.forces[:, 2]  # along the normal
+        along = np.linalg.norm(case.forces[:, :2], axis=1)
+        f = np.einsum("kij,kj->ki", axes, case.forces)
+        normals = axes[:, :, 2]
+        np.testing.assert_allclose(np.sum(f * normals, axis=1), push, atol=1e-9)
+        assert np.all(along <= FRICTION * push + 1e-3)
+        assert np.all(push >= LEAST * case.load - 1e-3)
+        assert np.all(push <= WEIGHTS.greatest_force * case.load + 1e-3)
+        most = max(most, float(np.max(along / np.maximum(push, 1e-9))))
+        pressure = f[:, 2] @ case.places[:, :2] / f[:, 2].sum()
+        inside = stability_margin(pressure, case.places[case.load > 0.0, :2])
+        assert inside > WEIGHTS.pressure_margin - 1e-5
+    assert most > 0.96 * FRICTION  # the cone is used
+
+
+@examples
+@given(seeds, st.floats(0.0, 2.0 * np.pi))
+def test_pyramid_on_a_slope_leaves_little_of_the_cone_out(seed: int, angle: float) -> None:
+    """Eight sides within the cone: 92 % of its friction every way, all of it down the slope."""
+    case, _ = on_slopes(seed)
+    n, foot = len(case.program.g), int(np.flatnonzero(case.load > 0.0)[0])
+    rows = case.program.A[:8, :3]
+    assert case.load[foot] > 0.0 and n >= 9
+    steepest = [np.max(rows @ [m * np.cos(angle), m * np.sin(angle), 1.0]) for m in (0.0, 1.0)]
+    most = -steepest[0] / (steepest[1] - steepest[0]) if steepest[1] > steepest[0] else np.inf
+    assert np.cos(np.pi / 8.0) * FRICTION - 1e-9 <= most <= FRICTION + 1e-9
+    assert abs(np.max(rows @ [FRICTION, 0.0, 1.0])) < 1e-9
+
+
+def test_turned_maps_are_those_of_forces_in_their_axes() -> None:
+    """Base, joints and torques move alike, told in W or in the ground's axes."""
+    for seed in range(20):
+        case, axes = on_slopes(seed)
+        local = np.random.default_rng(seed).normal(size=(4, 3))
+        world = np.einsum("kij,kj->ki", axes, local).ravel()
+        plain = case_of(seed).dynamics
+        for turned, own in zip(case.dynamics[::2], plain[::2], strict=True):
+            np.testing.assert_allclose(turned @ local.ravel(), own @ world, atol=1e-9)
+
+
 @pytest.mark.parametrize("effort", [1.0, 0.25, 0.1])
 def test_torques_stay_within_their_limits(effort: float) -> None:
     """Soft as they are, they give way by no more than 0.1 Nm where they can be kept at all."""
@@ -245,6 +309,7 @@ def test_foot_that_may_carry_less_carries_less(seed: int, row: int) -> None:
             MU,
             LEAST * load,
             WEIGHTS,
+            LEVEL,
         )
         x = solve(program)
         assert x is not None
@@ -269,6 +334,7 @@ def test_limits_that_are_none_are_no_obstacle() -> None:
             MU,
             LEAST * case.load,
             WEIGHTS,
+            LEVEL,
         )
         x = solve(program)
         assert x is not None
@@ -314,6 +380,7 @@ def test_soft_rows_give_way_when_there_is_no_other_way(seed: int) -> None:
         MU,
         LEAST * case.load,
         WEIGHTS,
+        LEVEL,
     )
     x = solve(program)
     assert x is not None

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_quad.compiled import compiled
+from drake_quad.control.ground import normal_at
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import foot_and_jacobian, leg_row
 
@@ -22,7 +23,9 @@ class Feet(NamedTuple):
         velocity: Theirs (4, 3) [m/s].
         drift: Their acceleration while base and joints have none (4, 3) [m/s^2].
         jacobian: Of the centres by each leg's joints (4, 3, 3) [m/rad].
-        contact_jacobian: Of the material points under the centres, where ground pushes.
+        contact_jacobian: Of the material points where ground pushes, a radius off the centres
+            against the ground's normal.
+        normal: Of the ground under them, by the map: unit vectors (4, 3).
     """
 
     place: FloatArray
@@ -30,6 +33,7 @@ class Feet(NamedTuple):
     drift: FloatArray
     jacobian: FloatArray
     contact_jacobian: FloatArray
+    normal: FloatArray
 
 
 @compiled
@@ -42,6 +46,7 @@ def measure_feet(
     v: FloatArray,
     q: FloatArray,
     qd: FloatArray,
+    ground: FloatArray,
 ) -> Feet:
     """The feet of a state.
 
@@ -54,9 +59,11 @@ def measure_feet(
         v: v_WB (3,) in W [m/s].
         q: Joint angles (12,), leg by leg [rad].
         qd: Joint speeds (12,) [rad/s].
+        ground: See `ground_table`.
     """
     place, velocity, drift = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
     jacobian, contact = np.empty((4, 3, 3)), np.empty((4, 3, 3))
+    normal = np.empty((4, 3))
     for k in range(4):
         leg = leg_row(legs, k)
         a, b, c = q[3 * k], q[3 * k + 1], q[3 * k + 2]
@@ -91,15 +98,18 @@ def measure_feet(
         velocity[k, 2] = v[2] + s2 + u2
         for i in range(3):
             place[k, i] += p[i]
+        nx, ny, nz = normal_at(ground, place[k, 0], place[k, 1])
+        normal[k, 0], normal[k, 1], normal[k, 2] = nx, ny, nz
         # The joints' axes: x of B, then y of B turned about it by the abduction, twice. The point
-        # of the sphere that touches moves by axis x (-radius z) more than the centre.
+        # of the sphere that touches moves by axis x (-radius normal) more than the centre.
         ca, sa = np.cos(a), np.sin(a)
         for j in range(3):
             if j == 0:
-                x, y = R[0, 0], R[1, 0]
+                x, y, z = R[0, 0], R[1, 0], R[2, 0]
             else:
                 x, y = R[0, 1] * ca + R[0, 2] * sa, R[1, 1] * ca + R[1, 2] * sa
-            contact[k, 0, j] = jacobian[k, 0, j] - radius * y
-            contact[k, 1, j] = jacobian[k, 1, j] + radius * x
-            contact[k, 2, j] = jacobian[k, 2, j]
-    return Feet(place, velocity, drift, jacobian, contact)
+                z = R[2, 1] * ca + R[2, 2] * sa
+            contact[k, 0, j] = jacobian[k, 0, j] - radius * (y * nz - z * ny)
+            contact[k, 1, j] = jacobian[k, 1, j] + radius * (x * nz - z * nx)
+            contact[k, 2, j] = jacobian[k, 2, j] - radius * (x * ny - y * nx)
+    return Feet(place, velocity, drift, jacobian, contact, normal)

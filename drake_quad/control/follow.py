@@ -57,6 +57,7 @@ def follow(
     memory: FloatArray,
     last: FloatArray,
     work: Records,
+    ground: FloatArray,
 ) -> None:
     """What base and feet are to do now.
 
@@ -76,9 +77,10 @@ def follow(
         memory: See MEMORY_SIZE; goes on a tick.
         last: See `measure_into`; goes on a tick.
         work: See WORK; its measured, its target, place and velocity are the result.
+        ground: See `ground_table`.
     """
     c, found = constants[0], work[0]
-    measure_into(found.measured, estimated, last, c.places, c.legs, c.radius)
+    measure_into(found.measured, estimated, last, c.places, c.legs, c.radius, ground)
     t = phase[TIME] if int(phase[TASK]) == task else duration
     rate, running = phase[RATE], int(phase[MODE]) == RUN
     if int(phase[MODE]) == REPLAN and int(phase[REVISION]) == revision:

@@ -5,6 +5,11 @@
                 joint torques, joint accelerations within their limits  (soft)
                 centre of pressure inside the support polygon           (soft)
 
+Each foot's force is told in axes of its own, two along the ground and its normal (`ground.py`): so
+pyramids and normal forces stand on the ground as it is. On level ground these are W's axes, and the
+pyramid has four sides; on a slope, where standing alone takes a part of the friction, it has eight,
+with an edge straight down the slope, and leaves 8 % of the cone out at most.
+
 Soft rows may give way when there is no other way, so that a program always has a solution. DAQP
 can cycle among many that contradict each other; then all of them are given up at once.
 """
@@ -75,11 +80,12 @@ def make_program(
     friction: FloatArray,
     least: FloatArray,
     weights: Weights,
+    axes: FloatArray,
 ) -> Program:
     """Assembles the program of the feet that carry load.
 
     Args:
-        dynamics: From `reduce_dynamics`.
+        dynamics: From `reduce_dynamics`, after `turn_forces`.
         wanted: The base's acceleration, angular then linear, (6,).
         load: How much each foot may carry, 0 to 1, (4,).
         places: The feet in W (4, 3) [m].
@@ -89,6 +95,10 @@ def make_program(
         friction: Coefficient that each foot's force stays within (4,).
         least: Normal force that each foot pushes with at least (4,) [N].
         weights: See there.
+        axes: Of each foot's force (4, 3, 3), see `contact_axes`.
+
+    Returns:
+        The program; its variables are the forces in these axes.
     """
     standing, count = np.empty(4, dtype=np.int64), 0
     for k in range(4):
@@ -114,20 +124,31 @@ def make_program(
         H[i, i] += weights.force / load[standing[i // 3]]
 
     sides = _support_sides(places, standing)
-    m = 4 * len(standing) + 24 + len(sides)
+    edges = 0
+    for i in range(count):
+        edges += 4 if axes[standing[i], 2, 2] == 1.0 else 8
+    m = edges + 24 + len(sides)
     A = np.zeros((m, n))
     lower, upper = np.full(n + m, -NONE), np.full(n + m, NONE)
     sense = np.zeros(n + m, dtype=np.int32)
+    row = 0
     for i in range(len(standing)):
-        x, z, row = 3 * i, 3 * i + 2, 4 * i
-        mu = friction[standing[i]] / np.sqrt(2.0)
+        x, z = 3 * i, 3 * i + 2
         lower[z] = least[standing[i]]
         upper[z] = max(weights.greatest_force * load[standing[i]], lower[z])
-        for axis in range(2):
-            A[row + 2 * axis, x + axis], A[row + 2 * axis, z] = 1.0, -mu
-            A[row + 2 * axis + 1, x + axis], A[row + 2 * axis + 1, z] = -1.0, -mu
-        upper[n + row : n + row + 4] = 0.0
-    row = 4 * len(standing)
+        if axes[standing[i], 2, 2] == 1.0:
+            mu = friction[standing[i]] / np.sqrt(2.0)
+            for axis in range(2):
+                A[row + 2 * axis, x + axis], A[row + 2 * axis, z] = 1.0, -mu
+                A[row + 2 * axis + 1, x + axis], A[row + 2 * axis + 1, z] = -1.0, -mu
+            row += 4
+        else:
+            mu = friction[standing[i]] * np.cos(np.pi / 8.0)
+            for side in range(8):
+                angle = (side + 0.5) * np.pi / 4.0
+                A[row, x], A[row, x + 1], A[row, z] = np.cos(angle), np.sin(angle), -mu
+                row += 1
+    upper[n : n + row] = 0.0
     for j in range(12):
         for i in range(n):
             A[row + j, i] = dynamics.torque[j, columns[i]]
@@ -142,7 +163,9 @@ def make_program(
         for k in range(len(standing)):
             foot = places[standing[k]]
             inside = sides[i, 0] * foot[0] + sides[i, 1] * foot[1] - sides[i, 2]
-            A[row + i, 3 * k + 2] = inside - weights.pressure_margin
+            for j in range(3):
+                vertical = axes[standing[k], 2, j]
+                A[row + i, 3 * k + j] = vertical * (inside - weights.pressure_margin)
         lower[n + row + i] = 0.0
     return Program(H, g, A, lower, upper, sense)
 

@@ -103,7 +103,8 @@ def reduce_dynamics(
                 right[j, 12] -= m * d[row]
                 for n in range(6):
                     M_b[j, n] += m * B[row, n]
-        z -= radius  # where the ground pushes
+        normal = feet.normal[k]  # where the ground pushes is a radius off the centre against it
+        x, y, z = x - radius * normal[0], y - radius * normal[1], z - radius * normal[2]
         right[0, 3 * k + 1], right[0, 3 * k + 2] = -z, y
         right[1, 3 * k], right[1, 3 * k + 2] = z, -x
         right[2, 3 * k], right[2, 3 * k + 1] = -y, x
@@ -133,6 +134,26 @@ def reduce_dynamics(
         right[:, :12].copy(), right[:, 12].copy(), joint[:, :12].copy(), joint[:, 12].copy(),
         torque[:, :12].copy(), torque[:, 12].copy(),
     )  # fmt: skip
+
+
+@compiled
+def turn_forces(dynamics: Dynamics, axes: FloatArray) -> None:
+    """Makes the maps, in place, those of forces that are told in axes of their own.
+
+    Args:
+        dynamics: From `reduce_dynamics`.
+        axes: Of each foot's force, in columns in W (4, 3, 3); those that are W's change nothing.
+    """
+    for k in range(4):
+        if axes[k, 2, 2] == 1.0:
+            continue
+        for matrix in (dynamics.base, dynamics.joint, dynamics.torque):
+            for row in range(len(matrix)):
+                x, y, z = matrix[row, 3 * k], matrix[row, 3 * k + 1], matrix[row, 3 * k + 2]
+                for j in range(3):
+                    matrix[row, 3 * k + j] = (
+                        x * axes[k, 0, j] + y * axes[k, 1, j] + z * axes[k, 2, j]
+                    )
 
 
 @compiled

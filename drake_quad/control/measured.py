@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_quad.compiled import compiled
 from drake_quad.control.feet import Feet, IntArray, measure_feet
+from drake_quad.control.ground import ground_table
 from drake_quad.control.records import MEASURED, ROBOT, Record, Records, fields_of, new_record
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import quaternion_rotation
@@ -51,6 +52,7 @@ def measure_into(
     places: IntArray,
     legs: FloatArray,
     radius: float,
+    ground: FloatArray,
 ) -> None:
     """Takes a state apart, and measures its feet.
 
@@ -62,6 +64,7 @@ def measure_into(
         places: See `places_of`.
         legs: See `leg_array`.
         radius: Of the foot spheres [m].
+        ground: See `ground_table`.
     """
     total = 0.0
     for i in range(len(estimated)):
@@ -81,9 +84,10 @@ def measure_into(
     p, w, v = last[i + 4 : i + 7], last[j : j + 3], last[j + 3 : j + 6]
     measured.p[:], measured.w[:], measured.v[:] = p, w, v
     measured.R[:, :], measured.q[:], measured.qd[:] = R, q, qd
-    feet, into = measure_feet(legs, radius, p, R, w, v, q, qd), measured.feet
+    feet, into = measure_feet(legs, radius, p, R, w, v, q, qd, ground), measured.feet
     into.place[:, :], into.velocity[:, :], into.drift[:, :] = feet.place, feet.velocity, feet.drift
     into.jacobian[:, :, :], into.contact_jacobian[:, :, :] = feet.jacobian, feet.contact_jacobian
+    into.normal[:, :] = feet.normal
 
 
 def measure(
@@ -92,6 +96,7 @@ def measure(
     radius: float,
     estimated: FloatArray,
     last: FloatArray,
+    ground: FloatArray | None = None,
 ) -> Measured:
     """The same where there is no hurry; nothing that is given changes.
 
@@ -101,11 +106,13 @@ def measure(
         radius: Of the foot spheres [m].
         estimated: See `measure_into`.
         last: See there.
+        ground: See `ground_table`; level if none is given.
     """
+    ground = ground_table(None) if ground is None else ground
     record, state = new_record(MEASURED), np.array(last, dtype=np.float64)
     robot = np.zeros(1, dtype=ROBOT)
     robot[0]["places"], robot[0]["legs"] = places_of(layout), legs
-    _measure_one(record, np.asarray(estimated, np.float64), state, robot, radius)
+    _measure_one(record, np.asarray(estimated, np.float64), state, robot, radius, ground)
     m = fields_of(record)
     feet = Feet(*(m.feet[name] for name in Feet._fields))
     return Measured(state, m.p, m.R, m.w, m.v, m.q, m.qd, feet, bool(m.known))
@@ -118,5 +125,6 @@ def _measure_one(
     last: FloatArray,
     robot: Records,
     radius: float,
+    ground: FloatArray,
 ) -> None:
-    measure_into(record[0], estimated, last, robot[0].places, robot[0].legs, radius)
+    measure_into(record[0], estimated, last, robot[0].places, robot[0].legs, radius, ground)

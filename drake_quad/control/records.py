@@ -35,6 +35,7 @@ FEET = record_type(
         "drift": (4, 3),
         "jacobian": (4, 3, 3),
         "contact_jacobian": (4, 3, 3),
+        "normal": (4, 3),
     }
 )
 MEASURED = record_type(

@@ -1,5 +1,7 @@
 """What slipping feet tell of the ground: how much friction the forces may count on."""
 
+from math import sqrt
+
 from drake_quad.compiled import compiled
 from drake_quad.gait.legs import FloatArray
 
@@ -12,7 +14,12 @@ REGAINS = 30.0  # [s] in which it comes back, linearly, from nothing to all that
 
 @compiled
 def answer_slip(
-    friction: FloatArray, velocity: FloatArray, load: FloatArray, assumed: float, period: float
+    friction: FloatArray,
+    velocity: FloatArray,
+    load: FloatArray,
+    normal: FloatArray,
+    assumed: float,
+    period: float,
 ) -> None:
     """Goes on a tick with the friction that each foot's force stays within.
 
@@ -24,12 +31,15 @@ def answer_slip(
         friction: Coefficient foot by foot (4,); changed in place.
         velocity: Of the feet in W (4, 3) [m/s].
         load: How much each is to carry, 0 to 1, (4,).
+        normal: Of the ground under each (4, 3): less than standing on it takes is never assumed.
         assumed: The coefficient that it begins with and never exceeds.
         period: Of the controller [s].
     """
     for k in range(4):
         speed2 = velocity[k, 0] * velocity[k, 0] + velocity[k, 1] * velocity[k, 1]
         if load[k] > CARRIES and speed2 > SLIPPING * SLIPPING:
-            friction[k] = max(friction[k] * (1.0 - period / LOSES), min(LEAST, assumed))
+            slope = sqrt(normal[k, 0] * normal[k, 0] + normal[k, 1] * normal[k, 1]) / normal[k, 2]
+            least = min(max(LEAST, slope), assumed)
+            friction[k] = max(friction[k] * (1.0 - period / LOSES), least)
         else:
             friction[k] = min(friction[k] + assumed * period / REGAINS, assumed)

@@ -9,7 +9,8 @@ from drake_quad.control.base_task import rotation_error, wanted_acceleration
 from drake_quad.control.body_rate import height_over, pendulum_rate
 from drake_quad.control.carried import at_rest, body_shift, com_shift, learn, wrench_of
 from drake_quad.control.force_qp import Program, has_numbers, make_program, spread
-from drake_quad.control.inverse_dynamics import reduce_dynamics
+from drake_quad.control.ground import contact_axes
+from drake_quad.control.inverse_dynamics import reduce_dynamics, turn_forces
 from drake_quad.control.joint_targets import LOOK_AHEAD
 from drake_quad.control.light_feet import MOST_TIMES, least_normals, rest_shares
 from drake_quad.control.records import Records
@@ -71,8 +72,10 @@ def plan_forces(
     if calm and m.known > 0.5 and c.load_time > 0.0:  # a push is no load
         carried[:] = learn(carried, t.body[2] - m.p[2], turn, heading, c.learning)
     if calm:
-        answer_slip(friction, m.feet.velocity, t.load, c.friction, c.pace.period)
+        answer_slip(friction, m.feet.velocity, t.load, m.feet.normal, c.friction, c.pace.period)
     dynamics = reduce_dynamics(M, h, c.velocities, m.feet, t.feet_acceleration, m.p, c.radius)
+    axes = contact_axes(m.feet.normal)
+    turn_forces(dynamics, axes)
     found.torque[:, :], found.torque_offset[:] = dynamics.torque, dynamics.torque_offset
     wanted = wanted_acceleration(t.acceleration, t.body[:3] - m.p, speed, turn, spin, c.gains)
     lower, upper = np.empty(12), np.empty(12)
@@ -87,9 +90,12 @@ def plan_forces(
         rest_shares(m.feet.place, t.load, x, y), t.load, gravity * M[3, 3],
         c.least_force * (1.0 if calm else LEAST_SHARE), MOST_TIMES * c.least_force,
     )  # fmt: skip
+    for k in range(4):
+        least[k] *= m.feet.normal[k, 2]  # of a weight, what goes along the normal
     program = make_program(
-        dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights
-    )
+        dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights,
+        axes,
+    )  # fmt: skip
     return program, m.known > 0.5 and has_numbers(program)
 
 

@@ -8,6 +8,7 @@ from math import hypot
 
 from drake_quad.robot.leg_scalar import Matrix, Vector, solve_rates
 
+UPRIGHT: tuple[Vector, ...] = ((0.0, 0.0, 1.0),) * 4
 _OTHERS = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
@@ -19,6 +20,7 @@ def distribute(
     *,
     least: float = 0.0,
     friction: float = 0.5,
+    normals: Sequence[Vector] = UPRIGHT,
 ) -> list[Vector]:
     """Forces at the feet that make up a wrench without pulling.
 
@@ -34,6 +36,7 @@ def distribute(
             least are above 0.
         least: The least normal force of a full foot [N].
         friction: The friction cone's coefficient.
+        normals: Of the ground under the four feet, about which their cones stand.
 
     Returns:
         The forces on the four feet, in W [N].
@@ -76,11 +79,23 @@ def distribute(
     if min(load) > 0.0 and any([f < b for f, b in zip(normal, floor, strict=True)]):
         normal = _along_null(normal, floor, arms)
     forces = []
-    for x, y, z in zip(fx, fy, normal, strict=True):
+    for x, y, z, up in zip(fx, fy, normal, normals, strict=True):
         z = max(z, 0.0)
-        scale = min(1.0, friction * z / max(hypot(x, y), 1e-9))
-        forces.append((x * scale, y * scale, z))
+        if up[2] == 1.0:
+            scale = min(1.0, friction * z / max(hypot(x, y), 1e-9))
+            forces.append((x * scale, y * scale, z))
+        else:
+            forces.append(_into_cone((x, y, z), up, friction))
     return forces
+
+
+def _into_cone(force: Vector, up: Vector, friction: float) -> Vector:
+    """A force with no more along the ground than friction gives, its normal part unchanged."""
+    push = max(sum(f * n for f, n in zip(force, up, strict=True)), 0.0)
+    along = [f - push * n for f, n in zip(force, up, strict=True)]
+    scale = min(1.0, friction * push / max(hypot(*along), 1e-9))
+    x, y, z = (push * n + scale * t for n, t in zip(up, along, strict=True))
+    return x, y, z
 
 
 def _least_squares(wanted: Vector, arms: Sequence[Vector], load: Sequence[float]) -> list[float]:

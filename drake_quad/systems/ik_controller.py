@@ -13,6 +13,7 @@ from drake_quad.robot.leg_scalar import Vector
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.tracking_controller import Effort, Tick, TrackingController
+from drake_quad.terrain import Course
 
 LEAST_LOAD = 0.01  # of a full one, with which a foot counts as one of three
 
@@ -31,8 +32,9 @@ class IkController(TrackingController):
         layout: StateLayout,
         model: MultibodyPlant,
         control: ControlSettings,
+        course: Course | None = None,
     ) -> None:
-        super().__init__(robot=robot, layout=layout, model=model, control=control)
+        super().__init__(robot=robot, layout=layout, model=model, control=control, course=course)
         self.set_name("ik_controller")
 
     def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
@@ -51,6 +53,7 @@ class IkController(TrackingController):
             [(fx - cx, fy - cy, fz - cz) for fx, fy, fz in feet.place.tolist()],
             load.tolist(),
             least=self._control.least_force,
+            normals=feet.normal.tolist(),
         )
         stance = np.einsum("kji,kj->ki", feet.jacobian, np.array(forces))
         return Effort(torque - stance.ravel(), com)

@@ -9,6 +9,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.control.constants import make_constants
 from drake_quad.control.follow import MODE, RUN, command, follow
+from drake_quad.control.ground import ground_table
 from drake_quad.control.measured import measure
 from drake_quad.control.memory import MEMORY_SIZE, new_memory
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
@@ -21,6 +22,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 from drake_quad.systems.state_output import DeclareStateOutput
+from drake_quad.terrain import Course
 
 
 class Tick(NamedTuple):
@@ -78,6 +80,7 @@ class TrackingController(LeafSystem):
         layout: StateLayout,
         model: MultibodyPlant,
         control: ControlSettings,
+        course: Course | None = None,
         stiffness: float = 1.0,
     ) -> None:
         """Declares ports and state.
@@ -87,6 +90,7 @@ class TrackingController(LeafSystem):
             layout: Of its state.
             model: The robot without ground.
             control: Of all the controllers.
+            course: The map; level ground if none is given.
             stiffness: Share of the joints' stiffness that a loaded leg keeps.
         """
         super().__init__()
@@ -94,6 +98,7 @@ class TrackingController(LeafSystem):
         self._constants = make_constants(
             robot, layout, control, stiffness=stiffness, inertia=_rotational_inertia(model, layout)
         )
+        self._ground = ground_table(course)
         self._velocities = layout.v_joints - layout.num_positions
         self._plan_port = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
@@ -146,6 +151,7 @@ class TrackingController(LeafSystem):
             body.control, body.knot, plan.phases, plan.duration, plan.index, plan.revision, phase,
             self._catch_port.Eval(context), self._contact_port.Eval(context),
             self._state_port.Eval(context), constants, value(self._memory), last, work,
+            self._ground,
         )  # fmt: skip
         model.SetPositionsAndVelocities(scratch, last)
         tick = Tick(scratch, bool(phase[MODE] == RUN), work)

@@ -14,6 +14,7 @@ from drake_quad.robot.robot_model import RobotModel
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.systems.state_output import DeclareStateOutput
 from drake_quad.systems.tracking_controller import Effort, Tick, TrackingController
+from drake_quad.terrain import Course
 
 REUSES = 10  # ticks for which the last solution serves; then the robot is held still
 
@@ -41,12 +42,14 @@ class WholeBodyController(TrackingController):
         layout: StateLayout,
         model: MultibodyPlant,
         control: ControlSettings,
+        course: Course | None = None,
     ) -> None:
         super().__init__(
             robot=robot,
             layout=layout,
             model=model,
             control=control,
+            course=course,
             stiffness=control.stance_stiffness,
         )
         self.set_name("whole_body_controller")
