@@ -33,14 +33,10 @@ def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate | None]:
     if arc is not None:
         at, segment = arc
         reason = "swings along arcs are no polynomials of time, of which proofs are made"
-        nothing: dict[str, Any] = {
-            "proven": {},
-            "jumps": {},
-            "intervals": 0,
-            "certifying_time": 0.0,
-        }
-        told = {"certified": False, "reason": reason, "time": at, "segment": segment, **none}
-        return told, None
+        none = {"proven": {}, "jumps": {}, "intervals": 0, "certifying_time": 0.0}
+        return {
+            "certified": False, "reason": reason, "time": at, "segment": segment, **none
+        }, None  # fmt: skip
     asked = p.scenario.certify
     certificate = certify(
         p.robot,
