@@ -43,9 +43,9 @@ def _kernels() -> dict[str, dict[str, Signature]]:
     constants = typeof(np.zeros(1, CONSTANTS)).copy(readonly=True)
     return {
         "feet": {
-            "control.measured._measure_one": (measured, _V, _V, typeof(np.zeros(1, ROBOT)), _F),
+            "control.measured._measure_one": (measured, _V, _V, typeof(np.zeros(1, ROBOT)), _F, _M),
             "control.follow.follow": (
-                _RM, _F, _RM, _F, _I, _I, _V, _V, _V, _V, constants, _V, _V, work,
+                _RM, _F, _RM, _F, _I, _I, _V, _V, _V, _V, constants, _V, _V, work, _M,
             ),
             "control.follow.command": (_V, _V, constants, work, _V, _V, _V, _V, _V),
         },
