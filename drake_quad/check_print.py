@@ -27,6 +27,8 @@ LEVEL_DEG = 0.05  # of pitch, below which a body is called level
 def print_check(told: dict[str, Any], console: Console) -> None:
     """Prints the answer, the gait, and what is left of each limit."""
     colour = "green" if told["feasible"] else "red"
+    if told["feasible"] and told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]:
+        colour = "yellow"
     first, rest = told["answer"].split(": ", 1)
     console.print(Text.assemble((first, f"bold {colour}"), f": {rest}"), soft_wrap=True)
     if told["feasible"]:

@@ -175,9 +175,9 @@ def _answer(told: dict[str, Any]) -> str:
         torque = told["slacks"]["torque"]["on_course"]
         strong = "" if torque >= 0.0 else f", if a joint gives {1.0 - torque:.0%} of its torque"
         wanted = told["slacks"]["margin"]["wanted"]
-        less = "" if plan["margin"] >= wanted else f" ({1e3 * wanted:.0f} mm are wanted)"
+        little = "" if plan["margin"] >= wanted else f", less than the {1e3 * wanted:.0f} mm wanted"
         return (
             f"Yes: {told['name']} walks {stairs}{ways} with a {kind} margin of at least "
-            f"{1e3 * plan['margin']:.0f} mm{less}{strong}"
+            f"{1e3 * plan['margin']:.0f} mm{little}{strong}"
         )
     return f"No: {told['name']} does not walk {stairs} ({LIMITS[told['limit']]}): {told['reason']}"

@@ -21,7 +21,7 @@ from drake_quad.robot.robot_model import RobotModel, leg_length
 from drake_quad.scenario import Scenario, course_of
 
 DEEP = 1.0  # of a leg: depth of treads that may be walked as floors with curbs between them
-TAKEN = 0.7  # quality with which a gait is taken, and no other tried
+TAKEN = 0.7  # quality with which a gait of the margin wanted is taken, and no other tried
 
 
 def design_scenario(
@@ -128,7 +128,7 @@ def _design_for(
             touches = TOUCHES if flights else 1
             best, error = plan_lower(gait, leg, best, touches)
             refused = refused or error
-            if best is not None and best.quality >= TAKEN:
+            if best is not None and best.quality >= TAKEN and best.has_margin:
                 break
         good = best is not None and best.quality >= POOR
         if good or not flights or nearest_gait is None or nearest_gait.score <= NEARLY:

@@ -56,6 +56,11 @@ class Designed:
     torque: float
 
     @property
+    def has_margin(self) -> bool:
+        """Whether the plan's margin is no less than what is wanted of a gait on endless stairs."""
+        return self.margin >= self.design.wanted["margin"]
+
+    @property
     def quality(self) -> float:
         """The least share of what is wanted of margin, room and torque, at most 1."""
         return _quality(self.scenario, self.design, self.margin, self.room, self.torque)

@@ -173,6 +173,22 @@ def test_the_next_command_is_quoted() -> None:
     assert "drake-quad run 'a b; rm'" in text and "drake-quad chart '$(x)'" in text
 
 
+def test_a_yes_with_less_margin_than_is_wanted_says_so() -> None:
+    """In its first line, with the figure wanted; one with no less says nothing of it."""
+    check, designed, asked = found(), found().designed, {"rise": RISE, "run": RUN, "count": COUNT}
+    assert designed is not None
+    wanted = designed.design.wanted["margin"]
+    answers = [
+        describe_check(
+            replace(check, designed=replace(designed, margin=margin)),
+            paper_robot(), source=URL, asked=asked,
+        )["answer"]
+        for margin in (0.99 * wanted, wanted)
+    ]  # fmt: skip
+    assert f"less than the {1e3 * wanted:.0f} mm wanted" in answers[0]
+    assert all(answer.startswith("Yes: ") for answer in answers) and "wanted" not in answers[1]
+
+
 def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

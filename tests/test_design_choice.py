@@ -36,7 +36,10 @@ def test_higher_steps_are_never_easier() -> None:
 def test_a_good_gait_comes_before_other_patterns_are_searched(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """On easy stairs one search answers; who asks for more gets each other pattern once."""
+    """On easy stairs one search answers; who asks for more gets each other pattern once.
+
+    Those with two places to a tread last: nobody needs them who can plan another.
+    """
     searched = []
     least = Search.least
 
@@ -52,6 +55,8 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
     others = list(gaits)
     assert len(searched) == 1 + len(others) > 1
     assert len({d.gait.pattern for d in (first, *others)}) == 1 + len(others)
+    places = [d.gait.pattern.per_tread for d in (first, *others)]
+    assert places == sorted(places) and places[-1] == 2
 
 
 def test_a_thorough_search_looks_at_treads_of_two_places_in_any_case(

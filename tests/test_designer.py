@@ -8,7 +8,7 @@ import pytest
 from design_rig import MODEL, designed
 from rig import paper_robot
 
-from drake_quad import designer_lower
+from drake_quad import designer, designer_lower
 from drake_quad.check_stairs import check_stairs
 from drake_quad.design.refuse import refuse_touching
 from drake_quad.design.shape import read_shape
@@ -149,3 +149,19 @@ def test_no_design_is_taken_that_leans_a_thigh_on_the_stairs() -> None:
             found.scenario, design=found.design, robot=thick, shape=read_shape(robot),
             source="test", beat=None,
         )  # fmt: skip
+
+
+@pytest.mark.parametrize(("share", "tried"), [(0.9, 2), (1.0, 1)])
+def test_a_gait_with_less_margin_than_is_wanted_does_not_keep_others_from_being_tried(
+    share: float, tried: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Go2 on 0.07 m had 13 mm with one place to a tread, on 0.08 m 32 mm with two."""
+    found = designed()
+    design = replace(found.design, score=1.0)
+    less = replace(found, margin=share * design.wanted["margin"])
+    assert less.quality >= designer.TAKEN and less.has_margin == (tried == 1)
+    plans = [less, found]
+    monkeypatch.setattr(designer, "choose_gaits", lambda *_, **__: iter([design, design]))
+    monkeypatch.setattr(designer, "plan_lower", lambda *_: (plans.pop(0), None))
+    told = designer.design_scenario(found.scenario)
+    assert told is (found if tried == 2 else less) and len(plans) == 2 - tried

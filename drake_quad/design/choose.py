@@ -75,7 +75,8 @@ def choose_gaits(
     """The best gaits of the most promising patterns for all of the flights together.
 
     The most promising of all comes first, if it is good enough, before the others are looked at;
-    they come best first. For each pattern the other parameters are found by differential evolution.
+    they come best first, and treads of two places last where others are good enough. For each
+    pattern the other parameters are found by differential evolution.
 
     Args:
         robot: The robot.
@@ -95,12 +96,24 @@ def choose_gaits(
     early = next(searches, None) if map_error == 0.0 else None
     if early is not None and early.score >= ENOUGH:
         yield early
+
+    def best_first(found: list[Design]) -> list[Design]:
+        def worth(d: Design) -> tuple[bool, float]:
+            return d.feasible, d.score + bonus * _pace(d.gait.pattern)
+
+        return sorted(found, key=worth, reverse=True)
+
     found = [*([] if early is None else [early]), *searches]
-    if flights and (way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH):
-        patterns = make_patterns(robot, runs, two)
-        found += _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
-    found.sort(key=lambda d: (d.feasible, d.score + bonus * _pace(d.gait.pattern)), reverse=True)
-    yield from (d for d in found if d is not early or d.score < ENOUGH)
+    two_places = _search(
+        robot, shape, make_patterns(robot, runs, two) if flights else [], flights, way, wanted,
+        hopeless=hopeless,
+    )  # fmt: skip
+    if way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH:
+        found += two_places
+    yield from (d for d in best_first(found) if d is not early or d.score < ENOUGH)
+    # Whoever goes on could not plan these, or not well: what is good on endless stairs may not be
+    # on the course.
+    yield from best_first(list(two_places))
 
 
 def _pace(pattern: Pattern) -> float:
