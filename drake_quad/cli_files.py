@@ -142,7 +142,7 @@ def _check_values(summary: dict[str, Any], source: str) -> None:
         remedy = f"must be {what}; give the directory of a finished `drake-quad run`"
         return InputError(source=source, field=path, value=value, remedy=remedy)
 
-    for name in ("outcome", "reason", "simulation", "margin_kind"):
+    for name in ("outcome", "reason", "simulation", "margin_kind", "assumes"):
         if not isinstance(summary.get(name, ""), str):
             raise fail(name, summary[name], "text")
     for path in (*FIGURES, *WALL_CLOCK):

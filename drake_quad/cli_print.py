@@ -25,6 +25,8 @@ def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> 
     for label, text in lines:
         table.add_row(Text(label), Text(text))
     console.print(table)
+    if summary.get("assumes"):
+        console.print(Text(f"these figures assume {summary['assumes']}"), soft_wrap=True)
     console.print(Text(f"files in {directory}"))
     if report:
         console.print(Text(f"look at {directory / 'report.html'}"))
@@ -52,6 +54,8 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     planned = summary["margin_planned"] if isinstance(summary.get("margin_planned"), dict) else {}
     seen = "replayed" if summary.get("simulation") == "kinematic" else "measured"
     kind = summary.get("margin_kind", "hull")
+    zmp = (summary.get("zmp_margin") or {}).get("minimum")
+    pressure = [] if zmp is None else [("the same of the zero-moment point", text(zmp, "{:.3f} m"))]
     names = (
         [] if kind == "hull" else [(seen, f"margin_{kind}"), ("planned", f"margin_{kind}_planned")]
     )
@@ -64,6 +68,7 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     ]
     return [
         (f"smallest margin {seen}", text(margin.get("minimum"), "{:.3f} m")),
+        *pressure,
         (
             "smallest margin planned",
             text(planned.get("minimum"), "{:.3f} m"),

@@ -117,6 +117,7 @@ def MakeStairClimb(
         robot=robot,
         disturbances=disturbances,
         period=monitor_period(control.period),
+        log_period=log_period,
         height_limit=0.5 * settings.body_height,
         margins=margins,
         friction=friction,

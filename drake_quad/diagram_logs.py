@@ -24,6 +24,7 @@ LOGS = (
     ("nonfoot", "contact_monitor", "nonfoot_contact"),
     ("margin", "stability_monitor", "stability_margin"),
     ("zmp_margin", "stability_monitor", "zmp_margin"),
+    ("least_margins", "stability_monitor", "least_margins"),
     ("com", "stability_monitor", "com_position"),
     ("push_force", "push_source", "push_force"),
     ("catch", "controller", "catch"),

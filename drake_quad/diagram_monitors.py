@@ -1,5 +1,6 @@
 """The monitors beside the simulated plant: they measure the truth, and nobody is told by them."""
 
+from math import ceil
 from typing import NamedTuple
 
 from pydrake.systems.framework import DiagramBuilder
@@ -29,6 +30,7 @@ def AddMonitors(
     robot: RobotModel,
     disturbances: Disturbances,
     period: float,
+    log_period: float,
     height_limit: float,
     margins: str,
     friction: float,
@@ -41,6 +43,7 @@ def AddMonitors(
         robot: As its controller knows it.
         disturbances: What makes it another robot than that.
         period: Between measurements [s].
+        log_period: Between samples of the log, which is to miss no smallest margin [s].
         height_limit: Of the trunk over its feet [m], below which the robot fell.
         margins: Which are measured, one of `drake_quad.stability.kinds.KINDS`.
         friction: Coulomb's coefficient between feet and ground.
@@ -75,6 +78,7 @@ def AddMonitors(
             period=period,
             height_limit=height_limit,
             gauge=gauge,
+            window=ceil(log_period / period - 1e-9) + 1,
             gauge_period=period * max(1, round(GAUGE_PERIOD / period)),
         ),
     )

@@ -66,6 +66,9 @@ def make_table(
     columns["margin"] = logs["margin"][:, 0]
     columns |= planned_figures(robot, phase, plans, massless_legs=massless_legs, share=share)
     columns["zmp_margin"] = logs["zmp_margin"][:, 0]
+    if "least_margins" in logs:
+        columns["margin_least"] = logs["least_margins"][:, 0]
+        columns["zmp_margin_least"] = logs["least_margins"][:, 1]
     columns |= margin_columns(logs, times, robot=robot, plans=plans, ground=ground)
     columns["nonfoot_contacts"] = logs["nonfoot"][:, 0].astype(np.int64)
     columns["nonfoot_force"] = logs["nonfoot"][:, 1]

@@ -12,6 +12,7 @@ from drake_quad import __version__
 from drake_quad.preparation import Preparation
 from drake_quad.robot.robot_model import contact_friction
 from drake_quad.run_files import RunResult
+from drake_quad.scenario import Scenario
 from drake_quad.stability.safety import judge_safety, safe_margin
 from drake_quad.summary import base_error, push_figures, summarize
 
@@ -46,6 +47,7 @@ def result_of(
         "planning_time": p.plan.planning_time,
         "margin_kind": p.settings.margin,
         "contact_friction": _friction(p),
+        "assumes": assumptions_of(p.scenario),
         **summarize(table, p.robot),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,
@@ -69,6 +71,16 @@ def _friction(p: Preparation) -> float | None:
     if p.scenario.simulation.mode != "physics":
         return None
     return float(contact_friction(p.robot, p.scenario.simulation.friction).min())
+
+
+def assumptions_of(scenario: Scenario) -> str:
+    """What a run's figures take for granted, in a line for people."""
+    if scenario.simulation.mode == "kinematic":
+        return "that the robot is where its plan has it: nothing was measured"
+    flags = "contact flags without error"
+    if scenario.estimator.kind == "truth":
+        return f"{flags}, and a controller that is told the robot's true state"
+    return f"{flags}; the controller estimates its state from its sensors"
 
 
 def at_goal(table: pa.Table, reason: str) -> tuple[str, str]:

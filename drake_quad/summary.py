@@ -11,7 +11,7 @@ from drake_quad.gait.legs import SHORT_NAMES, BoolArray, FloatArray
 from drake_quad.robot.robot_model import RobotModel
 from drake_quad.summary_clock import recovery_figures, wait_figures
 from drake_quad.summary_estimate import carried_figures, estimate_figures, least_friction
-from drake_quad.summary_margins import further_figures, spread
+from drake_quad.summary_margins import between_samples, further_figures, spread
 from drake_quad.summary_pose import Columns, base_error
 from drake_quad.summary_push import push_figures
 from drake_quad.summary_swing import swing_figures
@@ -37,12 +37,13 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
     middle, half = 0.5 * (robot.q_upper + robot.q_lower), 0.5 * (robot.q_upper - robot.q_lower)
     place, tilt = base_error(c)
     slip, roll = _slip(c, period)
-    lowest = int(np.nanargmin(c["margin"])) if np.any(np.isfinite(c["margin"])) else 0
+    least = between_samples(c, "margin")
+    lowest = int(np.nanargmin(least)) if np.any(np.isfinite(least)) else 0
     figures = {
-        "margin": spread(c["margin"]),
+        "margin": spread(c["margin"], least),
         "margin_minimum_at": float(t[lowest]),
         "margin_planned": spread(c["margin_planned"]),
-        "zmp_margin": spread(c["zmp_margin"]),
+        "zmp_margin": spread(c["zmp_margin"], between_samples(c, "zmp_margin")),
         **further_figures(c),
         "zmp_inside": _share(c["zmp_margin"], 0.0),
         "margin_within_20mm": _share(-difference, -WITHIN),
@@ -78,6 +79,7 @@ def segment_figures(c: Columns) -> list[dict[str, Any]]:
     """Name, kind, start, end and smallest margins of every segment as it was run."""
     parts = zip(c["task"], c["plan_revision"], c["segment"], strict=True)
     key = np.array(["/".join(map(str, part)) for part in parts])
+    least = between_samples(c, "margin")
     cuts = np.concatenate([[0], np.flatnonzero(key[1:] != key[:-1]) + 1, [len(key)]])
     return [
         _plain(
@@ -86,7 +88,7 @@ def segment_figures(c: Columns) -> list[dict[str, Any]]:
                 "kind": str(c["segment_kind"][a]),
                 "start": float(c["t"][a]),
                 "end": float(c["t"][b - 1]),
-                "margin_min": _smallest(c["margin"][a:b]),
+                "margin_min": _smallest(least[a:b]),
                 "margin_planned_min": _smallest(c["margin_planned"][a:b]),
             }
         )

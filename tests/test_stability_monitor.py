@@ -20,8 +20,10 @@ FALL = round(FALL_TIME / PERIOD)  # ticks
 class Monitor:
     """A monitor in a simulator of its own; the robot stands in its first stance unless told."""
 
-    def __init__(self) -> None:
-        self.system = StabilityMonitor(model=model_plant(), layout=model_layout(), period=PERIOD)
+    def __init__(self, window: int = 1) -> None:
+        self.system = StabilityMonitor(
+            model=model_plant(), layout=model_layout(), period=PERIOD, window=window
+        )
         self.simulator = Simulator(self.system)
         self.context: Context = self.simulator.get_mutable_context()
         self.stance = stand_plan().end
@@ -98,6 +100,31 @@ def test_pressure_under_a_robot_at_rest_is_under_its_centre_of_mass() -> None:
     monitor.force[:, 2] = np.linalg.pinv(A) @ [588.6, 0.0, 0.0]
     monitor.run()
     np.testing.assert_allclose(monitor.read("zmp_margin"), monitor.read("stability_margin"))
+
+
+def test_the_least_margins_of_the_last_ticks_are_kept() -> None:
+    """A tick with a margin that no later one has is seen for as long as the window, then not.
+
+    Before contacts are measured there is none: what the first two ticks see counts for nothing.
+    """
+    monitor = Monitor(window=3)
+    monitor.bearing = np.zeros(4)
+    monitor.run(1)
+    assert np.all(np.isinf(monitor.read("least_margins")))
+    monitor.bearing = np.ones(4)
+    monitor.run(3)
+    usual = [monitor.read(port)[0] for port in ("stability_margin", "zmp_margin")]
+    np.testing.assert_array_equal(monitor.read("least_margins"), usual)
+    monitor.bearing = np.array([1.0, 1.0, 1.0, 0.0])
+    monitor.run(1)
+    low = [monitor.read(port)[0] for port in ("stability_margin", "zmp_margin")]
+    assert low[0] < usual[0]
+    monitor.bearing = np.ones(4)
+    for ticks, expected in ((1, low), (1, low), (1, usual)):
+        monitor.run(ticks)
+        assert monitor.read("stability_margin")[0] == usual[0]
+        found = monitor.read("least_margins")
+        np.testing.assert_array_equal(found, np.minimum(expected, usual))
 
 
 def test_fewer_feet_than_three_have_no_positive_margin() -> None:

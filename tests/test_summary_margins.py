@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from summary_rig import PERIOD, changed, log, summary, values
+from summary_rig import PERIOD, changed, log, summary, values, with_columns
 
 
 def test_margins_are_told_by_minimum_percentile_and_median() -> None:
@@ -35,3 +35,19 @@ def test_share_of_samples_near_the_plan() -> None:
     for off, share in ((0.021, 1 - half.mean()), (-0.021, 1 - half.mean()), (0.019, 1.0)):
         margin = values("margin") + off * half
         assert summary(changed(margin=margin))["margin_within_20mm"] == pytest.approx(share)
+
+
+def test_the_smallest_margin_counts_what_is_between_samples() -> None:
+    """And of a segment, too; the rest is of the samples, and so is all of a log without it."""
+    margin = np.full(log().num_rows, 0.2)
+    least = margin.copy()
+    least[40] = 0.05
+    plain = summary(changed(margin=margin))
+    found = summary(
+        with_columns(changed(margin=margin), margin_least=least, zmp_margin_least=least)
+    )
+    assert plain["margin"]["minimum"] == 0.2
+    assert found["margin"] == {"minimum": 0.05, "percentile_1": 0.2, "median": 0.2}
+    assert found["zmp_margin"]["minimum"] == 0.05
+    assert found["margin_minimum_at"] == pytest.approx(40 * PERIOD)
+    assert min(s["margin_min"] for s in found["segments"]) == 0.05

@@ -12,6 +12,8 @@ from drake_quad import cli_print
 from drake_quad.chart_report import print_chart
 from drake_quad.check_print import print_check, print_next
 from drake_quad.plan_certificate import print_certificate
+from drake_quad.scenario import load_scenario
+from drake_quad.simulation_end import assumptions_of
 
 NAMES = ("[/x]", "[red]x[/]", ":dog:", "[link=x]")
 
@@ -79,3 +81,28 @@ def test_units_of_a_plans_table_are_there(monkeypatch: pytest.MonkeyPatch) -> No
     plan("walk", console)
     head = console.export_text().splitlines()[0]
     assert "from [s]" in head and "to [s]" in head and "smallest margin [m]" in head
+
+
+def test_a_run_is_told_with_its_pressures_margin_and_what_its_figures_assume() -> None:
+    """Beside the static margin stands the zero-moment point's; a replay has none to tell."""
+    told = {"margin": {"minimum": 0.071}, "zmp_margin": {"minimum": 0.059}}
+    lines = cli_print.summary_lines(told)
+    assert lines[:2] == [
+        ("smallest margin measured", "0.071 m"),
+        ("the same of the zero-moment point", "0.059 m"),
+    ]
+    assert "zero-moment" not in str(cli_print.summary_lines({"zmp_margin": {"minimum": None}}))
+
+
+def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """True state or an estimate, by the scenario; and perfect contact flags with either."""
+    console = Console(width=200, record=True, file=io.StringIO())
+    monkeypatch.setattr(cli_print, "Console", lambda: console)
+    told = [
+        assumptions_of(load_scenario(name)) for name in ("case_study", "estimated_state", "paper")
+    ]
+    assert "true state" in told[0] and "estimates its state" in told[1]
+    assert all("contact flags without error" in text for text in told[:2])
+    assert "nothing was measured" in told[2]
+    cli_print.print_summary({"assumes": told[0]}, Path("run"), report=False)
+    assert f"these figures assume {told[0]}" in console.export_text()

@@ -16,6 +16,7 @@ from drake_quad.stability.region import AT_REST
 from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 from drake_quad.systems.state_output import DeclareStateOutput
 
+FIRST = 1.5  # periods, before which no contact is measured yet
 NO_SUPPORT = -9.0  # [m] logged instead of -inf where fewer feet than one bear
 
 
@@ -32,6 +33,8 @@ class StabilityMonitor(LeafSystem):
             feet [m].
         zmp_margin: (1,) the same for the centre of pressure of the measured forces [m].
         com_position: (3,) the whole robot's centre of mass in W [m].
+        least_margins: (2,) the smallest of both margins over the last `window` measurements [m]: no
+            less frequent log passes one over. Infinite until contacts are measured.
         further_margins: See Margins; what the gauge does not measure is nan. Every `gauge_period`.
     """
 
@@ -45,6 +48,7 @@ class StabilityMonitor(LeafSystem):
         height_limit: float = 0.25,
         gauge: Gauge | None = None,
         gauge_period: float = 0.1,
+        window: int = 1,
     ) -> None:
         super().__init__()
         self.set_name("stability_monitor")
@@ -56,6 +60,8 @@ class StabilityMonitor(LeafSystem):
         self._force_port = self.DeclareVectorInputPort("foot_force_measured", 12)
         self._margin = DeclareStateOutput(self, "stability_margin", 1)
         self._zmp = DeclareStateOutput(self, "zmp_margin", 1)
+        self._least = DeclareStateOutput(self, "least_margins", np.full(2, np.inf))
+        self._recent = int(self.DeclareDiscreteState(np.full(2 * window, np.inf)))
         self._com = DeclareStateOutput(self, "com_position", 3)
         self._further = DeclareStateOutput(self, "further_margins", np.full(len(Margins), np.nan))
         # [s] for which the trunk has been tilted, and down.
@@ -82,6 +88,12 @@ class StabilityMonitor(LeafSystem):
             state.get_mutable_value(self._margin), state.get_mutable_value(self._zmp),
         )  # fmt: skip
         state.set_value(self._com, com)
+        if context.get_time() > FIRST * self._period:
+            recent = state.get_mutable_value(self._recent)
+            recent[:-2] = recent[2:]
+            recent[-2] = state.value(self._margin)[0]
+            recent[-1] = state.value(self._zmp)[0]
+            state.set_value(self._least, recent.reshape(-1, 2).min(axis=0))
         if self._gauge is not None and isnan(state.value(self._further)[0]):
             self._measure(context, state)  # the first time, as soon as contacts are known
         # R_WB's lower right entry, and the base's height, straight from the state.
@@ -103,8 +115,8 @@ class StabilityMonitor(LeafSystem):
         """The margins that take longer, and so are held for a while."""
         x: FloatArray = self._state_port.Eval(context)
         t = context.get_time()
-        if not isfinite(x.sum()) or t < 1.5 * self._period:
-            return  # no contact is measured yet
+        if not isfinite(x.sum()) or t < FIRST * self._period:
+            return
         assert self._gauge is not None
         model, scratch = self._model, EvalScratch(self._scratch, context)
         model.SetPositionsAndVelocities(scratch, x)
