@@ -9,6 +9,7 @@ from drake_quad.report.bounds import bounds
 from drake_quad.report.figure_clock import NAMES
 from drake_quad.report.figure_list import FIGURES, FigureKind
 from drake_quad.report.happenings import mode_bands, push_marks
+from drake_quad.report.packing import pack
 from drake_quad.report.replay import make_replay_html
 from drake_quad.report.run_files import SCENARIO, Run, read_run
 from drake_quad.report.style import KIND_COLOURS, LEG_COLOURS, LEG_NAMES, MODE_COLOURS, PUSH_COLOUR
@@ -17,6 +18,7 @@ from drake_quad.report.tables import segment_rows, summary_rows
 from drake_quad.report.tables_pushes import push_rows, recovery_rows
 from drake_quad.report.templates import read_css, render
 from drake_quad.report.verdict import judge
+from drake_quad.stability.safety import safe_margin
 from drake_quad.whole_files import write_whole
 
 REPORT = "report.html"
@@ -45,7 +47,8 @@ def build_report(directory: Run | str | Path, *, replay: bool = True) -> Path:
         verdict=judge(run),
         bounds=bounds(run),
         figures=_draw_figures(run),
-        replay=make_replay_html(run) if replay and len(run.log) else "",
+        replay=pack(make_replay_html(run)) if replay and len(run.log) else "",
+        safe=safe_margin(run.robot),
         segments=segment_rows(run),
         pushes=push_rows(run),
         recoveries=recovery_rows(run),

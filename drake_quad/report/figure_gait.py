@@ -66,7 +66,8 @@ def find_losses(t: FloatArray, planned: BoolArray, sensed: BoolArray) -> BoolArr
     """When one foot had lost the ground that it was to stand on, (N,).
 
     That a foot takes up its load a little after its touchdown, and gives it up a little before
-    its lift-off, is no loss; a gap within a stance is, however short.
+    its lift-off, is no loss, nor that a light foot's contact comes and goes meanwhile; a gap
+    within the rest of a stance is, however short.
 
     Args:
         t: (N,) [s].
@@ -74,10 +75,13 @@ def find_losses(t: FloatArray, planned: BoolArray, sensed: BoolArray) -> BoolArr
         sensed: (N,) whether it bears.
     """
     lost = np.zeros(len(t), dtype=np.bool_)
-    for first, past in runs_of(planned & ~sensed):
-        inside = first > 0 and planned[first - 1] and past < len(t) and planned[past]
-        if inside or t[past - 1] - t[first] > TOLERANCE:
-            lost[first:past] = True
+    for begin, end in runs_of(planned):
+        landed, leaves = t[begin] + TOLERANCE, t[min(end, len(t) - 1)] - TOLERANCE
+        for first, past in runs_of(~sensed[begin:end]):
+            a, b = begin + first, begin + past
+            coming, going = t[b - 1] <= landed, t[a] >= leaves
+            if not (coming or going) or t[b - 1] - t[a] > TOLERANCE:
+                lost[a:b] = True
     return lost
 
 

@@ -52,8 +52,8 @@ FIGURES = (
         "Signed distance of the centre of mass from the border of where the feet's forces can "
         "balance it: within their friction cones; within the joints' torque limits too; and with "
         "what its acceleration asks for besides the weight. Dashed as planned. Bands: red outside, "
-        "amber under 0.02 m. Below, the capture point's distance from where the feet's pressure "
-        "can hold it, and the least push of all directions that would take a step.",
+        "amber under a margin that is safe. Below, the capture point's distance from where the "
+        "feet's pressure can hold it, and the least push of all directions that would take a step.",
         draw_regions,
         physics=True,
         wanted=was_measured,

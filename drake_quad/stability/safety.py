@@ -72,7 +72,8 @@ def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
     least = _number(margin if isinstance(margin, Mapping) else {}, "minimum")
     put(least >= wanted, _figure("margin", "margin {:.3f} m", least) + f" (wanted {wanted:.3f})")
     under = _number(summary, "time_under_three_feet")
-    put(under == 0.0, _figure("feet that bear", "{:.2f} s on fewer than three feet", under))
+    words = _figure("feet that bear", "{:.2f} s on fewer than three feet", under)
+    put(under == 0.0, "three feet bore throughout" if under == 0.0 else words)
     touched, form = _number(summary, "nonfoot_contact_samples"), "other contacts in {:.0f} samples"
     none = "nothing but feet touched"
     put(touched == 0.0, none if touched == 0.0 else _figure("contacts", form, touched))
