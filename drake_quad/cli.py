@@ -13,7 +13,7 @@ import typer
 
 from drake_quad import __version__
 from drake_quad.cli_robots import chart, check, inspect
-from drake_quad.cli_runs import plan, replay, report, run, scenarios
+from drake_quad.cli_runs import export, plan, replay, report, run, scenarios
 from drake_quad.cli_streams import make_streams_last
 from drake_quad.cli_studies import compare, sweep
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError, printable
@@ -48,7 +48,19 @@ def options(
     """
 
 
-for command in (run, plan, report, replay, inspect, check, chart, sweep, compare, scenarios):
+for command in (
+    run,
+    plan,
+    report,
+    replay,
+    export,
+    inspect,
+    check,
+    chart,
+    sweep,
+    compare,
+    scenarios,
+):
     app.command()(command)
 
 

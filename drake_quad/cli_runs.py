@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
-from drake_quad.cli_files import claim, make_report, read_summary, stem
+from drake_quad.cli_files import claim, claim_file, make_report, read_summary, stem
 from drake_quad.cli_options import MESSAGES, JsonOption, ScenarioArgument, SetOption
 from drake_quad.cli_print import print_plan, print_summary
 from drake_quad.cli_progress import interruptible, seconds_progress
@@ -140,6 +141,30 @@ def _report_sweep(directory: Path, page: Path | None, *, as_json: bool) -> None:
         print(json.dumps({"report": str(directory / "report.html")}))
     else:
         print_sweep(told, directory, Console(emoji=False))
+
+
+def export(
+    directory: Annotated[Path, typer.Argument(help="A finished run's directory.")],
+    csv: Annotated[
+        Path | None, typer.Option(help="File to write; joints.csv in the directory unless told.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a finished run's joints as CSV, as the robot's own file means angles and axes.
+
+    Columns: t [s]; each joint's angle [rad], speed [rad/s] and torque [Nm]; the trunk's pose.
+    """
+    from drake_quad.report.joint_table import write_joint_table
+    from drake_quad.report.run_files import read_run
+
+    path = csv if csv is not None else directory / "joints.csv"
+    read_summary(directory)
+    claim_file(path, "--csv")
+    rows = write_joint_table(read_run(directory), path)
+    if as_json:
+        print(json.dumps({"csv": str(path), "rows": rows}))
+    else:
+        Console().print(Text(f"{rows} rows in {path}"), soft_wrap=True)
 
 
 def replay(

@@ -78,6 +78,7 @@ NEIGHBOURS = {
     ("plan", "run"),
     ("chart", "check"),
     ("check", "inspect"),
+    ("report", "inspect"),
     ("main", "cli"),
     ("compiled", "kernel"),
     ("kernel", "cache"),
