@@ -3,13 +3,15 @@
 Its ports are what a robot has; it holds a model of the robot and never sees the simulated plant.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
+from drake_quad.control.ports import BALANCE_SIZE
 from drake_quad.control.push_reflex import Reflex
 from drake_quad.control.settings import ControlSettings
+from drake_quad.errors import InputError
 from drake_quad.estimation.settings import EstimatorSettings
 from drake_quad.planning.catch_place import CatchGround
 from drake_quad.planning.mission import Task
@@ -33,6 +35,19 @@ ESTIMATES = (
     "estimator_healthy",
 )
 KINDS: dict[str, type[TrackingController]] = {"ik": IkController, "whole_body": WholeBodyController}
+MakeTracking = Callable[..., LeafSystem]
+"""Makes a controller of one's own of the keywords `robot`, `layout`, `model`, `control` and
+`course`, those of TrackingController's constructor, whose ports it has: all inputs and outputs by these names."""
+
+INPUTS = ("motion_plan", "gait_phase", "catch", "robot_state_estimated", "contact_state_measured")
+OUTPUTS = {
+    "joint_state_desired": 24,
+    "joint_torque_feedforward": 12,
+    "body_desired": 5,
+    "feet_desired": 12,
+    "balance_estimated": BALANCE_SIZE,
+}
+OWN = ("qp_state", "carried_estimated", "friction_estimated")  # exported of one that has them
 
 
 def MakeController(
@@ -44,6 +59,7 @@ def MakeController(
     control: ControlSettings,
     model: MultibodyPlant,
     start: Stance | None = None,
+    tracking: str | MakeTracking | None = None,
 ) -> Diagram:
     """Returns the controller as a Diagram of its own.
 
@@ -56,6 +72,11 @@ def MakeController(
         model: The robot without ground.
         start: Where the robot is put: then the controller estimates its state from there on,
             from its sensors. None: it is told its state.
+        tracking: What makes joints' commands of the plan: one of KINDS by its name, or what makes
+            one of one's own; `control.kind` if None.
+
+    Raises:
+        InputError: No such name, or a system without the ports of a TrackingController.
 
     Input ports:
         contact_state_measured: (4,) 1 where a foot bears.
@@ -68,7 +89,8 @@ def MakeController(
         motion_plan: The plan of the task under way (abstract).
         robot_state_estimated, estimator_deviation, foot_slip_estimated, estimator_healthy: Of the
             StateEstimator, if there is a `start`.
-        qp_state, carried_estimated, friction_estimated: Of the WholeBodyController, if it is that.
+        qp_state, carried_estimated, friction_estimated: Of the WholeBodyController, or of another
+            that has them.
     """
     layout = make_layout(model, robot)
     builder = DiagramBuilder()
@@ -89,21 +111,22 @@ def MakeController(
             robot=robot, layout=layout, course=course, settings=settings, mission=mission
         ),
     )
-    tracking = builder.AddNamedSystem(
+    follower = builder.AddNamedSystem(
         "tracking_controller",
-        KINDS[control.kind](
+        _make_tracking(tracking or control.kind)(
             robot=robot, layout=layout, model=model, control=control, course=course
         ),
     )
-    _Wire(builder, scheduler, planner, tracking)
-    contact_users = [scheduler, tracking]
+    _check_ports(follower)
+    _Wire(builder, scheduler, planner, follower)
+    contact_users: list[LeafSystem] = [scheduler, follower]
     if start is None:
-        _ExportInput(builder, "robot_state_estimated", (planner, tracking))
+        _ExportInput(builder, "robot_state_estimated", (planner, follower))
     else:
         estimator = builder.AddNamedSystem(
             "state_estimator", _MakeEstimator(robot, layout, start, control)
         )
-        for system in (planner, tracking):
+        for system in (planner, follower):
             builder.Connect(
                 estimator.GetOutputPort("robot_state_estimated"),
                 system.GetInputPort("robot_state_estimated"),
@@ -116,7 +139,7 @@ def MakeController(
     _ExportInput(builder, "contact_state_measured", contact_users)
     for system, names in (
         (
-            tracking,
+            follower,
             ("joint_state_desired", "joint_torque_feedforward", "body_desired", "feet_desired"),
         ),
         (scheduler, ("gait_phase", "contact_state_desired", "catch")),
@@ -124,19 +147,51 @@ def MakeController(
     ):
         for name in names:
             builder.ExportOutput(system.GetOutputPort(name), name)
-    if control.kind == "whole_body":
-        for name in ("qp_state", "carried_estimated", "friction_estimated"):
-            builder.ExportOutput(tracking.GetOutputPort(name), name)
+    for name in OWN:
+        if follower.HasOutputPort(name):
+            builder.ExportOutput(follower.GetOutputPort(name), name)
     diagram = builder.Build()
     diagram.set_name("controller")
     return diagram
+
+
+def _make_tracking(tracking: str | MakeTracking) -> MakeTracking:
+    """What makes the controller."""
+    if not isinstance(tracking, str):
+        return tracking
+    if tracking not in KINDS:
+        remedy = f"no such controller; give {' or '.join(KINDS)}, or what makes one of your own"
+        raise InputError(source="controller", field="tracking", value=tracking, remedy=remedy)
+    return KINDS[tracking]
+
+
+def _check_ports(system: LeafSystem) -> None:
+    """Sees that a system has the ports of a TrackingController.
+
+    Raises:
+        InputError: The first that it lacks, or whose size is another.
+    """
+
+    def fail(port: str, remedy: str) -> InputError:
+        name = type(system).__name__
+        return InputError(source=name, field=port, value=name, remedy=remedy)
+
+    for name in INPUTS:
+        if not system.HasInputPort(name):
+            raise fail(name, f"needs an input port of that name, as {', '.join(INPUTS)}")
+    for name, size in OUTPUTS.items():
+        if not system.HasOutputPort(name):
+            raise fail(name, f"needs an output port of that name, as {', '.join(OUTPUTS)}")
+        own = system.GetOutputPort(name).size()
+        if own != size:
+            raise fail(name, f"its output port must have {size} values, and has {own}")
 
 
 def _Wire(
     builder: DiagramBuilder,
     scheduler: GaitScheduler,
     planner: TransitionPlanner,
-    tracking: TrackingController,
+    tracking: LeafSystem,
 ) -> None:
     """Connects the three with each other, and their other inputs with the controller's."""
     for name, source, sinks in (

@@ -13,7 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_quad.control.settings import ControlSettings
-from drake_quad.controller import MakeController
+from drake_quad.controller import MakeController, MakeTracking
 from drake_quad.diagram_logs import AddLoggers, PartLogger, logs_of
 from drake_quad.diagram_monitors import AddMonitors, AddPushes
 from drake_quad.diagram_plant import AddSimulatedPlant, feedforward_strength
@@ -66,6 +66,7 @@ def MakeStairClimb(
     disturbances: Disturbances | None = None,
     sensors: SensorErrors | None = None,
     visualize: Visualize | None = None,
+    tracking: str | MakeTracking | None = None,
 ) -> StairClimb:
     """Wires plant, controller, monitors and loggers; the robot stands in `stance` at first.
 
@@ -84,6 +85,7 @@ def MakeStairClimb(
         disturbances: What the controller is not told; none if not given.
         sensors: Those that the controller estimates its state from; none: it is told its state.
         visualize: Adds viewers to the Diagram.
+        tracking: As of MakeController.
     """
     world = course if world is None else world
     disturbances = disturbances or Disturbances()
@@ -109,6 +111,7 @@ def MakeStairClimb(
             control=control,
             model=MakeModelPlant(robot.url),
             start=None if sensors is None else stance,
+            tracking=tracking,
         ),
     )
     monitors = AddMonitors(
@@ -164,7 +167,8 @@ def MakeStairClimb(
         "stability_monitor": monitors.stability,
         "push_source": push_source,
     }
-    logs = logs_of(control.kind, estimated=sensors is not None, margins=margins)
+    kind = "whole_body" if controller.HasOutputPort("qp_state") else "ik"
+    logs = logs_of(kind, estimated=sensors is not None, margins=margins)
     ports = {name: systems[system].GetOutputPort(port) for name, system, port in logs}
     loggers = AddLoggers(builder, ports, log_period)
     if visualize is not None:
@@ -183,12 +187,18 @@ def monitor_period(control_period: float) -> float:
     return control_period * max(1, round(SENSING_PERIOD / control_period))
 
 
-def stair_climb_of(preparation: Preparation, *, visualize: Visualize | None = None) -> StairClimb:
+def stair_climb_of(
+    preparation: Preparation,
+    *,
+    visualize: Visualize | None = None,
+    tracking: str | MakeTracking | None = None,
+) -> StairClimb:
     """The simulation of a prepared scenario.
 
     Args:
         preparation: From `preparation.prepare`.
         visualize: Adds viewers to the Diagram.
+        tracking: As of MakeController.
     """
     scenario = preparation.scenario
     return MakeStairClimb(
@@ -206,6 +216,7 @@ def stair_climb_of(preparation: Preparation, *, visualize: Visualize | None = No
         disturbances=preparation.disturbances,
         sensors=sensor_errors(scenario),
         visualize=visualize,
+        tracking=tracking,
     )
 
 

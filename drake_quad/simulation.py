@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
+from drake_quad.controller import MakeTracking
 from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.errors import DrakeQuadError
 from drake_quad.planning.plan_torques import SHARES
@@ -45,6 +46,7 @@ def run(
     stop: Callable[[], bool] = lambda: False,
     visualize: Visualize | None = None,
     tell: Callable[[str], None] | None = None,
+    tracking: str | MakeTracking | None = None,
 ) -> RunResult:
     """Plans and simulates `scenario` (or replays its plan, if its mode is kinematic).
 
@@ -55,6 +57,7 @@ def run(
         stop: Asked now and then whether to stop (Ctrl-C).
         visualize: Adds viewers to the Diagram.
         tell: It is told in a line of what takes a while before the simulation begins.
+        tracking: A controller of one's own, as of MakeController; the scenario's if None.
 
     Raises:
         InputError: If something in the scenario cannot be.
@@ -66,7 +69,7 @@ def run(
     with precompiling(kernels, tell) as wait:
         prepared = prepare(scenario, source=source)
         wait()
-    return _simulate(prepared, progress, stop, visualize)
+    return _simulate(prepared, progress, stop, visualize, tracking)
 
 
 def _simulate(
@@ -74,9 +77,10 @@ def _simulate(
     progress: Progress | None,
     stop: Callable[[], bool],
     visualize: Visualize | None,
+    tracking: str | MakeTracking | None,
 ) -> RunResult:
     scenario = p.scenario
-    climb = stair_climb_of(p, visualize=visualize)
+    climb = stair_climb_of(p, visualize=visualize, tracking=tracking)
     simulator = Simulator(climb.diagram)
     ApplySimulatorConfig(scenario.simulation.simulator, simulator)
     simulator.set_target_realtime_rate(scenario.simulation.realtime_rate)
