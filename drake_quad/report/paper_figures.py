@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from drake_quad.report.paper_figures_robot import robot_model, traverse
 from drake_quad.report.paper_figures_run import margins, trajectories
 from drake_quad.report.paper_figures_spin import BETA_DRAWN, spin_cycle, spin_geometry
 from drake_quad.report.paper_figures_stairs import stair_climbing, swing_path
@@ -14,6 +15,7 @@ from drake_quad.report.paper_figures_top import (
     wave_configuration,
     wave_transition,
 )
+from drake_quad.report.paper_figures_treads import treads
 from drake_quad.report.paper_samples import Samples
 from drake_quad.report.paper_study import CaseStudy
 
@@ -43,6 +45,15 @@ class PaperFigure:
 
 
 FIGURES: tuple[PaperFigure, ...] = (
+    PaperFigure(
+        1,
+        "robot",
+        "Model of the quadruped robot.",
+        "The shipped robot, not the authors', whose model is in other papers: with Table I's "
+        "workspaces (dashed, on the ground), in the initial configuration; the legs' numbers and "
+        "the body's axes are the paper's.",
+        robot_model,
+    ),
     PaperFigure(
         2,
         "wave_configuration",
@@ -106,6 +117,14 @@ FIGURES: tuple[PaperFigure, ...] = (
         lambda study, samples: spin_cycle(),
     ),
     PaperFigure(
+        10,
+        "traverse",
+        "The model of the quadruped robot during simulation.",
+        "On the level, up, in the spin on the landing, down, and at the end; seen from inside the "
+        "turn, so that the robot comes from the right.",
+        traverse,
+    ),
+    PaperFigure(
         11,
         "trajectories",
         "Trajectories of the body, leg 1, and leg 2 with respect to the ground.",
@@ -121,5 +140,13 @@ FIGURES: tuple[PaperFigure, ...] = (
         "mass in the same motion. Transitions to the wave gait in the paper's order, 2-3-4-1-3; "
         "the others are ours. At β = 0.75 the wave's own switches are zeros too.",
         margins,
+    ),
+    PaperFigure(
+        13,
+        "one_tread",
+        "One tread a cycle against two; not in the paper, whose introduction has it in words.",
+        "Support polygons seen from above with the body in the middle of each swing, the line is "
+        "its way meanwhile, the open circle where the swing leg goes. Legs massless, no sway.",
+        treads,
     ),
 )

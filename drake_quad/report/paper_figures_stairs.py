@@ -42,7 +42,7 @@ def leg_joints(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatAr
 
 def stair_climbing(study: CaseStudy) -> Figure:
     """Returns Fig. 4: a cycle of the wave gait on the stairs, one panel a swing."""
-    figure = new_figure(11.0, 7.6)
+    figure = new_figure(12.0, 7.4)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     steps = wave_cycles(study.plans[UP])[climbing_cycle(study)]
     begin = steps[0].lift_off
@@ -52,7 +52,7 @@ def stair_climbing(study: CaseStudy) -> Figure:
         start, end = ((t - begin) / TABLE_I.T for t in (step.lift_off, step.touchdown))
         style_axes(axes, "x [m]", "z [m]", title=(
             f"{start:.2f} T to {end:.2f} T: leg {int(step.leg)} swings, margin "
-            f"{sampled.min() + 0.0:.3f} to {sampled.max():.3f} m"))  # fmt: skip
+            f"{round(sampled.min(), 3) + 0.0:.3f} to {sampled.max():.3f} m"))  # fmt: skip
     return figure
 
 
@@ -90,8 +90,8 @@ def _draw_swing_phase(axes: Axes, study: CaseStudy, step: Step) -> None:
 
 def _draw_lane(axes: Axes, lane: Lane) -> None:
     """Draws the stairs of a lane, the treads numbered."""
-    axes.set(xlim=(3.9, 6.55), ylim=(-0.12, 1.55))
-    d, z = lane.profile(3.6, 6.9)
+    axes.set(xlim=(4.1, 7.2), ylim=(-0.12, 1.62))
+    d, z = lane.profile(3.6, 7.6)
     axes.fill_between(3.6 + d, z, -0.3, color=GROUND, lw=0, zorder=1)
     axes.plot(3.6 + d, z, color="#6B655C", lw=1.0, zorder=2)
     for number, (_, b, height) in enumerate(lane.treads(lane.flights[0]), start=1):

@@ -13,6 +13,7 @@ from drake_quad.report.paper_transitions import (
     paper_wave_transition,
     wave_goal,
 )
+from drake_quad.report.paper_treads import ONE, ONE_SPREAD, TWO
 
 FOOT_RADIUS = 0.035  # [m] of a real foot, for what a point foot's clearance is worth
 
@@ -20,6 +21,7 @@ FOOT_RADIUS = 0.035  # [m] of a real foot, for what a point foot's clearance is 
 def wave_findings() -> tuple[Finding, ...]:
     """Returns the findings on section II-A."""
     return (
+        _one_tread(),
         _stroke(),
         _workspace_use(),
         _transition(),
@@ -27,6 +29,36 @@ def wave_findings() -> tuple[Finding, ...]:
         _rest_to_rest(),
         _two_risers(),
         _foot_radius(),
+    )
+
+
+def _one_tread() -> Finding:
+    highest = 0.95
+    return Finding(
+        key="one_tread",
+        statement="If each leg advances one stair in a cycle the support patterns are skew "
+        "symmetrical, which reduces stability and speed; with two stairs they are symmetrical.",
+        where="I, after Song and Waldron",
+        template="Tried. With left and right feet in the same place of their treads one stair a "
+        "cycle has a least margin of {one:.3f} m, and {one_high:.3f} m still at β = {high:.2f}: "
+        "without sway it is not stable at all. Two have {two:.3f} m and {two_high:.3f} m, at twice "
+        "the speed, {speed:.3f} m/s for {half_speed:.4f} m/s. Spread up to {aside:.4f} m from the "
+        "middles of treads as deep as these, the footprints of one stair a cycle are symmetrical, "
+        "too: then it has {spread:.3f} m and {spread_high:.3f} m, less than half of what two have.",
+        numbers={
+            "one": ONE.least_margin(TABLE_I.beta),
+            "one_high": ONE.least_margin(highest),
+            "two": TWO.least_margin(TABLE_I.beta),
+            "two_high": TWO.least_margin(highest),
+            "spread": ONE_SPREAD.least_margin(TABLE_I.beta),
+            "spread_high": ONE_SPREAD.least_margin(highest),
+            "high": highest,
+            "aside": ONE_SPREAD.from_middles(),
+            "speed": TWO.stride / TABLE_I.T,
+            "half_speed": ONE.stride / TABLE_I.T,
+        },
+        figures=(13,),
+        verdict=Verdict.CONFIRMED,
     )
 
 

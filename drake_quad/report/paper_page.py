@@ -42,12 +42,6 @@ speed and without sway: by the wave's own equations, (β - 3/4)λ/2 across the f
 of `drake-quad plan paper --set gait.duty_factor=β`, where the body goes (β - 3/4)λ/2 ahead, on four
 feet, before the first cycle and back after the last, so that the longer strokes are centred."""
 
-_ABSENT = """\
-## Not compared
-
-Figs. 1 and 10 show the robot, whose model is from other papers. That two treads a cycle are more
-stable than one (introduction, after Song and Waldron) is quoted there, not shown."""
-
 
 def page(findings: Sequence[Finding], betas: Sequence[BetaRow]) -> str:
     """Returns the page as Markdown."""
@@ -57,7 +51,6 @@ def page(findings: Sequence[Finding], betas: Sequence[BetaRow]) -> str:
         _statements(findings),
         _beta_table(betas),
         _figures(),
-        _ABSENT,
     ]
     return "\n\n".join(parts) + "\n"
 
