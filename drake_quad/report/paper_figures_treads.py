@@ -63,7 +63,8 @@ def _draw_support(axes: Axes, gait: TreadGait, start: float, end: float) -> None
     feet = gait.feet(TABLE_I.beta, [middle])[0]
     table = wave_table(duty_factor=TABLE_I.beta, cycle_time=1.0)
     standing = table.standing(middle)
-    top_view(axes, room=0.12, labels=False)
+    top_view(axes, labels=False)
+    axes.set(xlim=(-0.75, 1.0), ylim=(-0.46, 0.46))
     draw_support(axes, feet, standing)
     half = 0.5 * gait.stride * (end - start)
     axes.plot([-half, half], [0.0, 0.0], color="#222222", lw=2.0, zorder=5)
