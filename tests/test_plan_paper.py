@@ -10,7 +10,7 @@ from command import drake_quad
 from paper_rig import CENTRES, RADIUS, WAVE, margin, paper_height, quintic, step_margins
 from rig import paper_robot
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, PlanningError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
@@ -105,6 +105,13 @@ def test_our_own_order_is_on_offer_and_better() -> None:
     found = step_margins([(int(s.leg), seen_from(body, s.swing.p_end)) for s in steps])
     assert found[0] == pytest.approx(0.0, abs=ZERO)
     assert min(found[1:]) > 0.03
+
+
+@pytest.mark.parametrize("field", ["wave_order", "spin_order"])
+def test_an_order_that_is_not_stable_is_told_with_its_field(field: str) -> None:
+    """Four steps in a row do not lead to either gait with the body still."""
+    with pytest.raises(PlanningError, match=rf"1-2-3-4 has .* take another transition\.{field}"):
+        prepare(load_scenario("paper", [f"transition.{field}=[1, 2, 3, 4]"]))
 
 
 def test_the_desired_configuration_is_the_papers() -> None:

@@ -48,7 +48,7 @@ def lay_spin(
     desired = spin_desired_configuration(boxes, phi=phi, duty_factor=beta, sense=sense)
     segments.append(lay_transition(builder, to_world(desired, yaw), settings, body=stance.body,
                                    name="transition to the spinning gait",
-                                   order=settings.spin_order))  # fmt: skip
+                                   gait="spin"))  # fmt: skip
     moved = builder.time
     builder.wait(settings.shift_time)
     begin = builder.time

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from drake_quad.errors import PlanningError
 from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.gait.transition import plan_transition
 from drake_quad.planning.motion_plan import Segment
@@ -16,7 +17,7 @@ def lay_transition(
     *,
     body: FloatArray,
     name: str,
-    order: tuple[Leg, ...] = (),
+    gait: str = "",
 ) -> Segment | None:
     """Adds the fewest stable steps from where the builder's feet stand to `goal`.
 
@@ -26,10 +27,14 @@ def lay_transition(
         settings: Mode, times and limits of transitions.
         body: The body's pose (5,) in W.
         name: The segment's name.
-        order: In which legs are to be lifted, if that is not to be searched for.
+        gait: `wave` or `spin`, if it leads to that gait, for which the settings may have an order
+            in which the legs are lifted.
 
     Returns:
         The segment, or None if the feet stand there already.
+
+    Raises:
+        PlanningError: If there is none, or not in that order.
     """
     c, s = np.cos(body[4]), np.sin(body[4])
     R_WB = np.array([[c, -s], [s, c]])
@@ -40,15 +45,23 @@ def lay_transition(
     def to_world(p: FloatArray) -> FloatArray:
         return np.asarray(p @ R_WB.T + body[:2])
 
-    transition = plan_transition(
-        to_body(builder.feet[:, :2]),
-        to_body(goal),
-        mode="still" if settings.body_still else "shift",
-        max_shift=settings.max_shift,
-        # With a stagger the feet's places are not those of the paper's boxes.
-        workspace=settings.workspace if settings.stance_stagger == 0.0 else None,
-        order=order,
-    )
+    orders: dict[str, tuple[Leg, ...]] = {"wave": settings.wave_order, "spin": settings.spin_order}
+    order = orders.get(gait, ())
+    try:
+        transition = plan_transition(
+            to_body(builder.feet[:, :2]),
+            to_body(goal),
+            mode="still" if settings.body_still else "shift",
+            max_shift=settings.max_shift,
+            # With a stagger the feet's places are not those of the paper's boxes.
+            workspace=settings.workspace if settings.stance_stagger == 0.0 else None,
+            order=order,
+        )
+    except PlanningError as error:
+        if not order:
+            raise
+        remedy = f"take another transition.{gait}_order, or [] for the best there is"
+        raise PlanningError(f"{error.reason}; {remedy}", **error.data) from None
     if not transition.steps:
         return None
     start = builder.time

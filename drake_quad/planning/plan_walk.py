@@ -76,7 +76,7 @@ def lay_walk(
     desired = np.stack([place(leg, pattern.first(leg)) for leg in LEGS])
     segments.append(lay_transition(builder, desired, settings, body=stance.body,
                                    name="transition to the wave gait",
-                                   order=settings.wave_order))  # fmt: skip
+                                   gait="wave"))  # fmt: skip
     moved = builder.time
     builder.wait(settings.shift_time)
     begin = builder.time
