@@ -37,7 +37,8 @@ ESTIMATES = (
 KINDS: dict[str, type[TrackingController]] = {"ik": IkController, "whole_body": WholeBodyController}
 MakeTracking = Callable[..., LeafSystem]
 """Makes a controller of one's own of the keywords `robot`, `layout`, `model`, `control` and
-`course`, those of TrackingController's constructor, whose ports it has: all inputs and outputs by these names."""
+`course`, those of TrackingController's constructor, whose ports it has: all inputs and outputs by
+these names."""
 
 INPUTS = ("motion_plan", "gait_phase", "catch", "robot_state_estimated", "contact_state_measured")
 OUTPUTS = {

@@ -18,6 +18,7 @@ SHORT = [
     "course=[{kind: floor, length: 4.0, width: 2.0}]",
     "mission=[{kind: stand, duration: 0.5}]",
     "simulation.log_period=0.05",
+    "robot.point_feet=false",
 ]
 
 
