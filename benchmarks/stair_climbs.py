@@ -13,7 +13,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.contact_friction import SetContactFriction
+from drake_quad.robot.contact_surface import SetContactFriction
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot
 from drake_quad.scenario import control_settings

@@ -82,7 +82,11 @@ def AddMonitors(
             gauge_period=period * max(1, round(GAUGE_PERIOD / period)),
         ),
     )
-    builder.Connect(plant.get_contact_results_output_port(), contact.get_input_port())
+    builder.Connect(
+        plant.get_contact_results_output_port(), contact.GetInputPort("contact_results")
+    )
+    if contact.HasInputPort("plant_state"):
+        builder.Connect(plant.get_state_output_port(), contact.GetInputPort("plant_state"))
     builder.Connect(plant.get_state_output_port(), stability.GetInputPort("robot_state"))
     for port in ("contact_state_measured", "foot_contact_position", "foot_force_measured"):
         builder.Connect(contact.GetOutputPort(port), stability.GetInputPort(port))

@@ -20,7 +20,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import Stance, pose_robot
-from drake_quad.robot.contact_friction import SetContactFriction
+from drake_quad.robot.contact_surface import SetContactFriction, SetHydroelastic
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot
 from drake_quad.robot.robot_model import RobotModel
@@ -77,6 +77,8 @@ def AddSimulatedPlant(
     _ShiftCentreOfMass(plant, trunk, disturbances)
     AddCourse(plant, world, friction=friction)
     SetContactFriction(plant, scene_graph, instance, robot, friction)
+    if config.contact_model != "point":
+        SetHydroelastic(plant, scene_graph, instance, robot)
     _WeakenMotors(plant, disturbances)
     plant.Finalize()
     layout = make_layout(plant, robot)

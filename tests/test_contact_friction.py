@@ -20,7 +20,7 @@ from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 from drake_quad.inspect_report import describe_robot, print_robot
 from drake_quad.planning.motion_plan import Stance
-from drake_quad.robot.contact_friction import SetContactFriction
+from drake_quad.robot.contact_surface import SetContactFriction, SetHydroelastic
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.importing.catalogue import PACKAGES, root_of
 from drake_quad.robot.importing.cleaned import Cleaned
@@ -77,6 +77,8 @@ def slide(
     instance, stance = AddRobot(plant, robot.url), stance_of(robot)
     AddCourse(plant, floor(robot.foot_radius), friction=friction)
     SetContactFriction(plant, scene_graph, instance, robot, friction)
+    if config.contact_model != "point":
+        SetHydroelastic(plant, scene_graph, instance, robot)
     cart = plant.AddRigidBody("cart", instance, SpatialInertia.SolidBoxWithMass(1e6, 1, 1, 1))
     ahead = plant.AddJoint(
         PrismaticJoint("ahead", plant.world_frame(), cart.body_frame(), [1.0, 0.0, 0.0])
@@ -90,7 +92,11 @@ def slide(
     monitor = builder.AddSystem(
         ContactMonitor(plant=plant, foot_geometries=feet, robot=robot, period=plant.time_step())
     )
-    builder.Connect(plant.get_contact_results_output_port(), monitor.get_input_port())
+    builder.Connect(
+        plant.get_contact_results_output_port(), monitor.GetInputPort("contact_results")
+    )
+    if monitor.HasInputPort("plant_state"):
+        builder.Connect(plant.get_state_output_port(), monitor.GetInputPort("plant_state"))
     logged = LogVectorOutput(
         monitor.GetOutputPort("foot_force_measured"), builder, plant.time_step()
     )
@@ -105,11 +111,21 @@ def slide(
     ahead.set_translation_rate(context, SPEED)
     sink.set_translation(context, stance.body[2])
     simulator.AdvanceTo(DRAGGED)
+    results = plant.get_contact_results_output_port().Eval(context)
+    surfaces = 0 if config.contact_model == "point" else 4
+    assert results.num_hydroelastic_contacts() == surfaces
     log = logged.FindLog(simulator.get_context())
     # A light robot goes on bouncing by a hair: what counts is the mean.
     force = log.data().T[log.sample_times() > SETTLED].reshape(-1, 4, 3)
     assert np.isclose(force[..., 2].sum(axis=1).mean(), GRAVITY * robot.mass, rtol=0.02)
     along, normal = np.hypot(force[..., 0], force[..., 1]), force[..., 2]
+    np.testing.assert_allclose(
+        monitor.GetOutputPort("foot_slip_speed").Eval(
+            monitor.GetMyContextFromRoot(simulator.get_context())
+        ),
+        SPEED,
+        rtol=0.02,
+    )
     return np.asarray(along.mean(axis=0) / normal.mean(axis=0))
 
 
@@ -127,6 +143,15 @@ def test_robots_by_name_have_it_too(name: str) -> None:
     robot = load_robot(name)
     for friction in (SAID[0], SAID[-1]):
         np.testing.assert_allclose(slide(robot, friction), friction, rtol=0.01)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.8])
+def test_hydroelastic_feet_have_it_too(friction: float) -> None:
+    """Compliant feet on rigid ground: the monitor reads force and slip of contact surfaces."""
+    config = SimulationConfig().plant
+    config.contact_model = "hydroelastic_with_fallback"
+    found = slide(paper_robot(), friction, config=config)
+    np.testing.assert_allclose(found, friction, rtol=0.01)
 
 
 def with_own_friction(folder: Path, *, importable: bool = False) -> RobotModel:

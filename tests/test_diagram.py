@@ -21,7 +21,7 @@ from drake_quad.diagram_logs import ESTIMATE_LOGS, LOGS
 from drake_quad.errors import InputError
 from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import Stance
-from drake_quad.robot.contact_friction import SetContactFriction
+from drake_quad.robot.contact_surface import SetContactFriction
 from drake_quad.robot.course_geometry import AddCourse
 from drake_quad.robot.load_robot import AddRobot, MakeModelPlant
 from drake_quad.robot.robot_state import make_layout

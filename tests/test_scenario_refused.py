@@ -104,6 +104,11 @@ MISFITS = [
         "lagged, similar or sap",
     ),
     (
+        "simulation: {plant: {contact_model: hydroelastic}}",
+        "simulation.plant.contact_model",
+        "hydroelastic_with_fallback",
+    ),
+    (
         "simulation: {plant: {contact_model: points}}",
         "simulation.plant.contact_model",
         "did you mean point?",

@@ -5,13 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import GeometryId
-from pydrake.multibody.plant import ContactResults, MultibodyPlant
+from pydrake.multibody.plant import ContactModel, ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
 from drake_quad.gait.gravity import GRAVITY
-from drake_quad.gait.legs import SHORT_NAMES
+from drake_quad.gait.legs import SHORT_NAMES, FloatArray
 from drake_quad.robot.robot_model import RobotModel
+from drake_quad.systems.scratch import DeclareScratch, EvalScratch
 from drake_quad.systems.state_output import DeclareStateOutput
 
 
@@ -20,6 +21,8 @@ class ContactMonitor(LeafSystem):
 
     Input ports:
         contact_results: ContactResults of the plant (abstract).
+        plant_state: [q; v] of the plant, if it has hydroelastic contacts: their results do not say
+            how fast they slip.
     Output ports:
         contact_state_measured: (4,) 1 where a foot's normal force is above `threshold`.
         foot_force_measured: (12,) force on each foot from what it touches, in W [N].
@@ -42,11 +45,18 @@ class ContactMonitor(LeafSystem):
         super().__init__()
         self.set_name("contact_monitor")
         self._feet = dict(foot_geometries)
+        self._shanks = [plant.GetJointByName(name).child_body() for name in robot.joint_names[2::3]]
         # 1 % of the robot's weight: what a run's log calls bearing.
         self._threshold = 0.01 * robot.mass * GRAVITY if threshold is None else threshold
         self._input = self.DeclareAbstractInputPort(
             "contact_results", AbstractValue.Make(ContactResults())
         )
+        self._plant, self._state_port = plant, None
+        if plant.get_contact_model() != ContactModel.kPoint:
+            self._state_port = self.DeclareVectorInputPort(
+                "plant_state", plant.num_positions() + plant.num_velocities()
+            )
+            self._scratch = DeclareScratch(self, plant)
         # In the order that the kernel takes them.
         self._outputs = [
             DeclareStateOutput(self, "contact_state_measured", 4),
@@ -73,10 +83,39 @@ class ContactMonitor(LeafSystem):
                 sums, row, sign, info.contact_force(), pair.nhat_BA_W, info.contact_point(),
                 info.slip_speed(),
             )  # fmt: skip
+        if self._state_port is not None and results.num_hydroelastic_contacts() > 0:
+            self._add_surfaces(results, sums, self._state_port.Eval(context), context)
         # In place: the positions begin as a copy of the Context's.
         conclude(
             sums, self._threshold, *[state.get_mutable_value(index) for index in self._outputs]
         )
+
+    def _add_surfaces(
+        self, results: ContactResults, sums: FloatArray, state: FloatArray, context: Context
+    ) -> None:
+        """Adds the hydroelastic contacts: of each its force, at its surface's centroid."""
+        feet, plant, scratch = self._feet, self._plant, EvalScratch(self._scratch, context)
+        plant.SetPositionsAndVelocities(scratch, state)
+        for k in range(results.num_hydroelastic_contacts()):
+            info = results.hydroelastic_contact_info(k)
+            surface = info.contact_surface()
+            m, n = feet.get(surface.id_M(), NO_FOOT), feet.get(surface.id_N(), NO_FOOT)
+            row, sign = (m, 1.0) if m != NO_FOOT else (n, -1.0)  # the force is that on M
+            if m != NO_FOOT and n != NO_FOOT:
+                row = NO_FOOT
+            centroid, normal = np.array(surface.centroid()), np.zeros(3)
+            for face in range(surface.num_faces()):
+                normal += surface.area(face) * np.array(surface.face_normal(face))
+            normal /= max(float(np.linalg.norm(normal)), 1e-12)
+            slip = 0.0
+            if row != NO_FOOT:
+                shank = self._shanks[row]
+                V = plant.EvalBodySpatialVelocityInWorld(scratch, shank)
+                X = plant.EvalBodyPoseInWorld(scratch, shank)
+                v = V.Shift(centroid - X.translation()).translational()
+                slip = float(np.linalg.norm(v - (v @ normal) * normal))  # what it is on stands
+            force = np.array(info.F_Ac_W().translational())
+            add_contact(sums, row, sign, force, normal, centroid, slip)
 
 
 def find_feet(
