@@ -26,7 +26,7 @@ class _LcmOwner(LeafSystem):
         self.lcm = DrakeLcm(lcm_url)
 
 
-class CameraFollower(ClockedSystem):
+class CameraFollower(LeafSystem):
     """Keeps Meshcat's camera on the robot, and people's way of looking at it.
 
     Meshcat turns its view about the camera's target. So the target goes with the robot, and the
