@@ -198,4 +198,4 @@ def test_encoding_that_is_not_the_files_is_refused(encoding: str, tmp_path: Path
 def test_file_that_is_hidden_has_a_name(tmp_path: Path) -> None:
     """A file may be called .urdf: its robot is called something."""
     assert load_robot(write(tmp_path, urdf(), ".urdf")).name == "robot"
-    assert next((tmp_path / "cache").iterdir()).name.startswith("robot-")
+    assert next((tmp_path / "cache" / "robots").iterdir()).name.startswith("robot-")

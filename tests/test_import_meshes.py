@@ -1,6 +1,8 @@
 """Meshes of any kind on a robot: those that cannot be read are dropped, and it stands without."""
 
+import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,13 +60,13 @@ def test_mesh_that_may_not_be_read_is_no_fault_of_the_cache(
 ) -> None:
     """Whatever keeps one from a mesh, the robot stands without."""
     path = write(tmp_path, CUBE, "cube.obj")
-    read = Path.read_text
+    opened = os.open
 
-    def forbidden(self: Path, **options: str) -> str:
-        if str(self) == path:
+    def forbidden(given: Any, *options: Any, **more: Any) -> int:
+        if str(given) == path:
             raise PermissionError(13, "Permission denied")
-        return read(self, **options)
+        return opened(given, *options, **more)
 
-    monkeypatch.setattr(Path, "read_text", forbidden)
+    monkeypatch.setattr(os, "open", forbidden)
     robot = with_cube(tmp_path)
     assert "mesh cube.obj cannot be read" in "\n".join(notes_of(robot))
