@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import json
 import re
+import struct
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,8 @@ from drake_quad.report.build import build_report
 from drake_quad.report.columns import RunLog
 from drake_quad.report.figure_gait import find_cycle, find_losses
 from drake_quad.report.figure_list import FIGURES
-from drake_quad.report.packing import pack, unpack
+from drake_quad.report.packing import FINEST, pack, round_recording, unpack
+from drake_quad.report.replay import make_replay_html
 from drake_quad.report.run_files import Run, read_run
 from drake_quad.report.style import PAGE_VARIABLES
 from drake_quad.report.tables import segment_rows, summary_rows
@@ -158,6 +160,27 @@ def test_the_page_stays_small(html: str) -> None:
     """Meshcat's own page is 2.3 MB, and packed less than half; figures and 3 s of replay little."""
     replay = replay_in(html)
     assert len(replay) > 2e6 and len(html) < 1.6e6
+
+
+def test_a_recording_is_rounded_to_what_nobody_sees(run: Run) -> None:
+    """Every number of a keyframe to half of FINEST, and not a byte of anything else."""
+    page = make_replay_html(run)
+    rounded = round_recording(page)
+    sizes = len(pack(rounded)), len(pack(page))
+    assert len(rounded) == len(page) and sizes[0] < sizes[1]
+    keyframe = re.compile(rb"(?<=\xa5value[\x93\x94])(?:\xcb.{8}){3,4}", re.DOTALL)
+
+    def parts(text: str) -> tuple[list[bytes], list[float]]:
+        data = [base64.b64decode(m) for m in re.findall(r";base64,([A-Za-z0-9+/]{400,}=*)", text)]
+        (raw,) = [one for one in data if one.startswith(b"\x83\xa4type\xadset_animation")]
+        cells = [m[k : k + 9] for m in keyframe.findall(raw) for k in range(0, len(m), 9)]
+        return keyframe.split(raw), [struct.unpack(">d", cell[1:])[0] for cell in cells]
+
+    rest, values = parts(page)
+    rounded_rest, rounded_values = parts(rounded)
+    assert rest == rounded_rest and len(values) > 1000
+    np.testing.assert_allclose(rounded_values, values, rtol=0.0, atol=0.5 * FINEST)
+    assert np.all(np.array(rounded_values) % FINEST == 0.0)
 
 
 def test_a_page_is_unpacked_as_it_was() -> None:

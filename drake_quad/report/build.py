@@ -9,7 +9,7 @@ from drake_quad.report.bounds import bounds
 from drake_quad.report.figure_clock import NAMES
 from drake_quad.report.figure_list import FIGURES, FigureKind
 from drake_quad.report.happenings import mode_bands, push_marks
-from drake_quad.report.packing import pack
+from drake_quad.report.packing import pack, round_recording
 from drake_quad.report.replay import make_replay_html
 from drake_quad.report.run_files import SCENARIO, Run, read_run
 from drake_quad.report.style import KIND_COLOURS, LEG_COLOURS, LEG_NAMES, MODE_COLOURS, PUSH_COLOUR
@@ -47,7 +47,7 @@ def build_report(directory: Run | str | Path, *, replay: bool = True) -> Path:
         verdict=judge(run),
         bounds=bounds(run),
         figures=_draw_figures(run),
-        replay=pack(make_replay_html(run)) if replay and len(run.log) else "",
+        replay=pack(round_recording(make_replay_html(run))) if replay and len(run.log) else "",
         safe=safe_margin(run.robot),
         segments=segment_rows(run),
         pushes=push_rows(run),
