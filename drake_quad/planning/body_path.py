@@ -52,6 +52,7 @@ def plan_body(
     search = BodySearch(robot, contacts, route, settings, footing, begin)
     if not settings.uniform_body:
         _search(search, settings, feasible=footing is not None and footing.drives)
+        search.settle_feet()
     return search.spline, search.contacts, search.margin()
 
 

@@ -36,6 +36,8 @@ from drake_quad.stability.fallen import FALLEN_TILT
 CALMEST_SWING = 1.2  # [s]
 LEAST_TEMPO = 0.2  # one very short swing is not to make a long plan's program large
 KNOT = 0.2  # [s]
+ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
+ROLLS = 3  # times at most that they are followed again
 ZMP_PERIOD = 0.05  # [s] of the differences that accelerations are taken from
 UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
 GUARD = 0.15  # [s] for which three feet have to do already on either side of a swing
@@ -91,6 +93,21 @@ class BodySearch:
         self.contacts = roll_along(
             self._robot, self.contacts, self.spline, self._times, self._rolled
         )
+
+    def settle_feet(self) -> None:
+        """Lets feet roll as they do along the path, with their rolling so far, until that is so.
+
+        How far a foot rolls depends a little on where it has rolled to: with large feet, and a
+        last path far from the one before, once is not enough.
+        """
+        for _ in range(ROLLS):
+            before = self.contacts.roll
+            again = roll_along(self._robot, self.contacts, self.spline, self._times, self._rolled)
+            if before is None or again.roll is None:
+                return
+            if np.abs(again.roll.offset - before.offset).max() <= ROLLED:
+                return
+            self.contacts = again
 
     def find_limits(self) -> float:
         """Looks where legs are beyond their limits; returns by how much in all, see LegLimits.
