@@ -10,7 +10,6 @@ from pydrake.multibody.plant import ConnectContactResultsToDrakeVisualizer, Mult
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
 
 from drake_quad.diagram import Visualize
-from drake_quad.systems.clocked_system import ClockedSystem
 
 CAMERA_PERIOD = 0.1  # [s]
 CAMERA_OFFSET = np.array([-0.8, -2.6, 1.1])  # [m] from the robot: beside it, and a little behind
