@@ -152,7 +152,8 @@ def export(
 ) -> None:
     """Write a finished run's joints as CSV, as the robot's own file means angles and axes.
 
-    Columns: t [s]; each joint's angle [rad], speed [rad/s] and torque [Nm]; the trunk's pose.
+    The columns are the time in s; each joint's angle in rad, speed in rad/s and torque in Nm; and
+    the trunk's pose.
     """
     from drake_quad.report.joint_table import write_joint_table
     from drake_quad.report.run_files import read_run

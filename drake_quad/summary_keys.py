@@ -17,6 +17,7 @@ PARTS = {
         "samples_unhealthy",
     ),
     "carried": ("mass", "ahead", "left", "moment_x", "moment_y"),
+    "safety": ("margin_wanted", "safe"),
 }
 SINGLE = (
     "simulated_time",

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -34,6 +35,7 @@ from synthetic_robot import Quadruped
 
 from drake_quad.errors import LONGEST_PATH, InputError, PlanningError
 from drake_quad.inspect_report import describe_robot, print_robot
+from drake_quad.robot.importing import import_robot
 from drake_quad.robot.importing.read_overrides import read_overrides
 from drake_quad.robot.load_robot import load_robot
 from drake_quad.scenario import parse_scenario
@@ -186,12 +188,11 @@ def _loads(path: Path) -> Any:
 
 def fuzz(trial: Trial) -> dict[str, Any]:
     """A case in a process of its own; its number is the trial's index."""
-    import os
-
     folder = Path(tempfile.mkdtemp(prefix="fuzz"))
-    os.environ["DRAKE_QUAD_CACHE"] = str(folder / "cache")
     try:
-        came = survive(make_case(trial.index), folder)
+        # Robots alone: kernels in a cache of its own would be compiled anew by every case.
+        with patch.object(import_robot, "robots_directory", lambda: folder / "cache"):
+            came = survive(make_case(trial.index), folder)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return {**rig.result(trial), "reason": came}

@@ -41,7 +41,7 @@ def test_a_factory_is_as_good_as_a_name() -> None:
 
     ours, own = after(make_climb()), after(make_climb(tracking=make))
     assert np.array_equal(ours, own)
-    assert [set(parts) for parts in given] == [{"robot", "layout", "model", "control"}]
+    assert [set(parts) for parts in given] == [{"robot", "layout", "model", "control", "course"}]
     assert not np.array_equal(ours, after(make_climb(tracking="whole_body")))
 
 

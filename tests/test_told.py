@@ -37,7 +37,8 @@ def plan(name: str, _: Console) -> None:
 def check(name: str, console: Console) -> None:
     asked = {"rise": 0.1, "run": 0.3, "count": 4}
     told = {"feasible": False, "answer": f"No: {name} does not", "slacks": {}, "robot": name,
-            "sought": True, "nearest": None, "picture": name, "asked": asked}  # fmt: skip
+            "sought": True, "nearest": None, "picture": name, "asked": asked,
+            "doubts": [name]}  # fmt: skip
     print_check(told, console)
     print_next(told, console)
     print_next(told | {"nearest": {"rise": 0.1, "run": 0.3}}, console)
