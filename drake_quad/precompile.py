@@ -58,7 +58,8 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         "loop": {
             "control.clock.run_on": (_V, _RM, _I, _F, _F, _V, _F),
             "control.stability.judge": (_V, _V, _V, _V, _F, _V, _V),
-            "estimation.contacts.add_contact": (_M, _I, _F, _V, _RV, _V, _F),
+            # contacts.add_contact is left to its first call: the versions of Drake differ in which
+            # of its arguments may be written to.
             "estimation.contacts.conclude": (_M, _F, _V, _V, _V, _V, _V),
         },
         "estimator": {

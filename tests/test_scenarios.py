@@ -208,7 +208,7 @@ def check_readme(result: RunResult) -> None:
             digit = 10.0 ** -len(number.partition(".")[2])
             assert text[2] == unit and abs(float(text[1]) - float(number)) < 1.5 * digit, label
             compared += 1
-    assert compared == 8
+    assert compared == 10
 
 
 def check_footprints(table: pa.Table, course: Course) -> None:
