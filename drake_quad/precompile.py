@@ -57,7 +57,9 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         },
         "loop": {
             "control.clock.run_on": (_V, _RM, _I, _F, _F, _V, _F),
-            "control.stability.judge": (_V, _V, _V, _V, _F, _V, _V),
+            "control.stability.watch": (
+                _V, _I, _V, _V, _V, _V, _F, _B, _F, _F, _F, _V, _V, _V, _V, _V, _V,
+            ),
             # contacts.add_contact is left to its first call: the versions of Drake differ in which
             # of its arguments may be written to.
             "estimation.contacts.conclude": (_M, _F, _V, _V, _V, _V, _V),

@@ -93,3 +93,67 @@ def judge(
         found = margin_over(x / total, y / total, feet, standing)
         zmp_margin[0] = found if np.isfinite(found) else none
     return lowest_bearing if np.isfinite(lowest_bearing) else lowest
+
+
+@compiled
+def watch(
+    state: FloatArray,
+    base: int,
+    com: FloatArray,
+    bearing: FloatArray,
+    place: FloatArray,
+    force: FloatArray,
+    none: float,
+    counts: bool,
+    period: float,
+    tilt: float,
+    height: float,
+    margin: FloatArray,
+    zmp_margin: FloatArray,
+    com_position: FloatArray,
+    recent: FloatArray,
+    least: FloatArray,
+    fallen: FloatArray,
+) -> float:
+    """A tick of the stability monitor: margins, the least of late, and whether the robot is down.
+
+    Args:
+        state: The robot's [q; v].
+        base: Index of the base's quaternion in it; its position follows.
+        com: The robot's centre of mass in W (3,) [m].
+        bearing: See `judge`, as place, force, none, margin and zmp_margin.
+        place: See above.
+        force: See above.
+        none: See above.
+        counts: Whether the margins count towards the least, which they do once contacts are known.
+        period: Time since the tick before [s].
+        tilt: Cosine of the trunk's tilt beyond which it counts as fallen.
+        height: Height of the base over the ground below which it counts as down [m].
+        margin: Result (1,) [m].
+        zmp_margin: Result (1,) [m].
+        com_position: Result: `com` (3,) [m].
+        recent: Both margins of the last ticks, the oldest first (2 n,) [m]; goes on a tick.
+        least: Result: the least of these (2,) [m].
+        fallen: For how long the trunk has been tilted, and down (2,) [s]; goes on a tick.
+
+    Returns:
+        The cosine of the trunk's tilt.
+    """
+    ground = judge(com, bearing, place, force, none, margin, zmp_margin)
+    com_position[:] = com
+    if counts:
+        n = len(recent)
+        for i in range(n - 2):
+            recent[i] = recent[i + 2]
+        recent[n - 2], recent[n - 1] = margin[0], zmp_margin[0]
+        for k in range(2):
+            least[k] = inf
+            for i in range(k, n, 2):
+                least[k] = min(least[k], recent[i])
+    w, x, y, z = state[base], state[base + 1], state[base + 2], state[base + 3]
+    # R_WB's lower right entry, straight from the quaternion.
+    upright = 1.0 - 2.0 * (x * x + y * y) / (w * w + x * x + y * y + z * z)
+    # Where no foot bears, where they bore last: a collapsed robot may lie on its knees.
+    fallen[0] = fallen[0] + period if upright < tilt else 0.0
+    fallen[1] = fallen[1] + period if state[base + 6] - ground < height else 0.0
+    return upright

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_quad.control.stability import judge
+from drake_quad.control.stability import watch
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.robot_state import StateLayout
 from drake_quad.stability.fallen import FALL_TIME, FALLEN_TILT
@@ -52,7 +52,7 @@ class StabilityMonitor(LeafSystem):
     ) -> None:
         super().__init__()
         self.set_name("stability_monitor")
-        self._model, self._layout = model, layout
+        self._model, self._layout, self._base = model, layout, int(layout.q_base)
         self._tilt, self._height = float(np.cos(tilt_limit)), height_limit
         self._state_port = self.DeclareVectorInputPort("robot_state", layout.size)
         self._contact_port = self.DeclareVectorInputPort("contact_state_measured", 4)
@@ -65,7 +65,7 @@ class StabilityMonitor(LeafSystem):
         self._com = DeclareStateOutput(self, "com_position", 3)
         self._further = DeclareStateOutput(self, "further_margins", np.full(len(Margins), np.nan))
         # [s] for which the trunk has been tilted, and down.
-        self._fallen = self.DeclareDiscreteState(2)
+        self._fallen = int(self.DeclareDiscreteState(2))
         # When; then about the centre of mass, angular and linear. Nan until there is one.
         self._momentum = self.DeclareDiscreteState(np.full(7, np.nan))
         self._scratch = DeclareScratch(self, model)
@@ -82,28 +82,17 @@ class StabilityMonitor(LeafSystem):
         scratch = EvalScratch(self._scratch, context)
         self._model.SetPositions(scratch, x[: self._layout.num_positions])
         com = self._model.CalcCenterOfMassPositionInWorld(scratch)
-        ground = judge(
-            com, self._contact_port.Eval(context), self._position_port.Eval(context),
-            self._force_port.Eval(context), NO_SUPPORT,
-            state.get_mutable_value(self._margin), state.get_mutable_value(self._zmp),
+        value = state.get_mutable_value  # begins as a copy of the Context's: the kernel goes on
+        fallen = value(self._fallen)
+        upright = watch(
+            x, self._base, com, self._contact_port.Eval(context),
+            self._position_port.Eval(context), self._force_port.Eval(context), NO_SUPPORT,
+            context.get_time() > FIRST * self._period, self._period, self._tilt, self._height,
+            value(self._margin), value(self._zmp), value(self._com), value(self._recent),
+            value(self._least), fallen,
         )  # fmt: skip
-        state.set_value(self._com, com)
-        if context.get_time() > FIRST * self._period:
-            recent = state.get_mutable_value(self._recent)
-            recent[:-2] = recent[2:]
-            recent[-2] = state.value(self._margin)[0]
-            recent[-1] = state.value(self._zmp)[0]
-            state.set_value(self._least, recent.reshape(-1, 2).min(axis=0))
         if self._gauge is not None and isnan(state.value(self._further)[0]):
             self._measure(context, state)  # the first time, as soon as contacts are known
-        # R_WB's lower right entry, and the base's height, straight from the state.
-        i = self._layout.q_base
-        w, qx, qy, qz, _, _, z = x[i : i + 7].tolist()
-        upright = 1.0 - 2.0 * (qx * qx + qy * qy) / (w * w + qx * qx + qy * qy + qz * qz)
-        # Where no foot bears, where they bore last: a collapsed robot may lie on its knees.
-        now = upright < self._tilt, z - ground < self._height
-        fallen = state.get_mutable_value(self._fallen)
-        fallen[:] = np.where(now, fallen + self._period, 0.0)
         if fallen[0] > FALL_TIME:
             tilt = np.degrees(np.arccos(max(upright, -1.0)))
             return EventStatus.ReachedTermination(self, f"fell: the trunk is tilted by {tilt:.0f}°")
