@@ -1,5 +1,6 @@
 """Carries out trials on a Dask cluster, each in a process beside the worker that has it."""
 
+import gc
 import logging
 import multiprocessing
 import queue
@@ -50,7 +51,10 @@ def connect(address: str) -> Any:
         return Client(address, timeout=CONNECT_TIME)
     except Exception as problem:  # each of its transports has its own
         reason = (str(problem) or type(problem).__name__).splitlines()[0]
-        raise _error(address, f"no scheduler answers: {reason}") from None
+    # A client that failed is closed when it is collected, for which it takes a lock that a new one
+    # holds while it begins: collected just then, it would wait for itself for ever.
+    gc.collect()
+    raise _error(address, f"no scheduler answers: {reason}")
 
 
 def carry_out_on(
