@@ -131,12 +131,14 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
 
 
 def _check_values(summary: dict[str, Any], source: str) -> None:
-    """Sees that words are text and that figures are numbers, or null, or not there.
+    """Sees that words are text, and that figures are numbers, verdicts true or false.
+
+    Figures and verdicts may also be null, or not there.
 
     Raises:
         InputError: The first that is something else.
     """
-    from drake_quad.summary_keys import FIGURES, WALL_CLOCK
+    from drake_quad.summary_keys import FIGURES, VERDICTS, WALL_CLOCK
 
     def fail(path: str, value: Any, what: str) -> InputError:
         remedy = f"must be {what}; give the directory of a finished `drake-quad run`"
@@ -152,8 +154,9 @@ def _check_values(summary: dict[str, Any], source: str) -> None:
             if not isinstance(value, dict):
                 raise fail(name, value, "a mapping of figures, or null")
             value = value.get(part)
-        if not (value is None or type(value) in (int, float)):
-            raise fail(path, value, "a number, or null")
+        verdict = path in VERDICTS
+        if value is not None and type(value) not in ((bool,) if verdict else (int, float)):
+            raise fail(path, value, "true or false, or null" if verdict else "a number, or null")
 
 
 def make_report(directory: Path, err: Console) -> None:

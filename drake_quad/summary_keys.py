@@ -48,6 +48,8 @@ SINGLE = (
     "contact_friction",
     "seed",
 )
+# These are true or false; a study counts them as 1 and 0.
+VERDICTS = ("safety.safe",)
 # Not the same in two runs of one scenario.
 WALL_CLOCK = ("wall_time", "real_time_factor", "planning_time")
 FIGURES = (

@@ -17,6 +17,7 @@ from command import COMMAND, drake_quad, refused
 
 from drake_quad import cli
 from drake_quad.cli import app
+from drake_quad.cli_files import read_summary
 
 FLOOR = "{kind: floor, length: 4.0}"
 UP = "{kind: stairs, going: up, rise: 0.13, run: 0.5, count: 6}"
@@ -150,6 +151,12 @@ def test_ctrl_c_keeps_what_was_logged(tmp_path: Path) -> None:
     assert log["t"].to_numpy()[-1] == pytest.approx(summary["simulated_time"], abs=0.02)
     for name in ("scenario.yaml", "report.html", "scene.lcmlog"):
         assert (tmp_path / "run" / name).stat().st_size > 0
+    # What a run writes is what `report` and `replay` read.
+    assert read_summary(tmp_path / "run") == summary
+    (tmp_path / "run" / "report.html").unlink()
+    done = drake_quad("report", "run", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run" / "report.html").stat().st_size > 0
 
 
 def test_systems_error_without_a_file_names_the_command(

@@ -370,6 +370,7 @@ def ran(walked: Path, tmp_path: Path) -> Path:
         ("simulated_time", "x", ("simulated_time = 'x'", "a number")),
         ("slip_max", [1], ("slip_max = [1]", "a number")),
         ("torque_ratio_max", True, ("torque_ratio_max = True", "a number")),
+        ("safety", {"safe": 1.0}, ("safety.safe = 1.0", "true or false")),
         ("margin", "x", ("margin = 'x'", "a mapping")),
         ("margin.minimum", "x", ("margin.minimum = 'x'", "a number")),
         ("margin_friction", [1], ("margin_friction = [1]", "a mapping")),
