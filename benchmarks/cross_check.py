@@ -1,9 +1,16 @@
-"""The same trials under Drake's contact solvers, under CENIC and in MuJoCo: do they agree?
+r"""The same trials under Drake's contact solvers, under CENIC and in MuJoCo: do they agree?
 
 Trials are those of studies/solvers.yaml, three steps up on grounds from slippery to rough, so that
 some fail. Run it from the repository's top:
 
     python -m benchmarks.cross_check --trials 20 --page docs/success_maps.md
+
+Two studies are for Drake against MuJoCo, at 0.03 to 0.1 and at 0.3 to 1:
+
+    python -m benchmarks.cross_check --study studies/engines_slippery.yaml \
+        --trials 40 --engines lagged MuJoCo
+    python -m benchmarks.cross_check --study studies/engines_rough.yaml \
+        --trials 40 --engines lagged MuJoCo
 
 Results go to a file of JSON lines as they come; `--resume` goes on with it after an interrupt. A
 trial that takes longer, or more memory, than the study's `limits` is ended, and counted as failed.
@@ -35,6 +42,14 @@ SOLVERS = Path(__file__).resolve().parents[1] / "studies" / "solvers.yaml"
 SOLVER = "simulation.plant.discrete_contact_approximation"
 FRICTION = "simulation.friction"
 NAME = "cross_check"
+TITLES = {
+    "lagged": "Drake's contact solver *lagged* (1 ms)",
+    "similar": "Drake's *similar* (1 ms)",
+    "sap": "Drake's *sap* (1 ms)",
+    "CENIC": "Drake's error-controlled integrator CENIC (accuracy 1e-3, with the sign of the "
+    "joints' speeds put right, see [contact solvers](contact_solvers.md))",
+    "MuJoCo": "[MuJoCo](mujoco.md) (1 ms)",
+}
 RATES = (
     "engine",
     "reached the goal, with exact bounds at 95 %",
@@ -45,13 +60,11 @@ RATES = (
 SECTION = """\
 ## {name}
 
-The same {trials} trials, the first of `studies/solvers.yaml`, under three contact solvers of Drake
-(lagged, similar, sap; 1 ms), under its error-controlled integrator CENIC (accuracy 1e-3, with the
-sign of the joints' speeds put right, see [contact solvers](contact_solvers.md)) and in
-[MuJoCo](mujoco.md) (1 ms). What is drawn is the same under each: friction, masses, centre of mass,
-rises. The controller is told none of it, and has the true state. Margins are the smallest that last
-10 ms: on slippery ground feet chatter under some engines, and bear nothing for single samples
-between others under load. *At once* is the smallest of all samples.
+The same {trials} trials, the first of `studies/{study}`, under each of: {engines}. What is drawn is
+the same under each: friction, masses, centre of mass, rises. The controller is told none of it, and
+has the true state. Margins are the smallest that last 10 ms: on slippery ground feet chatter under
+some engines, and bear nothing for single samples between others under load. *At once* is the
+smallest of all samples.
 
 {description}
 {rates}
@@ -128,7 +141,9 @@ def pair_row(one: Sequence[Result], other: Sequence[Result]) -> list[str]:
     ]
 
 
-def section(results: Sequence[Result], engines: Sequence[str], words: Sequence[str]) -> str:
+def section(
+    results: Sequence[Result], engines: Sequence[str], words: Sequence[str], study: Path = SOLVERS
+) -> str:
     """The page's section, of the draws that are done under every engine."""
     by_engine = {e: {r["draw"]: r for r in results if r["engine"] == e} for e in engines}
     draws = sorted(set.intersection(*(set(done) for done in by_engine.values())))
@@ -146,7 +161,9 @@ def section(results: Sequence[Result], engines: Sequence[str], words: Sequence[s
     ]
     header = ("engines", "agree", "failed in both", "margins differ, median [mm]", "at most [mm]")
     return SECTION.format(
-        name=NAME,
+        name=name_of(study),
+        study=study.name,
+        engines=", ".join(TITLES[engine] for engine in engines),
         trials=len(draws),
         description=describe(
             ["python -m benchmarks.cross_check", shlex.join(words)], libraries_of(engines)
@@ -155,6 +172,11 @@ def section(results: Sequence[Result], engines: Sequence[str], words: Sequence[s
         pairs=markdown_table(header, pairs),
         trials_table=markdown_table(("trial", "friction", *engines), rows),
     ).rstrip("\n")
+
+
+def name_of(study: Path) -> str:
+    """The name of the page's section: a study other than the usual one has its own."""
+    return NAME if study == SOLVERS else study.stem
 
 
 def libraries_of(engines: Sequence[str]) -> list[str]:
@@ -201,7 +223,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with errors_in_a_line(NAME):
         study, base = load_study(options.study)
         if options.page is not None:
-            check_page(options.page, NAME)
+            check_page(options.page, name_of(options.study))
         results = carry_on(
             study,
             base,
@@ -212,9 +234,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             options=options,
             libraries=libraries_of(options.engines),
         )
-        written = section(results, options.engines, options.words)
+        written = section(results, options.engines, options.words, options.study)
         if options.page is not None:
-            put_section(options.page, NAME, written)
+            put_section(options.page, name_of(options.study), written)
     print(written)
 
 
