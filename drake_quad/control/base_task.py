@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_vector
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import yaw_pitch_rotation
 
@@ -55,7 +55,8 @@ def body_motion(
     w = np.array([-np.sin(pose[4]) * pitch_rate, np.cos(pose[4]) * pitch_rate, yaw_rate])
     acceleration = np.zeros(6)
     acceleration[2] = rate * rate * body[2, 4] + change * body[1, 4]
-    acceleration[3:] = rate * rate * body[2, :3] + change * body[1, :3]
+    for i in range(3):
+        acceleration[3 + i] = rate * rate * body[2, i] + change * body[1, i]
     return pose, R, rate * body[1, :3], w, acceleration
 
 
@@ -76,8 +77,12 @@ def base_target(
 @compiled
 def rotation_error(R_desired: FloatArray, R: FloatArray) -> FloatArray:
     """The rotation vector, in W, that takes `R` to `R_desired` (small angles) (3,) [rad]."""
-    e = R_desired @ R.T
-    return 0.5 * np.array([e[2, 1] - e[1, 2], e[0, 2] - e[2, 0], e[1, 0] - e[0, 1]])
+    error = np.zeros(3)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for n in range(3):  # of R_desired R^T, less its transpose
+            error[i] += 0.5 * (R_desired[k, n] * R[j, n] - R_desired[j, n] * R[k, n])
+    return error
 
 
 @compiled
@@ -129,10 +134,12 @@ def wanted_acceleration(
         gains: See BaseGains.
     """
     wanted = acceleration.copy()
-    wanted[:3] += gains.rotation_stiffness * shorten(turn, gains.most_turn)
-    wanted[:3] += gains.rotation_damping * spin
-    wanted[3:] += gains.stiffness * shorten(shift, gains.most_shift) + gains.damping * speed
-    wanted[3:5] = shorten(wanted[3:5], gains.most_acceleration)
+    turned, shifted = shorten(turn, gains.most_turn), shorten(shift, gains.most_shift)
+    for i in range(3):
+        wanted[i] += gains.rotation_stiffness * turned[i]
+        wanted[i] += gains.rotation_damping * spin[i]
+        wanted[3 + i] += gains.stiffness * shifted[i] + gains.damping * speed[i]
+    copy_vector(wanted[3:5], shorten(wanted[3:5], gains.most_acceleration))
     return wanted
 
 

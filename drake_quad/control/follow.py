@@ -4,7 +4,7 @@ from math import atan2
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_matrix, copy_vector
 from drake_quad.control.base_task import base_target
 from drake_quad.control.body_rate import height_over, next_body_rate, pendulum_rate
 from drake_quad.control.foot_loads import caught_load, correct_load, foot_load
@@ -93,7 +93,7 @@ def follow(
         feet, velocity, acceleration, standing, swing_phase, rate, found.measured.feet.place,
         bearing, catch, not running, memory, c.pace,
     )  # fmt: skip
-    memory[:] = new
+    copy_vector(memory, new)
     if running:
         load = foot_load(phases, t, c.unload_time)
         correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
@@ -120,11 +120,16 @@ def follow(
     memory[LOWER] = next_lower(memory[LOWER], short, c.pace)
     target.body[2] -= memory[LOWER]
     into = found.target
-    into.body[:], into.R[:, :], into.v[:], into.w[:] = target.body, target.R, target.v, target.w
-    into.acceleration[:], into.load[:] = target.acceleration, load
-    into.feet_acceleration[:, :] = acceleration
-    found.place[:, :], found.velocity[:, :] = place, velocity
-    found.soft[:] = load
+    copy_vector(into.body, target.body)
+    copy_matrix(into.R, target.R)
+    copy_vector(into.v, target.v)
+    copy_vector(into.w, target.w)
+    copy_vector(into.acceleration, target.acceleration)
+    copy_vector(into.load, load)
+    copy_matrix(into.feet_acceleration, acceleration)
+    copy_matrix(found.place, place)
+    copy_matrix(found.velocity, velocity)
+    copy_vector(found.soft, load)
     # A foot that lost the ground is to touch it again, not to thrust itself off.
     for k in range(4):
         if standing[k] and (not running or bearing[k] < 0.5):
@@ -169,7 +174,7 @@ def command(
         joints[i] = min(max(q[j], c.q_lower[j]), c.q_upper[j])
         joints[12 + i] = min(max(qd[j], -c.speed[j]), c.speed[j])
         torques[i] = min(max(torque[j], -c.effort[j]), c.effort[j])
-    body[:] = t.body
+    copy_vector(body, t.body)
     for k in range(4):
         for i in range(3):
             feet[3 * k + i] = found.place[k, i]

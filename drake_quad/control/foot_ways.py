@@ -6,7 +6,7 @@ a tick further. The plan's feet are (4, 3) in W, too, their derivatives by gait 
 estimated are (4, 3) in W [m].
 """
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_vector
 from drake_quad.control.base_task import smooth_step
 from drake_quad.control.memory import (
     CAUGHT,
@@ -55,7 +55,7 @@ def catch_foot(
     """
     memory[REGAINED + k] = 1.0
     if catch[5] <= pace.period:
-        memory[CAUGHT : CAUGHT + 3] = feet[k]
+        copy_vector(memory[CAUGHT : CAUGHT + 3], feet[k])
     s = min(catch[5] / catch[4], 1.0)
     along = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
     speed = 30.0 * (s * (1.0 - s)) ** 2 / catch[4]
@@ -68,7 +68,7 @@ def catch_foot(
     late = max(catch[5] - catch[4], 0.0)
     place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0)
     place[k, 2] -= 4.0 * pace.search_speed * late
-    memory[HOLD + 3 * k : HOLD + 3 * k + 3] = feet[k]
+    copy_vector(memory[HOLD + 3 * k : HOLD + 3 * k + 3], feet[k])
     memory[LIFTED + 3 * k : LIFTED + 3 * k + 3] = 0.0
 
 
@@ -119,7 +119,7 @@ def swing_foot(
         memory[LANDED] = 0.0
     if memory[LANDED] == 0.0 and s > 0.5 and bearing[k] > 0.5:
         memory[LANDED] = 1.0
-        hold[:] = feet[k]
+        copy_vector(hold, feet[k])
         hold[2] -= pace.touchdown_press
     if memory[LANDED] == 0.0:
         if rate == 0.0 and s > TOUCHDOWN:
@@ -131,7 +131,7 @@ def swing_foot(
             acceleration[k, i] = rate * rate * planned_acceleration[k, i]
         place[k, 2] += (1.0 - rest) * (memory[HEIGHT] + more)
         place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0) + memory[DEPTH]
-        hold[:] = place[k]
+        copy_vector(hold, place[k])
         return
     if bearing[k] < 0.5:
         hold[2] -= pace.search_speed * pace.period

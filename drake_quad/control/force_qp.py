@@ -20,7 +20,7 @@ from typing import NamedTuple
 import daqp
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_vector
 from drake_quad.control.feet import IntArray
 from drake_quad.control.inverse_dynamics import Dynamics
 from drake_quad.gait.legs import FloatArray
@@ -194,10 +194,10 @@ def _support_sides(places: FloatArray, standing: IntArray) -> FloatArray:
                     inside = nx * places[k, 0] + ny * places[k, 1] - offset
                     low, high = min(low, inside), max(high, inside)
             if low >= 0.0 and high > 0.0:
-                found[count] = nx, ny, offset
+                found[count, 0], found[count, 1], found[count, 2] = nx, ny, offset
                 count += 1
             elif high <= 0.0 and low < 0.0:
-                found[count] = -nx, -ny, -offset
+                found[count, 0], found[count, 1], found[count, 2] = -nx, -ny, -offset
                 count += 1
     return found[:count].copy()
 
@@ -257,6 +257,6 @@ def spread(x: FloatArray, load: FloatArray) -> FloatArray:
     i = 0
     for k in range(4):
         if load[k] > 0.0:
-            forces[3 * k : 3 * k + 3] = x[3 * i : 3 * i + 3]
+            copy_vector(forces[3 * k : 3 * k + 3], x[3 * i : 3 * i + 3])
             i += 1
     return forces

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_matrix, copy_stack, copy_vector
 from drake_quad.control.feet import Feet, IntArray, measure_feet
 from drake_quad.control.ground import ground_table
 from drake_quad.control.records import MEASURED, ROBOT, Record, Records, fields_of, new_record
@@ -72,7 +72,7 @@ def measure_into(
     measured.known = 0.0
     if np.isfinite(total):  # one that is not a number spoils the sum
         measured.known = 1.0
-        last[:] = estimated
+        copy_vector(last, estimated)
     i, j = places[0], places[1]
     rows = quaternion_rotation(last[i], last[i + 1], last[i + 2], last[i + 3])
     R, q, qd = np.empty((3, 3)), np.empty(12), np.empty(12)
@@ -82,12 +82,19 @@ def measure_into(
     for a in range(12):
         q[a], qd[a] = last[places[2 + a]], last[places[14 + a]]
     p, w, v = last[i + 4 : i + 7], last[j : j + 3], last[j + 3 : j + 6]
-    measured.p[:], measured.w[:], measured.v[:] = p, w, v
-    measured.R[:, :], measured.q[:], measured.qd[:] = R, q, qd
+    copy_vector(measured.p, p)
+    copy_vector(measured.w, w)
+    copy_vector(measured.v, v)
+    copy_matrix(measured.R, R)
+    copy_vector(measured.q, q)
+    copy_vector(measured.qd, qd)
     feet, into = measure_feet(legs, radius, p, R, w, v, q, qd, ground), measured.feet
-    into.place[:, :], into.velocity[:, :], into.drift[:, :] = feet.place, feet.velocity, feet.drift
-    into.jacobian[:, :, :], into.contact_jacobian[:, :, :] = feet.jacobian, feet.contact_jacobian
-    into.normal[:, :] = feet.normal
+    copy_matrix(into.place, feet.place)
+    copy_matrix(into.velocity, feet.velocity)
+    copy_matrix(into.drift, feet.drift)
+    copy_stack(into.jacobian, feet.jacobian)
+    copy_stack(into.contact_jacobian, feet.contact_jacobian)
+    copy_matrix(into.normal, feet.normal)
 
 
 def measure(

@@ -4,7 +4,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_vector
 from drake_quad.gait.legs import BoolArray, FloatArray
 
 NO_LENGTH = 1e-150  # [m]; below it squares underflow
@@ -140,7 +140,7 @@ def watch(
         The cosine of the trunk's tilt.
     """
     ground = judge(com, bearing, place, force, none, margin, zmp_margin)
-    com_position[:] = com
+    copy_vector(com_position, com)
     if counts:
         n = len(recent)
         for i in range(n - 2):

@@ -4,7 +4,7 @@ from math import atan2
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_matrix, copy_vector
 from drake_quad.control.base_task import rotation_error, wanted_acceleration
 from drake_quad.control.body_rate import height_over, pendulum_rate
 from drake_quad.control.carried import at_rest, body_shift, com_shift, learn, wrench_of
@@ -66,17 +66,20 @@ def plan_forces(
     h = np.empty(18)
     for i in range(18):
         h[i] = bias[i] + gravity * M[i, 5]  # weight is what an acceleration upwards would take
-    h[:6] += wrench_of(carried, heading)
+    load = wrench_of(carried, heading)
+    for i in range(6):
+        h[i] += load[i]
     turn, speed, spin = rotation_error(t.R, m.R), t.v - m.v, t.w - m.w
     calm = running and at_rest(speed, turn, spin)
     if calm and m.known > 0.5 and c.load_time > 0.0:  # a push is no load
-        carried[:] = learn(carried, t.body[2] - m.p[2], turn, heading, c.learning)
+        copy_vector(carried, learn(carried, t.body[2] - m.p[2], turn, heading, c.learning))
     if calm:
         answer_slip(friction, m.feet.velocity, t.load, m.feet.normal, c.friction, c.pace.period)
     dynamics = reduce_dynamics(M, h, c.velocities, m.feet, t.feet_acceleration, m.p, c.radius)
     axes = contact_axes(m.feet.normal)
     turn_forces(dynamics, axes)
-    found.torque[:, :], found.torque_offset[:] = dynamics.torque, dynamics.torque_offset
+    copy_matrix(found.torque, dynamics.torque)
+    copy_vector(found.torque_offset, dynamics.torque_offset)
     wanted = wanted_acceleration(t.acceleration, t.body[:3] - m.p, speed, turn, spin, c.gains)
     lower, upper = np.empty(12), np.empty(12)
     for j in range(12):

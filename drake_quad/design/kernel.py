@@ -5,7 +5,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_vector
 from drake_quad.design.kernel_distance import SHANK, THIGH, to_body
 from drake_quad.design.kernel_forces import best_sway, share_weight, torque_used
 from drake_quad.design.kernel_pose import angles, centre, place_points, tilt
@@ -106,7 +106,7 @@ def slacks(
             for k in range(4):
                 # A foot is a ball, which its shank rolls on.
                 leant = tilt(legs[k], b, feet[c, n, k], q[k])
-                f[k, :] = feet[c, n, k]
+                copy_vector(f[k], feet[c, n, k])
                 if k != air:
                     f[k, 0] += foot_radius * (leant - tilts[landed[n, k], k])
             centre(b, q, legs, masses, coms, cp, sp, com)

@@ -7,7 +7,7 @@ The noise is taken as alike in all directions, so the three components go in one
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_matrix, copy_vector
 from drake_quad.estimation.memory import (
     ACCEL_BIAS,
     COVARIANCE,
@@ -83,7 +83,7 @@ def correct(m: FloatArray, p_BF: FloatArray, bears: FloatArray, s: FloatArray) -
     Y = np.zeros((4, 3))
     for k in range(4):
         if m[FIRM + k] > 0.5 and bears[k] > 0.5:
-            Y[k] = innovation(m, p_BF, k)
+            copy_vector(Y[k], innovation(m, p_BF, k))
             if not distance(m, Y[k], k, noise) <= s[GATE]:
                 gated[k] = 1.0
     delta, column = np.zeros(ERRORS), np.empty(ERRORS)
@@ -111,7 +111,7 @@ def retract(m: FloatArray, delta: FloatArray) -> None:
     x, y, z = -delta[0], -delta[1], -delta[2]
     turn, J = rotation_exp(x, y, z), left_jacobian(x, y, z)
     R = m[ROTATION : ROTATION + 9].reshape(3, 3)
-    R[:, :] = multiply(turn, R)
+    copy_matrix(R, multiply(turn, R))
     normalize(R)
     move(m, VELOCITY, turn, J, delta, E_VELOCITY)
     move(m, POSITION, turn, J, delta, E_POSITION)

@@ -4,7 +4,7 @@ from math import atan2, isfinite, sqrt
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_matrix, copy_vector
 from drake_quad.estimation.correct import correct
 from drake_quad.estimation.feet import feet_in_body, let_go, roll, track_contacts
 from drake_quad.estimation.level import level_start
@@ -83,7 +83,7 @@ def step(
     if joints_sound:
         gyro = imu[:3] - m[GYRO_BIAS : GYRO_BIAS + 3]
         roll(m, gyro, joints, dt, radius)
-        m[ANGLES : ANGLES + 12] = joints[:12]
+        copy_vector(m[ANGLES : ANGLES + 12], joints[:12])
         if contacts_sound:
             p_BF, v_BF = np.empty((4, 3)), np.empty((4, 3))
             feet_in_body(legs, joints, p_BF, v_BF)
@@ -112,6 +112,6 @@ def start(m: FloatArray, imu: FloatArray, joints: FloatArray) -> None:
         pitch, roll_angle = atan2(-x, sqrt(y * y + z * z)), atan2(y, z)
         R = m[ROTATION : ROTATION + 9].reshape(3, 3)
         level = multiply(rotation_exp(0.0, pitch, 0.0), rotation_exp(roll_angle, 0.0, 0.0))
-        R[:, :] = multiply(rotation_exp(0.0, 0.0, yaw), level)
-    m[ANGLES : ANGLES + 12] = joints[:12]
+        copy_matrix(R, multiply(rotation_exp(0.0, 0.0, yaw), level))
+    copy_vector(m[ANGLES : ANGLES + 12], joints[:12])
     m[STARTED] = 1.0

@@ -7,7 +7,7 @@ biases in section 7). The error's dynamics A is used to first order in the perio
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_matrix
 from drake_quad.estimation.memory import (
     ACCEL_BIAS,
     COVARIANCE,
@@ -59,7 +59,7 @@ def predict(m: FloatArray, imu: FloatArray, dt: float, s: FloatArray) -> None:
             a -= GRAVITY
         m[POSITION + i] += dt * (m[VELOCITY + i] + h * a)
         m[VELOCITY + i] += dt * a
-    R[:, :] = multiply(R, rotation_exp(dt * rate[0], dt * rate[1], dt * rate[2]))
+    copy_matrix(R, multiply(R, rotation_exp(dt * rate[0], dt * rate[1], dt * rate[2])))
     normalize(R)
     for i in range(3):
         m[RATE + i] = R[i, 0] * rate[0] + R[i, 1] * rate[1] + R[i, 2] * rate[2]

@@ -7,7 +7,7 @@ from math import floor
 
 import numpy as np
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_vector
 from drake_quad.estimation.increments import imu_increments
 from drake_quad.estimation.outputs import IntArray
 from drake_quad.gait.legs import FloatArray
@@ -41,9 +41,10 @@ def sense_imu(
         shown: Result.
     """
     now = np.empty(7)
-    now[:4], now[4:] = state[q_base : q_base + 4], state[v_base + 3 : v_base + 6]
+    copy_vector(now[:4], state[q_base : q_base + 4])
+    copy_vector(now[4:], state[v_base + 3 : v_base + 6])
     ideal = imu_increments(before, now, period)
-    before[:] = now
+    copy_vector(before, now)
     second = tick * period
     row = int(second)
     part = second - row

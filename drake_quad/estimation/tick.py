@@ -1,6 +1,6 @@
 """A whole tick of the filter with its outputs, in one call."""
 
-from drake_quad.compiled import compiled
+from drake_quad.compiled import compiled, copy_vector
 from drake_quad.estimation.filter import step
 from drake_quad.estimation.memory import ACCEL_BIAS, GYRO_BIAS, SLIP, STARTED
 from drake_quad.estimation.outputs import IntArray, write_deviation, write_state
@@ -48,7 +48,7 @@ def run_filter(
     """
     healthy[0] = 1.0 if step(m, imu, joints, contacts, legs, radius, dt, settings) else 0.0
     write_deviation(m, deviation)
-    bias[:] = m[GYRO_BIAS : ACCEL_BIAS + 3]
-    slip[:] = m[SLIP : SLIP + 4]
+    copy_vector(bias, m[GYRO_BIAS : ACCEL_BIAS + 3])
+    copy_vector(slip, m[SLIP : SLIP + 4])
     if m[STARTED] > 0.5:
         write_state(m, joints, places, q_base, v_base, x)
