@@ -8,6 +8,8 @@ import numpy as np
 
 from drake_quad.gait.legs import SHORT_NAMES, BoolArray, FloatArray
 
+ObjectArray = np.ndarray[Any, np.dtype[np.object_]]
+
 
 @dataclass(frozen=True)
 class Band:
@@ -70,25 +72,26 @@ class RunLog:
         values = self.numbers([f"{leg}_{name}" for leg in SHORT_NAMES])
         return np.asarray(np.isfinite(values) & (values > 0.5))
 
+    def words(self, name: str) -> ObjectArray:
+        """A column of words, (N,); empty words where the file lacks it."""
+        return np.asarray(self.columns.get(name, np.full(len(self), "")), dtype=object)
+
     def text(self, name: str) -> list[str]:
         """A column of words, N long; empty words where the file lacks it."""
-        return [str(word) for word in self.columns.get(name, [""] * len(self))]
+        return [str(word) for word in self.words(name)]
 
     def bands(self) -> list[Band]:
         """The segments in the order in which they were walked."""
         if not len(self):
             return []
-        names, kinds, t = self.text("segment"), self.text("segment_kind"), self.t
+        names, kinds, t = self.words("segment"), self.words("segment_kind"), self.t
         # A plan made anew has a recovery of its own, though that of the plan before is as named.
         turns = self.numbers(["task", "plan_revision"])
-        starts = [
-            k
-            for k in range(len(self))
-            if k == 0 or names[k] != names[k - 1] or np.any(turns[k] > turns[k - 1])
-        ]
+        changes = (names[1:] != names[:-1]) | np.any(turns[1:] > turns[:-1], axis=1)
+        starts = [0, *(np.flatnonzero(changes) + 1).tolist()]
         ends = [*starts[1:], len(self) - 1]
         return [
-            Band(names[a], kinds[a], float(t[a]), float(t[b]))
+            Band(str(names[a]), str(kinds[a]), float(t[a]), float(t[b]))
             for a, b in zip(starts, ends, strict=True)
         ]
 

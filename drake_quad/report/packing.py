@@ -60,7 +60,7 @@ def pack(page: str) -> str:
         end = found.end()
     pieces.append(page[end:].encode())
     head = json.dumps([len(piece) for piece in pieces]).encode() + b"\n"
-    packed = gzip.compress(head + b"".join(pieces), compresslevel=9, mtime=0)
+    packed = gzip.compress(head + b"".join(pieces), compresslevel=6, mtime=0)
     return base64.b64encode(packed).decode()
 
 
