@@ -32,6 +32,7 @@ WEIGHTS = Weights(
     angular=1.0,
     linear=1.0,
     force=1e-6,
+    along=1e-5,
     greatest_force=1.5 * WEIGHT,
     pressure_margin=0.01,
 )
@@ -39,6 +40,7 @@ FRICTION = 0.5
 LEAST = 20.0  # [N]
 MU = np.full(4, FRICTION)
 LEVEL = np.tile(np.eye(3), (4, 1, 1))  # axes of forces on level ground
+EVEN = np.ones(4)  # forces along the ground cost the same at all feet
 RHO = 1e-6  # DAQP's price of soft constraints
 
 
@@ -121,6 +123,7 @@ def case_of(seed: int, *, effort: float = 1.0, calm: bool = False, urge: float =
         LEAST * load,
         WEIGHTS,
         LEVEL,
+        EVEN,
     )
     program = make_program(*arguments)
     return Case(program, dynamics, load, measured.feet.place, wanted, limit)
@@ -137,7 +140,7 @@ def on_slopes(seed: int, *, steepest: float = 0.5) -> tuple[Case, FloatArray]:
     bound = np.full(12, 1e4)
     program = make_program(
         maps, case.wanted, case.load, case.places, case.effort, -bound, bound, MU,
-        LEAST * case.load, WEIGHTS, axes,
+        LEAST * case.load, WEIGHTS, axes, EVEN,
     )  # fmt: skip
     return case._replace(program=program, dynamics=maps), axes
 
@@ -310,6 +313,7 @@ def test_foot_that_may_carry_less_carries_less(seed: int, row: int) -> None:
             LEAST * load,
             WEIGHTS,
             LEVEL,
+            EVEN,
         )
         x = solve(program)
         assert x is not None
@@ -335,6 +339,7 @@ def test_limits_that_are_none_are_no_obstacle() -> None:
             LEAST * case.load,
             WEIGHTS,
             LEVEL,
+            EVEN,
         )
         x = solve(program)
         assert x is not None
@@ -381,6 +386,7 @@ def test_soft_rows_give_way_when_there_is_no_other_way(seed: int) -> None:
         LEAST * case.load,
         WEIGHTS,
         LEVEL,
+        EVEN,
     )
     x = solve(program)
     assert x is not None

@@ -99,6 +99,7 @@ def make_constants(
         angular=30.0,
         linear=1.0,
         force=1e-6,
+        along=1e-5,
         greatest_force=1.5 * weight,
         pressure_margin=control.pressure_margin,
     )

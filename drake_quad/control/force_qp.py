@@ -1,6 +1,6 @@
 """The whole-body program: forces on the feet that move the base as wanted and can be made.
 
-    minimise    |a_b(f) - a_wanted|_W^2 + sum of effort f^2
+    minimise    |a_b(f) - a_wanted|_W^2 + sum of w_n f_n^2 + w_t |f_t|^2
     subject to  friction pyramids, least and greatest normal forces     (hard)
                 joint torques, joint accelerations within their limits  (soft)
                 centre of pressure inside the support polygon           (soft)
@@ -9,6 +9,10 @@ Each foot's force is told in axes of its own, two along the ground and its norma
 pyramids and normal forces stand on the ground as it is. On level ground these are W's axes, and the
 pyramid has four sides; on a slope, where standing alone takes a part of the friction, it has eight,
 with an edge straight down the slope, and leaves 8 % of the cone out at most.
+
+Forces along the ground cost more than normal ones, and those of light feet most (`light_feet.py`).
+At one price for all, feet of different heights would push against each other along the ground, for
+that makes the normal forces more even; a light foot then slips on less friction than is assumed.
 
 Soft rows may give way when there is no other way, so that a program always has a solution. DAQP
 can cycle among many that contradict each other; then all of them are given up at once.
@@ -56,7 +60,8 @@ class Weights(NamedTuple):
     Attributes:
         angular: Of the base's angular acceleration's error.
         linear: Of its linear one's.
-        force: Of the squared forces [1/N^2].
+        force: Of the squared normal forces [1/N^2].
+        along: Of the squared forces along the ground, of a foot that bears its even share [1/N^2].
         greatest_force: Of a foot under full load [N].
         pressure_margin: Of the centre of pressure from the support's sides [m].
     """
@@ -64,6 +69,7 @@ class Weights(NamedTuple):
     angular: float
     linear: float
     force: float
+    along: float
     greatest_force: float
     pressure_margin: float
 
@@ -81,6 +87,7 @@ def make_program(
     least: FloatArray,
     weights: Weights,
     axes: FloatArray,
+    along: FloatArray,
 ) -> Program:
     """Assembles the program of the feet that carry load.
 
@@ -96,6 +103,7 @@ def make_program(
         least: Normal force that each foot pushes with at least (4,) [N].
         weights: See there.
         axes: Of each foot's force (4, 3, 3), see `contact_axes`.
+        along: Of each foot, what `weights.along` is multiplied by, see `along_prices` (4,).
 
     Returns:
         The program; its variables are the forces in these axes.
@@ -121,7 +129,8 @@ def make_program(
             for j in range(n):
                 H[i, j] += weighed * dynamics.base[row, columns[j]]
     for i in range(n):
-        H[i, i] += weights.force / load[standing[i // 3]]
+        k = standing[i // 3]
+        H[i, i] += (weights.force if i % 3 == 2 else weights.along * along[k]) / load[k]
 
     sides = _support_sides(places, standing)
     edges = 0

@@ -5,6 +5,8 @@ other side. The program of forces would take nearly all of it, and what the robo
 program to the newton: such a foot comes off the ground for moments, and with it goes the static
 margin. But coming to rest takes no more than a centre of pressure that is beyond the capture point,
 so a foot keeps a part of what it would bear with the robot at rest over that.
+
+For the same reason a light foot is to give little along the ground: it would slip.
 """
 
 import numpy as np
@@ -14,6 +16,8 @@ from drake_quad.gait.legs import FloatArray
 
 REST_SHARE = 0.5  # of what a foot would bear at rest that it keeps,
 MOST_TIMES = 2.0  # up to so many times `least_force`: with three a body could hardly be steered
+EVEN_SHARE = 0.25  # of the weight, of four feet that bear the same
+LEAST_SHARE = 0.02  # that a foot is taken to bear at least
 LINE = 1e-8  # [m^4] determinant of feet that stand in a line, or nearly
 
 
@@ -69,3 +73,23 @@ def least_normals(
         kept = min(REST_SHARE * shares[k] * weight, most * load[k])
         least[k] = max(kept, always * load[k])
     return least
+
+
+@compiled
+def along_prices(shares: FloatArray) -> FloatArray:
+    """What each foot's force along the ground costs, over that of a foot with its even share (4,).
+
+    By the least sum of squares all feet would give the same along the ground, and a light foot
+    would use all of its friction where a heavy one uses little. Prices that go with the inverse
+    square of what a foot bears make it the sum of squares of the friction used, |f_t| / f_n.
+
+    Args:
+        shares: See `rest_shares`. All zero, where they are not known: all feet cost the same.
+    """
+    prices = np.ones(4)
+    if not shares.any():
+        return prices
+    for k in range(4):
+        part = EVEN_SHARE / max(shares[k], LEAST_SHARE)
+        prices[k] = part * part
+    return prices

@@ -12,7 +12,7 @@ from drake_quad.control.force_qp import Program, has_numbers, make_program, spre
 from drake_quad.control.ground import contact_axes
 from drake_quad.control.inverse_dynamics import reduce_dynamics, turn_forces
 from drake_quad.control.joint_targets import LOOK_AHEAD
-from drake_quad.control.light_feet import MOST_TIMES, least_normals, rest_shares
+from drake_quad.control.light_feet import MOST_TIMES, along_prices, least_normals, rest_shares
 from drake_quad.control.records import Records
 from drake_quad.control.slip import answer_slip
 from drake_quad.gait.legs import FloatArray
@@ -89,15 +89,16 @@ def plan_forces(
     # Where a pendulum comes to rest that moves as the body does beyond its plan.
     pendulum = pendulum_rate(height_over(m.p[2], m.feet.place))
     x, y = com[0] + shift[0] - speed[0] / pendulum, com[1] + shift[1] - speed[1] / pendulum
+    shares = rest_shares(m.feet.place, t.load, x, y)
     least = least_normals(
-        rest_shares(m.feet.place, t.load, x, y), t.load, gravity * M[3, 3],
+        shares, t.load, gravity * M[3, 3],
         c.least_force * (1.0 if calm else LEAST_SHARE), MOST_TIMES * c.least_force,
     )  # fmt: skip
     for k in range(4):
         least[k] *= m.feet.normal[k, 2]  # of a weight, what goes along the normal
     program = make_program(
         dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights,
-        axes,
+        axes, along_prices(shares),
     )  # fmt: skip
     return program, m.known > 0.5 and has_numbers(program)
 
