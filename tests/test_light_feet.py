@@ -1,15 +1,21 @@
-"""Light feet are pressed down by a part of what they would bear at rest."""
+"""Light feet are pressed down by a part of what they bear at rest, and give little aside."""
 
 import numpy as np
 import pytest
-from control_rig import com_of
+from control_rig import com_of, state_on
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RotationMatrix
-from rig import flat_walk, model_layout, state_of
+from rig import flat_walk, model_layout, stairs_walk, state_of
 from whole_body_rig import CONTROL, MASS, controller_of, ground_forces
 
-from drake_quad.control.light_feet import MOST_TIMES, REST_SHARE, least_normals, rest_shares
+from drake_quad.control.light_feet import (
+    MOST_TIMES,
+    REST_SHARE,
+    along_prices,
+    least_normals,
+    rest_shares,
+)
 from drake_quad.gait.gravity import GRAVITY
 from drake_quad.gait.legs import FloatArray
 
@@ -108,3 +114,39 @@ def test_a_body_brought_back_to_its_plan_lifts_no_foot(away: float, kicked: floa
         assert np.all(pushed > least - 1.0)
         closest.append(float((pushed - least)[load > 0.0].min()))
     assert min(closest) < 1.0  # a bound that holds nothing back would be no test
+
+
+@given(seeds)
+def test_friction_is_used_alike_where_prices_follow_the_shares(seed: int) -> None:
+    """What feet give along the ground at the least price, over their load squared, is one number.
+
+    So no light foot gives as much as a heavy one.
+    """
+    feet, load, com = stance(seed)
+    shares = rest_shares(feet, load, *com)
+    heavy = shares > 0.05
+    given_along = 1.0 / along_prices(shares)[heavy]  # of the least sum of prices times squares
+    ratio = given_along / shares[heavy] ** 2
+    np.testing.assert_allclose(ratio, ratio[0])
+
+
+def test_feet_in_a_line_give_alike_along_the_ground() -> None:
+    """Where nothing is known of what they bear, none is spared."""
+    np.testing.assert_array_equal(along_prices(np.zeros(4)), 1.0)
+
+
+@pytest.mark.parametrize("going", ["up", "down"])
+def test_at_rest_on_stairs_no_foot_needs_friction(going: str) -> None:
+    """Nothing pushes the robot aside, so feet of different heights push against each other little.
+
+    Wherever it stops on its way, |f_t| / f_n is below 0.05. At one price for all forces it was 0.36
+    under a foot that bore 40 N: more than there is where friction is 0.3, so that it slipped.
+    """
+    plan = stairs_walk(going)
+    for t in np.linspace(1.0, plan.duration - 1.0, 60):
+        state = state_on(plan, float(t))
+        torque = controller_of(plan, state, t=float(t), rate=0.0).tick().torque
+        forces = ground_forces(torque, state)
+        bears = plan.sample(float(t)).standing & (forces[:, 2] > 0.5 * CONTROL.least_force)
+        assert bears.sum() >= 3
+        assert np.all(np.hypot(*forces[bears, :2].T) < 0.05 * forces[bears, 2])
