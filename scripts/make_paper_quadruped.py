@@ -4,9 +4,12 @@ The legs are sized so that every corner of Table I's workspace boxes, over the v
 level-body climbing (0.13 m rises), is within reach, and so that no knee or shank meets a nosing
 while the treads under the body rise or fall by 0.26 m per metre. Run it from the repository's top:
 
-    python scripts/make_paper_quadruped.py
+    python scripts/make_paper_quadruped.py [--foot-radius METRES] [--out FILE]
 """
 
+import argparse
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 HIP_X, HIP_Y, HIP_OFFSET = 0.40, 0.18, 0.09  # abduction axis in B; leg plane beyond it [m]
@@ -69,10 +72,10 @@ def joint(name: str, role: str, parent: str, child: str, xyz: str, axis: str) ->
     )
 
 
-def leg(name: str, front: float, left: float) -> str:
+def leg(name: str, front: float, left: float, foot_radius: float) -> str:
     """Hip, thigh and shank of one leg; the foot is the sphere at the shank's end."""
     y = left * HIP_OFFSET
-    ball = f'<sphere radius="{FOOT_RADIUS}"/>'
+    ball = f'<sphere radius="{foot_radius}"/>'
     upper = shape("visual", "motor", f"0 {0.3 * y} 0", '<cylinder radius="0.06" length="0.10"/>',
                   "steel", "1.5708 0 0")  # fmt: skip
     thigh_rod = f'<capsule radius="0.04" length="{THIGH - 0.08}"/>'
@@ -81,7 +84,7 @@ def leg(name: str, front: float, left: float) -> str:
     thigh += shape("collision", f"{name}_thigh", f"0 0 {-THIGH / 2}", thigh_rod)
     shin = SHANK - SHIN_END  # its round end still clears the ground at 57° of tilt
     shin_rod = f'<capsule radius="{SHANK_RADIUS}" length="{shin}"/>'
-    tip_rod = f'<cylinder radius="{FOOT_RADIUS}" length="{SHIN_END}"/>'
+    tip_rod = f'<cylinder radius="{foot_radius}" length="{SHIN_END}"/>'
     shank = shape("visual", "shank", f"0 0 {-shin / 2}", shin_rod, name[0] + "_limb")
     shank += shape("visual", "tip", f"0 0 {-SHANK + SHIN_END / 2}", tip_rod, "rubber")
     shank += shape("visual", "foot", f"0 0 {-SHANK}", ball, "rubber")
@@ -99,8 +102,12 @@ def leg(name: str, front: float, left: float) -> str:
     )  # fmt: skip
 
 
-def main() -> None:
-    """Writes the file."""
+def robot(foot_radius: float = FOOT_RADIUS) -> str:
+    """The URDF's text.
+
+    Args:
+        foot_radius: Of the balls at the shanks' ends [m]; the balls' centres stay where they are.
+    """
     size = " ".join(str(d) for d in TRUNK_SIZE)
     trunk = shape("visual", "trunk", "0 0 0.02", f'<box size="{size}"/>', "shell")
     trunk += shape("visual", "head", "0.52 0 0.10", '<box size="0.18 0.18 0.14"/>', "F_limb")
@@ -115,15 +122,36 @@ def main() -> None:
         text += f'  <material name="{name}"><color rgba="{rgba}"/></material>\n'
     text += link("trunk", TRUNK_MASS, "0 0 0.0", box_inertia(TRUNK_MASS, *TRUNK_SIZE), trunk)
     for name, front, left in (("FL", 1, 1), ("FR", 1, -1), ("RL", -1, 1), ("RR", -1, -1)):
-        text += leg(name, front, left)
+        text += leg(name, front, left, foot_radius)
     for name in ("FL", "FR", "RL", "RR"):  # a leg does not collide with itself or its own hip
         text += f'  <drake:collision_filter_group name="{name}_leg">\n'
         for member in ("trunk", f"{name}_hip", f"{name}_thigh"):
             text += f'    <drake:member link="{member}"/>\n'
         text += f'    <drake:ignored_collision_filter_group name="{name}_leg"/>\n'
         text += "  </drake:collision_filter_group>\n"
-    path = Path(__file__).parent.parent / "models" / "paper_quadruped.urdf"
-    path.write_text(text + "</robot>\n")
+    return text + "</robot>\n"
+
+
+def foot_radius_of(text: str) -> float:
+    """A foot radius as it is given on the command line [m]."""
+    radius = float(text)
+    if not (math.isfinite(radius) and 0.0 < radius <= SHIN_END):
+        raise argparse.ArgumentTypeError(f"{text} is not above 0 and at most {SHIN_END} m")
+    return radius
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Writes the file."""
+    shipped = Path(__file__).parent.parent / "models" / "paper_quadruped.urdf"
+    parser = argparse.ArgumentParser(description="Writes the paper's quadruped as a URDF.")
+    parser.add_argument(
+        "--foot-radius", type=foot_radius_of, default=FOOT_RADIUS, help="of the feet [m]"
+    )
+    parser.add_argument("--out", type=Path, default=shipped, help="the file to write")
+    given = parser.parse_args(arguments)
+    if given.foot_radius != FOOT_RADIUS and given.out.resolve() == shipped.resolve():
+        parser.error("another foot radius is for another file: give --out")
+    given.out.write_text(robot(given.foot_radius))
 
 
 if __name__ == "__main__":

@@ -161,6 +161,19 @@ def test_script_writes_the_shipped_file(tmp_path: Path) -> None:
     (tmp_path / "models").mkdir()
     script = tmp_path / "scripts" / "make_paper_quadruped.py"
     shutil.copy(ROOT / "scripts" / script.name, script)
-    runpy.run_path(str(script), run_name="__main__")
+    runpy.run_path(str(script))["main"]([])
     written = (tmp_path / "models" / "paper_quadruped.urdf").read_bytes()
     assert written == (ROOT / "models" / "paper_quadruped.urdf").read_bytes()
+
+
+def test_script_writes_other_feet_to_another_file(tmp_path: Path) -> None:
+    """`--foot-radius` changes the feet's balls and their tips; the shipped file stays as it is."""
+    main = runpy.run_path(str(ROOT / "scripts" / "make_paper_quadruped.py"))["main"]
+    shipped, out = ROOT / "models" / "paper_quadruped.urdf", tmp_path / "other.urdf"
+    before = shipped.read_text()
+    main(["--foot-radius", "0.02", "--out", str(out)])
+    assert out.read_text() == before.replace('radius="0.008"', 'radius="0.02"')
+    for refused in (["--foot-radius", "0.02"], ["--foot-radius", "nan", "--out", str(out)]):
+        with pytest.raises(SystemExit):
+            main(refused)
+    assert shipped.read_text() == before
