@@ -96,9 +96,11 @@ def plan_forces(
     )  # fmt: skip
     for k in range(4):
         least[k] *= m.feet.normal[k, 2]  # of a weight, what goes along the normal
+    # A push takes what there is, of every foot: then all forces cost the same.
+    flat = np.full(4, c.weights.force / c.weights.along)
     program = make_program(
         dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights,
-        axes, along_prices(shares),
+        axes, along_prices(shares) if calm else flat,
     )  # fmt: skip
     return program, m.known > 0.5 and has_numbers(program)
 
