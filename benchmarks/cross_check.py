@@ -176,7 +176,7 @@ def section(
 
 def name_of(study: Path) -> str:
     """The name of the page's section: a study other than the usual one has its own."""
-    return NAME if study == SOLVERS else study.stem
+    return NAME if study.resolve() == SOLVERS else study.stem
 
 
 def libraries_of(engines: Sequence[str]) -> list[str]:
@@ -204,7 +204,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     # What the figures depend on; where they are kept, and in how many parts, is not told.
     options.words = ["--trials", str(options.trials)]
-    if options.study != SOLVERS:
+    if options.study.resolve() != SOLVERS:
         options.words += ["--study", str(options.study)]
     if options.engines != list(ENGINES):
         options.words += ["--engines", *options.engines]

@@ -117,3 +117,14 @@ def test_a_killed_sweep_is_compared(load: Any, tmp_path: Path) -> None:
         kills.kill_once(tmp_path, new=0, after=60.0, group=True)
     memory = kills.measure_memory(tmp_path)
     assert memory["trials"] == 9 and 50.0 < memory["after_first_trial"] <= memory["greatest"]
+
+
+def test_a_study_of_ones_own_has_a_section_of_its_own(
+    load: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the file's name; the usual study has the usual section, by whatever path it is given."""
+    check = load("cross_check")
+    monkeypatch.chdir(ROOT)
+    assert check.name_of(Path("studies/solvers.yaml")) == check.NAME
+    assert check.name_of(check.SOLVERS) == check.NAME
+    assert check.name_of(Path("studies/engines_rough.yaml")) == "engines_rough"
