@@ -17,7 +17,7 @@ from drake_quad.gait.legs import FloatArray
 REST_SHARE = 0.5  # of what a foot would bear at rest that it keeps,
 MOST_TIMES = 2.0  # up to so many times `least_force`: with three a body could hardly be steered
 EVEN_SHARE = 0.25  # of the weight, of four feet that bear the same
-LEAST_SHARE = 0.02  # that a foot is taken to bear at least
+LEAST_BORNE = 0.02  # that a foot is taken to bear at least
 LINE = 1e-8  # [m^4] determinant of feet that stand in a line, or nearly
 
 
@@ -90,6 +90,6 @@ def along_prices(shares: FloatArray) -> FloatArray:
     if not shares.any():
         return prices
     for k in range(4):
-        part = EVEN_SHARE / max(shares[k], LEAST_SHARE)
+        part = EVEN_SHARE / max(shares[k], LEAST_BORNE)
         prices[k] = part * part
     return prices
