@@ -1,27 +1,21 @@
-"""Results that are spoilt and can be read all the same: one clear line, or a trial done again."""
+"""Sweeps that are spoilt and can be read all the same: one clear line, or a trial done again."""
 
 import html
-import json
 import shlex
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import sweep_rig as rig
 from command import drake_quad, refused
-from report_run import make_log, short_scenario, write_run
 from rich.console import Console
+from spoilt_rig import NESTED, Change, change_json, filled, line_of, spoil_line, without
 
-from drake_quad.cli_files import read_summary
-from drake_quad.cli_print import print_summary
 from drake_quad.errors import InputError
-from drake_quad.report.build import build_report
-from drake_quad.report.run_files import read_run
 from drake_quad.sweep.again import tell_again
 from drake_quad.sweep.compare import compare_sweeps, print_comparison
 from drake_quad.sweep.journal import Journal
@@ -29,9 +23,6 @@ from drake_quad.sweep.journal_read import DAMAGED, NAME, read_journal
 from drake_quad.sweep.page import write_report
 from drake_quad.sweep.printing import print_sweep
 from drake_quad.sweep.table import write_tables
-
-NESTED = "[" * 200_000  # deeper than Python's stack
-Change = Callable[[dict[str, Any]], object]
 
 
 @pytest.fixture(scope="module")
@@ -49,27 +40,6 @@ def swept(whole: Path, tmp_path: Path) -> Path:
     shutil.copytree(whole, tmp_path / "one")
     (tmp_path / "one" / "report.html").unlink()
     return tmp_path / "one"
-
-
-def change_json(path: Path, place: str, value: Any) -> None:
-    """Puts a value in at a dotted place; one that is None is taken out."""
-    plain = json.loads(path.read_text())
-    *way, last = [int(step) if step.isdecimal() else step for step in place.split(".")]
-    inner = plain
-    for step in way:
-        inner = inner[step]
-    if value is None:
-        del inner[last]
-    else:
-        inner[last] = value
-    path.write_text(json.dumps(plain))
-
-
-def line_of(told: InputError, *words: str) -> str:
-    """The error's text, if it is one line that has these words."""
-    line = str(told)
-    assert "\n" not in line and all(word in line for word in words), line
-    return line
 
 
 @pytest.mark.parametrize(
@@ -115,14 +85,6 @@ def test_a_value_of_the_wrong_kind_is_named(
     line_of(caught.value, *words)
     assert caught.value.source.endswith((name, "trials.parquet"))
     assert not (swept / "report.html").exists() and not (swept.parent / "page.md").exists()
-
-
-def without(name: str) -> Callable[[pa.Table], pa.Table]:
-    return lambda table: table.drop_columns([name])
-
-
-def filled(name: str, values: Any) -> Callable[[pa.Table], pa.Table]:
-    return lambda table: table.set_column(table.column_names.index(name), name, pa.array(values))
 
 
 TOLD_ALONE = [
@@ -297,16 +259,6 @@ SPOILT: dict[str, Change] = {
 }  # fmt: skip
 
 
-def spoil_line(path: Path, number: int, change: Change) -> bytes:
-    """Changes a line of a journal; all of it as it is then."""
-    lines = path.read_text().splitlines()
-    line = json.loads(lines[number])
-    change(line)
-    lines[number] = json.dumps(line)
-    path.write_text("\n".join(lines) + "\n")
-    return path.read_bytes()
-
-
 @pytest.mark.parametrize("change", SPOILT.values(), ids=SPOILT)
 def test_a_line_that_is_no_result_of_the_study_costs_its_own_trial_alone(
     swept: Path, change: Change
@@ -349,128 +301,3 @@ def test_no_table_is_made_of_what_is_no_result(swept: Path) -> None:
             write_tables(study, base, spoilt, swept)
         line_of(caught.value, NAME, f"index = {max(spoilt) if 999 in spoilt else 3}", "--resume")
     assert (swept / "trials.parquet").read_bytes() == before
-
-
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    log = make_log(short_scenario(), seconds=0.2)
-    return write_run(tmp_path_factory.mktemp("run"), log=log, versions={"drake": "1"})
-
-
-@pytest.fixture
-def ran(walked: Path, tmp_path: Path) -> Path:
-    """A run's directory, to be spoilt."""
-    shutil.copytree(walked, tmp_path / "run")
-    return tmp_path / "run"
-
-
-@pytest.mark.parametrize(
-    ("place", "value", "words"),
-    [
-        ("simulated_time", "x", ("simulated_time = 'x'", "a number")),
-        ("slip_max", [1], ("slip_max = [1]", "a number")),
-        ("torque_ratio_max", True, ("torque_ratio_max = True", "a number")),
-        ("safety", {"safe": 1.0}, ("safety.safe = 1.0", "true or false")),
-        ("margin", "x", ("margin = 'x'", "a mapping")),
-        ("margin.minimum", "x", ("margin.minimum = 'x'", "a number")),
-        ("margin_friction", [1], ("margin_friction = [1]", "a mapping")),
-        ("outcome", 5, ("outcome = 5", "text")),
-        ("margin_kind", {}, ("margin_kind = {}", "text")),
-    ],
-)
-def test_a_spoilt_figure_of_a_run_is_named(
-    ran: Path, place: str, value: Any, words: tuple[str, ...]
-) -> None:
-    """By file, field and value; before anything is printed or written."""
-    change_json(ran / "summary.json", place, value)
-    with pytest.raises(InputError) as caught:
-        read_summary(ran)
-    line_of(caught.value, str(ran / "summary.json"), *words)
-
-
-def test_a_run_that_measured_nothing_is_printed(
-    ran: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Figures that are null or not there are no fault: a run of no sample has none."""
-    change_json(ran / "summary.json", "slip_max", None)
-    change_json(ran / "summary.json", "margin.minimum", None)
-    print_summary(read_summary(ran), ran, report=False)
-    assert "goal_reached" in capsys.readouterr().out
-
-
-def test_the_report_of_a_spoilt_run_ends_with_status_2(ran: Path) -> None:
-    """In one line, without a traceback, and without a page."""
-    change_json(ran / "summary.json", "simulated_time", "x")
-    line = refused(drake_quad("report", "run", cwd=ran.parent))
-    assert "run/summary.json: simulated_time = 'x': must be a number" in line
-    assert not (ran / "report.html").exists()
-
-
-@pytest.mark.parametrize(
-    "text", [NESTED, "[]", '{"outcome": "\\ud800"}', f'{{"outcome": "fell", "a": 1{"0" * 400}}}']
-)
-def test_a_summary_that_nothing_can_be_made_of(ran: Path, text: str) -> None:
-    """The commands refuse it; a report of the rest of the run's files says so in a notice."""
-    (ran / "summary.json").write_text(text)
-    with pytest.raises(InputError) as caught:
-        read_summary(ran)
-    line_of(caught.value, "summary.json", "in JSON")
-    run = read_run(ran)
-    assert run.summary == {} and any("summary.json" in notice for notice in run.notices)
-
-
-@pytest.mark.parametrize("name", ["t", "margin"])
-def test_a_log_of_no_numbers_is_refused(ran: Path, name: str) -> None:
-    """Text, or gaps, where a run has its time and its margin; the column is named."""
-    table = pq.read_table(ran / "log.parquet")
-    for values in (["x"] * len(table), [None] * (len(table) - 1) + [0.1]):
-        pq.write_table(filled(name, values)(table), ran / "log.parquet")
-        with pytest.raises(InputError) as caught:
-            read_summary(ran)
-        line_of(caught.value, str(ran / "log.parquet"), f"{name} = ", "numbers")
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda t: t * 1e12, ("t = ", "within 10000 s")),
-        (lambda t: np.where(t > t[5], np.inf, t), ("t = inf", "finite")),
-        (lambda t: np.full(len(t), np.nan), ("t = nan", "finite")),
-        (lambda t: t[::-1], ("t = ", "before the sample before it")),
-        (lambda t: np.where(t > t[5], t + 9000.0, t), ("t = 9000", "of the sample before it")),
-    ],
-)
-def test_times_that_are_none_are_named(
-    ran: Path, change: Callable[[Any], Any], words: tuple[str, ...]
-) -> None:
-    """Before a picture is drawn of each: no memory is asked for as many as 1e12 s would have."""
-    path = ran / "log.parquet"
-    table = pq.read_table(path)
-    pq.write_table(filled("t", change(table["t"].to_numpy()))(table), path)
-    with pytest.raises(InputError) as caught:
-        read_run(ran)
-    line_of(caught.value, str(path), *words)
-
-
-def test_figures_that_nothing_measured_are_left_out(ran: Path) -> None:
-    """Infinite ones and those beyond all bounds: the report is made of the rest, and says so."""
-    path = ran / "log.parquet"
-    table = pq.read_table(path)
-    rows, spoilt = len(table), table
-    for name, value in (("margin", np.inf), ("com_x", 1e300), ("FL_position_z", -np.inf)):
-        spoilt = filled(name, np.full(rows, value))(spoilt)
-    pq.write_table(spoilt, path)
-    run = read_run(ran)
-    assert np.all(np.isnan(run.log.number("margin"))) and np.all(np.isfinite(run.log.t))
-    assert sum("left out" in notice for notice in run.notices) == 3
-    page = build_report(ran, replay=False).read_text()
-    assert f"{rows} values in column com_x that are beyond 1e+09" in page
-
-
-def test_a_report_of_spoilt_times_ends_with_status_2(ran: Path) -> None:
-    """In one line, without a traceback."""
-    table = pq.read_table(ran / "log.parquet")
-    spoilt = filled("t", np.linspace(0.0, 1e12, len(table)))(table)
-    pq.write_table(spoilt, ran / "log.parquet")
-    line = refused(drake_quad("report", "run", cwd=ran.parent))
-    assert "log.parquet: t = " in line and "10000 s" in line
