@@ -128,3 +128,6 @@ def test_a_study_of_ones_own_has_a_section_of_its_own(
     assert check.name_of(Path("studies/solvers.yaml")) == check.NAME
     assert check.name_of(check.SOLVERS) == check.NAME
     assert check.name_of(Path("studies/engines_rough.yaml")) == "engines_rough"
+    own = ["--study", "studies/engines_rough.yaml"]
+    assert check.parse(["--study", "studies/solvers.yaml"]).words == check.parse([]).words
+    assert check.parse(own).words == [*check.parse([]).words, *own]
