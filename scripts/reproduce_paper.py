@@ -2,7 +2,8 @@
 
     python scripts/reproduce_paper.py [--out docs/paper]
 
-writes Figs. 2-9, 11 and 12 as PNG, and README.md, the page that holds them.
+writes Figs. 1 to 12, and one that is not in the paper, as PNG, and README.md, the page that
+holds them.
 """
 
 import argparse
