@@ -18,9 +18,11 @@ from drake_quad.designer import design_scenario
 from drake_quad.designer_plan import Designed
 from drake_quad.gait.legs import FloatArray
 from drake_quad.robot.leg_scalar import leg_array
+from drake_quad.scenario import Scenario
 from drake_quad.stability.kinds import HULL
 
 MODEL = "package://drake_quad_models/paper_quadruped.urdf"
+RISE, RUN, COUNT = 0.12, 0.32, 2  # of stairs that the paper's robot climbs
 
 
 @cache
@@ -61,3 +63,15 @@ def asked(model: str, **question: Any) -> Check:
 
 
 _asked = cache(ask_stairs)
+
+
+def found() -> Check:
+    """The answer about those stairs."""
+    return asked(MODEL, rise=RISE, run=RUN, count=COUNT)
+
+
+def made_up(rise: float, run: float, *, feasible: bool) -> Check:
+    """An answer as a test wants it, without a search."""
+    check = found() if feasible else Check(Scenario(), None, "", {})
+    assert check.feasible is feasible
+    return check

@@ -107,7 +107,7 @@ def test_a_search_ends_with_enough_or_as_hopeless() -> None:
     assert until < 0.6 * whole
 
 
-@pytest.mark.slow  # what is told of a no is asked in test_check.py, too, of searches made up
+@pytest.mark.slow  # test_check_nearest.py asks the same, of searches made up
 def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
     """The limit, by how much, the gait that came nearest, and about the highest rise that works."""
     check = check_stairs(MODEL, rise=0.8, run=0.25, count=3)
