@@ -13,17 +13,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 HIP_X, HIP_Y, HIP_OFFSET = 0.40, 0.18, 0.09  # abduction axis in B; leg plane beyond it [m]
-# A ball foot rolls by its radius times the shank's turn, about 1 rad in a stance: a small tip keeps
-# the footprint where the plan has it, as the paper's point feet do.
-THIGH, SHANK, FOOT_RADIUS = 0.52, 0.70, 0.008  # [m]
+# A ball foot, as robots of this size have. It rolls by its radius times the shank's turn, about
+# 1 rad in a stance, which planner, controller and certificate count with.
+THIGH, SHANK, FOOT_RADIUS = 0.52, 0.70, 0.020  # [m]
 SHANK_RADIUS, SHIN_END = 0.018, 0.05  # [m]; the shank's shape ends this far above the foot's centre
 TRUNK_SIZE, TRUNK_MASS = (0.86, 0.26, 0.16), 38.0
 HIP_MASS, THIGH_MASS, SHANK_MASS = 1.8, 2.4, 1.3  # 5.5 kg a leg, 22 kg of 60 kg
 ROTOR_INERTIA, GEAR_RATIO = 1.0e-4, 50.0  # 0.25 kg m^2 at the joint
+# Torque and speed are within those of a robot of the same mass that one can buy, the Unitree B2 of
+# 60 kg: 200, 200 and 320 Nm, 23, 23 and 14 rad/s by the URDF that its maker publishes.
 #         lower, upper [rad], effort [Nm], velocity [rad/s]
 LIMITS = {
     "abduction": (-1.0, 1.0, 200.0, 8.0),
-    "hip": (-1.3, 2.2, 250.0, 8.0),
+    "hip": (-1.3, 2.2, 200.0, 8.0),
     "knee": (-2.75, -0.15, 300.0, 10.0),
 }
 
@@ -78,10 +80,13 @@ def leg(name: str, front: float, left: float, foot_radius: float) -> str:
     ball = f'<sphere radius="{foot_radius}"/>'
     upper = shape("visual", "motor", f"0 {0.3 * y} 0", '<cylinder radius="0.06" length="0.10"/>',
                   "steel", "1.5708 0 0")  # fmt: skip
+    upper += shape("collision", f"{name}_motor", f"0 {0.3 * y} 0",
+                   '<cylinder radius="0.06" length="0.10"/>', "", "1.5708 0 0")  # fmt: skip
     thigh_rod = f'<capsule radius="0.04" length="{THIGH - 0.08}"/>'
     thigh = shape("visual", "thigh", f"0 0 {-THIGH / 2}", thigh_rod, name[0] + "_limb")
     thigh += shape("visual", "knee", f"0 0 {-THIGH}", '<sphere radius="0.05"/>', "steel")
     thigh += shape("collision", f"{name}_thigh", f"0 0 {-THIGH / 2}", thigh_rod)
+    thigh += shape("collision", f"{name}_knee", f"0 0 {-THIGH}", '<sphere radius="0.05"/>')
     shin = SHANK - SHIN_END  # its round end still clears the ground at 57° of tilt
     shin_rod = f'<capsule radius="{SHANK_RADIUS}" length="{shin}"/>'
     tip_rod = f'<cylinder radius="{foot_radius}" length="{SHIN_END}"/>'
@@ -114,6 +119,7 @@ def robot(foot_radius: float = FOOT_RADIUS) -> str:
     trunk += shape("visual", "eyes", "0.615 0 0.12", '<box size="0.01 0.14 0.05"/>', "rubber")
     trunk += shape("visual", "neck", "0.44 0 0.07", '<box size="0.10 0.12 0.12"/>', "steel")
     trunk += shape("collision", "trunk", "0 0 0.02", f'<box size="{size}"/>')
+    trunk += shape("collision", "head", "0.52 0 0.10", '<box size="0.18 0.18 0.14"/>')
     colors = {"shell": ".85 .85 .82 1", "steel": ".35 .37 .40 1", "rubber": ".08 .08 .08 1",
               "F_limb": ".90 .45 .10 1", "R_limb": ".15 .40 .75 1"}  # fmt: skip
     text = '<?xml version="1.0"?>\n<!-- Written by scripts/make_paper_quadruped.py. -->\n'

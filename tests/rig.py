@@ -80,12 +80,13 @@ def walk_plan(
     start: float = 1.25,
     settings: PlanSettings | None = None,
     index: int = 0,
+    robot: RobotModel | None = None,
 ) -> MotionPlan:
     """A walk along the first lane of `course`."""
-    settings = settings or PlanSettings()
+    settings, robot = settings or PlanSettings(), robot or paper_robot()
     task = Task(kind="walk", name="walk", lane=0, goal=goal)
-    stance = stance_at(course, settings, start)
-    return plan_task(paper_robot(), course, settings, task, stance, index=index)
+    stance = initial_stance(robot, course, settings, start=start)
+    return plan_task(robot, course, settings, task, stance, index=index)
 
 
 @cache

@@ -149,13 +149,15 @@ def untrue(record: dict[str, Any], kind: str) -> str:
         at = min(range(len(roll["times"])), key=lambda k: abs(roll["times"][k] - step["touchdown"]))
         roll["offset"][at][step["leg"] - 1][0] += 1e-3
         return "set down"
-    if kind == "ice":  # nothing is claimed but that feet stand on balls, which roll half as far
+    if (
+        kind == "ice"
+    ):  # nothing is claimed but that feet stand on balls, which roll four fifths as far
         segments = [s for t in record["tasks"] for s in t["segments"]]
         for claims in (record["demanded"], record["claimed"], *segments):
             claims.update(dict.fromkeys(record["claimed"], 0.0))
         for t in record["tasks"]:
             t["roll"]["offset"] = [
-                [[0.5 * x for x in foot] for foot in at] for at in t["roll"]["offset"]
+                [[0.8 * x for x in foot] for foot in at] for at in t["roll"]["offset"]
             ]
         return "roll"
     raise ValueError(kind)

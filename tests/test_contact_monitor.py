@@ -114,8 +114,8 @@ def standing_state(height: float = 0.0) -> FloatArray:
 
 @cache
 def settled() -> Scene:
-    """Dropped from 2 cm, a second and a half later."""
-    return Scene(standing_state(0.02)).run(1.5)
+    """Dropped from 2 cm, four seconds later."""
+    return Scene(standing_state(0.02)).run(4.0)
 
 
 def test_feet_of_a_standing_robot_bear_its_weight() -> None:

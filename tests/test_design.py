@@ -23,7 +23,7 @@ from drake_quad.design.choose import choose_gaits
 from drake_quad.design.course import flights_of
 from drake_quad.design.cycle import PHASES, make_cycle
 from drake_quad.design.evaluate import NAMES, evaluate
-from drake_quad.design.fields import control_fields, scenario_fields
+from drake_quad.design.fields import FOUND_RADIUS, control_fields, scenario_fields
 from drake_quad.design.kernel_distance import from_stairs
 from drake_quad.design.staircase import Staircase
 from drake_quad.errors import InputError
@@ -98,12 +98,12 @@ def test_a_weaker_robot_has_no_more_room(rise: float, run: float) -> None:
 
 @given(st.floats(0.2, 1.2), st.floats(0.005, 0.05))
 def test_the_thicker_the_foot_the_sooner_it_is_followed(size: float, radius: float) -> None:
-    """Past the shipped robot's thickness, scaled, a foot rolls as far as any before it is seen."""
+    """Past the thickness it was found with, scaled, feet roll as far as any before it is seen."""
 
     def follow(foot_radius: float) -> float:
         return float(control_fields(1.0, size, foot_radius)["foothold_time"])
 
-    shipped = 0.008 * size  # the paper robot's foot, for legs of this size
+    shipped = FOUND_RADIUS * size  # of the feet that it was found with
     thick = max(radius, shipped)
     assert follow(thick) * thick == pytest.approx(follow(shipped) * shipped, rel=1e-3)
     assert follow(0.5 * shipped) == follow(shipped)  # thin feet: no slower than that
@@ -156,7 +156,7 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
 
 def test_feedback_of_the_papers_robot_is_what_it_was_found_to_be() -> None:
     """Scaling by one changes nothing; a scenario's defaults are the same numbers."""
-    fields = control_fields(1.0, 1.0, paper_robot().foot_radius)
+    fields = control_fields(1.0, 1.0, FOUND_RADIUS)
     default = ControllerConfig()
     for name, value in fields.items():
         if name not in ("kind", "period"):

@@ -102,8 +102,8 @@ def test_a_search_ends_with_enough_or_as_hopeless() -> None:
     best, whole = lacking(0.1)
     found, until = lacking(0.1, enough=SURELY)
     assert best <= found <= SURELY and until < 0.5 * whole
-    _, whole = lacking(0.9)
-    _, until = lacking(0.9, hopeless=HOPELESS)
+    _, whole = lacking(0.7)
+    _, until = lacking(0.7, hopeless=HOPELESS)
     assert until < 0.6 * whole
 
 

@@ -174,7 +174,9 @@ def test_friction_is_the_one_given() -> None:
     world = made.plant.GetCollisionGeometriesForBody(made.plant.world_body())
     assert len(world) == len(prepared().course.boxes)
     touching = inspector.GetAllGeometryIds(Role.kProximity)
-    assert len(touching) == len(world) + 13  # the trunk; of each leg thigh, shank and foot
+    assert (
+        len(touching) == len(world) + 22
+    )  # trunk, head; of each leg hip, thigh, knee, shank, foot
     for geometry in touching:
         friction = inspector.GetProximityProperties(geometry).GetProperty(
             "material", "coulomb_friction"

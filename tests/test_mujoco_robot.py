@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mujoco_rig import GRAVITY, STEP, MujocoRobot, mujoco
-from pydrake.geometry import Box, Capsule, SceneGraph, Sphere
+from pydrake.geometry import Box, Capsule, Cylinder, SceneGraph, Sphere
 from pydrake.multibody.plant import MultibodyPlant
 from rig import (
     URL,
@@ -142,7 +142,7 @@ def test_what_can_be_touched_is_what_can_be_touched_in_drake() -> None:
         np.testing.assert_allclose(geom.pos, place, atol=1e-9)
         if isinstance(shape, Box):
             assert geom.size == pytest.approx(0.5 * shape.size())
-        elif isinstance(shape, Capsule):
+        elif isinstance(shape, Capsule | Cylinder):
             assert geom.size[:2] == pytest.approx([shape.radius(), 0.5 * shape.length()])
         else:
             assert isinstance(shape, Sphere) and geom.size[0] == shape.radius()

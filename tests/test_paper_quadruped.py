@@ -110,7 +110,7 @@ def stances() -> list[FloatArray]:
 
 
 def test_legs_can_hold_the_robot_in_the_worst_corners() -> None:
-    """On four and on three feet, with a margin of 5 cm, no joint needs 3/4 of its torque."""
+    """On four and on three feet, with a margin of 5 cm, no joint needs 85 % of its torque."""
     robot, plant, layout = paper_robot(), model_plant(), model_layout()
     context = plant.CreateDefaultContext()
     largest, tried = np.zeros(12), 0
@@ -135,7 +135,7 @@ def test_legs_can_hold_the_robot_in_the_worst_corners() -> None:
             largest, tried = np.maximum(largest, np.abs(torque)), tried + 1
     assert tried > 100
     worst = int(np.argmax(largest / robot.effort))
-    assert np.all(largest < 0.75 * robot.effort), (
+    assert np.all(largest < 0.85 * robot.effort), (
         f"{robot.joint_names[worst]} {largest[worst]:.0f} Nm"
     )
 
@@ -171,9 +171,9 @@ def test_script_writes_other_feet_to_another_file(tmp_path: Path) -> None:
     main = runpy.run_path(str(ROOT / "scripts" / "make_paper_quadruped.py"))["main"]
     shipped, out = ROOT / "models" / "paper_quadruped.urdf", tmp_path / "other.urdf"
     before = shipped.read_text()
-    main(["--foot-radius", "0.02", "--out", str(out)])
-    assert out.read_text() == before.replace('radius="0.008"', 'radius="0.02"')
-    for refused in (["--foot-radius", "0.02"], ["--foot-radius", "nan", "--out", str(out)]):
+    main(["--foot-radius", "0.03", "--out", str(out)])
+    assert out.read_text() == before.replace('radius="0.02"', 'radius="0.03"')
+    for refused in (["--foot-radius", "0.03"], ["--foot-radius", "nan", "--out", str(out)]):
         with pytest.raises(SystemExit):
             main(refused)
     assert shipped.read_text() == before

@@ -36,7 +36,8 @@ BOUNDS: Bounds = (
     ("samples_under_three_feet", operator.eq, 0),
     ("nonfoot_contact_samples", operator.eq, 0),
     ("slip_max", operator.le, 0.001),
-    ("foot_roll_max", operator.le, 0.01),
+    # A ball of 20 mm rolls by its radius times the shank's turn, 1.2 rad at the most.
+    ("foot_roll_max", operator.le, 0.025),
     ("base_error_max", operator.le, 0.008),
     ("base_tilt_error_max_deg", operator.le, 2.0),
     ("torque_ratio_max", operator.le, 0.8),

@@ -12,7 +12,7 @@ from drake_quad.scenario import load_scenario
 from drake_quad.simulation import run, write_files
 from drake_quad.simulation_contacts import Touches, find_touches
 
-FOOT_END = 0.708  # [m] from the knee to the lower end of the foot, as in the shipped file
+FOOT_END = 0.72  # [m] from the knee to the lower end of the foot, as in the shipped file
 SHANK_END = 0.668  # [m] to that of the shank's capsule
 SHORT = [
     "course=[{kind: floor, length: 4.0, width: 2.0}]",
@@ -58,7 +58,7 @@ def test_shanks_in_the_ground_are_counted_with_their_depth() -> None:
 
 def test_positions_are_taken_from_states_that_hold_velocities_too() -> None:
     """A run's log has [q; v]: what lies beyond the positions is not read."""
-    state = standing(0.05)
+    state = standing(0.07)
     assert len(state) == model_layout().size
     spoilt = state.copy()
     spoilt[model_layout().num_positions :] = np.nan

@@ -258,7 +258,8 @@ def test_one_foot_that_creeps_is_seen_to() -> None:
     """A wide sway unloads the right feet, and one creeps: it alone is flagged."""
     stance = Stance(robot()).run(0.3).run(0.8, sway(0.12))
     crept = np.abs(feet_of(stance.truth[-1])[:, 1] - feet_of(stance.truth[200])[:, 1])
-    assert crept[1] > 4e-3 > 2e-3 > max(crept[0], crept[2], crept[3])
+    # The others' centres move by up to 4 mm, as their balls of 20 mm roll.
+    assert crept[1] > 8e-3 > 5e-3 > max(crept[0], crept[2], crept[3])
     assert np.max(stance.slips, axis=0).tolist() == [0.0, 1.0, 0.0, 0.0]
     assert np.abs(stance.position_error()).max() < 2e-3
 

@@ -36,7 +36,7 @@ def test_a_run_just_as_planned_has_no_errors() -> None:
     found = summary(log())
     for key in ("base_error_max", "base_tilt_error_max_deg", "slip_max"):
         assert found[key] == pytest.approx(0.0, abs=1e-5), key
-    assert 0.003 < found["foot_roll_max"] < 0.012
+    assert 0.008 < found["foot_roll_max"] < 0.025
     for key in ("samples_under_three_feet", "time_under_three_feet", "nonfoot_contact_samples"):
         assert found[key] == 0, key
     assert found["margin_within_20mm"] == 1.0 and found["margin"] == found["margin_planned"]

@@ -19,7 +19,7 @@ from drake_quad.simulation import run
 STAND = (
     "design: given\ncourse: [{kind: floor, length: 4.0}]\nmission: [{kind: stand, duration: 1.0}]"
 )
-THIN = 0.005  # [m] of one foot; the others have 0.008
+RADIUS, THIN = 0.02, 0.017  # [m] of the shipped feet, and of one that is thinner
 
 
 def shipped() -> str:
@@ -40,16 +40,16 @@ def begin(model: Path) -> tuple[StairClimb, Context]:
 def model(tmp_path: Path) -> Path:
     text, file = shipped(), tmp_path / "unlike.urdf"
     foot = '<collision name="FR_foot"><origin xyz="0 0 -0.7"/><geometry><sphere radius="{}"/>'
-    assert foot.format(0.008) in text
-    file.write_text(text.replace(foot.format(0.008), foot.format(THIN)))
+    assert foot.format(RADIUS) in text
+    file.write_text(text.replace(foot.format(RADIUS), foot.format(THIN)))
     return file
 
 
 def test_each_foot_knows_how_much_smaller_it_is(model: Path) -> None:
     """The thickest foot's radius is the robot's; of the others what they lack is known."""
     robot = load_robot(str(model))
-    assert robot.foot_radius == pytest.approx(0.008)
-    np.testing.assert_allclose(robot.foot_smaller, [0.0, 0.008 - THIN, 0.0, 0.0], atol=1e-12)
+    assert robot.foot_radius == pytest.approx(RADIUS)
+    np.testing.assert_allclose(robot.foot_smaller, [0.0, RADIUS - THIN, 0.0, 0.0], atol=1e-12)
 
 
 def test_a_smaller_foot_is_in_a_ball_like_the_others(model: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_smaller_foot_is_in_a_ball_like_the_others(model: Path) -> None:
     np.testing.assert_allclose(nearer, robot.foot_smaller, atol=1e-12)
     ends = robot.geometry.shank + robot.foot_radius
     np.testing.assert_allclose(
-        ends, shipped_one.geometry.shank + np.array([0.008, THIN, 0.008, 0.008]), atol=1e-12
+        ends, shipped_one.geometry.shank + np.array([RADIUS, THIN, RADIUS, RADIUS]), atol=1e-12
     )
 
 
@@ -72,8 +72,8 @@ def test_all_feet_land_when_they_are_to(tmp_path: Path) -> None:
     text, file = shipped(), tmp_path / "thick.urdf"
     sphere = '<collision name="{}_foot"><origin xyz="0 0 -0.7"/><geometry><sphere radius="{}"/>'
     for leg in ("FR", "RL", "RR"):
-        assert sphere.format(leg, 0.008) in text
-        text = text.replace(sphere.format(leg, 0.008), sphere.format(leg, 0.004))
+        assert sphere.format(leg, RADIUS) in text
+        text = text.replace(sphere.format(leg, RADIUS), sphere.format(leg, 0.016))
     file.write_text(text)
     result = run(
         parse_scenario(

@@ -19,7 +19,7 @@ Fields = dict[str, dict[str, float | int | str]]
 MASS, LEG = 60.0, 1.22  # of the robot that the numbers below are of [kg], [m]
 CYCLE_TIME = 8.0  # [s]
 TREADS_TIME = {1: 0.9, 2: 1.1, 3: 1.35}  # of it: a shorter step takes less time
-SHIPPED_RADIUS = 0.008  # [m] of the feet of the robot that controllers' fields are scaled from
+FOUND_RADIUS = 0.008  # [m] of the feet with which `foothold_time` was found
 MOST_AHEAD = 0.15  # of a leg: that the body may be ahead of its place, or behind
 SWING_TIME, SHIFT_TIME = 1.2, 1.3  # [s]
 WIDEST = {1: 0.25, 2: 0.36}  # of a leg: that they sway, by places a tread
@@ -97,7 +97,7 @@ def control_fields(mass: float, size: float, foot_radius: float) -> dict[str, fl
     in `foothold_time`: thick feet were pulled at by their joints, which tipped light robots.
     """
     tempo = sqrt(size)
-    foothold_time = 0.3 * tempo * min(1.0, SHIPPED_RADIUS * size / foot_radius)
+    foothold_time = 0.3 * tempo * min(1.0, FOUND_RADIUS * size / foot_radius)
     return {
         "kind": "whole_body",
         "period": 0.002,
