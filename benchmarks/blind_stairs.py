@@ -19,10 +19,9 @@ from benchmarks.common import markdown_table, text
 from benchmarks.engine import carry_on
 from benchmarks.page import check_out, describe, errors_in_a_line, write_section
 from benchmarks.study import GOOD, Result, make_trial, study_of, with_common
-from drake_quad.scenario_config import Scenario
-from drake_quad.sweep.rates import rate_of
-from drake_quad.sweep.trials import figures_of
-from drake_quad.sweep.work import work
+from drake_quad.scenario.config import Scenario
+from drake_quad.sweep.statistics import rate_of
+from drake_quad.sweep.trials import figures_of, work
 
 OUTCOMES = ("goal_reached", "fell", "stopped", "refused")
 SPREADS = (

@@ -18,7 +18,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_quad import controller
+from drake_quad.systems import controller
 from drake_quad.systems.tracking_controller import TrackingController
 
 P, D = 100.0, 10.0  # gains of the joint that is tried [Nm/rad], [Nm s/rad]

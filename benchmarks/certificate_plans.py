@@ -5,22 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.certificate.chain import Shank
+from drake_quad.certificate.kinematics import Shank
+from drake_quad.common import FloatArray
 from drake_quad.errors import DrakeQuadError
-from drake_quad.gait.legs import LEGS, FloatArray
 from drake_quad.gait.swing import Swing, plan_swing
 from drake_quad.gait.transition import Transition
-from drake_quad.planning.body_spline import BodySpline, knot_count
-from drake_quad.planning.contact_plan import ContactPlan, Step, sample_times
-from drake_quad.planning.foot_roll import FootRoll
-from drake_quad.planning.mission import Task
+from drake_quad.math.bspline import BodySpline, knot_count
+from drake_quad.planning.contact_plan import ContactPlan, FootRoll, Step, sample_times
+from drake_quad.planning.foot_rolling import roll_along
+from drake_quad.planning.mission import initial_stance, plan_mission
 from drake_quad.planning.motion_plan import MotionPlan, Segment
-from drake_quad.planning.plan_mission import initial_stance, plan_mission
-from drake_quad.planning.roll_feet import roll_along
-from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.leg_kinematics import LegGeometry
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.terrain import Course, Element, build_course
+from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.robot.legs import LEGS
+from drake_quad.robot.model import LegGeometry, RobotModel
+from drake_quad.terrain.course import Course, build_course
+from drake_quad.terrain.elements import Element
 
 START = 1.2  # [m]
 

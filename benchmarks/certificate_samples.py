@@ -10,12 +10,13 @@ from typing import TypeVar, cast
 import numba
 import numpy as np
 
-from drake_quad.certificate.chain import Shank
-from drake_quad.certificate.obstacles import CAP, LEVEL, Obstacles
-from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate, rotations
-from drake_quad.robot.leg_kinematics import calc_jacobians, calc_knees
-from drake_quad.robot.robot_model import RobotModel, calc_com
+from drake_quad.certificate.clearance import CAP, LEVEL, Obstacles
+from drake_quad.certificate.kinematics import Shank
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
+from drake_quad.robot.kinematics import calc_com, calc_jacobians, calc_knees
+from drake_quad.robot.model import RobotModel
 
 F = TypeVar("F", bound=Callable[..., object])
 

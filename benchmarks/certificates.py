@@ -29,18 +29,18 @@ from benchmarks.certificate_plans import (
 )
 from benchmarks.certificate_samples import sampled_minima
 from benchmarks.common import markdown_table, provenance
-from drake_quad.certificate.certify import certify
-from drake_quad.certificate.chain import shank_of
-from drake_quad.certificate.obstacles import find_obstacles
-from drake_quad.certificate.record import CLAIMS, digest
-from drake_quad.plan_certificate import certify_plan
-from drake_quad.preparation import prepare
+from drake_quad.certificate.certify import CLAIMS, certify, digest
+from drake_quad.certificate.clearance import find_obstacles
+from drake_quad.certificate.kinematics import shank_of
 from drake_quad.report.paper_transitions import find_alternatives, spin_goal, wave_goal
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.scenario import load_scenario
-from drake_quad.scenario_config import RobotConfig
-from drake_quad.terrain import Element, build_course
-from drake_quad.terrain_box import Box
+from drake_quad.robot.loader import load_robot
+from drake_quad.scenario.config import RobotConfig
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.plan_report import certify_plan
+from drake_quad.simulation.prepare import prepare
+from drake_quad.terrain.boxes import Box
+from drake_quad.terrain.course import build_course
+from drake_quad.terrain.elements import Element
 
 RATE = 10000.0  # [Hz]
 SCENARIOS = ("case_study", "descend", "flat_walk", "spin_both_ways", "paper_physics")

@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common import markdown_table, provenance
-from drake_quad.chart_grid import Span
-from drake_quad.chart_stairs import chart_stairs
-from drake_quad.check_ask import ask_stairs
+from drake_quad.feasibility.chart import Span, chart_stairs
+from drake_quad.feasibility.check import ask_stairs
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"
 STAIRS = ((0.178, 0.28, 10), (0.15, 0.35, 10), (0.2, 0.3, 4), (0.1, 0.45, 4))  # rise, run, count

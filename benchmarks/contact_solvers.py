@@ -132,8 +132,8 @@ def measure(case: Case) -> dict[str, Any]:
     """
     from benchmarks.cenic import corrected
     from drake_quad.errors import DrakeQuadError
-    from drake_quad.scenario import load_scenario
-    from drake_quad.simulation import run
+    from drake_quad.scenario.load import load_scenario
+    from drake_quad.simulation.run import run
 
     try:
         with corrected() if case.solver == "cenic" else nullcontext():

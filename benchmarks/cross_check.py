@@ -31,11 +31,10 @@ from benchmarks.cross_trials import ENGINES, FIGURES, VALUES, work
 from benchmarks.engine import carry_on
 from benchmarks.page import describe, errors_in_a_line
 from benchmarks.study import Result
-from drake_quad.sweep.base import Base
-from drake_quad.sweep.rates import rate_of
-from drake_quad.sweep.section import check_page, put_section
-from drake_quad.sweep.study import load_study
-from drake_quad.sweep.study_config import Study
+from drake_quad.sweep.report import check_page, put_section
+from drake_quad.sweep.statistics import rate_of
+from drake_quad.sweep.study import Base, Study
+from drake_quad.sweep.study_loading import load_study
 from drake_quad.sweep.trials import Trial, make_trials
 
 SOLVERS = Path(__file__).resolve().parents[1] / "studies" / "solvers.yaml"

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.study import Result, finding
-from drake_quad.gait.legs import FloatArray
-from drake_quad.sweep.base import Base
+from drake_quad.common import FloatArray
+from drake_quad.sweep.study import Base
 from drake_quad.sweep.trials import Trial
 
 ENGINES = {
@@ -55,7 +55,7 @@ def work(trial: Trial) -> Result:
 def run_in_drake(base: Base, overrides: list[str]) -> Result:
     """Runs a scenario as it is."""
     from drake_quad.errors import DrakeQuadError, InputError
-    from drake_quad.simulation import run
+    from drake_quad.simulation.run import run
 
     try:
         scenario = base.load(overrides)
@@ -105,11 +105,11 @@ def run_in_mujoco(base: Base, overrides: list[str]) -> Result:
     """
     from benchmarks.mujoco_drive import drive
     from benchmarks.mujoco_robot import MujocoRobot
-    from drake_quad.controller import MakeController
     from drake_quad.errors import DrakeQuadError, InputError
-    from drake_quad.preparation import prepare
-    from drake_quad.robot.load_robot import MakeModelPlant
-    from drake_quad.scenario import control_settings
+    from drake_quad.robot.loader import MakeModelPlant
+    from drake_quad.scenario.build import control_settings
+    from drake_quad.simulation.prepare import prepare
+    from drake_quad.systems.controller import MakeController
     from drake_quad.systems.disturbances import Disturbances
 
     try:

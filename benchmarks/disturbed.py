@@ -19,11 +19,9 @@ from benchmarks.common import markdown_table, text
 from benchmarks.engine import carry_on
 from benchmarks.page import check_out, describe, errors_in_a_line, write_section
 from benchmarks.study import COMMON, Result, make_trial, study_of
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.sweep.base import Base
-from drake_quad.sweep.study_config import Study
-from drake_quad.sweep.trials import Trial, figures_of, repeat
-from drake_quad.sweep.work import work
+from drake_quad.robot.loader import load_robot
+from drake_quad.sweep.study import Base, Study
+from drake_quad.sweep.trials import Trial, figures_of, repeat, work
 
 IK = "controller.kind=ik"  # at the same period: nothing else is another
 FRICTION = 0.3

@@ -19,13 +19,11 @@ from rich.console import Console
 from benchmarks.study import Result
 from drake_quad.errors import InputError
 from drake_quad.sweep import provenance
-from drake_quad.sweep.base import Base
-from drake_quad.sweep.crew import carry_out
-from drake_quad.sweep.isolated import Work
+from drake_quad.sweep.command import Bar
+from drake_quad.sweep.executors import Work, carry_out
 from drake_quad.sweep.journal import Journal
-from drake_quad.sweep.progress import Bar
-from drake_quad.sweep.study_config import Study
-from drake_quad.sweep.sweep import SourcesChangedError
+from drake_quad.sweep.run import SourcesChangedError
+from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.trials import Trial
 
 BENCHMARKS = Path(__file__).resolve().parent

@@ -2,9 +2,10 @@
 
     python -m benchmarks.margin
 
-Ours is `drake_quad.gait.support`: `stability_margin` for one sample (it runs at the controller's
-rate), `stability_margins` for many (plans, logs). The peer is shapely (GEOS) put together to give
-the same signed distance: hull, containment, distance to the hull or to its boundary.
+Ours is `drake_quad.stability.support_polygon`: `stability_margin` for one sample (it runs at the
+controller's rate), `stability_margins` for many (plans, logs). The peer is shapely (GEOS) put
+together to give the same signed distance: hull, containment, distance to the hull or to its
+boundary.
 """
 
 import argparse
@@ -16,8 +17,8 @@ import numpy as np
 import shapely
 
 from benchmarks.common import markdown_table, median_time, provenance
-from drake_quad.gait.legs import BoolArray, FloatArray
-from drake_quad.gait.support import stability_margin, stability_margins
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.stability.support_polygon import stability_margin, stability_margins
 
 
 def random_samples(count: int, *, seed: int = 0) -> tuple[FloatArray, FloatArray, BoolArray]:

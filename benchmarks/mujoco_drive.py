@@ -13,8 +13,8 @@ from pydrake.systems.framework import Diagram, FixedInputPortValue
 
 from benchmarks.mujoco_model import STEP
 from benchmarks.mujoco_robot import MujocoRobot
+from drake_quad.common import FloatArray
 from drake_quad.control.ports import GaitPhase
-from drake_quad.gait.legs import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
 
 TILT_LIMIT = np.radians(40.0)  # beyond it the robot fell

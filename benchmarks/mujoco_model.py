@@ -13,8 +13,8 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_quad.control.settings import ControlSettings
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.terrain import Course
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.course import Course
 
 GRAVITY = 9.81
 STEP = 0.001  # [s]

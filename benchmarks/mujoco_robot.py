@@ -8,13 +8,14 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
 from benchmarks.mujoco_model import GRAVITY, STEP, build_model
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.settings import ControlSettings
-from drake_quad.gait.legs import BoolArray, FloatArray
-from drake_quad.gait.support import margin_of_floats
-from drake_quad.planning.motion_plan import Stance, pose_robot, rotations
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout, make_layout
-from drake_quad.terrain import Course
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout, make_layout
+from drake_quad.stability.support_polygon import margin_of_floats
+from drake_quad.terrain.course import Course
 
 IMU_PERIOD = 0.002  # [s] over which the unit integrates
 NO_SUPPORT = -9.0  # [m] instead of -inf where no foot bears

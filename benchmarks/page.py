@@ -7,8 +7,8 @@ from pathlib import Path
 from benchmarks.common import provenance
 from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.provenance import commit as commit_of_sweeps
-from drake_quad.sweep.section import check_page, put_section
-from drake_quad.whole_files import write_whole
+from drake_quad.sweep.report import check_page, put_section
+from drake_quad.util.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = (ROOT / "models", ROOT / "benchmarks")  # besides drake_quad

@@ -20,15 +20,14 @@ import piqp
 
 from benchmarks.common import markdown_table, provenance, stopwatch
 from benchmarks.quadratic import QuadraticProgram, Recorder, compare
-from drake_quad.planning import (
-    body_search,
-    plan_mission,
-    plan_task,
-    plan_transition,
-    step_builder,
-)
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
+from drake_quad.planning import body_path as body_search
+from drake_quad.planning import footsteps as plan_transition
+from drake_quad.planning import mission as plan_mission
+from drake_quad.planning import step_builder
+from drake_quad.planning import task as plan_task
+from drake_quad.robot.loader import load_robot
+from drake_quad.scenario.build import course_of, mission_of, plan_settings
+from drake_quad.scenario.load import load_scenario
 
 ASKED = 0.1  # [s]
 # What is timed: name, where it is called from, and by which name.

@@ -25,8 +25,9 @@ from scipy.stats import binomtest
 
 from benchmarks.common import markdown_table, provenance
 from benchmarks.push_stances import LEAST, SCENARIO, End, Trial, draw, push_in
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.scenario import course_of, parse_scenario
+from drake_quad.robot.loader import load_robot
+from drake_quad.scenario.build import course_of
+from drake_quad.scenario.load import parse_scenario
 
 SHARE = 0.9  # of the budget that no push may topple by
 HALVINGS = 5

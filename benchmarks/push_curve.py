@@ -7,7 +7,7 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from drake_quad.whole_files import write_whole
+from drake_quad.util.files import write_whole
 
 LINE, BAND = "#009E73", 0.18  # the report's good green; the bounds' opacity
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from drake_quad.planning.plan_mission import MissionPlan
+from drake_quad.planning.mission import MissionPlan
 
 FIRST, LAST = 1.0, 2.0  # [s] after the start, and before the plan's end, in which nobody pushes
 KICK = 0.1  # [s]

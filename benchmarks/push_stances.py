@@ -10,20 +10,20 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
-from drake_quad.diagram import MakeStairClimb
-from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.mission import Task
-from drake_quad.planning.motion_plan import Stance, pose_robot, rotations
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.scenario import Scenario, control_settings, plan_settings
-from drake_quad.stability.contacts import make_contacts
-from drake_quad.stability.leg_way import leg_way
-from drake_quad.stability.pendulum import Pendulum, find_pressure_area
-from drake_quad.stability.push_budget import SWING_BACK, push_budget
-from drake_quad.stability.region import find_region
-from drake_quad.stability.torque import joint_limits
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.planning.problem import Task
+from drake_quad.robot.model import RobotModel
+from drake_quad.scenario.build import control_settings, plan_settings
+from drake_quad.scenario.config import Scenario
+from drake_quad.simulation.diagram import MakeStairClimb
+from drake_quad.stability.actuation import joint_limits
+from drake_quad.stability.capture_point import SWING_BACK, Pendulum, find_pressure_area, push_budget
+from drake_quad.stability.equilibrium_region import find_region, make_contacts
+from drake_quad.stability.margins import leg_way
 from drake_quad.systems.disturbances import Disturbances, Push
-from drake_quad.terrain import Course
+from drake_quad.terrain.course import Course
 
 SCENARIO = """
 course:

@@ -22,15 +22,17 @@ from pydrake.systems.analysis import (
 from pydrake.systems.framework import Context
 
 from benchmarks.study import Result, finding
+from drake_quad.common import FloatArray
 from drake_quad.control.ports import GaitPhase, Mode
-from drake_quad.diagram import stair_climb_of
 from drake_quad.errors import InputError
-from drake_quad.gait.legs import SHORT_NAMES, FloatArray
-from drake_quad.planning.motion_plan import MotionPlan, rotations
-from drake_quad.preparation import Preparation, prepare
-from drake_quad.scenario import disturbances_of
-from drake_quad.scenario_config_world import PushConfig
-from drake_quad.sweep.base import Base
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.scenario.build import disturbances_of
+from drake_quad.scenario.config import PushConfig
+from drake_quad.simulation.diagram import stair_climb_of
+from drake_quad.simulation.prepare import Preparation, prepare
+from drake_quad.sweep.study import Base
 from drake_quad.sweep.trials import Trial
 from drake_quad.systems.disturbances import Push
 

@@ -24,7 +24,7 @@ from benchmarks.push_curve import draw_curve
 from benchmarks.push_moments import make_pushes, moments
 from benchmarks.push_trials import BACK, FIGURES, PATIENCE, VALUES, prepare_undisturbed, work
 from benchmarks.study import GOOD, Result, make_trial, study_of, with_common
-from drake_quad.sweep.rates import rate_of
+from drake_quad.sweep.statistics import rate_of
 
 HEADER = ("speed [m/s]", "trials", "ok", "fell", "stopped", "ok, with bounds at 95 %")
 LISTED = 40  # failures on the page; all are among the lines

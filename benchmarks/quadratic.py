@@ -13,7 +13,7 @@ import piqp
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver, SolverOptions
 from scipy import sparse
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
 
 _Solver = piqp.SparseSolver  # ours, before any recording is put in its place
 OSQP_TOLERANCE = 1e-5  # ours; Drake's default is far from the optimum

@@ -26,13 +26,12 @@ import numpy as np
 
 from benchmarks.common import Stopwatch, markdown_table, provenance, stopwatch
 from benchmarks.stair_climbs import Pair, make_pair, record
-from drake_quad.gait.legs import FloatArray
-from drake_quad.scenario import load_scenario
-from drake_quad.simulation import prepare
+from drake_quad.common import FloatArray
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.prepare import prepare
 from drake_quad.systems.contact_monitor import ContactMonitor
 from drake_quad.systems.gait_scheduler import GaitScheduler
-from drake_quad.systems.imu import Imu
-from drake_quad.systems.joint_sensor import JointSensor
+from drake_quad.systems.sensors import Imu, JointSensor
 from drake_quad.systems.stability_monitor import StabilityMonitor
 from drake_quad.systems.state_estimator import StateEstimator
 from drake_quad.systems.tracking_controller import TrackingController

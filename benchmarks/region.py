@@ -19,15 +19,21 @@ import numpy as np
 from scipy.optimize import linprog
 
 from benchmarks.common import markdown_table, provenance
-from drake_quad.gait.legs import FloatArray
-from drake_quad.gait.support import stability_margin
-from drake_quad.planning.motion_plan import pose_robot, rotations
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.stability.contacts import Contacts, Pyramid, make_contacts, tangents
-from drake_quad.stability.pendulum import Pendulum, find_pressure_area
-from drake_quad.stability.push_budget import directions, push_budget
-from drake_quad.stability.region import MOST_FORCE, find_region
-from drake_quad.stability.torque import joint_limits
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.robot.loader import load_robot
+from drake_quad.stability.actuation import joint_limits
+from drake_quad.stability.capture_point import Pendulum, directions, find_pressure_area, push_budget
+from drake_quad.stability.equilibrium_region import (
+    MOST_FORCE,
+    Contacts,
+    Pyramid,
+    find_region,
+    make_contacts,
+    tangents,
+)
+from drake_quad.stability.support_polygon import stability_margin
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"
 WAYS = directions(32)

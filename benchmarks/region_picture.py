@@ -16,15 +16,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from benchmarks.common import markdown_table
-from drake_quad.gait.legs import FloatArray
-from drake_quad.gait.support import support_polygon
-from drake_quad.planning.motion_plan import pose_robot, rotations
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.report.style import COM_COLOUR, GOOD, LEG_COLOURS
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.stability.contacts import make_contacts
-from drake_quad.stability.push_budget import directions
-from drake_quad.stability.region import Demand, Region, find_region
-from drake_quad.stability.torque import joint_limits
+from drake_quad.robot.loader import load_robot
+from drake_quad.stability.actuation import joint_limits
+from drake_quad.stability.capture_point import directions
+from drake_quad.stability.equilibrium_region import Demand, Region, find_region, make_contacts
+from drake_quad.stability.support_polygon import support_polygon
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"
 RISE, RUN, FRICTION = 0.18, 0.28, 0.6

@@ -11,13 +11,13 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
-from drake_quad.diagram import StairClimb, Visualize, stair_climb_of
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
 from drake_quad.robot.contact_surface import SetContactFriction
-from drake_quad.robot.course_geometry import AddCourse
-from drake_quad.robot.load_robot import AddRobot
-from drake_quad.scenario import control_settings
-from drake_quad.simulation import Preparation
+from drake_quad.robot.loader import AddRobot
+from drake_quad.scenario.build import control_settings
+from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
+from drake_quad.simulation.prepare import Preparation
+from drake_quad.terrain.drake_geometry import AddCourse
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
 

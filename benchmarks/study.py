@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from drake_quad.scenario import load_scenario
-from drake_quad.sweep.base import Base, find_base
-from drake_quad.sweep.study_config import Study
+from drake_quad.scenario.load import load_scenario
+from drake_quad.sweep.study import Base, Study, find_base
 from drake_quad.sweep.trials import Trial
 
 COMMON = ("controller.kind=whole_body", "controller.period=0.002")

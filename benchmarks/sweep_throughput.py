@@ -29,8 +29,8 @@ import yaml
 
 from benchmarks.common import markdown_table, provenance
 from benchmarks.page import commit
-from drake_quad.sweep.draws import Draws
-from drake_quad.sweep.study import load_study
+from drake_quad.sweep.sampling import Draws
+from drake_quad.sweep.study_loading import load_study
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = (

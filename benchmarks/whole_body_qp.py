@@ -25,10 +25,10 @@ import piqp
 
 from benchmarks.common import Stopwatch, markdown_table, provenance, stopwatch
 from benchmarks.stair_climbs import make_whole
-from drake_quad.control.force_qp import Program, solve_sound
-from drake_quad.gait.legs import FloatArray
-from drake_quad.scenario import load_scenario
-from drake_quad.simulation import prepare
+from drake_quad.common import FloatArray
+from drake_quad.control.whole_body_qp import Program, solve_sound
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.prepare import prepare
 from drake_quad.systems import whole_body_controller
 from drake_quad.systems.tracking_controller import TrackingController
 

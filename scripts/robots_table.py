@@ -17,13 +17,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from drake_quad.check_stairs import check_stairs
-from drake_quad.design.candidate import hip_length
 from drake_quad.errors import DrakeQuadError
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.robot.robot_model import leg_length
-from drake_quad.scenario import parse_scenario
-from drake_quad.simulation import RunResult, run
+from drake_quad.feasibility.check import check_stairs
+from drake_quad.gait_design.candidates import hip_length
+from drake_quad.robot.loader import load_robot
+from drake_quad.robot.model import leg_length
+from drake_quad.runs.result import RunResult
+from drake_quad.scenario.load import parse_scenario
+from drake_quad.simulation.run import run
 
 ROBOTS = (
     "anymal_c", "anymal_b", "spot", "b1", "b2", "a2", "go1", "go2", "a1", "aliengo", "laikago",

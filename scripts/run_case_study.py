@@ -5,9 +5,10 @@ python scripts/run_case_study.py
 
 from pathlib import Path
 
-from drake_quad.report.build import build_report
-from drake_quad.scenario import load_scenario
-from drake_quad.simulation import run, write_files
+from drake_quad.report.page import build_report
+from drake_quad.runs.result import write_files
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.run import run
 
 
 def main() -> None:

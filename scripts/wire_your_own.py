@@ -5,9 +5,9 @@ python scripts/wire_your_own.py
 
 from pydrake.systems.analysis import Simulator
 
-from drake_quad.diagram import stair_climb_of
-from drake_quad.scenario import load_scenario
-from drake_quad.simulation import prepare
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.diagram import stair_climb_of
+from drake_quad.simulation.prepare import prepare
 
 
 def main() -> None:

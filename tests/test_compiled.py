@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_quad.compiled import compiled
-from drake_quad.control.base_task import smooth, smooth_step
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
+from drake_quad.control.base_tracking import smooth, smooth_step
+from drake_quad.jit import compiled
 
 SMALL = st.floats(-1e3, 1e3)
 

@@ -9,10 +9,10 @@ import pytest
 import typer
 import yaml
 
-from drake_quad.cli import app
-from drake_quad.scenario import load_scenario
-from drake_quad.simulation import prepare
-from drake_quad.sweep.study import load_study
+from drake_quad.cli.main import app
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.prepare import prepare
+from drake_quad.sweep.study_loading import load_study
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])

@@ -33,21 +33,19 @@ from hypothesis import strategies as st
 from rich.console import Console
 from synthetic_robot import Quadruped
 
+from drake_quad.cli.studies import print_sweep
 from drake_quad.errors import LONGEST_PATH, InputError, PlanningError
-from drake_quad.inspect_report import describe_robot, print_robot
-from drake_quad.robot.importing import import_robot
-from drake_quad.robot.importing.read_overrides import read_overrides
-from drake_quad.robot.load_robot import load_robot
-from drake_quad.scenario import parse_scenario
-from drake_quad.sweep.base import Base
+from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
+from drake_quad.robot.importer import pipeline as import_robot
+from drake_quad.robot.importer.overrides import read_overrides
+from drake_quad.robot.loader import load_robot
+from drake_quad.scenario.load import parse_scenario
 from drake_quad.sweep.compare import compare_sweeps
-from drake_quad.sweep.crew import carry_out
-from drake_quad.sweep.page import write_report
-from drake_quad.sweep.printing import print_sweep
-from drake_quad.sweep.section import write_section
-from drake_quad.sweep.study import load_study, parse_study
-from drake_quad.sweep.study_config import Limits, Study
-from drake_quad.sweep.sweep import sweep
+from drake_quad.sweep.executors import carry_out
+from drake_quad.sweep.report import write_report, write_section
+from drake_quad.sweep.run import run_study
+from drake_quad.sweep.study import Base, Limits, Study
+from drake_quad.sweep.study_loading import load_study, parse_study
 from drake_quad.sweep.trials import Trial, count_trials, make_trials
 
 LONGEST = 240.0  # [s] that a case may take before it counts as a hang; kernels compile once
@@ -125,7 +123,7 @@ def _read_robot(case: Case, folder: Path) -> None:
 def _sweep(study: Study, base: Base, folder: Path) -> None:
     """The study's first trials, made up: its tables, its report, and what is printed of it."""
     out = folder / "swept"
-    told = sweep(study, base, out, rig.at_once, limit=4, work=rig.some_fell)
+    told = run_study(study, base, out, rig.at_once, limit=4, work=rig.some_fell)
     write_report(study, told, out)
     write_section(folder / "page.md", told, "drake-quad sweep study.yaml", "study")
     print_sweep(told, out, Console(file=io.StringIO()))
@@ -133,7 +131,8 @@ def _sweep(study: Study, base: Base, folder: Path) -> None:
 
 
 def _run(text: str, folder: Path, overrides: tuple[str, ...], *, physics: bool) -> str:
-    from drake_quad.simulation import run, write_files
+    from drake_quad.runs.result import write_files
+    from drake_quad.simulation.run import run
 
     scenario = parse_scenario(text, source="mine.yaml", base=folder, overrides=overrides)
     length = sum((e.length or 0.0) + (e.count or 0) * (e.run or 0.0) for e in scenario.course)

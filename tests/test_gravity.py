@@ -2,7 +2,7 @@
 
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_quad.gait.gravity import GRAVITY
+from drake_quad.common import GRAVITY
 
 
 def test_plans_weigh_what_the_plant_does() -> None:

@@ -11,9 +11,9 @@ import numba
 import platformdirs
 import pytest
 
-from drake_quad import cache_directory as places
-from drake_quad import kernel_cache
-from drake_quad.kernel_cache import KernelCache, kernel_directory
+from drake_quad import jit as kernel_cache
+from drake_quad.jit import KernelCache, kernel_directory
+from drake_quad.util import cache_directory as places
 
 
 def triple(x: float) -> float:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import drake_quad
-from drake_quad.compiled import compiled, copy_matrix, copy_stack, copy_vector
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
+from drake_quad.jit import compiled, copy_matrix, copy_stack, copy_vector
 
 PACKAGE = Path(drake_quad.__file__).parent
 

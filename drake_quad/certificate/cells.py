@@ -1,14 +1,162 @@
-"""Cells: stretches of a plan's pieces, with their polynomials about the middle of each."""
+"""Cuts a plan into polynomial pieces, and these into cells of time.
 
+A piece ends at every knot of the body's spline and of the feet's rolling, every lift-off, touchdown
+and apex, and every end of a segment.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from drake_quad.certificate.enclosure import UNIT, Enclosure
-from drake_quad.certificate.pieces import IntArray, Pieces
-from drake_quad.certificate.polynomials import compose
-from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.certificate.enclosure import UNIT, Enclosure, compose
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.planning.contact_plan import FootRoll, Step
+from drake_quad.planning.motion_plan import MotionPlan
+
+# ------------------------------------------------------------------------------------------------
+# A mission's plan cut into pieces of time on which everything that moves is a polynomial.
+# ------------------------------------------------------------------------------------------------
+
+
+IntArray = NDArray[np.int_]
+
+BODY, FOOT = 4, 6  # coefficients of the body's cubics and of the swing foot's quintics
+SLIVER = 1e-7  # [s]; a knot this near to a switch is no piece of its own: the spline is C2 there
+_QUINTIC = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+_SPLINE = np.array(
+    [[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]
+) / 6.0  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """P pieces in time order, of all tasks; polynomials in w, which runs from 0 to 1 in a piece.
+
+    Attributes:
+        start: Begin of each in its task's time (P,) [s].
+        end: End of each (P,) [s].
+        task: Index of its task (P,).
+        segment: Index of its segment, counted through all tasks (P,).
+        phase: Index of its contact phase, counted through all tasks (P,).
+        body: Coefficients of x, y, z, pitch, yaw (P, 5, BODY).
+        swing: Row of the swing leg, -1 for none (P,).
+        foot: Coefficients of the swing foot's x, y, z (P, 3, FOOT); 0 where nobody swings.
+        feet: Where each foot stands as the piece begins, or stood last (P, 4, 3) [m] in W.
+        roll: How far each rolls on in the piece, evenly (P, 4, 2) [m]; of the swing foot in `foot`.
+        standing: Who stands (P, 4).
+        landing: Where the swing foot comes down (P, 3); `feet` of FL where nobody swings.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    task: IntArray
+    segment: IntArray
+    phase: IntArray
+    body: FloatArray
+    swing: IntArray
+    foot: FloatArray
+    feet: FloatArray
+    roll: FloatArray
+    standing: BoolArray
+    landing: FloatArray
+
+
+def cut_pieces(plans: Sequence[MotionPlan]) -> Pieces:
+    """Cuts the plans of a mission's tasks into pieces."""
+    rows: list[tuple[object, ...]] = []
+    segments = phases = 0
+    for task, plan in enumerate(plans):
+        ends, roll = [s.end for s in plan.segments], plan.contacts.roll
+        for phase in plan.contacts.phases:
+            step = phase.step
+            cuts = [phase.start, phase.end]
+            if step is not None:
+                cuts.append(step.lift_off + step.swing.apex_time)
+            inner = [*ends] if roll is None else [*ends, *roll.times]
+            cuts += [t for t in inner if phase.start + SLIVER < t < phase.end - SLIVER]
+            cuts = _with_knots(cuts, plan.body.knot)
+            for a, b in pairwise(cuts):
+                begin, on = _roll(roll, a, b)
+                feet = np.array(phase.feet)
+                feet[:, :2] += begin
+                foot = np.zeros((3, FOOT)) if step is None else _foot(step, a, b)
+                if step is not None:
+                    foot[:2, 0] += begin[step.leg.row]
+                    foot[:2, 1] += on[step.leg.row]
+                segment = segments + min(int(np.searchsorted(ends, 0.5 * (a + b))), len(ends) - 1)
+                rows.append(
+                    (
+                        a, b, task, segment, phases,
+                        _body(plan, a, b),
+                        -1 if step is None else step.leg.row,
+                        foot,
+                        feet,
+                        on,
+                        phase.standing,
+                        feet[0] if step is None else step.swing.p_end,
+                    )
+                )  # fmt: skip
+            phases += 1
+        segments += len(plan.segments)
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return Pieces(*columns)
+
+
+def _roll(roll: FootRoll | None, a: float, b: float) -> tuple[FloatArray, FloatArray]:
+    """How far the feet have rolled at a, and roll on until b, (4, 2) each [m]."""
+    if roll is None:
+        return np.zeros((4, 2)), np.zeros((4, 2))
+    begin, end = roll.at(np.array([a, b]))
+    return begin, end - begin
+
+
+def _with_knots(cuts: list[float], knot: float) -> list[float]:
+    """The cuts in order, and the knots between them; of what is a sliver apart, the first."""
+    ends = [min(cuts), max(cuts)]
+    first, last = int(np.ceil(ends[0] / knot)), int(np.floor(ends[1] / knot))
+    found = np.array(ends)
+    for more in (np.array(cuts), np.arange(first, last + 1) * knot):
+        apart = np.abs(more[:, None] - found).min(axis=1) > SLIVER
+        found = np.sort(np.concatenate([found, more[apart]]))
+        found = found[np.append(True, np.diff(found) > SLIVER)]
+    return [*found.tolist()[:-1], ends[1]]
+
+
+def _body(plan: MotionPlan, a: float, b: float) -> FloatArray:
+    """The body's five cubics on [a, b], which no knot divides (5, BODY)."""
+    knot, control = plan.body.knot, plan.body.control
+    i = min(max(int(0.5 * (a + b) / knot), 0), len(control) - 4)
+    powers = (_SPLINE @ control[i : i + 4]).T
+    return compose(powers, a / knot - i, (b - a) / knot)
+
+
+def _foot(step: Step, a: float, b: float) -> FloatArray:
+    """The swing foot's three quintics on [a, b], which the apex does not divide (3, FOOT)."""
+    swing = step.swing
+    along = compose(_QUINTIC, (a - step.lift_off) / swing.duration, (b - a) / swing.duration)
+    foot = (swing.p_end - swing.p_start)[:, None] * along
+    foot[:, 0] += swing.p_start
+    base, rise, begin, lasts = (
+        swing.p_start[2],
+        swing.apex_z - swing.p_start[2],
+        0.0,
+        swing.apex_time,
+    )
+    if 0.5 * (a + b) > step.lift_off + swing.apex_time:
+        base, rise = swing.apex_z, swing.p_end[2] - swing.apex_z
+        begin, lasts = swing.apex_time, swing.duration - swing.apex_time
+    foot[2] = rise * compose(_QUINTIC, (a - step.lift_off - begin) / lasts, (b - a) / lasts)
+    foot[2, 0] += base
+    return foot
+
+
+# ------------------------------------------------------------------------------------------------
+# Cells: stretches of a plan's pieces, with their polynomials about the middle of each.
+# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,20 +1,170 @@
-"""Certifies a mission's plan: bounds that hold at every time, or the first time that they fail."""
+"""Certifies a plan for every time, and writes what was proved to certificate.json.
 
+The file is one JSON object: what is claimed, of which robot, plan and course, and the partition of
+time with a witness of the forces. docs/certificates.md tells each field. Its hash is the SHA-256 of
+the object without it, as JSON with sorted keys and without spaces.
+"""
+
+import hashlib
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drake_quad.certificate.cell_bounds import pose_problem
-from drake_quad.certificate.chain import Shank
+import numpy as np
+
+from drake_quad.certificate.bounds import Proof, make_demand, pose_problem, prove
+from drake_quad.certificate.cells import Pieces, cut_pieces
+from drake_quad.certificate.clearance import find_obstacles
+from drake_quad.certificate.continuity import Joins, check_joins
 from drake_quad.certificate.failure import Failure, first_failure
-from drake_quad.certificate.joins import Joins, check_joins
-from drake_quad.certificate.obstacles import find_obstacles
-from drake_quad.certificate.pieces import cut_pieces
-from drake_quad.certificate.prove import Proof, make_demand, prove
-from drake_quad.certificate.record import make_record
+from drake_quad.certificate.kinematics import Shank
+from drake_quad.common import FloatArray
+from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.terrain_box import Box
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.boxes import Box
+
+# ------------------------------------------------------------------------------------------------
+# certificate.json: a certificate that holds all it takes to check it again.
+# ------------------------------------------------------------------------------------------------
+
+
+FORMAT = "drake_quad certificate"
+VERSION = 2
+CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room")
+
+
+def make_record(
+    robot: RobotModel,
+    shank: Shank,
+    plans: Sequence[MotionPlan],
+    boxes: Sequence[Box],
+    pieces: Pieces,
+    proof: Proof,
+) -> dict[str, Any]:
+    """The certificate of a proven plan, as plain values.
+
+    Args:
+        robot: The robot.
+        shank: Its shanks.
+        plans: The mission's tasks.
+        boxes: The course.
+        pieces: The plan as it was proven.
+        proof: The proof.
+    """
+    record = {
+        "format": FORMAT,
+        "version": VERSION,
+        "demanded": dict(zip(CLAIMS, proof.demand.tolist(), strict=False)),
+        "claimed": dict(zip(CLAIMS, proof.claims.min(axis=0).tolist(), strict=True)),
+        "robot": _robot(robot, shank),
+        "course": [_box(box) for box in boxes],
+        "tasks": _tasks(plans, pieces, proof),
+    }
+    return {**record, "sha256": digest(record)}
+
+
+def digest(record: dict[str, Any]) -> str:
+    """The hash of a certificate's content; its own hash, if it has one, is left out."""
+    content = {k: v for k, v in record.items() if k != "sha256"}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _robot(robot: RobotModel, shank: Shank) -> dict[str, Any]:
+    """The robot's numbers that the claims depend on, in the legs' order FL, FR, RL, RR."""
+    g = robot.geometry
+    return {
+        "name": robot.name,
+        "trunk": robot.trunk,
+        "joints": list(robot.joint_names),
+        "hips": _plain(g.p_BH),
+        "offsets": _plain(g.offset),
+        "raised": _plain(g.raised),
+        "thighs": _plain(g.thigh),
+        "shanks": _plain(g.shank),
+        "knee_signs": _plain(g.knee_sign),
+        "q_lower": _plain(robot.q_lower),
+        "q_upper": _plain(robot.q_upper),
+        "efforts": _plain(robot.effort),
+        "trunk_mass": float(robot.trunk_mass),
+        "trunk_com": _plain(robot.trunk_com),
+        "link_masses": _plain(robot.link_mass),
+        "link_coms": _plain(robot.link_com),
+        "foot_radius": float(robot.foot_radius),
+        "shank_places": _plain(shank.along),
+        "shank_ahead": _plain(shank.ahead),
+        "shank_radii": _plain(shank.radii),
+    }
+
+
+def _box(box: Box) -> dict[str, Any]:
+    return {
+        "name": box.name,
+        "centre": _plain(box.centre),
+        "size": _plain(box.size),
+        "yaw": float(box.yaw),
+        "pitch": float(box.pitch),
+    }
+
+
+def _tasks(plans: Sequence[MotionPlan], pieces: Pieces, proof: Proof) -> list[dict[str, Any]]:
+    """Every task: its motion, its segments with what is claimed of each, its partition of time."""
+    cells = proof.cells
+    owner, tasks, segment = pieces.task[cells.piece], [], 0
+    ends = cells.middle + cells.half
+    for index, plan in enumerate(plans):
+        mine = owner == index
+        segments = []
+        for s in plan.segments:
+            claims = dict(zip(CLAIMS, proof.claims[segment].tolist(), strict=True))
+            segments.append(
+                {"name": s.name, "kind": s.kind, "start": s.start, "end": s.end, **claims}
+            )
+            segment += 1
+        tasks.append(
+            {
+                "duration": float(plan.duration),
+                "knot": float(plan.body.knot),
+                "control": _plain(plan.body.control),
+                "feet": _plain(plan.contacts.feet),
+                "roll": _roll(plan),
+                "steps": [
+                    {
+                        "leg": int(step.leg),
+                        "lift_off": float(step.lift_off),
+                        "touchdown": float(step.touchdown),
+                        "from": _plain(step.swing.p_start),
+                        "to": _plain(step.swing.p_end),
+                        "lasts": float(step.swing.duration),
+                        "apex_time": float(step.swing.apex_time),
+                        "apex_z": float(step.swing.apex_z),
+                    }
+                    for step in plan.contacts.steps
+                ],
+                "segments": segments,
+                "partition": [0.0, *ends[mine][:-1].tolist(), float(plan.duration)],
+                "shares": _plain(proof.bounds.witness[mine]),
+            }
+        )
+    return tasks
+
+
+def _roll(plan: MotionPlan) -> dict[str, Any]:
+    """How far the feet have rolled from where they were set down, linear between its times."""
+    roll = plan.contacts.roll or FootRoll(np.array([0.0, plan.duration]), np.zeros((2, 4, 2)))
+    return {"times": _plain(roll.times), "offset": _plain(roll.offset)}
+
+
+def _plain(values: FloatArray) -> Any:
+    """Nested lists of floats, -0 as 0."""
+    return (np.asarray(values, dtype=float) + 0.0).tolist()
+
+
+# ------------------------------------------------------------------------------------------------
+# Certifies a mission's plan: bounds that hold at every time, or the first time that they fail.
+# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Numbers that depend on time, enclosed over stretches of time: mean value forms, vectorised.
+"""Rigorous mean-value enclosures of smooth functions, and Bernstein bounds of polynomials.
 
 An `Enclosure` says of a function g on stretches [m - h, m + h] of time, for every stretch at once:
 
@@ -14,10 +14,16 @@ operation adds what its own rounding can do, `UNIT` times its terms.
 """
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
+
+# ------------------------------------------------------------------------------------------------
+# Numbers that depend on time, enclosed over stretches of time: mean value forms, vectorised.
+# ------------------------------------------------------------------------------------------------
+
 
 UNIT = 2.0**-50  # eight rounding errors of a double: libm's sine and its like are good to one
 _GROW = 1.0 + 2.0**-44  # covers the rounding of the radii's own arithmetic
@@ -240,3 +246,37 @@ def _meet(
     return Enclosure(
         centre, error, np.fmin(radius + pad, by_mean_value) * _GROW, rate, rate_radius, half
     )
+
+
+# ------------------------------------------------------------------------------------------------
+# Polynomials on stretches of time: as coefficients of powers, last axis, lowest first.
+# ------------------------------------------------------------------------------------------------
+
+
+def compose(powers: FloatArray, at: FloatArray | float, scale: FloatArray | float) -> FloatArray:
+    """Coefficients (..., n) of p(at + scale w) in w, of those (..., n) of p; by Horner's rule.
+
+    `at` and `scale` broadcast against the leading axes of `powers`.
+    """
+    result = np.array(
+        np.broadcast_to(powers, np.broadcast_shapes(powers.shape, (*np.shape(at), 1)))
+    )
+    n = powers.shape[-1]
+    for k in range(n - 1):
+        for j in range(n - 2, k - 1, -1):
+            result[..., j] += at * result[..., j + 1]
+    return np.asarray(result * np.asarray(scale)[..., None] ** np.arange(n))
+
+
+def bernstein(degree: int) -> FloatArray:
+    """What makes coefficients of powers of tau on [-1, 1] into Bernstein ones (n, n)."""
+    n = degree + 1
+    to_unit = np.zeros((n, n))  # tau = 2 w - 1
+    for k in range(n):
+        for j in range(k + 1):
+            to_unit[j, k] = comb(k, j) * 2.0**j * (-1.0) ** (k - j)
+    to_bernstein = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            to_bernstein[i, j] = comb(i, j) / comb(degree, j)
+    return np.asarray(to_bernstein @ to_unit)

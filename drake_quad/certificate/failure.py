@@ -4,22 +4,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.cell_bounds import (
+from drake_quad.certificate.bounds import (
     FOOT,
     GROUND,
     JOINTS,
     MARGIN,
     REACH,
+    ROUNDING,
     SHANK,
     SHARES,
     TORQUE,
     Bounds,
     Problem,
+    Proof,
     bound_cells,
+    halves,
 )
 from drake_quad.certificate.cells import Cells, pick
-from drake_quad.certificate.prove import ROUNDING, Proof, halves
-from drake_quad.gait.legs import LEGS
+from drake_quad.robot.legs import LEGS
 
 NEAR = 1e-3  # [s] to which the time is found
 _ROUNDS = 30

@@ -4,19 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.control.base_task import BaseGains
-from drake_quad.control.carried import Learning
-from drake_quad.control.force_qp import Weights
+from drake_quad.common import GRAVITY
+from drake_quad.control.base_tracking import BaseGains, longest_legs
 from drake_quad.control.joint_targets import Softness
-from drake_quad.control.measured import places_of
-from drake_quad.control.pace import Pace
-from drake_quad.control.reach import longest_legs
-from drake_quad.control.records import ROBOT, Records, record_type
+from drake_quad.control.kernel_state import ROBOT, Pace, Records, record_type
+from drake_quad.control.measurement import places_of
+from drake_quad.control.payload_observer import Learning
 from drake_quad.control.settings import ControlSettings
-from drake_quad.gait.gravity import GRAVITY
-from drake_quad.robot.leg_scalar import leg_array
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout
+from drake_quad.control.whole_body_qp import Weights
+from drake_quad.robot.kinematics import leg_array
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
 
 # Of a large error only so much is asked for at once: more than the feet can give makes the program
 # trade the robot's uprightness for it.

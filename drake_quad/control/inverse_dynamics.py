@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.compiled import compiled
-from drake_quad.control.feet import Feet, IntArray
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
+from drake_quad.control.measurement import Feet, IntArray
+from drake_quad.jit import compiled
 
 SINGULAR = 1e-5  # [m^3] determinant of a leg's Jacobian below which it counts as just that
 

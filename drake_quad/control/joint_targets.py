@@ -4,16 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.compiled import compiled
-from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.leg_scalar import (
-    Matrix,
-    Vector,
-    foot_and_jacobian,
-    leg_row,
-    solve_leg,
-    solve_rates,
-)
+from drake_quad.common import FloatArray, Matrix, Vector
+from drake_quad.jit import compiled
+from drake_quad.math.rotations import solve_rates
+from drake_quad.robot.kinematics import foot_and_jacobian, leg_row, solve_leg
 
 LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
 

@@ -1,77 +1,195 @@
-"""Where the feet are to be now; `joint_targets.py` has the joints that put them there."""
+"""A tick's two ends: from plan and state to what base and feet are to do, and to the commands."""
+
+from math import atan2
 
 import numpy as np
 
-from drake_quad.compiled import compiled
-from drake_quad.control.foot_ways import catch_foot, higher_beside, stand_foot, swing_foot
-from drake_quad.control.memory import DEPTH, HEIGHT, HOLD, LANDED
-from drake_quad.control.pace import Pace
-from drake_quad.gait.legs import BoolArray, FloatArray
+from drake_quad.common import FloatArray
+from drake_quad.control.base_tracking import (
+    base_target,
+    height_over,
+    next_body_rate,
+    next_lower,
+    pendulum_rate,
+    shortage,
+)
+from drake_quad.control.contact_load import caught_load, correct_load, foot_load
+from drake_quad.control.foot_targets import place_feet
+from drake_quad.control.joint_targets import joint_targets, soften
+from drake_quad.control.kernel_state import (
+    BODY_RATE,
+    DEPTH,
+    HEIGHT,
+    LANDED,
+    LEAD,
+    LOWER,
+    REGAINED,
+    Records,
+)
+from drake_quad.control.measurement import measure_into
+from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
+from drake_quad.jit import compiled, copy_matrix, copy_vector
+from drake_quad.math.bspline import sample_body
+from drake_quad.planning.motion_plan import sample_feet
+
+# Numba has these as plain numbers.
+TASK, TIME, RATE, MODE, REVISION = (
+    int(p)
+    for p in (
+        GaitPhase.TASK,
+        GaitPhase.TIME,
+        GaitPhase.RATE,
+        GaitPhase.MODE,
+        GaitPhase.REVISION,
+    )
+)
+LEG, RUN, REPLAN = int(Catch.LEG), int(Mode.RUN), int(Mode.REPLAN)
+COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY, PLACE_ERROR = (int(b) for b in Balance)
 
 
 @compiled
-def place_feet(
-    planned: FloatArray,
-    planned_velocity: FloatArray,
-    planned_acceleration: FloatArray,
-    standing: BoolArray,
-    swing_phase: float,
-    rate: float,
-    feet: FloatArray,
-    bearing: FloatArray,
+def follow(
+    control_points: FloatArray,
+    knot: float,
+    phases: FloatArray,
+    duration: float,
+    task: int,
+    revision: int,
+    phase: FloatArray,
     catch: FloatArray,
-    urgent: bool,
+    bearing: FloatArray,
+    estimated: FloatArray,
+    constants: Records,
     memory: FloatArray,
-    pace: Pace,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Where the feet are to be.
-
-    A standing foot is held where it really stands. A swing starts where the foot really stood and
-    ends where it was planned to, or where it meets ground before; where there is no ground it
-    searches downwards while the clock waits. A catching foot goes where the catch says.
+    last: FloatArray,
+    work: Records,
+    ground: FloatArray,
+) -> None:
+    """What base and feet are to do now.
 
     Args:
-        planned: The plan's feet in W (4, 3) [m].
-        planned_velocity: By gait time (4, 3).
-        planned_acceleration: By gait time (4, 3).
-        standing: Who is to stand (4,).
-        swing_phase: s in [0, 1] of the swing, nan if nobody swings.
-        rate: How fast the gait clock runs.
-        feet: The feet in W as estimated (4, 3) [m].
+        control_points: Of the plan's body (n, 5), and
+        knot: their spacing [s].
+        phases: Of the plan, see `phase_table`.
+        duration: Of the plan [s].
+        task: That the plan is for.
+        revision: Of the plan.
+        phase: See GaitPhase. A clock that is at another task has the plan at its end; one that
+            waits for a plan made anew has that at its beginning.
+        catch: See Catch.
         bearing: 1 where a foot is sensed to bear (4,).
-        catch: Leg (1 to 4, 0 for none), place (3) [m], duration, elapsed time [s], lift [m].
-        urgent: Whether a push is being caught: then lost ground is searched for in haste.
-        memory: See MEMORY_SIZE; not changed.
-        pace: Times and speeds.
-
-    Returns:
-        Places, velocities and accelerations of the feet in W (4, 3), and the new memory.
+        estimated: [q; v].
+        constants: See CONSTANTS.
+        memory: See MEMORY_SIZE; goes on a tick.
+        last: See `measure_into`; goes on a tick.
+        work: See WORK; its measured, its target, place and velocity are the result.
+        ground: See `ground_table`.
     """
-    new = memory.copy()
-    place, velocity, acceleration = np.zeros((4, 3)), np.zeros((4, 3)), np.zeros((4, 3))
-    follow = min(pace.period / max(pace.foothold_time, pace.period), 1.0)
-    new[DEPTH] = 0.0
-    caught = int(catch[0]) - 1
-    error, count, swinging = 0.0, 0, False
+    c, found = constants[0], work[0]
+    measure_into(found.measured, estimated, last, c.places, c.legs, c.radius, ground)
+    t = phase[TIME] if int(phase[TASK]) == task else duration
+    rate, running = phase[RATE], int(phase[MODE]) == RUN
+    if int(phase[MODE]) == REPLAN and int(phase[REVISION]) == revision:
+        t = 0.0
+    feet, velocity, acceleration, standing, swing_phase = sample_feet(phases, t)
+    if not running:
+        for k in range(4):
+            standing[k] = k + 1 != int(catch[LEG])
+    place, velocity, acceleration, new = place_feet(
+        feet, velocity, acceleration, standing, swing_phase, rate, found.measured.feet.place,
+        bearing, catch, not running, memory, c.pace,
+    )  # fmt: skip
+    copy_vector(memory, new)
+    if running:
+        load = foot_load(phases, t, c.unload_time)
+        correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
+    else:
+        load = caught_load(standing, bearing)
+    if t <= 1.5 * c.pace.period:  # plans begin at rest
+        memory[LEAD], memory[BODY_RATE] = 0.0, rate
+    pendulum = pendulum_rate(height_over(found.measured.p[2], found.measured.feet.place))
+    memory[BODY_RATE], memory[LEAD], change = next_body_rate(
+        memory[BODY_RATE], memory[LEAD], rate, pendulum, c.pace.period
+    )
+    target = base_target(
+        sample_body(control_points, knot, t + memory[LEAD]),
+        memory[BODY_RATE],
+        change,
+        new[HEIGHT],
+        acceleration,
+        load,
+    )
+    reaching = np.empty(4, dtype=np.bool_)
     for k in range(4):
-        if k == caught:
-            swinging = True
-            catch_foot(k, catch, feet, new, place, velocity, pace)
-        elif not standing[k] and not urgent and not np.isnan(swing_phase):
-            swinging = True
-            more = higher_beside(k, planned, standing, memory, new[HEIGHT])
-            swing_foot(
-                k, planned, planned_velocity, planned_acceleration, swing_phase, rate, feet,
-                bearing, memory[DEPTH], more, new, place, velocity, acceleration, pace,
-            )  # fmt: skip
-        else:
-            stand_foot(k, planned, feet, bearing, urgent, follow, new, place, pace)
-            if bearing[k] > 0.5:
-                error += new[HOLD + 3 * k + 2] - planned[k, 2]
-                count += 1
-    if not swinging:
-        new[LANDED] = 0.0
-    if count > 0:
-        blend = min(pace.period / max(pace.height_time, pace.period), 1.0)
-        new[HEIGHT] += blend * (error / count - new[HEIGHT])
-    return place, velocity, acceleration, new
+        reaching[k] = running and (bearing[k] > 0.5 if standing[k] else new[DEPTH] > 0.0)
+    short = shortage(c.legs, c.longest, place, reaching, target.body[:3], target.R)
+    memory[LOWER] = next_lower(memory[LOWER], short, c.pace)
+    target.body[2] -= memory[LOWER]
+    into = found.target
+    copy_vector(into.body, target.body)
+    copy_matrix(into.R, target.R)
+    copy_vector(into.v, target.v)
+    copy_vector(into.w, target.w)
+    copy_vector(into.acceleration, target.acceleration)
+    copy_vector(into.load, load)
+    copy_matrix(into.feet_acceleration, acceleration)
+    copy_matrix(found.place, place)
+    copy_matrix(found.velocity, velocity)
+    copy_vector(found.soft, load)
+    # A foot that lost the ground is to touch it again, not to thrust itself off.
+    for k in range(4):
+        if standing[k] and (not running or bearing[k] < 0.5):
+            found.soft[k] = 1.0
+
+
+@compiled
+def command(
+    torque: FloatArray,
+    com: FloatArray,
+    constants: Records,
+    work: Records,
+    joints: FloatArray,
+    torques: FloatArray,
+    body: FloatArray,
+    feet: FloatArray,
+    balance: FloatArray,
+) -> None:
+    """The commands to the drives, within their limits, and what the gait clock needs to know.
+
+    Args:
+        torque: To feed forward (12,), leg by leg [Nm].
+        com: The model's centre of mass in W (3,) [m].
+        constants: See CONSTANTS.
+        work: See WORK.
+        joints: Result: angles [rad], then speeds [rad/s] (24,), in the actuators' order.
+        torques: Result (12,) in the actuators' order [Nm].
+        body: Result: x, y, z, pitch, yaw desired (5,).
+        feet: Result: their centres desired in W (12,) [m].
+        balance: Result: see Balance.
+    """
+    c, found = constants[0], work[0]
+    m, t = found.measured, found.target
+    q, qd = joint_targets(
+        c.legs, found.place, found.velocity, t.load, m.p, m.R, t.body[:3], t.R, t.v, t.w,
+        c.q_lower, c.q_upper,
+    )  # fmt: skip
+    if c.softness.share < 1.0:
+        q, qd = soften(q, qd, m.q, m.qd, found.soft, c.softness)
+    for i in range(12):
+        j = c.order[i]
+        joints[i] = min(max(q[j], c.q_lower[j]), c.q_upper[j])
+        joints[12 + i] = min(max(qd[j], -c.speed[j]), c.speed[j])
+        torques[i] = min(max(torque[j], -c.effort[j]), c.effort[j])
+    copy_vector(body, t.body)
+    for k in range(4):
+        for i in range(3):
+            feet[3 * k + i] = found.place[k, i]
+            balance[FEET + 3 * k + i] = m.feet.place[k, i]
+    for i in range(3):
+        balance[COM + i], balance[BODY + i] = com[i], m.p[i]
+    for i in range(2):
+        balance[COM + i] += found.com_shift[i]
+        balance[ACCELERATION + i] = t.acceleration[3 + i]
+        balance[VELOCITY_ERROR + i] = m.v[i] - t.v[i]
+        balance[PLACE_ERROR + i] = m.p[i] - t.body[i]
+    balance[BODY + 3] = atan2(m.R[1, 0], m.R[0, 0])

@@ -1,7 +1,7 @@
 """What the contacts of one instant come to, foot by foot."""
 
-from drake_quad.compiled import compiled
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
+from drake_quad.jit import compiled
 
 # Columns of the sums, a row a foot: force in W (3) [N]; normal force times place in W (3) [N m];
 # normal force [N]; the greatest slip [m/s]. The last row is for all that is no foot: how many

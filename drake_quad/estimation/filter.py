@@ -1,29 +1,99 @@
-"""One tick of the contact-aided invariant filter: what a robot's sensors say becomes its state."""
+"""One update of the contact-aided invariant extended Kalman filter, and what it puts out.
+
+The specific force shows the tilt no better than the accelerometer's bias lets it; three contrasts
+of the four feet's heights show it to what the ground's own evenness is.
+"""
 
 from math import atan2, isfinite, sqrt
 
 import numpy as np
 
-from drake_quad.compiled import compiled, copy_matrix, copy_vector
-from drake_quad.estimation.correct import correct
-from drake_quad.estimation.feet import feet_in_body, let_go, roll, track_contacts
-from drake_quad.estimation.level import level_start
-from drake_quad.estimation.memory import (
+from drake_quad.common import FloatArray
+from drake_quad.estimation.correction import (
+    correct,
+    feet_in_body,
+    let_go,
+    retract,
+    roll,
+    track_contacts,
+)
+from drake_quad.estimation.filter_state import (
     ACCEL_BIAS,
     ANGLES,
     COVARIANCE,
+    E_FEET,
+    E_POSITION,
     E_ROTATION,
     E_VELOCITY,
     ERRORS,
+    FEET,
+    FIRM,
     GYRO_BIAS,
+    LEVELLED,
+    POSITION,
+    RATE,
     ROTATION,
     SLIP,
     STARTED,
+    VELOCITY,
 )
-from drake_quad.estimation.predict import predict
-from drake_quad.estimation.rotation import multiply, rotation_exp
-from drake_quad.estimation.settings import LOST_VELOCITY, SHOCK
-from drake_quad.gait.legs import FloatArray
+from drake_quad.estimation.prediction import predict
+from drake_quad.estimation.settings import GATE, LEVEL_START, LOST_VELOCITY, SHOCK
+from drake_quad.jit import compiled, copy_matrix, copy_vector
+from drake_quad.math.rotations import multiply, rotation_exp, write_quaternion
+
+# ------------------------------------------------------------------------------------------------
+# A robot that is known to start on level ground: its feet's heights show how it is tilted.
+# ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def level_start(m: FloatArray, s: FloatArray) -> None:
+    """Once, when all four feet are firm for the first time: they stand at one height.
+
+    In right-invariant errors a foot's height is off by ξ_z + θ_x y - θ_y x.
+    """
+    if s[LEVEL_START] <= 0.0 or m[LEVELLED] > 0.5:
+        return
+    if m[FIRM] + m[FIRM + 1] + m[FIRM + 2] + m[FIRM + 3] < 3.5:
+        return
+    m[LEVELLED] = 1.0
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    noise = s[LEVEL_START] ** 2
+    sign, h, column, delta = np.empty(4), np.empty(ERRORS), np.empty(ERRORS), np.empty(ERRORS)
+    # Orthonormal contrasts, so that their noises are independent: front, left, and diagonal.
+    for contrast in range(3):
+        for k in range(4):
+            front, left = (0.5 if k < 2 else -0.5), (1.0 if k % 2 == 0 else -1.0)
+            sign[k] = front if contrast == 0 else 0.5 * left if contrast == 1 else front * left
+        h[:] = 0.0
+        y = 0.0
+        for k in range(4):
+            d = FEET + 3 * k
+            y += sign[k] * m[d + 2]
+            h[0] += sign[k] * m[d + 1]
+            h[1] -= sign[k] * m[d]
+            h[E_FEET + 3 * k + 2] = sign[k]
+        S = noise
+        for a in range(ERRORS):
+            column[a] = 0.0
+            for b in range(ERRORS):
+                column[a] += P[a, b] * h[b]
+        for a in range(ERRORS):
+            S += h[a] * column[a]
+        if y * y / S > s[GATE]:
+            continue  # not level after all
+        for a in range(ERRORS):
+            delta[a] = column[a] * y / S
+            for b in range(ERRORS):
+                P[a, b] -= column[a] * column[b] / S
+        retract(m, delta)
+
+
+# ------------------------------------------------------------------------------------------------
+# One tick of the contact-aided invariant filter: what a robot's sensors say becomes its state.
+# ------------------------------------------------------------------------------------------------
+
 
 # Beyond these a reading is a fault, not a motion; the filter's own numbers stay far from overflow.
 RATE_LIMIT, FORCE_LIMIT, ANGLE_LIMIT, SPEED_LIMIT = 100.0, 5000.0, 100.0, 1000.0
@@ -115,3 +185,114 @@ def start(m: FloatArray, imu: FloatArray, joints: FloatArray) -> None:
         copy_matrix(R, multiply(rotation_exp(0.0, 0.0, yaw), level))
     copy_vector(m[ANGLES : ANGLES + 12], joints[:12])
     m[STARTED] = 1.0
+
+
+# ------------------------------------------------------------------------------------------------
+# What the filter tells others: the state in a layout's order, and how sure it is of it.
+# ------------------------------------------------------------------------------------------------
+
+
+IntArray = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+
+
+@compiled
+def write_state(
+    m: FloatArray, joints: FloatArray, places: IntArray, q_base: int, v_base: int, x: FloatArray
+) -> None:
+    """Writes [q; v] to `x`; joint readings that are not sound leave theirs as they were.
+
+    Args:
+        m: The memory.
+        joints: (24,) angles [rad], then speeds [rad/s], leg by leg.
+        places: (24,) where those are in the state.
+        q_base: Where the base's quaternion is, its position after it.
+        v_base: Where the base's angular velocity is, its velocity after it.
+        x: Result.
+    """
+    write_quaternion(m[ROTATION : ROTATION + 9].reshape(3, 3), x[q_base : q_base + 4])
+    for i in range(3):
+        x[q_base + 4 + i] = m[POSITION + i]
+        x[v_base + i] = m[RATE + i]
+        x[v_base + 3 + i] = m[VELOCITY + i]
+    if sound(joints, ANGLE_LIMIT, SPEED_LIMIT):
+        for i in range(24):
+            x[places[i]] = joints[i]
+
+
+@compiled
+def write_deviation(m: FloatArray, out: FloatArray) -> None:
+    """Writes deviations (9,) of orientation [rad], velocity [m/s] and position [m], axes of W.
+
+    The filter's errors of velocity and position are invariant ones, which a turn about W's origin
+    is part of; here they are those of the vectors themselves: δx = ξ_x - x × ξ_R.
+    """
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    for i in range(3):
+        out[i] = sqrt(max(P[i, i], 0.0))
+    row = np.empty(3)
+    for block in range(2):
+        at, error = (VELOCITY, E_VELOCITY) if block == 0 else (POSITION, E_POSITION)
+        x, y, z = m[at], m[at + 1], m[at + 2]
+        for i in range(3):
+            row[0], row[1], row[2] = (
+                (0.0, z, -y) if i == 0 else (-z, 0.0, x) if i == 1 else (y, -x, 0.0)
+            )
+            n = error + i
+            total = P[n, n]
+            for a in range(3):
+                total += 2.0 * row[a] * P[a, n]
+                for b in range(3):
+                    total += row[a] * row[b] * P[a, b]
+            out[error + i] = sqrt(max(total, 0.0))
+
+
+# ------------------------------------------------------------------------------------------------
+# A whole tick of the filter with its outputs, in one call.
+# ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def run_filter(
+    m: FloatArray,
+    imu: FloatArray,
+    joints: FloatArray,
+    contacts: FloatArray,
+    legs: FloatArray,
+    radius: float,
+    dt: float,
+    settings: FloatArray,
+    places: IntArray,
+    q_base: int,
+    v_base: int,
+    x: FloatArray,
+    deviation: FloatArray,
+    bias: FloatArray,
+    slip: FloatArray,
+    healthy: FloatArray,
+) -> None:
+    """`step`, then what it comes to.
+
+    Args:
+        m: The memory; goes on a tick.
+        imu: See `step`, as all inputs.
+        joints: See there.
+        contacts: See there.
+        legs: See there.
+        radius: See there.
+        dt: See there.
+        settings: See there.
+        places: See `write_state`, as the next two.
+        q_base: See there.
+        v_base: See there.
+        x: Result: [q; v], as it was until the filter has started.
+        deviation: Result: see `write_deviation`.
+        bias: Result (6,): of the rate [rad/s] and of the specific force [m/s^2].
+        slip: Result (4,): 1 for each foot that slipped.
+        healthy: Result (1,).
+    """
+    healthy[0] = 1.0 if step(m, imu, joints, contacts, legs, radius, dt, settings) else 0.0
+    write_deviation(m, deviation)
+    copy_vector(bias, m[GYRO_BIAS : ACCEL_BIAS + 3])
+    copy_vector(slip, m[SLIP : SLIP + 4])
+    if m[STARTED] > 0.5:
+        write_state(m, joints, places, q_base, v_base, x)

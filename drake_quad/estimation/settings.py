@@ -4,7 +4,7 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

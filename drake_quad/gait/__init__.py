@@ -1,1 +1,1 @@
-"""Floor 0: the paper's mathematics and what goes beyond it. Numpy only."""
+"""The paper's mathematics and what goes beyond it: schedules, swings, transitions."""

@@ -12,13 +12,13 @@ from math import dist, inf
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drake_quad.common import FloatArray, read_only
 from drake_quad.errors import PlanningError
-from drake_quad.gait.legs import LEGS, FloatArray, Leg, read_only
-from drake_quad.gait.support import Point, stability_margin
 from drake_quad.gait.transition_detour import best_detour, plan_sequence
-from drake_quad.gait.transition_lift import LiftRules, Places
 from drake_quad.gait.transition_search import (
     ROUNDING,
+    LiftRules,
+    Places,
     Plan,
     best_direct,
     follow,
@@ -26,6 +26,9 @@ from drake_quad.gait.transition_search import (
     sequences,
 )
 from drake_quad.gait.workspace import Workspace
+from drake_quad.math.polygon import Point
+from drake_quad.robot.legs import LEGS, Leg
+from drake_quad.stability.support_polygon import stability_margin
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,9 @@ from math import acos, asin, atan2, ceil, cos, hypot, pi, sin, sqrt, tau
 
 import numpy as np
 
-from drake_quad.gait.contact_table import spin_table, wave_table
-from drake_quad.gait.legs import SIGNS, FloatArray, read_only
+from drake_quad.common import FloatArray, read_only
+from drake_quad.gait.schedule import spin_table, wave_table
+from drake_quad.robot.legs import SIGNS
 
 _ROUNDING = 1e-9
 

@@ -1,1 +1,1 @@
-"""Floor 1: robot, course and task to a frozen MotionPlan."""
+"""Robot, course and task to a frozen MotionPlan."""

@@ -1,16 +1,249 @@
-"""The body's path over a contact plan: nominal course, sway for margin, height and pitch."""
+"""Plans the body's path by successive quadratic programs around the path so far.
+
+The program is linear in the body's place; what is not (the legs' share in the centre of mass, how
+far feet have rolled, legs' limits, regions that depend on the posture) is taken along the path so
+far, and again along the next.
+"""
+
+from dataclasses import replace
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.body_qp import BROKEN
-from drake_quad.planning.body_search import BodySearch
-from drake_quad.planning.body_spline import BodySpline
-from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.footing import Footing
-from drake_quad.planning.route import Route
-from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.common import FloatArray
+from drake_quad.math.bspline import BodySpline, greville, join_weights, knot_spacing
+from drake_quad.planning.body_constraints import (
+    LegLimits,
+    Shanks,
+    com_gain,
+    com_share,
+    find_limits,
+    region_sides,
+    tilt_arm,
+    zmp_share,
+)
+from drake_quad.planning.body_qp import (
+    BROKEN,
+    BodyFrame,
+    BodyProblem,
+    BodySolution,
+    make_frame,
+    solve_body,
+    with_sides,
+)
+from drake_quad.planning.body_reference import ROUNDING, Route, body_pitch
+from drake_quad.planning.contact_plan import SAMPLE_PERIOD, ContactPlan, sample_times, swing_times
+from drake_quad.planning.foot_rolling import roll_along
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.problem import PlanSettings
+from drake_quad.planning.stance_margin import Footing
+from drake_quad.planning.zmp import sample_zmp, shift_response
+from drake_quad.robot.model import RobotModel
+from drake_quad.stability.margins import FALLEN_TILT
+from drake_quad.stability.support_polygon import stability_margins
+
+# ------------------------------------------------------------------------------------------------
+# A body path on the way to be found: the program around the path so far, and what that is worth.
+# ------------------------------------------------------------------------------------------------
+
+
+# Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
+CALMEST_SWING = 1.2  # [s]
+LEAST_TEMPO = 0.2  # one very short swing is not to make a long plan's program large
+KNOT = 0.2  # [s]
+ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
+ROLLS = 3  # times at most that they are followed again
+ZMP_PERIOD = 0.05  # [s] of the differences that accelerations are taken from
+UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
+GUARD = 0.15  # [s] for which three feet have to do already on either side of a swing
+DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
+DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
+# Of a body whose legs are at their limits, of a leg and [rad]. It does not sink as far as it rises:
+# nobody looks here how near the trunk comes to the stairs.
+MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
+STEEPEST = FALLEN_TILT - 0.10  # [rad] in all, with what the legs ask for at their limits
+PER_SWING = 12  # moments of every swing at which legs' limits are looked at, besides
+LEAST_TILT = 0.02  # [rad] that is free all the same
+
+
+class BodySearch:
+    """A path over a contact plan, and the program that makes it better.
+
+    Attributes:
+        contacts: The contact plan; its feet roll as they do along the path.
+        control: Control points of x, y and, if legs were at their limits, of lift and tilt [m].
+        spline: The path.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        contacts: ContactPlan,
+        route: Route,
+        settings: PlanSettings,
+        footing: Footing | None,
+        rolled: FloatArray,
+    ) -> None:
+        """Begins with the route itself, on feet that have rolled so far before (4, 2) [m]."""
+        self._robot, self._route, self._settings = robot, route, settings
+        self._footing, self._arm, self._rolled = footing, tilt_arm(robot), rolled
+        self._tempo = _tempo(contacts) * (DYNAMIC_TEMPO if settings.dynamic else 1.0)
+        most = UNIFORM_KNOT if settings.uniform_body else KNOT * self._tempo
+        self._knot = knot_spacing(contacts.duration, most)
+        self._times = sample_times(contacts, SAMPLE_PERIOD * self._tempo)
+        nominal, self._yaw = route.at(greville(contacts.duration, self._knot))
+        self._limits: LegLimits | None = None
+        self._frame: BodyFrame | None = None
+        self._solution: BodySolution | None = None
+        self.contacts = contacts
+        self.follow(nominal)
+        self._response = shift_response(robot, self.spline.sample(0.0)[0], contacts.feet)
+        dynamic = settings.dynamic
+        self._gain = self._response[0] if dynamic else com_gain(robot, self.spline, contacts)
+
+    def follow(self, control: FloatArray) -> None:
+        """Takes a path of control points (n, 2) or (n, 4) [m]."""
+        self.control = control
+        self.spline = BodySpline(self._knot, self._points(control))
+        self.contacts = roll_along(
+            self._robot, self.contacts, self.spline, self._times, self._rolled
+        )
+
+    def settle_feet(self) -> None:
+        """Lets feet roll as they do along the path, with their rolling so far, until that is so.
+
+        How far a foot rolls depends a little on where it has rolled to: with large feet, and a
+        last path far from the one before, once is not enough.
+        """
+        for _ in range(ROLLS):
+            before = self.contacts.roll
+            again = roll_along(self._robot, self.contacts, self.spline, self._times, self._rolled)
+            if before is None or again.roll is None:
+                return
+            if np.abs(again.roll.offset - before.offset).max() <= ROLLED:
+                return
+            self.contacts = again
+
+    def find_limits(self) -> float:
+        """Looks where legs are beyond their limits; returns by how much in all, see LegLimits.
+
+        Also between the sampled times, in swings: what is asked for there is asked of the nearest.
+        """
+        robot, settings, lane = self._robot, self._settings, self._route.lane
+        shanks = Shanks(lane, settings.shank_room) if settings.shank_room > 0.0 else None
+        times = self._times
+        if shanks is not None:
+            times = np.union1d(times, swing_times(self.contacts, PER_SWING))
+        nearest = np.searchsorted(0.5 * (self._times[1:] + self._times[:-1]), times)
+        body = self.spline.samples(times)[:, 0]
+        _, slope = self._route.ground(body[:, :2])
+        rise = slope[:, None] * np.stack([np.cos(body[:, 4]), np.sin(body[:, 4])], axis=-1)
+        path = np.zeros((len(self._times), 4))
+        path[:, :2] = self.spline.samples(self._times)[:, 0, :2]
+        if self._frame is not None and self.control.shape[1] > 2:
+            path[:, 2:] = self._frame.basis.at(self.control)[:, 0, 2:]
+        feet, _ = self.contacts.feet_at(times)
+        found = find_limits(robot, body, feet, rise, path[nearest], shanks)
+        self._limits = None if found is None else replace(found, sample=nearest[found.sample])
+        return 0.0 if found is None else found.short
+
+    def solve(self, *, broken: float) -> FloatArray:
+        """Control points of the program's best path; rows may be broken by so much [m].
+
+        Raises:
+            PlanningError: If there is none.
+        """
+        problem = self._problem()
+        frame = make_frame(problem) if self._frame is None else with_sides(self._frame, problem)
+        if self._footing is not None:
+            body = self.spline.samples(self._times)[:, 0]
+            sides = region_sides(frame.sides, self._footing, self.contacts, self._times, body)
+            frame = replace(frame, sides=sides)
+        self._frame = frame
+        self._solution = solve_body(problem, frame=frame, start=self._solution, broken=broken)
+        return self._solution.control
+
+    def margin(self) -> float:
+        """Smallest static margin at the sampled times, or of the zero-moment point [m]."""
+        if self._settings.dynamic and not self._settings.uniform_body:
+            period = ZMP_PERIOD * self._tempo
+            return float(sample_zmp(self._robot, self.contacts, self.spline, period).margin.min())
+        feet, standing = self.contacts.feet_at(self._times)
+        body = self.spline.samples(self._times)[:, 0]
+        if self._footing is not None:
+            return float(self._footing.stances(body, feet, standing).margins().min())
+        _, _, com = pose_robot(self._robot, body, feet)
+        return float(np.min(stability_margins(com[:, :2], feet[..., :2], standing)))
+
+    def _problem(self) -> BodyProblem:
+        """The program around the path so far."""
+        settings, times, box = self._settings, self._times, self._settings.workspace
+        nominal, yaw = self._route.at(times)
+        if settings.dynamic:
+            period = ZMP_PERIOD * self._tempo
+            zmp = sample_zmp(self._robot, self.contacts, self.spline, period)
+            share = zmp_share(zmp, times, self._response)
+        else:
+            share = com_share(self._robot, self.contacts, self.spline, times, self._gain)
+        return BodyProblem(
+            contacts=self.contacts,
+            times=times,
+            nominal=nominal,
+            heading=np.stack([np.cos(yaw), np.sin(yaw)], axis=-1),
+            com_gain=self._gain,
+            com_offset=share.offset,
+            com_offset_acceleration=share.acceleration,
+            com_height=share.height,
+            reach_centres=box.centres,
+            # Wide enough for staggered feet and for the spin's, which are not staggered.
+            reach=0.5 * np.array([box.R_x, box.R_y + settings.stance_stagger]),
+            max_shift=settings.max_shift,
+            max_ahead=settings.max_ahead,
+            margin_desired=settings.margin_desired,
+            zmp_margin_desired=settings.zmp_margin,
+            static=not settings.dynamic,
+            guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
+            knot=self._knot,
+            limits=self._limits,
+            lift_range=self._lift_range(),
+        )
+
+    def _lift_range(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and most lift and tilt [m], see BodyProblem; a steep body does not tilt further."""
+        nominal, _ = self._route.at(self._times)
+        _, slope = self._route.ground(nominal)
+        pitch = body_pitch(self._settings.pitch_along_slope, slope)
+        back = min(MOST_TILT, max(STEEPEST + float(pitch.min()), LEAST_TILT))
+        ahead = min(MOST_TILT, max(STEEPEST - float(pitch.max()), LEAST_TILT))
+        arm = self._arm
+        return (-MOST_SINK * arm, MOST_LIFT * arm), (-back * arm, ahead * arm)
+
+    def _points(self, path: FloatArray) -> FloatArray:
+        """Control points of all five splines (n, 5): z and pitch follow the ground under a path."""
+        settings, route = self._settings, self._route
+        height, slope = route.ground(path[:, :2])
+        pitch = body_pitch(settings.pitch_along_slope, slope)
+        if path.shape[1] > 2:
+            height, pitch = height + path[:, 2], pitch + path[:, 3] / self._arm
+        points = np.column_stack([path[:, :2], height + settings.body_height, pitch, self._yaw])
+        points[:3], points[-3:] = points[0], points[-1]  # at rest at both ends
+        if route.start is not None:  # the task before ended there, over whatever it took for ground
+            off = route.start - points[0, :4]
+            if np.any(np.abs(off) > ROUNDING):
+                left = join_weights(self.contacts.duration, self._knot, route.joined)
+                points[:, :4] += left[:, None] * off
+        return points
+
+
+def _tempo(contacts: ContactPlan) -> float:
+    """How much finer than for the calmest swings the path has to be, at most 1."""
+    swings = [step.swing.duration for step in contacts.steps]
+    return max(LEAST_TEMPO, min(1.0, min(swings, default=CALMEST_SWING) / CALMEST_SWING))
+
+
+# ------------------------------------------------------------------------------------------------
+# The body's path over a contact plan: nominal course, sway for margin, height and pitch.
+# ------------------------------------------------------------------------------------------------
+
 
 DYNAMIC_PASSES = 3
 FEASIBLE_PASSES = 4  # where the region is that of the posture

@@ -1,4 +1,4 @@
-"""Who stands when and where: the feet's part of a motion plan."""
+"""Where the feet of a plan are at any time: steps, phases, and feet that roll."""
 
 from bisect import bisect_right
 from copy import copy
@@ -8,10 +8,39 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_quad.gait.legs import BoolArray, FloatArray, Leg, read_only
-from drake_quad.gait.support import support_order
+from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.gait.swing import Swing, swing_positions
-from drake_quad.planning.foot_roll import FootRoll
+from drake_quad.robot.legs import Leg
+from drake_quad.stability.support_polygon import support_order
+
+# ------------------------------------------------------------------------------------------------
+# How far standing feet have rolled from where they were set down, along a plan.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class FootRoll:
+    """Displacements of the feet from where they were set down.
+
+    Attributes:
+        times: (N,) [s].
+        offset: (N, 4, 2) in W [m], linear in between.
+    """
+
+    times: FloatArray
+    offset: FloatArray
+
+    def at(self, times: FloatArray) -> FloatArray:
+        """The displacements (M, 4, 2) [m] at `times` (M,) [s]."""
+        flat = self.offset.reshape(len(self.times), 8)
+        columns = [np.interp(times, self.times, flat[:, k]) for k in range(8)]
+        return np.stack(columns, axis=-1).reshape(-1, 4, 2)
+
+
+# ------------------------------------------------------------------------------------------------
+# Who stands when and where: the feet's part of a motion plan.
+# ------------------------------------------------------------------------------------------------
+
 
 SAMPLE_PERIOD = 0.1  # [s] at which plans are looked at, and the body's program has its rows
 

@@ -1,46 +1,261 @@
-"""What is to be done, as a list of tasks that follow one another from rest to rest."""
+"""Plans a whole mission on paper, each task from where the one before ends, and checks it."""
 
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
-from drake_quad.planning.settings import PlanSettings
-from drake_quad.terrain import Course
+import numpy as np
 
-END_CLEARANCE = 0.25  # [m] between the foremost foot and the end of the course
+from drake_quad.errors import PlanningError
+from drake_quad.planning.body_reference import level_pose, robot_stance
+from drake_quad.planning.contact_forces import find_overload
+from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
+from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.stance_margin import check_stance
+from drake_quad.planning.task import plan_task
+from drake_quad.planning.zmp import sample_zmp
+from drake_quad.robot.legs import LEGS
+from drake_quad.robot.model import RobotModel
+from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.terrain.course import Course
+
+CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
+TORQUE_EVERY = 4  # so many samples are looked at for torques, which change slowly
+DYNAMIC_CHECK_PERIOD = 0.01  # [s] the same where swings are quick
 
 
-@dataclass(frozen=True, kw_only=True)
-class Task:
-    """One thing to do.
+@dataclass(frozen=True, eq=False)
+class MissionPlan:
+    """The plans of all tasks.
 
     Attributes:
-        kind: `stand`, `walk` or `spin`.
-        name: For people.
-        lane: Index of the course's lane that it happens on.
-        goal: For a walk: where along the lane the body is to end [m].
-        angle: For a spin: by how much, counterclockwise positive [rad].
-        duration: For a stand [s].
+        plans: One a task.
+        starts: When each begins, if the clock never waits [s].
+        planning_time: What it took to plan them [s]; nan if that is not known.
+        dynamic: Whether they keep the zero-moment point over the feet, not the centre of mass.
     """
 
-    kind: str
-    name: str
-    lane: int
-    goal: float = 0.0
-    angle: float = 0.0
-    duration: float = 0.0
+    plans: tuple[MotionPlan, ...]
+    starts: tuple[float, ...]
+    planning_time: float
+    dynamic: bool = False
+
+    @property
+    def duration(self) -> float:
+        """When the last task ends [s]."""
+        return self.starts[-1] + self.plans[-1].duration
 
 
-def derive_mission(course: Course, settings: PlanSettings) -> tuple[Task, ...]:
-    """Walks every lane of the course to its end, and turns where the course turns."""
-    tasks = [Task(kind="stand", name="stand at the start", lane=0, duration=1.0)]
-    for index, lane in enumerate(course.lanes):
-        last = index == len(course.lanes) - 1
-        ahead = 0.5 * settings.workspace.P_x + 0.25 * settings.stride + END_CLEARANCE
-        goal = lane.length - ahead if last else lane.length
-        tasks.append(Task(kind="walk", name=f"walk {index + 1}", lane=index, goal=goal))
-        if not last:
-            turn = course.turns[index]
-            tasks.append(Task(kind="spin", name=f"spin {index + 1}", lane=index, angle=turn))
-    tasks.append(
-        Task(kind="stand", name="stand at the goal", lane=len(course.lanes) - 1, duration=1.0)
-    )
-    return tuple(tasks)
+def initial_stance(
+    robot: RobotModel, course: Course, settings: PlanSettings, *, start: float
+) -> Stance:
+    """The stance at `start` [m] along the first lane: feet at their workspaces' centres."""
+    lane = course.lanes[0]
+    stance = robot_stance(settings)
+    places = lane.point(start + stance[:, 0], stance[:, 1])
+    heights = lane.height(start + stance[:, 0])
+    feet = np.column_stack([places, heights + robot.foot_radius])
+    ground = float(np.mean(heights))
+    return Stance(level_pose(lane.point(start), lane.yaw, ground, settings), feet)
+
+
+def plan_mission(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    mission: Sequence[Task],
+    stance: Stance,
+) -> MissionPlan:
+    """Plans every task of `mission`.
+
+    Raises:
+        PlanningError: If the robot cannot stand so, or a task has no plan.
+    """
+    begun = time.perf_counter()
+    plans = tuple(plan_tasks(robot, course, settings, mission, stance))
+    taken = time.perf_counter() - begun
+    return join_plans(plans, taken, dynamic=settings.dynamic)
+
+
+def plan_tasks(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    mission: Sequence[Task],
+    stance: Stance,
+) -> Iterator[MotionPlan]:
+    """Plans task by task, each when it is asked for: whoever dislikes one need not see the rest.
+
+    Raises:
+        PlanningError: If the robot cannot stand so, or a task has no plan.
+    """
+    check_stance(robot, stance)
+    for index, task in enumerate(mission):
+        plan = plan_task(robot, course, settings, task, stance, index=index)
+        yield plan
+        stance = plan.end
+
+
+def join_plans(
+    plans: Sequence[MotionPlan], planning_time: float, *, dynamic: bool = False
+) -> MissionPlan:
+    """The mission whose tasks' plans these are; the arguments are MissionPlan's."""
+    ends = accumulate((plan.duration for plan in plans), initial=0.0)
+    return MissionPlan(tuple(plans), tuple(ends)[:-1], planning_time, dynamic=dynamic)
+
+
+def check_mission(
+    robot: RobotModel, mission: MissionPlan, *, uniform_body: bool = False
+) -> list[PlanSamples]:
+    """Checks that the robot can follow the plans: reach, joint limits and speeds, and margin.
+
+    The margin is the static one, or if the mission is `dynamic` the zero-moment point's.
+
+    Args:
+        robot: The robot.
+        mission: The plans.
+        uniform_body: Whether the body's path is the paper's, whose margin touches zero: then the
+            margin is not checked.
+
+    Returns:
+        The samples of every plan.
+
+    Raises:
+        PlanningError: With the leg, the time and by how much.
+    """
+    return [
+        check_plan(robot, plan, dynamic=mission.dynamic, uniform_body=uniform_body)
+        for plan in mission.plans
+    ]
+
+
+def check_plan(
+    robot: RobotModel, plan: MotionPlan, *, dynamic: bool, uniform_body: bool = False
+) -> PlanSamples:
+    """Checks one task's plan, as `check_mission` does a mission's, and returns its samples.
+
+    Raises:
+        PlanningError: With the leg, the time and by how much.
+    """
+    period = DYNAMIC_CHECK_PERIOD if dynamic else CHECK_PERIOD
+    count = int(np.ceil(plan.duration / period)) + 1
+    s = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
+    _check_reach(robot, plan, s)
+    _check_joints(robot, plan, s)
+    if dynamic:
+        _check_zmp(robot, plan)
+    elif not uniform_body and plan.margin_kind == HULL:  # of others `plan_task` sees to it
+        _check_margin(plan, s)
+    return s
+
+
+def _check_reach(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
+    k, row = np.unravel_index(int(np.argmax(s.reach_excess)), s.reach_excess.shape)
+    excess = float(s.reach_excess[k, row])
+    if excess > 1e-6:
+        t = float(s.times[k])
+        raise PlanningError(
+            f"leg {LEGS[row].short} is {excess:.3f} m too short for "
+            f"'{plan.segments[plan.segment_index(t)].name}' at {t:.1f} s of the task",
+            excess=excess,
+            leg=int(row) + 1,
+            body=s.body[k, 0].tolist(),
+            foot=s.feet[k, row].tolist(),
+        )
+
+
+def _check_margin(plan: MotionPlan, s: PlanSamples) -> None:
+    k = int(np.argmin(s.margin))
+    if s.margin[k] <= 0.0:
+        name = plan.segments[plan.segment_index(float(s.times[k]))].name
+        raise PlanningError(
+            f"the static margin would be {s.margin[k]:.3f} m in '{name}'; a larger duty factor, "
+            "gait.switch_wait or transition.shift_time, or longer level ground, may help",
+            margin=float(s.margin[k]),
+        )
+
+
+def check_lift_offs(plan: MotionPlan, s: PlanSamples, least: float) -> None:
+    """Checks that no foot lifts with less margin than the gait's clock asks for: it would stop.
+
+    Args:
+        plan: One task's.
+        s: The plan's samples.
+        least: `controller.lift_off_margin` [m].
+
+    Raises:
+        PlanningError: With the margin that there is, and the one that there has to be.
+    """
+    if not plan.contacts.steps:
+        return
+    k = int(np.argmin(s.margin))
+    if s.margin[k] < least:
+        name = plan.segments[plan.segment_index(float(s.times[k]))].name
+        raise PlanningError(
+            f"the static margin would be {s.margin[k]:.3f} m in '{name}', and no foot is lifted "
+            f"with less than controller.lift_off_margin = {least:.3f} m",
+            margin=float(s.margin[k]),
+        )
+
+
+def check_torques(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
+    """Checks that the robot can stand still wherever a plan has it, within what its joints can.
+
+    Args:
+        robot: The robot.
+        plan: One task's.
+        s: The plan's samples.
+
+    Raises:
+        PlanningError: With the joint, the time, and what it would take of its torque.
+    """
+    seen = s.every(TORQUE_EVERY)
+    found = find_overload(robot, seen)
+    if found is not None:
+        t = float(seen.times[found.sample])
+        raise PlanningError(
+            f"joint {robot.joint_names[found.joint]} would need {found.ratio:.0%} of its torque to "
+            f"stand still at {t:.1f} s of '{plan.segments[plan.segment_index(t)].name}', and feet "
+            "that share the weight otherwise ask for more than there is, too",
+            torque=found.ratio,
+        )
+
+
+def _check_zmp(robot: RobotModel, plan: MotionPlan) -> None:
+    """The zero-moment point stays inside the support polygons: else the robot would tip."""
+    zmp = sample_zmp(robot, plan.contacts, plan.body, DYNAMIC_CHECK_PERIOD)
+    k = int(np.argmin(zmp.margin))
+    if zmp.margin[k] <= 0.0:
+        name = plan.segments[plan.segment_index(float(zmp.times[k]))].name
+        raise PlanningError(
+            f"the zero-moment point would be {-zmp.margin[k]:.3f} m outside of the feet at "
+            f"{zmp.times[k]:.2f} s of '{name}'; a longer cycle or gait.switch_wait may help",
+            margin=float(zmp.margin[k]),
+        )
+
+
+def _check_joints(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
+    q = s.q.reshape(-1, 12)
+    over = np.maximum(robot.q_lower - q, q - robot.q_upper)
+    k, j = np.unravel_index(int(np.argmax(over)), over.shape)
+    if over[k, j] > 0.0:
+        raise PlanningError(
+            f"joint {robot.joint_names[j]} would be {over[k, j]:.3f} rad beyond its limits at "
+            f"{s.times[k]:.1f} s of '{plan.segments[0].name}'",
+            joint=robot.joint_names[j],
+            excess=float(over[k, j]),
+            body=s.body[k, 0].tolist(),
+            foot=s.feet[k, j // 3].tolist(),
+        )
+    if len(q) > 1:
+        speed = np.abs(np.diff(q, axis=0)) / np.diff(s.times)[:, None]
+        k, j = np.unravel_index(int(np.argmax(speed / robot.speed)), speed.shape)
+        if speed[k, j] > robot.speed[j]:
+            raise PlanningError(
+                f"joint {robot.joint_names[j]} would have to turn at {speed[k, j]:.1f} rad/s, "
+                f"{robot.speed[j]:.1f} rad/s is its limit",
+                joint=robot.joint_names[j],
+                speed=float(speed[k, j]),
+                too_fast=float(speed[k, j] / robot.speed[j]),
+            )

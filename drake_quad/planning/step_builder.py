@@ -6,12 +6,13 @@ from math import hypot
 
 import numpy as np
 
+from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.gait.legs import FloatArray, Leg
 from drake_quad.gait.swing import Swing, plan_swing
+from drake_quad.gait.swing_clearance import inflate_profile
 from drake_quad.planning.contact_plan import ContactPlan, Step
-from drake_quad.planning.swing_room import inflate_profile
-from drake_quad.terrain import Lane
+from drake_quad.robot.legs import Leg
+from drake_quad.terrain.lane import Lane
 
 STILL = 1e-3  # [m]: a step shorter than this is not taken
 ARC_SAMPLES = 41  # places under an arc whose ground is looked at

@@ -1,1 +1,1 @@
-"""Floor 4: figures, HTML and replay, from a finished run's files alone."""
+"""Figures, HTML and replay, from a finished run's files alone."""

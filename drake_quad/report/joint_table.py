@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.gait.legs import FloatArray
-from drake_quad.inspect_mapping import read_mapping
-from drake_quad.report.run_files import LOG, Run
-from drake_quad.whole_files import write_whole
+from drake_quad.feasibility.inspect_robot import read_mapping
+from drake_quad.runs.reader import LOG, Run
+from drake_quad.util.files import write_whole
 
 POSITION, SPEED, TORQUE = "", "_velocity", "_effort"  # after a joint's name
 BASE = ("base_x", "base_y", "base_z", "base_qw", "base_qx", "base_qy", "base_qz")

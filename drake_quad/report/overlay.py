@@ -1,20 +1,166 @@
-"""What the replay draws over the scene: region of balance, plumb line, forces, prints."""
+"""What the replay shows over the scene: support region, plumb line, forces, footprints."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from matplotlib.colors import to_rgb
 from pydrake.geometry import Cylinder, Meshcat, MeshcatCone, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_quad.gait.legs import SHORT_NAMES, FloatArray
-from drake_quad.report.drape import LIFT, drape
-from drake_quad.report.motion import touchdowns
-from drake_quad.report.regions import Regions
-from drake_quad.report.run_files import Run
+from drake_quad.common import FloatArray
+from drake_quad.report.derived import BaseMotion, base_motion, touchdowns
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
-from drake_quad.stability.kinds import FEASIBLE
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.runs.reader import Run
+from drake_quad.stability.actuation import joint_limits
+from drake_quad.stability.equilibrium_region import (
+    FEASIBLE,
+    FRICTION,
+    HULL,
+    Region,
+    find_region,
+    static_region,
+    stricter,
+)
+from drake_quad.stability.margins import Gauge, Posture
 from drake_quad.stability.safety import safe_margin
+from drake_quad.stability.support_polygon import support_polygon
+from drake_quad.terrain.boxes import Box
+from drake_quad.terrain.course import Course
+
+# ------------------------------------------------------------------------------------------------
+# The support polygon laid on the course like a carpet: seen from above, it is the polygon.
+# ------------------------------------------------------------------------------------------------
+
+
+LIFT = 0.006  # [m] above the ground: level with it, the two would flicker
+EDGE_WIDTH = 0.02  # [m] of what two feet give: a line, which would not be seen
+
+
+def drape(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The convex hull of feet, cut along the course's boxes and put on top of each.
+
+    Args:
+        course: In W.
+        feet: (n, 2) horizontal places of the bearing feet in W [m]. One foot gives nothing.
+
+    Returns:
+        (vertices (k, 3) in W [m], triangles (m, 3) of their indices).
+    """
+    hull = np.array(support_polygon(feet))
+    if len(hull) == 2:
+        hull = _widen(hull)
+    vertices: list[FloatArray] = []
+    triangles: list[list[int]] = []
+    count = 0
+    for box in course.boxes if len(hull) > 2 else ():
+        piece = clip(hull, box)
+        if len(piece) < 3:
+            continue
+        z = box.top + box.gradient * ((piece - box.middle) @ box.axes[0])
+        vertices.append(np.column_stack([piece, z + LIFT]))
+        triangles += [[count, count + i, count + i + 1] for i in range(1, len(piece) - 1)]
+        count += len(piece)
+    if not vertices:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.float64)
+    return np.concatenate(vertices), np.array(triangles, dtype=np.float64)
+
+
+def clip(polygon: FloatArray, box: Box) -> FloatArray:
+    """The part of a convex polygon (n, 2) within a box's footprint (Sutherland and Hodgman)."""
+    for axis, half in zip(box.axes, 0.5 * box.extent, strict=True):
+        for normal in (axis, -axis):
+            if not len(polygon):
+                return polygon
+            inside = half - (polygon - box.middle) @ normal  # [m] positive within
+            polygon = _cut(polygon, inside)
+    return polygon
+
+
+def _cut(polygon: FloatArray, inside: FloatArray) -> FloatArray:
+    """The part of a polygon (n, 2) on the side where `inside` (n,), linear over it, is positive."""
+    kept = []
+    for a, b, da, db in zip(
+        polygon, np.roll(polygon, -1, axis=0), inside, np.roll(inside, -1), strict=True
+    ):
+        if da >= 0.0:
+            kept.append(a)
+        if (da > 0.0) != (db > 0.0) and da != db:
+            kept.append(a + da / (da - db) * (b - a))
+    return np.array(kept).reshape(-1, 2)
+
+
+def _widen(ends: FloatArray) -> FloatArray:
+    """A strip about the line between two points (2, 2)."""
+    along = ends[1] - ends[0]
+    across = np.array([-along[1], along[0]]) * (0.5 * EDGE_WIDTH / np.linalg.norm(along))
+    return np.array([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across])
+
+
+# ------------------------------------------------------------------------------------------------
+# The region of balance under a run's robot, as its log has the feet.
+# ------------------------------------------------------------------------------------------------
+
+
+MEASURED = {HULL: "margin", FRICTION: "margin_friction", FEASIBLE: "margin_feasible"}
+
+
+class Regions:
+    """Regions by sample.
+
+    Args:
+        run: The run. What it did not measure is not shown: then it is the hull of the feet.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        asked = stricter(run.scenario.monitor.margins, run.scenario.gait.margin)
+        wanted = HULL if run.kinematic else asked
+        self.kind = wanted if MEASURED[wanted] in run.log.columns else HULL
+        self._bearing = run.log.flags("bearing")
+        self._places = run.log.feet("position")
+
+    @property
+    def margin(self) -> FloatArray:
+        """The margin that goes with them (N,) [m]."""
+        return self._run.log.number(MEASURED[self.kind])
+
+    def corners(self, sample: int) -> FloatArray:
+        """The region's corners (k, 2) in W [m]; of the hull, its feet."""
+        feet = self._places[sample, self._bearing[sample], :2]
+        if self.kind == HULL or not len(feet):
+            return np.asarray(feet)
+        return self._region(sample).corners
+
+    def _region(self, sample: int) -> Region:
+        robot, base = self._run.robot, self._base
+        posture = Posture(
+            bearing=self._bearing[sample].astype(np.float64),
+            places=self._places[sample],
+            com=np.zeros(3),
+            com_velocity=np.zeros(3),
+            p_WB=base.p_WB[sample],
+            R_WB=base.R_WB[sample],
+            q=self._run.positions[sample, self._run.layout.q_joints].reshape(4, 3),
+        )
+        friction = self._run.scenario.simulation.friction
+        gauge = Gauge(robot, self.kind, friction, robot.mass, robot.effort)
+        contacts = gauge.contacts(posture)
+        if self.kind == FRICTION:
+            return static_region(contacts)
+        limits = joint_limits(robot, posture.R_WB, posture.q, self._bearing[sample])
+        return find_region(contacts, limits=limits)
+
+    @cached_property
+    def _base(self) -> BaseMotion:
+        return base_motion(self._run)
+
+
+# ------------------------------------------------------------------------------------------------
+# What the replay draws over the scene: region of balance, plumb line, forces, prints.
+# ------------------------------------------------------------------------------------------------
+
 
 OVERLAY = "/replay"
 NEWTONS_PER_METRE = 600.0  # of a force arrow

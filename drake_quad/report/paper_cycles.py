@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_quad.gait.contact_table import ContactTable, spin_table, wave_table
-from drake_quad.gait.legs import BoolArray, FloatArray
-from drake_quad.gait.quintic import quintic
-from drake_quad.gait.support import stability_margins
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.gait.schedule import ContactTable, spin_table, wave_table
 from drake_quad.gait.workspace import Workspace, spin_middles
+from drake_quad.math.quintic import quintic
+from drake_quad.stability.support_polygon import stability_margins
 
 _EITHER_SIDE = 1e-9  # of a cycle: switches are looked at just before and just after
 

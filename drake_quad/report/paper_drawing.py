@@ -10,10 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
-from drake_quad.gait.legs import LEGS, BoolArray, FloatArray, Leg
-from drake_quad.gait.support import support_polygon
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.gait.workspace import Workspace
 from drake_quad.report.style import LEG_COLOURS
+from drake_quad.robot.legs import LEGS, Leg
+from drake_quad.stability.support_polygon import support_polygon
 
 COLOURS = dict(zip(LEGS, LEG_COLOURS, strict=True))
 BODY, SUPPORT, GROUND, FAINT = "#222222", "#DCDCDC", "#C9C2B8", "#8A8A8A"

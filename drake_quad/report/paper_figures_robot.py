@@ -3,15 +3,17 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.gait.legs import LEGS, FloatArray
-from drake_quad.planning.motion_plan import pose_robot, rotations
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.report.paper_drawing import BODY, COLOURS, new_figure
 from drake_quad.report.paper_samples import Samples
 from drake_quad.report.paper_solid import Solids, View
 from drake_quad.report.paper_study import TABLE_I, CaseStudy
-from drake_quad.robot.leg_kinematics import calc_knees
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.terrain import Course
+from drake_quad.robot.kinematics import calc_knees
+from drake_quad.robot.legs import LEGS
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.course import Course
 
 FROM_AHEAD = View(azimuth=-38.0, elevation=20.0)
 FROM_CORNER = View(azimuth=128.0, elevation=30.0)  # inside of the turn: both flights' risers show

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.gait.legs import FloatArray, Leg
+from drake_quad.common import FloatArray
 from drake_quad.planning.motion_plan import Segment
 from drake_quad.report.paper_drawing import BODY, COLOURS, FAINT, Axes, new_figure, style_axes
 from drake_quad.report.paper_samples import Samples, Zero, find_zeros
 from drake_quad.report.paper_study import TABLE_I, UP, CaseStudy
 from drake_quad.report.style import BAND_OPACITY, kind_colour
+from drake_quad.robot.legs import Leg
 
 _ZERO_STYLE = {"transition": ("#C0392B", "s"), "wave": ("#5B2C83", "o")}
 _NAMES = {

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
-from drake_quad.gait.contact_table import spin_table
-from drake_quad.gait.legs import LEGS, Leg
+from drake_quad.gait.schedule import spin_table
 from drake_quad.gait.workspace import (
     Workspace,
     body_turn,
@@ -32,6 +31,7 @@ from drake_quad.report.paper_drawing import (
 from drake_quad.report.paper_findings_spin import NARROW_BOXES, equation_6_radicand
 from drake_quad.report.paper_study import TABLE_I
 from drake_quad.report.paper_transitions import QUARTER_TURN, WORKSPACE
+from drake_quad.robot.legs import LEGS, Leg
 
 BETA_DRAWN = 0.80  # Table I's 0.75 leaves the intervals on four feet no length to draw
 

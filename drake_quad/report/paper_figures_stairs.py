@@ -3,9 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.gait.legs import FloatArray, Leg
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_plan import Step
-from drake_quad.planning.motion_plan import pose_robot, rotations
+from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.report.paper_drawing import (
     BODY,
     COLOURS,
@@ -21,9 +22,10 @@ from drake_quad.report.paper_drawing import (
 from drake_quad.report.paper_samples import sample_plan
 from drake_quad.report.paper_study import TABLE_I, UP, CaseStudy, climbing_cycle, wave_cycles
 from drake_quad.report.paper_swings import StairSwing, stair_swing
-from drake_quad.robot.leg_kinematics import calc_knees
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.terrain import Lane
+from drake_quad.robot.kinematics import calc_knees
+from drake_quad.robot.legs import Leg
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.lane import Lane
 
 
 def leg_joints(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArray:

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.gait.legs import LEGS, Leg
 from drake_quad.gait.transition import Transition
 from drake_quad.gait.workspace import spin_arc, spin_middles
 from drake_quad.report.paper_drawing import (
@@ -33,6 +32,7 @@ from drake_quad.report.paper_transitions import (
     spin_goal,
     wave_goal,
 )
+from drake_quad.robot.legs import LEGS, Leg
 
 _OUTWARD = {Leg(1): (0, 13), Leg(2): (0, -13), Leg(3): (0, 13), Leg(4): (0, -13)}
 

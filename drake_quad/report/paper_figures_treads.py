@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_quad.gait.contact_table import wave_table
-from drake_quad.gait.legs import LEGS
+from drake_quad.gait.schedule import wave_table
 from drake_quad.report.paper_drawing import (
     Axes,
     draw_centre,
@@ -19,6 +18,7 @@ from drake_quad.report.paper_drawing import (
 )
 from drake_quad.report.paper_study import TABLE_I
 from drake_quad.report.paper_treads import ONE, ONE_SPREAD, TWO, TreadGait, dense_phases
+from drake_quad.robot.legs import LEGS
 
 BETAS_DRAWN = np.linspace(0.75, 0.95, 21)
 _LINES = {TWO: ("#0B5394", "-"), ONE: ("#C0392B", "-"), ONE_SPREAD: ("#C0392B", "--")}

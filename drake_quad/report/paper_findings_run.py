@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from drake_quad.gait.legs import Leg
 from drake_quad.report.paper_findings import Finding, Verdict
 from drake_quad.report.paper_samples import Samples, cycle_margins, find_zeros
 from drake_quad.report.paper_study import (
@@ -14,6 +13,7 @@ from drake_quad.report.paper_study import (
     wave_cycles,
 )
 from drake_quad.report.paper_transitions import WORKSPACE
+from drake_quad.robot.legs import Leg
 
 
 def run_findings(study: CaseStudy, samples: Samples, out_of_phase: Samples) -> tuple[Finding, ...]:

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_quad.gait.contact_table import spin_table
-from drake_quad.gait.legs import Leg
+from drake_quad.gait.schedule import spin_table
 from drake_quad.gait.workspace import (
     Workspace,
     body_turn,
@@ -25,6 +24,7 @@ from drake_quad.report.paper_transitions import (
     quarter_turn_arc,
     spin_goal,
 )
+from drake_quad.robot.legs import Leg
 
 NARROW_BOXES = replace(WORKSPACE, R_y=0.3)
 """Table I but for narrower boxes, which the circle leaves through both of their long edges."""

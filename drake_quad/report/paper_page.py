@@ -7,7 +7,7 @@ from drake_quad.report.paper_betas import BetaRow
 from drake_quad.report.paper_figures import FIGURES, PaperFigure
 from drake_quad.report.paper_findings import Finding, Verdict
 from drake_quad.report.paper_study import TABLE_I
-from drake_quad.scenario import load_scenario
+from drake_quad.scenario.load import load_scenario
 
 HEIGHT = load_scenario("paper").gait.body_height
 COMMAND = "python scripts/reproduce_paper.py"

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.gait.legs import BoolArray, FloatArray, Leg
-from drake_quad.gait.support import stability_margins
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.planning.contact_plan import Phase
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.report.paper_study import TABLE_I, CaseStudy, wave_cycles
+from drake_quad.robot.legs import Leg
+from drake_quad.stability.support_polygon import stability_margins
 
 SAMPLE_PERIOD = 0.05  # [s]
 ZERO = 1e-6  # [m]: a margin this small is on the support polygon's border

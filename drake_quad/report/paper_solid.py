@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
 from drake_quad.report.paper_drawing import Axes
 
 CELL = 0.25  # [m] faces are cut so small that the farther can be painted before the nearer

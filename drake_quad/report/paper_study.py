@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.gait.workspace import PAPER_WORKSPACE, Workspace
+from drake_quad.planning.body_reference import level_pose, robot_stance
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
-from drake_quad.planning.plan_task import plan_task
-from drake_quad.planning.route import level_pose, robot_stance
-from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.scenario import course_of, load_scenario, mission_of, plan_settings
-from drake_quad.scenario_robot import robot_of
-from drake_quad.terrain import Course
+from drake_quad.planning.problem import PlanSettings
+from drake_quad.planning.task import plan_task
+from drake_quad.robot.model import RobotModel
+from drake_quad.scenario.build import course_of, mission_of, plan_settings, robot_of
+from drake_quad.scenario.load import load_scenario
+from drake_quad.terrain.course import Course
 
 UP, DOWN = 1, 3  # the plans of the case study that climb and descend
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray
-from drake_quad.gait.quintic import quintic_inverse
+from drake_quad.common import FloatArray
 from drake_quad.gait.swing import Swing, paper_swing
+from drake_quad.math.quintic import quintic_inverse
 from drake_quad.report.paper_study import TABLE_I
 
 

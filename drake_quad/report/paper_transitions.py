@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.gait.legs import FloatArray, Leg
+from drake_quad.common import FloatArray
 from drake_quad.gait.transition import (
     Transition,
     enumerate_transitions,
@@ -19,6 +19,7 @@ from drake_quad.gait.workspace import (
     wave_desired_configuration,
 )
 from drake_quad.report.paper_study import TABLE_I
+from drake_quad.robot.legs import Leg
 
 WORKSPACE = TABLE_I.workspace
 QUARTER_TURN = np.pi / 2.0

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_quad.gait.contact_table import ContactTable, wave_table
-from drake_quad.gait.legs import LEGS, SIGNS, FloatArray
-from drake_quad.gait.support import stability_margins
-from drake_quad.planning.pattern import Pattern
+from drake_quad.common import FloatArray
+from drake_quad.gait.schedule import ContactTable, wave_table
+from drake_quad.planning.footholds import Pattern
 from drake_quad.report.paper_study import TABLE_I
 from drake_quad.report.paper_transitions import WORKSPACE
+from drake_quad.robot.legs import LEGS, SIGNS
+from drake_quad.stability.support_polygon import stability_margins
 
 _EITHER_SIDE = 1e-9  # of a cycle: switches are looked at just before and just after
 _W, _P_X = TABLE_I.W, WORKSPACE.P_x

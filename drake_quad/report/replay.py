@@ -16,13 +16,12 @@ from pydrake.geometry import (
     Role,
 )
 
-from drake_quad.report.motion import margins
+from drake_quad.report.derived import margins
+from drake_quad.report.html import render
 from drake_quad.report.overlay import OVERLAY, Overlay
-from drake_quad.report.run_files import Run, read_run
-from drake_quad.report.scene import MakeReplayScene, shown_samples
-from drake_quad.report.stage import set_stage
+from drake_quad.report.scene import MakeReplayScene, set_stage, shown_samples
 from drake_quad.report.style import kind_colour
-from drake_quad.report.templates import render
+from drake_quad.runs.reader import Run, read_run
 from drake_quad.stability.safety import safe_margin
 
 PREFIX = "scene"

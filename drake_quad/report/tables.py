@@ -1,4 +1,4 @@
-"""The report's tables: the segments, and every figure of the summary with its unit."""
+"""A report's tables: segments, figures beside their bounds, pushes."""
 
 import math
 from collections.abc import Mapping
@@ -6,9 +6,145 @@ from dataclasses import dataclass
 from typing import Any
 
 from drake_quad.report.axes import signed
-from drake_quad.report.bounds import entries_of, look_up
-from drake_quad.report.run_files import Run
+from drake_quad.report.derived import push_marks
 from drake_quad.report.style import kind_colour
+from drake_quad.runs.reader import Run
+from drake_quad.stability.safety import MOST_SLIP, safe_margin
+
+# ------------------------------------------------------------------------------------------------
+# A run's figures beside what was asked of them, and how the summary is read.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A figure beside what was asked of it.
+
+    Attributes:
+        name: Of the figure.
+        asked: Of it, in words; a dash where nothing was.
+        measured: With its unit.
+        kept: Whether it is as asked; None where nothing was.
+    """
+
+    name: str
+    asked: str
+    measured: str
+    kept: bool | None
+
+
+@dataclass(frozen=True)
+class _Row:
+    key: str
+    name: str
+    unit: str
+    digits: int
+    scale: float = 1.0
+    at_least: float | None = None
+    at_most: float | None = None
+    safe: float | None = None  # at least so often the margin that is safe, of this robot
+    physics: bool = False  # nothing that a kinematic replay tells
+
+
+_ROWS = (
+    _Row("margin.minimum", "Smallest static margin", "m", 3, safe=1.0),
+    _Row("zmp_margin.minimum", "Smallest margin of the zero-moment point", "m", 3, physics=True),
+    _Row("margin_planned.minimum", "Smallest static margin of the plan", "m", 3, safe=1.0),
+    _Row("zmp_inside", "Samples with the zero-moment point inside", "%", 1, 100.0, physics=True),
+    _Row("time_under_three_feet", "Time with fewer than three feet bearing", "s", 3, at_most=0.0),
+    _Row(
+        "nonfoot_contact_samples",
+        "Contacts of anything but a foot",
+        "samples",
+        0,
+        at_most=0.0,
+    ),
+    _Row("nonfoot_depth_max", "The deepest of these, by geometry", "mm", 1, 1e3, at_most=0.0),
+    _Row("foot_depth_max", "Foot deepest in the ground, by geometry", "mm", 1, 1e3),
+    _Row("torque_ratio_max", "Greatest joint torque, of its limit", "%", 0, 100.0, at_most=1.0),
+    _Row("torque_ratio_planned_max", "The same of the plan, standing still", "%", 0, 100.0),
+    _Row("speed_ratio_max", "Greatest joint speed, of its limit", "%", 0, 100.0, at_most=1.0),
+    _Row("position_ratio_max", "Joint nearest its end, of its range", "%", 0, 100.0, at_most=1.0),
+    _Row(
+        "slip_max",
+        "Farthest slip of a standing foot",
+        "mm",
+        1,
+        1e3,
+        at_most=MOST_SLIP,
+        physics=True,
+    ),
+    _Row("base_error_max", "Body farthest from its plan", "mm", 1, 1e3, at_most=0.03, physics=True),
+    _Row(
+        "base_tilt_error_max_deg",
+        "Body most tilted off its plan",
+        "°",
+        2,
+        at_most=2.0,
+        physics=True,
+    ),
+    _Row(
+        "margin_within_20mm",
+        "Samples with the margin within 20 mm of its plan",
+        "%",
+        1,
+        100.0,
+        at_least=0.95,
+        physics=True,
+    ),
+    _Row("clock_waited", "Time that the gait clock waited", "s", 2, physics=True),
+    _Row("estimate.drift_ratio", "Drift of the estimate at the end, of the way", "%", 2, 100.0),
+    _Row("estimate.position_error_max", "Estimated place farthest from the truth", "mm", 1, 1e3),
+    _Row("estimate.yaw_error_max_deg", "Estimated heading farthest from the truth", "°", 2),
+    _Row("qp_unsolved", "Programs of the controller that were not solved", "", 0),
+    _Row("contact_friction", "Contact friction", "", 3),
+    _Row(
+        "friction_estimated_min", "Least friction that a foot was trusted with after slips", "", 2
+    ),
+    _Row("carried.mass", "Unknown load as learned by the end", "kg", 2),
+)
+
+
+def look_up(summary: Mapping[str, Any], key: str) -> float:
+    """The number at a dotted path of the summary; nan where there is none."""
+    value: Any = summary
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return math.nan
+    return float(value)
+
+
+def entries_of(summary: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    """The list of tables at a key of the summary; empty where there is none."""
+    listed = summary.get(key)
+    return [e for e in listed if isinstance(e, Mapping)] if isinstance(listed, list) else []
+
+
+def bounds(run: Run) -> list[Bound]:
+    """The figures that the summary holds beside their bounds, in the order of weight."""
+    found = []
+    for row in _ROWS:
+        value = look_up(run.summary, row.key)
+        if not math.isfinite(value) or (row.physics and run.kinematic):
+            continue
+        asked, kept = "–", None
+        least = row.at_least if row.safe is None else row.safe * safe_margin(run.robot)
+        if least is not None:
+            asked, kept = f"≥ {row.scale * least:.3g} {row.unit}", value >= least
+        elif row.at_most is not None:
+            limit = row.scale * row.at_most
+            asked = f"{'≤ ' if limit else ''}{limit:g} {row.unit}"
+            kept = value <= row.at_most
+        measured = f"{row.scale * value:.{row.digits}f} {row.unit}".strip()
+        found.append(Bound(row.name, asked, signed(measured), kept))
+    return found
+
+
+# ------------------------------------------------------------------------------------------------
+# The report's tables: the segments, and every figure of the summary with its unit.
+# ------------------------------------------------------------------------------------------------
+
 
 # By the last part of a summary's key, or by how it ends.
 UNITS = {
@@ -120,3 +256,77 @@ def format_value(value: Any) -> str:
 def metres(value: float) -> str:
     """A length with its unit; a dash where it is not known."""
     return signed(f"{value:.3f} m") if math.isfinite(value) else "–"
+
+
+# ------------------------------------------------------------------------------------------------
+# The report's tables of what happened: pushes, and the times that the plan was left.
+# ------------------------------------------------------------------------------------------------
+
+
+MOST_STEPS = 4  # of a recovery, named in its table
+
+
+@dataclass(frozen=True)
+class PushRow:
+    """A push that the run came to; figures with their units, or a dash."""
+
+    time: float
+    speed: str
+    way: str
+    error: str
+    recovered: str
+    failed: bool
+
+
+@dataclass(frozen=True)
+class RecoveryRow:
+    """A time that the plan was left; with its units, or a dash."""
+
+    time: float
+    legs: str
+    duration: str
+
+
+def push_rows(run: Run) -> list[PushRow]:
+    """The pushes that the run came to, and how the robot took them."""
+    rows = []
+    # The summary has them in the same order, those that the run did not come to at the end.
+    told = entries_of(run.summary, "pushes")
+    for k, mark in enumerate(push_marks(run)):
+        entry = told[k] if k < len(told) else {}
+        time, recovered = look_up(entry, "recovery_time"), entry.get("recovered")
+        outcome = f"in {time:.1f} s" if math.isfinite(time) else "no" if recovered is False else "–"
+        rows.append(
+            PushRow(
+                time=mark.time,
+                speed=f"{mark.speed:.2f} m/s",
+                way=f"{mark.arrow} {mark.words}",
+                error=metres(look_up(entry, "base_error_max")),
+                recovered=outcome,
+                failed=recovered is False,
+            )
+        )
+    return rows
+
+
+def recovery_rows(run: Run) -> list[RecoveryRow]:
+    """The summary's recoveries."""
+    rows = []
+    for entry in entries_of(run.summary, "recoveries"):
+        duration = look_up(entry, "duration")
+        rows.append(
+            RecoveryRow(
+                time=look_up(entry, "time"),
+                legs=_steps(entry.get("legs")),
+                duration=f"{duration:.2f} s" if math.isfinite(duration) else "not again",
+            )
+        )
+    return rows
+
+
+def _steps(legs: Any) -> str:
+    """The legs put down one after another, the first of many."""
+    if not isinstance(legs, list) or not legs:
+        return "none"
+    text = ", then ".join(map(str, legs[:MOST_STEPS]))
+    return text if len(legs) <= MOST_STEPS else f"{text}, … {len(legs)} steps in all"

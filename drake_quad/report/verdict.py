@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.report.axes import signed
-from drake_quad.report.bounds import entries_of, look_up
-from drake_quad.report.motion import margins
-from drake_quad.report.run_files import Run
+from drake_quad.report.derived import margins
+from drake_quad.report.tables import entries_of, look_up
+from drake_quad.runs.reader import Run
 from drake_quad.stability.safety import Safety, judge_safety, safe_margin
 
 

@@ -1,1 +1,1 @@
-"""Floor 1: a robot read from its file: legs, feet, limits, kinematics."""
+"""A robot read from its file: legs, feet, limits, kinematics."""

@@ -16,7 +16,7 @@ from pydrake.geometry import (
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from drake_quad.robot.robot_model import RobotModel
+from drake_quad.robot.model import RobotModel
 
 MATERIAL, FRICTION = "material", "coulomb_friction"  # Drake's names of the property
 FOOT_MODULUS = 1e8  # [Pa] of compliant feet: hard rubber

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.shank_outline import SHANK_POINTS
+from drake_quad.robot.link_outline import SHANK_POINTS
+from drake_quad.robot.model import RobotModel
 
 
 def with_point_feet(robot: RobotModel) -> RobotModel:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import isfinite, nan
 from typing import Any
 
-from drake_quad.robot.robot_model import RobotModel, leg_length
+from drake_quad.robot.model import RobotModel, leg_length
 
 SAFE_SHARE = 0.025  # of a leg's length: 0.030 m of the shipped robot
 PAPER_FACTOR = 2.0

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from drake_quad.report.html import report_style, to_svg
 from drake_quad.report.style import BAD, GOOD, INK, MUTED, WIDTH
-from drake_quad.report.svg import report_style, to_svg
 
 COLUMNS = 3  # curves side by side
 ROW_HEIGHT = 2.5  # [in]

@@ -1,4 +1,4 @@
-"""`drake-quad sweep`: its options made into a sweep."""
+"""A sweep as a person asks for it: its processes, its progress, its report."""
 
 import shlex
 from collections.abc import Callable
@@ -8,20 +8,73 @@ from typing import Any
 
 import pyarrow as pa
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from drake_quad.errors import InputError
-from drake_quad.precompile import kernels_for, precompiling
-from drake_quad.processes import check_workers
-from drake_quad.sweep.base import Base
+from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.sweep.commands import sweep_command
-from drake_quad.sweep.crew import carry_out
-from drake_quad.sweep.page import write_report
-from drake_quad.sweep.progress import Bar
+from drake_quad.sweep.executors import carry_out
 from drake_quad.sweep.replays import make_replays, otherwise, replayable, replays_in
-from drake_quad.sweep.section import check_page, write_section
-from drake_quad.sweep.study import load_study
-from drake_quad.sweep.study_config import Limits, Study
-from drake_quad.sweep.sweep import CarryOut, sweep
+from drake_quad.sweep.report import check_page, write_report, write_section
+from drake_quad.sweep.run import CarryOut, run_study
+from drake_quad.sweep.study import Base, Limits, Study
+from drake_quad.sweep.study_loading import load_study
+from drake_quad.util.parallel import check_workers
+
+# ------------------------------------------------------------------------------------------------
+# How far a sweep has come, while it works: a bar with pace and time left.
+# ------------------------------------------------------------------------------------------------
+
+
+PACE_WINDOW = 1800.0  # [s] over which the pace is taken, for the time left
+TOLD = 20  # lines of progress where there is no terminal
+
+
+class Bar:
+    """A bar with pace and time left; lines now and then where there is no terminal."""
+
+    def __init__(self, console: Console) -> None:
+        columns: list[Any] = [
+            TextColumn("{task.completed:.0f} of {task.total:.0f} trials"),
+            BarColumn(),
+            TextColumn("{task.fields[pace]}"),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[bad]} failed"),
+        ]
+        self._console = console
+        self._bar = Progress(*columns, console=console, speed_estimate_period=PACE_WINDOW)
+        self._before = self._bad = 0
+
+    def begin(self, done: int, failed: int, of: int) -> None:
+        """Shows it, with what was done and failed before."""
+        self._before, self._bad = done, failed
+        self._bar.add_task("", total=of, completed=done, pace="", bad=failed)
+        self._bar.start()
+
+    def note(self, index: int, result: dict[str, Any], done: int, of: int) -> None:
+        """Shows that a trial is done, and why it failed if it did."""
+        count = done - self._before
+        if not result["success"]:
+            self._bad += 1
+            text = f"trial {index} {result['outcome']}: {result['reason']}"
+            self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+        task = self._bar.tasks[0]
+        rate = count / max(task.elapsed or 0.0, 1e-9)
+        pace = f"{60.0 * rate:.1f} a minute"
+        self._bar.update(task.id, completed=done, pace=pace, bad=self._bad)
+        if not self._console.is_terminal and count % max(1, (of - self._before) // TOLD) == 0:
+            left = (of - done) / rate
+            line = f"{done} of {of} trials, {pace}, {self._bad} failed, {left:.0f} s left"
+            self._console.print(line, highlight=False)
+
+    def end(self) -> None:
+        """Leaves it as it is."""
+        self._bar.stop()
+
+
+# ------------------------------------------------------------------------------------------------
+# `drake-quad sweep`: its options made into a sweep.
+# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -96,7 +149,7 @@ def run_sweep(
             write_report(study, told, asked.out)  # with links to them
 
     try:
-        told = sweep(
+        told = run_study(
             study, base, asked.out, here, resume=asked.resume, limit=asked.limit,
             begin=bar.begin, note=bar.note, finish=finish,
             command=sweep_command(asked.study, asked.limit), files=files,
@@ -152,7 +205,7 @@ def _crew(asked: Asked, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
 
 
 def _cluster(address: str, limits: Limits, console: Console, stop: Callable[[], bool]) -> CarryOut:
-    from drake_quad.sweep.cluster import carry_out_on, connect
+    from drake_quad.sweep.dask_executor import carry_out_on, connect
 
     client = connect(address)
     if not client.scheduler_info()["workers"]:

@@ -11,8 +11,8 @@ from typing import Any
 import pyarrow as pa
 
 from drake_quad.errors import InputError, printable
-from drake_quad.scenario_override import parse_override
-from drake_quad.sweep.reading import REMEDY, strange
+from drake_quad.scenario.load import parse_override
+from drake_quad.sweep.results import REMEDY, strange
 from drake_quad.sweep.trials import run_command
 
 SWEEP = ["drake-quad", "sweep"]

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import drake_quad
-from drake_quad.robot.robot_digest import robot_digest
-from drake_quad.sweep.base import Base
-from drake_quad.sweep.draws import extremes
-from drake_quad.sweep.study import as_plain, overrides_of
-from drake_quad.sweep.study_config import Study
+from drake_quad.robot.loader import robot_digest
+from drake_quad.sweep.sampling import extremes
+from drake_quad.sweep.study import Base, Study
+from drake_quad.sweep.study_loading import as_plain, overrides_of
 
 PACKAGE = Path(drake_quad.__file__).parent
 MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and scenarios

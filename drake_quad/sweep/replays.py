@@ -7,15 +7,15 @@ from pathlib import Path
 import pyarrow as pa
 
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.given_files import MOST_JSON, read_given
-from drake_quad.plain_json import plain_of
-from drake_quad.report.build import REPORT, build_report
-from drake_quad.report.scene_log import write_scene_log
-from drake_quad.simulation import run, write_files
-from drake_quad.sweep.base import Base
-from drake_quad.sweep.study_config import Study
+from drake_quad.report.lcm_replay import write_scene_log
+from drake_quad.report.page import REPORT, build_report
+from drake_quad.runs.result import write_files
+from drake_quad.simulation.run import run
+from drake_quad.sweep.findings import worst_first
+from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.trials import TRIALS_DIRECTORY, directory_of, make_trials
-from drake_quad.sweep.worst import worst_first
+from drake_quad.util.files import plain_of
+from drake_quad.util.input_files import MOST_JSON, read_given
 
 # Trials with these outcomes had no run, or would take this process with them.
 NO_RUN = ("refused", "infeasible", "crashed", "killed", "memory", "timeout", "error")

@@ -1,180 +1,191 @@
-"""Studies: read from YAML, and checked against the scenario that they vary."""
+"""A study and its fields, and the scenario that it varies.
 
-import dataclasses
-import json
-import re
+docs/sweeps.md lists them. Plain dataclasses, checked by `study_check` once; after that nobody
+writes to them.
+"""
+
+import os
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
+from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import load_scenario, parse_scenario
+from drake_quad.util.files import user_path
+from drake_quad.util.input_files import MOST_YAML, is_given, read_given_text
 
-from drake_quad.errors import InputError
-from drake_quad.given_files import MOST_YAML, read_given_text
-from drake_quad.scenario_schema import conform
-from drake_quad.sweep.base import Base, find_base
-from drake_quad.sweep.draws import Value, extremes
-from drake_quad.sweep.study_check import check_study
-from drake_quad.sweep.study_config import Bound, Gate, Limits, Study, Vary
-from drake_quad.user_path import user_path
-from drake_quad.yaml_text import parse_yaml
-
-_PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
-MOST_TRIED = 300  # values that a study is checked with; loading a scenario takes some 0.02 s
-# What conform cannot know the types of: they are checked here, or by the scenario itself.
-FREE = ("choice", "values", "cases")
+# ------------------------------------------------------------------------------------------------
+# A study's fields, as its YAML file fills them: what varies, how often, and what counts.
+# ------------------------------------------------------------------------------------------------
 
 
-def load_study(path: str | Path) -> tuple[Study, Base]:
-    """Reads and checks a study.
+@dataclass
+class Vary:
+    """One thing that differs between trials: exactly one of the ways from `uniform` to `cases`.
 
-    Raises:
-        InputError: It cannot be read, or anything in it or in its scenario cannot be used.
+    Attributes:
+        path: The scenario's field, for example `course[1].rise`; none with `cases`.
+        also: Further fields that get the same value.
+        name: What reports call it; the path if none.
+        uniform: Drawn evenly between two numbers.
+        log_uniform: The same, but evenly in the logarithm.
+        normal: Drawn by mean and standard deviation, within four of them.
+        integers: A whole number, from the first to the last, both counted.
+        choice: One of these, each as likely.
+        values: All of these in turn: an axis of the grid.
+        linspace: From, to, how many: an axis of the grid.
+        cases: By name, overrides that go together: an axis of the grid.
+        step: A drawn number is rounded to whole multiples of it.
+        bands: Into how many bands a drawn number is parted in reports.
     """
-    source = str(path)
+
+    path: str = ""
+    also: list[str] = field(default_factory=list)
+    name: str = ""
+    uniform: list[float] | None = None
+    log_uniform: list[float] | None = None
+    normal: list[float] | None = None
+    integers: list[int] | None = None
+    choice: list[Any] | None = None
+    values: list[Any] | None = None
+    linspace: list[float] | None = None
+    cases: dict[str, list[str]] | None = None
+    step: float | None = None
+    bands: int = 5
+
+    @property
+    def title(self) -> str:
+        """What to call it."""
+        return self.name or self.path
+
+
+@dataclass
+class Bound:
+    """A bound on a figure that a trial must keep to count as a success.
+
+    Attributes:
+        figure: Dotted path in summary.json, for example `margin.minimum`.
+        least: It must be at least this.
+        most: It must be at most this.
+    """
+
+    figure: str = ""
+    least: float | None = None
+    most: float | None = None
+
+
+@dataclass
+class Limits:
+    """What a trial may take before it is ended, and counted as such.
+
+    Attributes:
+        wall_time: [s]
+        memory: Of its process [GiB].
+        retries: How often a trial is tried again whose process somebody else ended.
+        recycle: After so many trials a process is replaced by a new one.
+    """
+
+    wall_time: float = 1800.0
+    memory: float = 4.0
+    retries: int = 3
+    recycle: int = 25
+
+
+@dataclass
+class Gate:
+    """What `drake-quad sweep` asks of the study to exit with 0.
+
+    Attributes:
+        rate: Least part of the trials that succeed, in [0, 1]; none: nothing is asked.
+        each: Name or path of what varies, of each of whose bands that is asked; none: of all.
+    """
+
+    rate: float | None = None
+    each: str | None = None
+
+
+@dataclass
+class Study:
+    """Which runs, and what of them counts.
+
+    Attributes:
+        description: What it asks, in a line.
+        scenario: A shipped scenario's name, or a file, relative to the study's.
+        set: Overrides of every trial, `path=value` each.
+        vary: What differs between trials.
+        trials: How many to each cell of the grid; in all if there is no grid.
+        seed: Of all draws.
+        sampling: `random`, or `sobol` for draws that fill their space evenly.
+        draws: `independent`, or `common`: each cell of the grid has the same draws and seeds.
+        success: What a trial must keep besides reaching the goal.
+        figures: Which figures of summary.json the table keeps, by dotted path.
+        maps: Pairs of what varies, by path or name, to draw a heat map of.
+        limits: Of each trial.
+        gate: Of the whole study.
+    """
+
+    description: str = ""
+    scenario: str = ""
+    set: list[str] = field(default_factory=list)
+    vary: list[Vary] = field(default_factory=list)
+    trials: int = 1
+    seed: int = 0
+    sampling: str = "random"
+    draws: str = "independent"
+    success: list[Bound] = field(default_factory=list)
+    figures: list[str] = field(default_factory=list)
+    maps: list[list[str]] = field(default_factory=list)
+    limits: Limits = field(default_factory=Limits)
+    gate: Gate = field(default_factory=Gate)
+
+    def by_name(self) -> dict[str, Vary]:
+        """What varies, by its names and its paths."""
+        return {name: vary for vary in self.vary for name in (vary.path, vary.title) if name}
+
+
+# ------------------------------------------------------------------------------------------------
+# The scenario that a study varies.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Base:
+    """The scenario that a study varies, so that any process has it.
+
+    Attributes:
+        name: As on the command line.
+        text: The file's; None of a shipped scenario.
+        directory: From which the robot's file is looked up.
+        here: The same, where an override names it: as on the command line.
+    """
+
+    name: str
+    text: str | None = None
+    directory: str | None = None
+    here: str = field(default_factory=os.getcwd)
+
+    def load(self, overrides: list[str]) -> Scenario:
+        """The scenario with these overrides.
+
+        Raises:
+            InputError: If it cannot be used.
+        """
+        here = Path(self.here)
+        if self.text is None:
+            return load_scenario(self.name, overrides, here=here)
+        directory = None if self.directory is None else Path(self.directory)
+        return parse_scenario(
+            self.text, source=self.name, base=directory, overrides=overrides, here=here
+        )
+
+
+def find_base(study: Study, *, directory: Path) -> Base:
+    """The study's scenario: a file relative to the study's, or a shipped one."""
+    path = directory / user_path(study.scenario)
     try:
-        text = read_given_text(user_path(path), most=MOST_YAML)
-    except (OSError, ValueError) as problem:
-        reason = problem.strerror if isinstance(problem, OSError) else "not a text file"
-        remedy = f"cannot be read: {reason}; give a study in YAML, see docs/sweeps.md"
-        raise InputError(source=source, field="study", value=source, remedy=remedy) from None
-    study = parse_study(text, source=source)
-    base = find_base(study, directory=user_path(path).parent)
-    check_against(study, base, source=source)
-    return study, base
-
-
-def parse_study(text: str, *, source: str) -> Study:
-    """A study from its YAML text, checked by itself.
-
-    Raises:
-        InputError: Anything in it that cannot be used.
-    """
-    if not text.strip():
-        remedy = "empty: a study needs a scenario at least"
-        raise InputError(source=source, field="document", value="", remedy=remedy)
-    data = parse_yaml(text, source=source, needs="scenario: ...")
-    free = _take_free(data, source=source)
-    plain = conform(data, Study, path="", source=source)
-    varies = plain.pop("vary", [])
-    study = Study(
-        vary=[Vary(**{**one, **more}) for one, more in zip(varies, free, strict=True)],
-        success=[Bound(**bound) for bound in plain.pop("success", [])],
-        limits=Limits(**plain.pop("limits", {})),
-        gate=Gate(**plain.pop("gate", {})),
-        **plain,
-    )
-    check_study(study, source=source)
-    return study
-
-
-def check_against(study: Study, base: Base, *, source: str) -> None:
-    """Loads the scenario as it is, and with each thing that varies at its ends.
-
-    Two values that each can be and together cannot are found by the trials that have them; so are,
-    of a very long list, those between the ones that are tried.
-
-    Raises:
-        InputError: The first that cannot be loaded, with what the scenario says of it.
-    """
-    base.load(study.set)
-    for k, vary in enumerate(study.vary):
-        for value in _spread(extremes(vary), MOST_TRIED // len(study.vary)):
-            try:
-                base.load([*study.set, *overrides_of(vary, value)])
-            except InputError as error:
-                raise InputError(
-                    source=source,
-                    field=f"vary[{k}]",
-                    value=value,
-                    remedy=f"{error.field} = {error.value!r}: {error.remedy}",
-                ) from None
-
-
-def _spread(values: list[Value], most: int) -> list[Value]:
-    """All of the values, or evenly spaced ones of them, the first and the last as well."""
-    if len(values) <= most:
-        return values
-    return [values[round(k * (len(values) - 1) / (most - 1))] for k in range(most)]
-
-
-def overrides_of(vary: Vary, value: Value) -> list[str]:
-    """The overrides that give a trial this value."""
-    if vary.cases is not None:
-        return list(vary.cases[value])
-    return [f"{path}={value_text(value)}" for path in (vary.path, *vary.also)]
-
-
-def value_text(value: Value) -> str:
-    """A value as an override has it: YAML in one line, every digit of a number."""
-    if isinstance(value, str) and value.isidentifier() and yaml.safe_load(value) == value:
-        return value
-    # JSON has the rarer letters as two surrogates each, of which YAML knows nothing.
-    return _PAIR.sub(_as_one, json.dumps(value))
-
-
-def _as_one(pair: re.Match[str]) -> str:
-    letter = json.loads('"' + pair[0] + '"')
-    return f"\\U{ord(letter):08x}"
-
-
-def as_plain(study: Study) -> dict[str, Any]:
-    """The study as plain data, all fields written."""
-    return dataclasses.asdict(study)
-
-
-def study_from(plain: dict[str, Any], *, source: str) -> Study:
-    """The study that `as_plain` made this of, checked by itself.
-
-    Raises:
-        InputError: It was made of none.
-    """
-    try:
-        more = {
-            "vary": [Vary(**one) for one in plain["vary"]],
-            "success": [Bound(**one) for one in plain["success"]],
-            "limits": Limits(**plain["limits"]),
-            "gate": Gate(**plain["gate"]),
-        }
-        study = Study(**{**plain, **more})
-        check_study(study, source=source)
-    except (TypeError, KeyError, AttributeError, ValueError) as problem:
-        remedy = f"is no study as sweeps write it: {type(problem).__name__}: {problem}"
-        raise InputError(source=source, field="definition", value="...", remedy=remedy) from None
-    return study
-
-
-def _take_free(data: dict[str, Any], *, source: str) -> list[dict[str, Any]]:
-    """Takes the fields FREE out of every element of `vary`, checked to be what JSON can hold."""
-    varies = data.get("vary")
-    if not isinstance(varies, list):
-        return []
-    taken: list[dict[str, Any]] = []
-    for k, vary in enumerate(varies):
-        own = {}
-        if isinstance(vary, dict):
-            own = {name: vary[name] for name in FREE if vary.get(name) is not None}
-            varies[k] = {name: value for name, value in vary.items() if name not in FREE}
-        for name, value in own.items():
-            path = f"vary[{k}].{name}"
-
-            def error(remedy: str, path: str = path, value: Any = value) -> InputError:
-                return InputError(source=source, field=path, value=value, remedy=remedy)
-
-            if name == "cases":
-                _check_cases(value, error)
-            elif not isinstance(value, list):
-                raise error("must be a list")
-            try:
-                json.dumps(value, allow_nan=False)
-            except (TypeError, ValueError, RecursionError):
-                raise error("must be finite numbers, text, lists and mappings") from None
-        taken.append(own)
-    return taken
-
-
-def _check_cases(value: Any, error: Any) -> None:
-    if not (isinstance(value, dict) and all(isinstance(name, str) for name in value)):
-        raise error("must be a mapping: a name, and its list of overrides, each")
-    for overrides in value.values():
-        if not (isinstance(overrides, list) and all(isinstance(o, str) for o in overrides)):
-            raise error("each case must be a list of overrides, path=value")
+        if not is_given(path):
+            return Base(study.scenario)
+        text = read_given_text(path, most=MOST_YAML)
+    except (OSError, ValueError):
+        return Base(str(path))  # whose loading says what is wrong with it
+    return Base(str(path), text, str(path.parent.resolve()))

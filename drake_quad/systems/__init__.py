@@ -1,1 +1,1 @@
-"""Floor 2: one LeafSystem a file, thin shells around floors 0 and 1."""
+"""One LeafSystem a file, thin shells around the mathematics, and the controller as a Diagram."""

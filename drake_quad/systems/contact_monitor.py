@@ -8,12 +8,11 @@ from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactModel, ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
-from drake_quad.gait.gravity import GRAVITY
-from drake_quad.gait.legs import SHORT_NAMES, FloatArray
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.systems.scratch import DeclareScratch, EvalScratch
-from drake_quad.systems.state_output import DeclareStateOutput
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.robot.model import RobotModel
+from drake_quad.systems.leaf_system import DeclareScratch, DeclareStateOutput, EvalScratch
 
 
 class ContactMonitor(LeafSystem):

@@ -6,7 +6,7 @@ from itertools import accumulate
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from drake_quad.gait.legs import FloatArray
+from drake_quad.common import FloatArray
 
 
 class Delay(LeafSystem):

@@ -1,6 +1,21 @@
-"""What happens to the robot that its controller is not told: frozen values of all of it."""
+"""Pushes on the robot, and the system that gives them as forces."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
+
+from pydrake.common.value import Value
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_quad.robot.state import StateLayout
+
+# ------------------------------------------------------------------------------------------------
+# What happens to the robot that its controller is not told: frozen values of all of it.
+# ------------------------------------------------------------------------------------------------
+
 
 Vector = tuple[float, float, float]
 
@@ -54,3 +69,102 @@ class Disturbances:
     motor_strength: dict[str, float] = field(default_factory=dict)
     sensor_delay: float = 0.0
     command_delay: float = 0.0
+
+
+# ------------------------------------------------------------------------------------------------
+# PushSource: forces from outside, for tests of how the robot takes them.
+# ------------------------------------------------------------------------------------------------
+
+
+ONCE = 1e9  # [s] period of an event that happens once: its second time never comes
+
+_Forces = Value[list[ExternallyAppliedSpatialForce]]
+
+
+class PushSource(LeafSystem):
+    """Applies each push in its time; between them it costs nothing.
+
+    Its state changes in two events a push, and its outputs depend on that state alone.
+
+    Input ports:
+        robot_state: [q; v] of the robot, the truth: its heading as a push begins.
+    Output ports:
+        applied_spatial_force: The forces that act now (abstract, a list of
+            ExternallyAppliedSpatialForce), for the plant's port of that name.
+        push_force: (3,) their sum in W [N].
+    """
+
+    def __init__(
+        self,
+        *,
+        pushes: Sequence[Push],
+        bodies: Sequence[BodyIndex],
+        layout: StateLayout,
+        time_step: float,
+    ) -> None:
+        """Declares the events.
+
+        Args:
+            pushes: What to apply.
+            bodies: What each acts on, in the plant.
+            layout: Of the plant's state.
+            time_step: Of the plant [s]; pushes last a whole number of them, at least one. 0 of a
+                continuous plant.
+        """
+        super().__init__()
+        self.set_name("push_source")
+        self._pushes, self._bodies, self._layout = tuple(pushes), tuple(bodies), layout
+        self._state_port = self.DeclareVectorInputPort("robot_state", layout.size)
+        self._forces = self.DeclareDiscreteState(3 * len(self._pushes))
+        self._total = self.DeclareDiscreteState(3)
+        self.DeclareAbstractOutputPort(
+            "applied_spatial_force",
+            lambda: _Forces(),
+            self._calc_forces,
+            {self.discrete_state_ticket(self._forces)},
+        )
+        self.DeclareStateOutputPort("push_force", self._total)
+        for k, push in enumerate(self._pushes):
+            begin, end = push.time, push.time + push.duration
+            if time_step > 0.0:
+                first = round(push.time / time_step)
+                last = first + max(1, round(push.duration / time_step))
+                # The plant's step at a time takes the state from before that time's events, so
+                # they come a step ahead.
+                begin, end = (first - 1) * time_step, (last - 1) * time_step
+            if begin < 0.0:
+                self.DeclareInitializationDiscreteUpdateEvent(partial(self._begin, k))
+            else:
+                self.DeclarePeriodicDiscreteUpdateEvent(ONCE, begin, partial(self._begin, k))
+            self.DeclarePeriodicDiscreteUpdateEvent(ONCE, end, partial(self._end, k))
+
+    def _begin(self, k: int, context: Context, state: DiscreteValues) -> None:
+        x = self._state_port.Eval(context)
+        R_WB = self._layout.read(x).R_WB
+        ahead_x, ahead_y = float(R_WB[0, 0]), float(R_WB[1, 0])
+        length = (ahead_x**2 + ahead_y**2) ** 0.5
+        c, s = ahead_x / length, ahead_y / length
+        x_H, y_H, z_H = self._pushes[k].force_H
+        self._set(k, state, [c * x_H - s * y_H, s * x_H + c * y_H, z_H])
+
+    def _end(self, k: int, context: Context, state: DiscreteValues) -> None:
+        self._set(k, state, [0.0, 0.0, 0.0])
+
+    def _set(self, k: int, state: DiscreteValues, force: list[float]) -> None:
+        """Writes one push's force, and the sum with what this very instant has changed before."""
+        forces = state.get_value(self._forces).copy()
+        forces[3 * k : 3 * k + 3] = force
+        state.set_value(self._forces, forces)
+        state.set_value(self._total, forces.reshape(-1, 3).sum(axis=0))
+
+    def _calc_forces(self, context: Context, output: Value) -> None:
+        acting = []
+        forces = context.get_discrete_state(self._forces).value().reshape(-1, 3)
+        for push, body, force_W in zip(self._pushes, self._bodies, forces, strict=True):
+            if force_W.any():
+                one = ExternallyAppliedSpatialForce()
+                one.body_index = body
+                one.p_BoBq_B = push.p_BP
+                one.F_Bq_W = SpatialForce(tau=[0.0, 0.0, 0.0], f=force_W)
+                acting.append(one)
+        output.set_value(acting)

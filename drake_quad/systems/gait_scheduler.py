@@ -4,19 +4,18 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_quad.control.clock import SEGMENT, run_on
-from drake_quad.control.clock_waits import begin_task, clock_rate, is_shaken, set_clock
-from drake_quad.control.ports import (
-    BALANCE_SIZE,
-    CATCH_SIZE,
-    SIZE,
-    Catch,
-    GaitPhase,
-    Mode,
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.control.gait_clock import (
+    SEGMENT,
+    begin_task,
+    clock_rate,
+    is_shaken,
+    run_on,
+    set_clock,
 )
-from drake_quad.control.push_reflex import Reflex, calm, choose, disturbed
+from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Catch, GaitPhase, Mode
+from drake_quad.control.push_recovery import Reflex, calm, choose, disturbed
 from drake_quad.control.settings import ControlSettings
-from drake_quad.gait.legs import BoolArray, FloatArray
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
 

@@ -4,16 +4,15 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues
 
-from drake_quad.control.base_task import rotation_error
-from drake_quad.control.records import Record, fields_of
+from drake_quad.common import GRAVITY, Vector
+from drake_quad.control.base_tracking import rotation_error
+from drake_quad.control.kernel_state import Record, fields_of
 from drake_quad.control.settings import ControlSettings
-from drake_quad.gait.gravity import GRAVITY
-from drake_quad.planning.force_distribution import distribute
-from drake_quad.robot.leg_scalar import Vector
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout
+from drake_quad.planning.contact_forces import distribute
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
 from drake_quad.systems.tracking_controller import Effort, Tick, TrackingController
-from drake_quad.terrain import Course
+from drake_quad.terrain.course import Course
 
 LEAST_LOAD = 0.01  # of a full one, with which a foot counts as one of three
 

@@ -6,15 +6,12 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
-from drake_quad.control.stability import watch
-from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.robot_state import StateLayout
-from drake_quad.stability.fallen import FALL_TIME, FALLEN_TILT
-from drake_quad.stability.kinds import HULL
-from drake_quad.stability.measured import Gauge, Margins, Posture, demand_of
-from drake_quad.stability.region import AT_REST
-from drake_quad.systems.scratch import DeclareScratch, EvalScratch
-from drake_quad.systems.state_output import DeclareStateOutput
+from drake_quad.common import FloatArray
+from drake_quad.robot.state import StateLayout
+from drake_quad.stability.equilibrium_region import AT_REST, HULL
+from drake_quad.stability.margins import FALL_TIME, FALLEN_TILT, Gauge, Margins, Posture, demand_of
+from drake_quad.stability.support_polygon import watch
+from drake_quad.systems.leaf_system import DeclareScratch, DeclareStateOutput, EvalScratch
 
 FIRST = 1.5  # periods, before which no contact is measured yet
 NO_SUPPORT = -9.0  # [m] logged instead of -inf where fewer feet than one bear

@@ -3,15 +3,14 @@
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from drake_quad.estimation.memory import initial_memory
-from drake_quad.estimation.outputs import write_deviation, write_state
+from drake_quad.common import FloatArray
+from drake_quad.estimation.filter import run_filter, write_deviation, write_state
+from drake_quad.estimation.filter_state import initial_memory
 from drake_quad.estimation.settings import DEFAULT_SETTINGS, EstimatorSettings, settings_array
-from drake_quad.estimation.tick import run_filter
-from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.leg_scalar import leg_array
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.state_output import DeclareStateOutput
+from drake_quad.robot.kinematics import leg_array
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
+from drake_quad.systems.leaf_system import DeclareStateOutput
 
 
 class StateEstimator(LeafSystem):

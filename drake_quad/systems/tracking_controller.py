@@ -7,22 +7,20 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from drake_quad.common import FloatArray
 from drake_quad.control.constants import make_constants
-from drake_quad.control.follow import MODE, RUN, command, follow
-from drake_quad.control.ground import ground_table
-from drake_quad.control.measured import measure
-from drake_quad.control.memory import MEMORY_SIZE, new_memory
+from drake_quad.control.contact_frames import ground_table
+from drake_quad.control.kernel_state import MEMORY_SIZE, WORK, Records, new_memory, new_record
+from drake_quad.control.measurement import measure
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
-from drake_quad.control.records import WORK, Records, new_record
 from drake_quad.control.settings import ControlSettings
-from drake_quad.gait.legs import FloatArray
+from drake_quad.control.tracking import MODE, RUN, command, follow
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.robot.leg_scalar import leg_array
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.scratch import DeclareScratch, EvalScratch
-from drake_quad.systems.state_output import DeclareStateOutput
-from drake_quad.terrain import Course
+from drake_quad.robot.kinematics import leg_array
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
+from drake_quad.systems.leaf_system import DeclareScratch, DeclareStateOutput, EvalScratch
+from drake_quad.terrain.course import Course
 
 
 class Tick(NamedTuple):

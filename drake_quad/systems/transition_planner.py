@@ -6,19 +6,17 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
+from drake_quad.common import FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.errors import PlanningError
-from drake_quad.gait.legs import FloatArray
-from drake_quad.planning.mission import Task
 from drake_quad.planning.motion_plan import MotionPlan, Stance
-from drake_quad.planning.on_map import on_map
-from drake_quad.planning.plan_task import plan_task
-from drake_quad.planning.resume_task import resume_task
-from drake_quad.planning.settings import PlanSettings
-from drake_quad.robot.leg_kinematics import calc_feet
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout
-from drake_quad.terrain import Course
+from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.replan import on_map, resume_task
+from drake_quad.planning.task import plan_task
+from drake_quad.robot.kinematics import calc_feet
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
+from drake_quad.terrain.course import Course
 
 AS_PLANNED = 0.01  # of a leg: by which feet may be off, and still stand as planned
 

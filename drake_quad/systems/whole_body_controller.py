@@ -4,17 +4,15 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues
 
-from drake_quad.control.force_qp import solve_sound
-from drake_quad.control.records import fields_of
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.control.kernel_state import fields_of
 from drake_quad.control.settings import ControlSettings
-from drake_quad.control.whole_body import plan_forces, torques_of
-from drake_quad.gait.gravity import GRAVITY
-from drake_quad.gait.legs import FloatArray
-from drake_quad.robot.robot_model import RobotModel
-from drake_quad.robot.robot_state import StateLayout
-from drake_quad.systems.state_output import DeclareStateOutput
+from drake_quad.control.whole_body_qp import plan_forces, solve_sound, torques_of
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
+from drake_quad.systems.leaf_system import DeclareStateOutput
 from drake_quad.systems.tracking_controller import Effort, Tick, TrackingController
-from drake_quad.terrain import Course
+from drake_quad.terrain.course import Course
 
 REUSES = 10  # ticks for which the last solution serves; then the robot is held still
 

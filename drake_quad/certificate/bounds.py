@@ -1,0 +1,302 @@
+"""Bounds of all certified quantities over cells of time, and the branch and bound on them.
+
+Whatever a cell's bound says holds at every time in it, so the least over all cells of a segment
+holds throughout the segment. Halving goes on until that is as near as asked for to the least value
+that any cell has in its middle, which no bound can be above.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.certificate.cells import Cells, IntArray, Pieces, join, make_cells, pick
+from drake_quad.certificate.clearance import (
+    MOST_PAIRS,
+    Obstacles,
+    SwingRule,
+    feet_room,
+    find_swing_rule,
+    shank_room,
+)
+from drake_quad.certificate.kinematics import (
+    Legs,
+    Shank,
+    enclose_feet,
+    enclose_frame,
+    enclose_knees,
+    enclose_legs,
+    enclose_moments,
+    enclose_shank_axes,
+    make_chain,
+)
+from drake_quad.certificate.statics import enclose_margin, enclose_statics, find_support
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.robot.model import RobotModel
+
+# ------------------------------------------------------------------------------------------------
+# All that is asked of a plan, bounded over cells of time.
+# ------------------------------------------------------------------------------------------------
+
+
+# What is bounded from below, a column each: first what a claim gives figures of, then what has to
+# be so for it to mean anything. Units: m, m, m, rad, part of the limit; m, m, part of the weight.
+MARGIN, FOOT, SHANK, JOINTS, TORQUE, REACH, GROUND, SHARES = range(8)
+FIGURES = 5
+COLUMNS = 8
+GROUND_SLACK = 1e-6  # [m] that a foot may dip into the ground as it lifts off
+MOST_CELLS = 8192  # that are bounded in one go, whatever the plan's length: some 100 MB
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Whose plan it is, and what is around it.
+
+    Attributes:
+        robot: The robot.
+        shank: Its shanks.
+        pieces: The plan.
+        obstacles: The course.
+        rule: What a swing owes the obstacles.
+    """
+
+    robot: RobotModel
+    shank: Shank
+    pieces: Pieces
+    obstacles: Obstacles
+    rule: SwingRule
+
+
+def pose_problem(robot: RobotModel, shank: Shank, pieces: Pieces, obstacles: Obstacles) -> Problem:
+    """Puts together what bounds are found with."""
+    return Problem(
+        robot=robot,
+        shank=shank,
+        pieces=pieces,
+        obstacles=obstacles,
+        rule=find_swing_rule(pieces, obstacles, robot.foot_radius),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Of N cells.
+
+    Attributes:
+        low: Bounds below over each cell (N, COLUMNS); -inf where nothing is known.
+        sample: Values in its middle (N, COLUMNS).
+        where: What `low` is about: a side, an obstacle, a leg, a joint (N, COLUMNS).
+        witness: Shares of the weight in its middle (N, 4).
+    """
+
+    low: FloatArray
+    sample: FloatArray
+    where: IntArray
+    witness: FloatArray
+
+
+def bound_cells(
+    problem: Problem,
+    cells: Cells,
+    *,
+    best: FloatArray,
+    tolerance: FloatArray,
+    demand: FloatArray,
+) -> Bounds:
+    """Bounds everything over every cell.
+
+    Args:
+        problem: Of the plan.
+        cells: The cells (N,).
+        best: Least known value of each segment (segments, COLUMNS); made less by what is found.
+        tolerance: How far below those bounds may be (COLUMNS,).
+        demand: What is asked for (COLUMNS,).
+    """
+    size = max(1, min(MOST_CELLS, MOST_PAIRS // len(problem.obstacles.top)))
+    parts = []
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for first in range(0, len(cells.half), size):
+            some = pick(cells, slice(first, first + size))
+            parts.append(_bound(problem, some, best, tolerance, demand))
+    return join(parts)
+
+
+def _bound(
+    problem: Problem,
+    cells: Cells,
+    best: FloatArray,
+    tolerance: FloatArray,
+    demand: FloatArray,
+) -> Bounds:
+    robot, pieces = problem.robot, problem.pieces
+    segment = pieces.segment[cells.piece]
+    frame, feet = enclose_frame(cells), enclose_feet(pieces, cells)
+    legs = enclose_legs(robot, frame, feet)
+    moments = enclose_moments(robot, frame, legs)
+    N = len(cells.half)
+    low, sample = np.empty((N, COLUMNS)), np.empty((N, COLUMNS))
+    where = np.zeros((N, COLUMNS), dtype=int)
+
+    def put(column: int, lows: FloatArray, samples: FloatArray) -> None:
+        """Takes the least of each row (N, n), and notes which it is; a nan is the worst."""
+        lows = np.where(np.isnan(lows), -np.inf, lows)
+        where[:, column] = np.argmin(lows, axis=1)
+        low[:, column] = lows.min(axis=1)
+        sample[:, column] = np.where(np.isnan(samples), np.inf, samples).min(axis=1)
+
+    support = find_support(pieces, cells)
+    margin = enclose_margin(support, moments)
+    put(MARGIN, margin.lower, margin.centre)
+    put(JOINTS, *_joint_room(robot, legs))
+    put(REACH, *_reach_room(robot, legs))
+    statics = enclose_statics(robot, support, frame, legs, moments)
+    effort = robot.effort.reshape(4, 3).T
+    room = [
+        1.0 - np.maximum(t.upper, -t.lower) / e
+        for t, e in zip(statics.torques, effort, strict=True)
+    ]
+    here = [1.0 - np.abs(t.centre) / e for t, e in zip(statics.torques, effort, strict=True)]
+    put(TORQUE, np.stack(room, axis=-1).reshape(N, 12), np.stack(here, axis=-1).reshape(N, 12))
+    stands = pieces.standing[cells.piece]
+    put(SHARES, np.where(stands, statics.shares.lower, 1.0), np.where(stands, statics.witness, 1.0))
+    foot = feet_room(pieces, cells, problem.obstacles, problem.rule, robot.foot_radius)
+    low[:, FOOT], sample[:, FOOT], where[:, FOOT] = foot.low, foot.sample, foot.obstacle
+    low[:, GROUND], sample[:, GROUND] = foot.ground_low, foot.ground_sample
+    where[:, GROUND] = where[:, FOOT]
+    known = best[:, SHANK].copy()
+    knees, ahead = enclose_knees(robot, frame, legs), enclose_shank_axes(frame, legs)
+    shank = shank_room(
+        cells,
+        make_chain(problem.shank, knees, feet, ahead),
+        problem.obstacles,
+        group=segment,
+        best=known,
+        tolerance=float(tolerance[SHANK]),
+        demand=float(demand[SHANK]),
+    )
+    low[:, SHANK], sample[:, SHANK], where[:, SHANK] = shank.low, shank.sample, shank.leg
+    np.minimum.at(best, segment, sample)
+    return Bounds(low, sample, where, statics.witness)
+
+
+def _joint_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
+    """How far the angles are from the nearer of their limits, bound and value, (N, 12) each."""
+    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+    low, here = [], []
+    for j, angle in enumerate(legs.angles):
+        low.append(np.minimum(angle.lower - lower[:, j], upper[:, j] - angle.upper))
+        here.append(np.minimum(angle.centre - lower[:, j], upper[:, j] - angle.centre))
+    count = len(low[0])
+    return np.stack(low, axis=-1).reshape(count, 12), np.stack(here, axis=-1).reshape(count, 12)
+
+
+def _reach_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
+    """How far the feet are from where a leg is straight, or folded: bound and value (N, 4) each."""
+    g, far = robot.geometry, legs.extension
+    folded = np.abs(g.thigh - g.shank)
+    low = np.minimum(g.reach - far.upper, far.lower - folded)
+    here = np.minimum(g.reach - far.centre, far.centre - folded)
+    return low, np.where(np.isnan(here), -1.0, here)
+
+
+# ------------------------------------------------------------------------------------------------
+# Bounds of a whole plan by branch and bound: cells are halved where a bound has to be better.
+# ------------------------------------------------------------------------------------------------
+
+
+# How far below the least value a claim is, of margin, foot, shank, joints, torque: [m], [m], [m],
+# [rad], part of the limit. Half of it is for bounds, half is room for who checks them again.
+TOLERANCE = np.array([2e-4, 2e-4, 2e-4, 2e-3, 2e-3])
+ROUNDING = 1e-9  # covers what the robot's constants and the polygons' sides are rounded by
+ROUNDS = 24
+SHORTEST = 1e-5  # [s]; half the length of a cell that is not halved any more
+COARSE = 5e-3  # [s]; the same in a segment that is known not to be as asked for
+DIGITS = 1e-6  # claims are rounded down to whole ones
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """What is proven of a plan.
+
+    Attributes:
+        cells: The partition of time, in order.
+        bounds: Over each.
+        low: The least over each segment (segments, COLUMNS): true at every time.
+        best: The least value found in each segment (segments, COLUMNS).
+        claims: What a certificate claims of each segment (segments, FIGURES).
+        demand: What was asked for (COLUMNS,).
+        met: Whether `low` meets the demand (segments, COLUMNS).
+    """
+
+    cells: Cells
+    bounds: Bounds
+    low: FloatArray
+    best: FloatArray
+    claims: FloatArray
+    demand: FloatArray
+    met: BoolArray
+
+
+def make_demand(*, margin: float = 0.0, foot: float = 0.0, shank: float = 0.0) -> FloatArray:
+    """What is asked of a plan, by column [m]; no joint or torque beyond its limit goes unasked."""
+    demand = np.zeros(COLUMNS)
+    demand[:3] = margin, foot, shank
+    demand[GROUND] = -GROUND_SLACK
+    return demand
+
+
+def prove(problem: Problem, demand: FloatArray) -> Proof:
+    """Finds bounds of everything for every segment of a plan.
+
+    Args:
+        problem: The plan, its robot and course.
+        demand: See `make_demand`: bounds are made good enough to meet it where values do.
+    """
+    pieces = problem.pieces
+    count, segments = len(pieces.start), int(pieces.segment[-1]) + 1
+    slack = np.concatenate([0.5 * TOLERANCE, np.full(COLUMNS - FIGURES, np.inf)])
+    best = np.full((segments, COLUMNS), np.inf)
+    todo = make_cells(pieces, np.arange(count), np.zeros(count), np.ones(count))
+    done: list[tuple[Cells, Bounds]] = []
+    for _ in range(ROUNDS):
+        bounds = bound_cells(problem, todo, best=best, tolerance=slack, demand=demand)
+        target = wanted(best, slack, demand)[pieces.segment[todo.piece]]
+        hopeless = np.any(best < demand, axis=1)[pieces.segment[todo.piece]]
+        again = np.any(bounds.low < target, axis=1)
+        again &= todo.half > np.where(hopeless, COARSE, SHORTEST)
+        done.append((pick(todo, ~again), pick(bounds, ~again)))
+        if not np.any(again):
+            break
+        last = todo, bounds, again
+        todo = halves(problem, pick(todo, again))
+    else:
+        done.append((pick(last[0], last[2]), pick(last[1], last[2])))
+    cells = join([c for c, _ in done])
+    order = np.lexsort((cells.middle, pieces.task[cells.piece]))
+    cells, bounds = pick(cells, order), pick(join([b for _, b in done]), order)
+    low = np.full((segments, COLUMNS), np.inf)
+    np.minimum.at(low, pieces.segment[cells.piece], bounds.low)
+    low -= ROUNDING
+    claims = np.minimum(
+        np.maximum(best[:, :FIGURES] - TOLERANCE, demand[:FIGURES]), low[:, :FIGURES]
+    )
+    claims = np.round(np.floor(claims / DIGITS) * DIGITS, 6)
+    return Proof(cells, bounds, low, best, claims, demand, low >= demand)
+
+
+def wanted(best: FloatArray, slack: FloatArray, demand: FloatArray) -> FloatArray:
+    """How good bounds have to be (segments, COLUMNS), given the least values known.
+
+    As near to those as `slack`, or what is asked for if that is in between.
+    """
+    return np.maximum(best - slack, np.minimum(best, demand + 2.0 * ROUNDING))
+
+
+def halves(problem: Problem, cells: Cells) -> Cells:
+    """Both halves of every cell."""
+    middle = 0.5 * (cells.low + cells.high)
+    return make_cells(
+        problem.pieces,
+        np.concatenate([cells.piece, cells.piece]),
+        np.concatenate([cells.low, middle]),
+        np.concatenate([middle, cells.high]),
+    )

@@ -1,0 +1,363 @@
+"""Encloses the clearances of feet and shanks from the course's obstacles.
+
+A box is where nothing may be. A face is what a foot may not come near, although it steps onto the
+box behind it: the part of a box's side that has no ground of its own height before it.
+
+The distance from a convex obstacle is convex in the point, so it is nowhere below its tangent: with
+n its gradient where the foot is in the middle of a stretch, distance(p) >= distance(p_m) +
+n . (p - p_m). That is a quintic in time, and its least Bernstein coefficient is below it.
+
+As for feet: with n the gradient of the distance where a part of a shank is nearest in the middle of
+a stretch, distance(p) >= distance(p_m) + n . (p - p_m). That is linear along the part, so that the
+lesser bound of its two ends is below all of it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.certificate.cells import FOOT, Cells, IntArray, Pieces
+from drake_quad.certificate.enclosure import bernstein
+from drake_quad.certificate.kinematics import Chain, Points
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.terrain.boxes import Box
+
+# ------------------------------------------------------------------------------------------------
+# A course as convex obstacles: its boxes, and the faces below their nosings.
+# ------------------------------------------------------------------------------------------------
+
+
+CAP = 0.1  # [m]; more room than this is not told from it
+LEVEL = 1e-6  # [m] of height within which ground goes on
+MOST_PAIRS = 1_000_000  # of cells, or points, with obstacles in one go: some 100 MB
+ASIDE = 1e-4  # [m] before a side, where it is asked what ground there is
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles:
+    """M boxes, some of them without thickness.
+
+    Attributes:
+        centre: (M, 3) in W [m].
+        axes: Of each its unit axes in W, in rows (M, 3, 3).
+        half: Half sizes along its axes (M, 3) [m].
+        top: Height of the top's middle (M,) [m].
+        face: Which are faces, not boxes (M,).
+    """
+
+    centre: FloatArray
+    axes: FloatArray
+    half: FloatArray
+    top: FloatArray
+    face: BoolArray
+
+    def distance(self, points: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Signed distance of points (K, 3) from obstacles `which` (K,) [m], and its gradient.
+
+        The gradient (K, 3) is the normal of a plane that has the obstacle behind it, and the
+        point as far before it as the distance says.
+        """
+        axes = self.axes[which]
+        local = np.einsum("kij,kj->ki", axes, points - self.centre[which])
+        beyond = np.abs(local) - self.half[which]
+        outside = np.maximum(beyond, 0.0)
+        away = np.sqrt(np.einsum("ki,ki->k", outside, outside))
+        nearest = np.argmax(beyond, axis=-1)
+        inside = np.take_along_axis(beyond, nearest[:, None], axis=-1)[:, 0]
+        out = away > 0.0
+        one = (np.arange(3) == nearest[:, None]).astype(float)
+        normal = np.where(out[:, None], outside / np.where(out, away, 1.0)[:, None], one)
+        normal = normal * np.where(local < 0.0, -1.0, 1.0)
+        return np.where(out, away, inside), np.einsum("ki,kij->kj", normal, axes)
+
+
+def find_obstacles(boxes: Sequence[Box]) -> Obstacles:
+    """The obstacles that a course's boxes make."""
+    rows = [(b.centre, _axes(b), 0.5 * b.size, b.top, False) for b in boxes]
+    middles = np.array([box.centre[:2] for box in boxes])
+    radii = np.array([0.5 * np.linalg.norm(box.size) for box in boxes])
+    for box, middle, radius in zip(boxes, middles, radii, strict=True):
+        apart = np.linalg.norm(middles - middle, axis=1) - radii - radius
+        near = [boxes[int(k)] for k in np.flatnonzero(apart <= 10.0 * ASIDE)]
+        rows += [(*face, box.top, True) for face in _faces(box, near)]
+    centre, axes, half, top, face = zip(*rows, strict=True)
+    return Obstacles(*(np.array(column) for column in (centre, axes, half, top, face)))
+
+
+def _axes(box: Box) -> FloatArray:
+    """A box's unit axes in W, in rows (3, 3)."""
+    ahead, left = np.array([*box.axes[0], 0.0]), np.array([*box.axes[1], 0.0])
+    c, s, up = np.cos(box.pitch), np.sin(box.pitch), np.array([0.0, 0.0, 1.0])
+    return np.stack([c * ahead - s * up, left, s * ahead + c * up])
+
+
+def _faces(box: Box, boxes: Sequence[Box]) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+    """The parts of a box's four sides that have no ground of their height before them."""
+    axes, half = _axes(box), 0.5 * box.size
+    found = []
+    for axis in (0, 1):
+        other = 1 - axis
+        for sign in (-1.0, 1.0):
+            middle = box.centre + sign * half[axis] * axes[axis]
+            edge = middle + half[2] * axes[2] + sign * ASIDE * axes[axis]
+            ends = edge + np.outer([-half[other], half[other]], axes[other])
+            for low, high in _uncovered(ends, box, boxes):
+                size = half.copy()
+                size[axis], size[other] = 0.0, 0.5 * (high - low) * 2.0 * half[other]
+                at = middle + (low + high - 1.0) * half[other] * axes[other]
+                found.append((at, axes, size))
+    return found
+
+
+def _uncovered(ends: FloatArray, own: Box, boxes: Sequence[Box]) -> list[tuple[float, float]]:
+    """Where between two points (2, 3) no other box is as high as they are: parts of [0, 1]."""
+    free = [(0.0, 1.0)]
+    for box in boxes:
+        if box is own:
+            continue
+        p = (ends[:, :2] - box.middle) @ box.axes.T
+        low, high = 0.0, 1.0
+        for k in (0, 1):
+            at, way, room = p[0, k], p[1, k] - p[0, k], 0.5 * box.extent[k] + LEVEL
+            if abs(way) < 1e-12:
+                high = high if abs(at) <= room else -1.0
+            else:
+                a, b = sorted(((-room - at) / way, (room - at) / way))
+                low, high = max(low, a), min(high, b)
+        if high <= low:
+            continue
+        ground = box.top + box.gradient * (p[0, 0] + np.array([low, high]) * (p[1, 0] - p[0, 0]))
+        edge = ends[0, 2] + np.array([low, high]) * (ends[1, 2] - ends[0, 2])
+        slack = LEVEL + 2.0 * ASIDE * (abs(box.gradient) + abs(own.gradient))
+        if np.all(ground >= edge - slack):
+            free = [
+                part
+                for a, b in free
+                for part in ((a, min(b, low)), (max(a, high), b))
+                if part[1] - part[0] > 1e-9
+            ]
+    return free
+
+
+# ------------------------------------------------------------------------------------------------
+# Room between swing feet and the course, bounded over stretches of time.
+# ------------------------------------------------------------------------------------------------
+
+
+TILTED = 5e-3  # [m] from a slope within which a foot stands on it: its sphere dips into it
+
+
+_BERNSTEIN = bernstein(FOOT - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class SwingRule:
+    """What a swing owes each obstacle.
+
+    Attributes:
+        own: Boxes that it steps from or onto, or that are level with those (phases, M).
+        floor: Least distance from those (phases, M) [m]: 0, or as deep as it stands in a slope.
+        half: Half the distance that its two footholds have from the rest (phases, M) [m]: in a
+            swing the foot need not be farther from it.
+    """
+
+    own: BoolArray
+    floor: FloatArray
+    half: FloatArray
+
+
+def find_swing_rule(pieces: Pieces, obstacles: Obstacles, radius: float) -> SwingRule:
+    """The rule of every contact phase; of those without a swing it means nothing."""
+    phases, count = int(pieces.phase[-1]) + 1, len(obstacles.top)
+    first = np.searchsorted(pieces.phase, np.arange(phases))
+    leg = np.maximum(pieces.swing[first], 0)
+    ends = np.stack([pieces.feet[first, leg], pieces.landing[first]])
+    distance = _distances(ends.reshape(-1, 3), obstacles).reshape(2, phases, count) - radius
+    level = np.abs(ends[..., 2:] - radius - obstacles.top) <= LEVEL
+    tilted = obstacles.axes[:, 2, 2] < 1.0
+    stands = np.where(tilted, distance <= TILTED, level)
+    least = distance.min(axis=0)
+    return SwingRule(
+        own=stands.any(axis=0) & ~obstacles.face,
+        floor=np.minimum(least, 0.0),
+        half=0.5 * least,
+    )
+
+
+def _distances(points: FloatArray, obstacles: Obstacles) -> FloatArray:
+    """Signed distances of points (K, 3) from all obstacles (K, M) [m]: some points at a time."""
+    count = len(obstacles.top)
+    size = max(1, MOST_PAIRS // count)
+    found = np.empty((len(points), count))
+    for first in range(0, len(points), size):
+        some = points[first : first + size]
+        which = np.tile(np.arange(count), len(some))
+        distance = obstacles.distance(np.repeat(some, count, axis=0), which)[0]
+        found[first : first + size] = distance.reshape(len(some), count)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class FeetRoom:
+    """Of each cell (N,): bounds below over the cell, and values in its middle [m].
+
+    Attributes:
+        low: Of the swing foot's room to obstacles that it passes; CAP where there is none.
+        sample: The same in the middle.
+        ground_low: Of what it has over its own ground more than it needs.
+        ground_sample: The same in the middle.
+        obstacle: The obstacle that `low` is about.
+    """
+
+    low: FloatArray
+    sample: FloatArray
+    ground_low: FloatArray
+    ground_sample: FloatArray
+    obstacle: IntArray
+
+
+def feet_room(
+    pieces: Pieces, cells: Cells, obstacles: Obstacles, rule: SwingRule, radius: float
+) -> FeetRoom:
+    """The room of the swing feet's spheres over each cell."""
+    count = len(cells.half)
+    room = FeetRoom(
+        low=np.full(count, CAP),
+        sample=np.full(count, CAP),
+        ground_low=np.full(count, CAP),
+        ground_sample=np.full(count, CAP),
+        obstacle=np.zeros(count, dtype=int),
+    )
+    swinging = np.flatnonzero(pieces.swing[cells.piece] >= 0)
+    at = cells.foot[swinging, :, 0]
+    moves = np.abs(cells.foot[swinging, :, 1:]).sum(axis=(1, 2)) + radius + CAP
+    size = np.linalg.norm(obstacles.half, axis=1)
+    apart = np.linalg.norm(at[:, None] - obstacles.centre, axis=-1) - size
+    near, which = np.nonzero(apart < moves[:, None])
+    distance, normal = obstacles.distance(at[near], which)
+    cell = swinging[near]
+    powers = np.einsum("ki,kij->kj", normal, cells.foot[cell])
+    powers[:, 0] = 0.0
+    sample = distance - radius
+    low = sample + (powers @ _BERNSTEIN.T).min(axis=1)
+    phase = pieces.phase[cells.piece[cell]]
+    own, floor, half = rule.own[phase, which], rule.floor[phase, which], rule.half[phase, which]
+    np.minimum.at(room.ground_low, cell[own], (low - floor)[own])
+    np.minimum.at(room.ground_sample, cell[own], (sample - floor)[own])
+    passed = np.where(sample < half, sample, CAP)
+    np.minimum.at(room.sample, cell[~own], passed[~own])
+    bound = np.where(low < half, low, CAP)
+    np.minimum.at(room.low, cell[~own], bound[~own])
+    worst = ~own & (bound <= room.low[cell])
+    room.obstacle[cell[worst]] = which[worst]
+    return room
+
+
+# ------------------------------------------------------------------------------------------------
+# Room between knees and shanks and the course, bounded over stretches of time.
+# ------------------------------------------------------------------------------------------------
+
+
+_HALVINGS = 24  # of a part of a shank, in search of its nearest point
+
+
+@dataclass(frozen=True, eq=False)
+class ShankRoom:
+    """Of each cell (N,): a bound below over the cell, and a value in its middle [m]; the leg."""
+
+    low: FloatArray
+    sample: FloatArray
+    leg: IntArray
+
+
+def shank_room(
+    cells: Cells,
+    chain: Chain,
+    obstacles: Obstacles,
+    *,
+    group: IntArray,
+    best: FloatArray,
+    tolerance: float,
+    demand: float,
+) -> ShankRoom:
+    """The room of all shanks over each cell, knees included.
+
+    A shank is a chain of rounded parts, each as thick as the thicker of its ends.
+
+    Args:
+        cells: The cells (N,).
+        chain: The shanks.
+        obstacles: Of which the faces do not count: they are sides of boxes.
+        group: A number of each cell (N,): how small the room of its group is, is what matters.
+        best: The least room that is known of each group; made less where a smaller one is found.
+        tolerance: Bounds need not be better than this below the least of the group [m],
+        demand: unless this is asked for, and is in between [m].
+    """
+    N = len(cells.half)
+    room = ShankRoom(np.full(N, CAP), np.full(N, CAP), np.zeros(N, dtype=int))
+    low_end, high_end, thick = chain.parts()
+    parts = thick.shape[1]
+    K, F = chain.points.centre[:, :, 0], chain.points.centre[:, :, 1]
+    length = np.linalg.norm(F - K, axis=-1)
+    moves = chain.moves()
+    reach = np.where(np.isfinite(moves), moves + 0.5 * length, 10.0) + chain.thickest() + CAP
+    boxes = np.flatnonzero(~obstacles.face)
+    middle = 0.5 * (K + F)
+    size = np.linalg.norm(obstacles.half[boxes], axis=1)
+    apart = np.linalg.norm(middle[:, :, None] - obstacles.centre[boxes], axis=-1) - size
+    cell, leg, which = np.nonzero(apart < reach[..., None])
+    which = boxes[which]
+    distance, _ = obstacles.distance(middle[cell, leg], which)
+    near = ~(distance >= reach[cell, leg])
+    cell, leg, which = (np.repeat(v[near], parts) for v in (cell, leg, which))
+    part = np.tile(np.arange(parts), int(near.sum()))
+    ends = np.stack([low_end[leg, part], high_end[leg, part]])
+    thick = thick[leg, part]
+    here = np.einsum("eks,ksi->eki", ends, chain.points.centre[cell, leg])
+    distance, _ = obstacles.distance(0.5 * (here[0] + here[1]), which)
+    sample = distance - thick
+    low = sample - 0.5 * np.linalg.norm(here[1] - here[0], axis=-1) - moves[cell, leg]
+    low = np.where(np.isnan(low), -np.inf, low)
+    np.minimum.at(best, group[cell], sample)
+    wanted = np.maximum(best - tolerance, np.minimum(best, demand))
+    fine = np.flatnonzero(low < np.minimum(wanted[group[cell]], CAP))
+    points = chain.points.pick(cell[fine], leg[fine])
+    low[fine], sample[fine] = _refine(
+        points, ends[:, fine], obstacles, which[fine], cells.half[cell[fine]], thick[fine]
+    )
+    np.minimum.at(best, group[cell], sample)
+    np.minimum.at(room.sample, cell, sample)
+    np.minimum.at(room.low, cell, low)
+    worst = low <= room.low[cell]
+    room.leg[cell[worst]] = leg[worst]
+    return room
+
+
+def _refine(
+    points: Points,
+    ends: FloatArray,
+    obstacles: Obstacles,
+    which: IntArray,
+    half: FloatArray,
+    thick: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds and values of K parts of shanks from their nearest points in the middle of a cell."""
+    here = np.einsum("eks,ksi->eki", ends, points.centre)
+    way = here[1] - here[0]
+    a, b = np.zeros(len(half)), np.ones(len(half))
+    for _ in range(_HALVINGS):  # convex along the part: the slope's sign says where the least is
+        s = 0.5 * (a + b)
+        _, normal = obstacles.distance(here[0] + s[:, None] * way, which)
+        falls = np.einsum("ki,ki->k", normal, way) < 0.0
+        a, b = np.where(falls, s, a), np.where(falls, b, s)
+    low, sample = np.full(len(half), -np.inf), np.full(len(half), np.inf)
+    for s in (a, b):
+        distance, normal = obstacles.distance(here[0] + s[:, None] * way, which)
+        bound = np.full(len(half), np.inf)
+        for end, at in zip(ends, (0.0, 1.0), strict=True):
+            leans = np.einsum("ki,ki->k", normal, way) * (at - s)
+            bound = np.minimum(bound, distance + leans - points.moves(end, normal, half) - thick)
+        low = np.fmax(low, bound)
+        sample = np.minimum(sample, distance - thick)
+    return low, sample

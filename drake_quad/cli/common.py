@@ -1,0 +1,329 @@
+"""What the commands share: options, progress lines, interrupts, output directories.
+
+`drake-quad check go2 --save f | head` is to save its file, and to end with the status of its
+answer, although `head` reads no more than ten lines.
+"""
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from errno import ENAMETOOLONG
+from io import TextIOWrapper
+from pathlib import Path
+from tempfile import TemporaryFile
+from types import FrameType
+from typing import Annotated, Any, TextIO, cast
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from drake_quad.errors import InputError
+from drake_quad.util.input_files import MOST_JSON, read_given
+
+# ------------------------------------------------------------------------------------------------
+# What the commands' options have in common.
+# ------------------------------------------------------------------------------------------------
+
+
+MESSAGES = Console(stderr=True)  # results go to stdout
+
+ScenarioArgument = Annotated[
+    str, typer.Argument(help="A shipped scenario's name (see `scenarios`), or a YAML file.")
+]
+RobotArgument = Annotated[
+    str, typer.Argument(help="A URDF, SDF, MJCF or .robot.yaml, or a robot's name.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Override a field, e.g. gait.duty_factor=0.8."
+    ),
+]
+WorkersOption = Annotated[
+    int | None, typer.Option(help="Processes; as many as there are cores unless told.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
+
+
+# ------------------------------------------------------------------------------------------------
+# What is shown while a command works, and how Ctrl-C ends it without loss.
+# ------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def interruptible(err: Console) -> Iterator[Callable[[], bool]]:
+    """Turns Ctrl-C or a polite kill into a stop; a second Ctrl-C is an interrupt as usual."""
+    seen = False
+
+    def note(_number: int, _frame: FrameType | None) -> None:
+        nonlocal seen
+        seen = True
+        err.print("\nstopping; writing what was logged")
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    before = signal.signal(signal.SIGINT, note), signal.signal(signal.SIGTERM, note)
+    try:
+        yield lambda: seen
+    finally:
+        signal.signal(signal.SIGINT, before[0])
+        signal.signal(signal.SIGTERM, before[1])
+
+
+@contextmanager
+def seconds_progress(label: str, err: Console) -> Iterator[Callable[[float, float], None]]:
+    """A bar over simulated time [s], with its pace."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TextColumn("{task.fields[pace]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task(label, total=None, pace="", start=True, visible=False)
+
+        def show(done: float, total: float) -> None:
+            elapsed = bar.tasks[0].elapsed or 1e-9
+            pace = f"{done / elapsed:.1f} × real time"
+            bar.update(task, completed=done, total=max(total, done), pace=pace, visible=True)
+
+        yield show
+
+
+@contextmanager
+def cells_progress(err: Console) -> Iterator[Callable[[int, int], None]]:
+    """A bar over the cells of a chart."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
+        TextColumn("{task.fields[pace]}"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    with Progress(*columns, console=err, transient=True, speed_estimate_period=600.0) as bar:
+        task = bar.add_task("planning stairs", total=None, pace="", visible=False)
+
+        def show(done: int, total: int) -> None:
+            elapsed = bar.tasks[0].elapsed or 1e-9
+            pace = f"{60.0 * done / elapsed:.1f} a minute"
+            bar.update(task, completed=done, total=total, pace=pace, visible=True)
+
+        yield show
+
+
+# ------------------------------------------------------------------------------------------------
+# The directories of the commands: named, claimed before long work, read, and reported on.
+# ------------------------------------------------------------------------------------------------
+
+
+LONGEST = ".certificate.json.part"  # of the names that commands write in a directory
+
+
+def stem(scenario: str) -> str:
+    """The short name of a scenario, a study or a robot, from its file or its name."""
+    return Path(scenario).name.removesuffix(".yaml").removesuffix(".scenario")
+
+
+def claim(directory: Path, option: str = "--out") -> None:
+    """Makes sure before any long work that the directory can be written to; makes nothing.
+
+    Raises:
+        InputError: If it cannot; it names the option by which the directory was given.
+    """
+    with _writing(directory, option):
+        _probe(directory / LONGEST)
+
+
+def claim_file(path: Path | None, option: str) -> None:
+    """The same of a file, if there is to be one."""
+    if path is None:
+        return
+    refusal = ""
+    with _writing(path, option):
+        if path.is_dir():
+            refusal = "is a directory; give a file in it"
+        elif path.exists() and not path.is_file():  # to be in place of /dev/null would harm
+            refusal = "is no file that could be written anew; give another"
+        else:
+            _probe(path.with_name(f".{path.name}.part"))  # as long a name as `write_whole`'s
+    if refusal:
+        raise InputError(source=option, field=option[2:], value=str(path), remedy=refusal)
+
+
+def _probe(path: Path) -> None:
+    """Tries a file in the lowest folder on the way to it that is there, and all names for length.
+
+    The file has no name: other commands may begin at the same place at the same time.
+    """
+    path = path.absolute()
+    folder = next(p for p in path.parents if p.exists() or p.is_symlink())
+    with TemporaryFile(dir=folder):
+        most = os.pathconf(folder, "PC_NAME_MAX")
+    if any(len(os.fsencode(name)) > most for name in path.relative_to(folder).parts):
+        raise OSError(ENAMETOOLONG, os.strerror(ENAMETOOLONG))
+
+
+@contextmanager
+def _writing(path: Path, option: str) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        remedy = f"cannot be written to: {error.strerror}; give another with {option}"
+        raise InputError(source=option, field=option[2:], value=str(path), remedy=remedy) from None
+
+
+def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
+    """The summary of a finished run, all of whose files can be read.
+
+    Args:
+        directory: The run's.
+        or_sweep: Whether a sweep's would have done as well, for the message.
+
+    Raises:
+        InputError: A file is not there, or is none of a run's; or a value that is printed is none
+            that runs write.
+    """
+    import pyarrow as pa
+
+    from drake_quad.util.files import plain_of
+    from drake_quad.util.input_files import read_given_table
+
+    wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
+
+    def fail(name: str, what: str) -> InputError:
+        return InputError(
+            source=str(directory),
+            field=name,
+            value=str(directory / name),
+            remedy=f"{what}; give the directory of a finished {wanted}",
+        )
+
+    try:
+        summary = plain_of(read_given(directory / "summary.json", most=MOST_JSON))
+    except OSError as problem:
+        there = directory.is_dir() and not isinstance(problem, FileNotFoundError)
+        what = "not there" if directory.is_dir() else "no such directory"
+        what = f"cannot be read: {problem.strerror}" if there else what
+        raise fail("summary.json", what) from None
+    if summary is None:
+        raise fail("summary.json", "is cut short, or no mapping in JSON")
+    if "outcome" not in summary:
+        raise fail("summary.json", "is not a run's summary")
+    _check_values(summary, str(directory / "summary.json"))
+    try:
+        log = read_given_table(directory / "log.parquet", columns=["t", "margin"])
+    except FileNotFoundError:
+        raise fail("log.parquet", "not there") from None
+    except (OSError, ValueError, pa.ArrowException) as problem:
+        reason = getattr(problem, "strerror", None)  # Arrow's own errors of bytes have none
+        if reason:
+            raise fail("log.parquet", f"cannot be read: {reason}") from None
+        raise fail("log.parquet", "is cut short or not Parquet") from None
+    if {*log.column_names} != {"t", "margin"}:
+        raise fail("log.parquet", "is not a run's log")
+    for name in log.column_names:
+        kind, gaps = log[name].type, log[name].null_count
+        if not pa.types.is_floating(kind) or gaps:
+            raise InputError(
+                source=str(directory / "log.parquet"),
+                field=name,
+                value=f"{kind}, {gaps} rows without a value" if gaps else str(kind),
+                remedy=f"must be a column of numbers; give the directory of a finished {wanted}",
+            )
+    return summary
+
+
+def _check_values(summary: dict[str, Any], source: str) -> None:
+    """Sees that words are text, and that figures are numbers, verdicts true or false.
+
+    Figures and verdicts may also be null, or not there.
+
+    Raises:
+        InputError: The first that is something else.
+    """
+    from drake_quad.runs.schema import FIGURES, VERDICTS, WALL_CLOCK
+
+    def fail(path: str, value: Any, what: str) -> InputError:
+        remedy = f"must be {what}; give the directory of a finished `drake-quad run`"
+        return InputError(source=source, field=path, value=value, remedy=remedy)
+
+    for name in ("outcome", "reason", "simulation", "margin_kind", "assumes"):
+        if not isinstance(summary.get(name, ""), str):
+            raise fail(name, summary[name], "text")
+    for path in (*FIGURES, *WALL_CLOCK):
+        name, _, part = path.partition(".")
+        value = summary.get(name)
+        if part and value is not None:
+            if not isinstance(value, dict):
+                raise fail(name, value, "a mapping of figures, or null")
+            value = value.get(part)
+        verdict = path in VERDICTS
+        if value is not None and type(value) not in ((bool,) if verdict else (int, float)):
+            raise fail(path, value, "true or false, or null" if verdict else "a number, or null")
+
+
+def make_report(directory: Path, err: Console) -> None:
+    """Writes report.html and scene.lcmlog of a finished run."""
+    from drake_quad.report.lcm_replay import write_scene_log
+    from drake_quad.report.page import build_report
+
+    with err.status("writing report.html and scene.lcmlog"):
+        build_report(directory)
+        write_scene_log(directory)
+
+
+# ------------------------------------------------------------------------------------------------
+# Standard output and error of a command: a reader that goes away ends neither work nor status.
+# ------------------------------------------------------------------------------------------------
+
+
+class Lasting:
+    """A stream that drops what is written to it once nobody reads it any more.
+
+    Args:
+        stream: Its own, which is that of file descriptor `number`.
+        number: 1 or 2.
+    """
+
+    def __init__(self, stream: TextIO, number: int) -> None:
+        self._stream, self._number = stream, number
+
+    def write(self, text: str) -> int:
+        """Writes the text, or drops it; the number of its letters."""
+        try:
+            return self._stream.write(text)
+        except BrokenPipeError:
+            self._drop()
+            return len(text)
+
+    def flush(self) -> None:
+        """Hands on what was written, or drops it."""
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            self._drop()
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._stream, name)
+
+    def _drop(self) -> None:
+        """Puts nothing in the pipe's place: for this process and whatever it begins."""
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self._number)
+        os.close(nowhere)
+
+
+def make_streams_last() -> None:
+    """Puts a `Lasting` in the place of both standard streams.
+
+    Letters that a terminal or a pipe does not have are written as escapes.
+    """
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    if sys.stdout is not None:  # as of a process that was begun without any
+        sys.stdout = cast(TextIO, Lasting(sys.stdout, 1))
+    if sys.stderr is not None:
+        sys.stderr = cast(TextIO, Lasting(sys.stderr, 2))

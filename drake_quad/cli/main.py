@@ -1,0 +1,91 @@
+"""The drake-quad command: thin over the API.
+
+Results go to stdout, progress and messages to stderr. Exit status: 0 the goal was reached, 1 it was
+not, 2 the input cannot be used, or the machine, 130 interrupted before there was anything to keep.
+"""
+
+import platform
+import sys
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from drake_quad import __version__
+from drake_quad.cli.common import make_streams_last
+from drake_quad.cli.robots import chart, check, inspect
+from drake_quad.cli.runs import export, plan, replay, report, run, scenarios
+from drake_quad.cli.studies import compare, sweep
+from drake_quad.errors import DrakeQuadError, InputError, PlanningError, printable
+
+INTERRUPTED = 130  # as shells have it: 128 and the number of SIGINT
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+def _tell_version(asked: bool) -> None:
+    """Prints the versions that a run depends on most, for reports of faults, and ends."""
+    if asked:
+        python = platform.python_version()
+        print(f"drake-quad {__version__} (Drake {version('drake')}, Python {python})")
+        raise typer.Exit()
+
+
+@app.callback()
+def options(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version."),
+    ] = False,
+) -> None:
+    """Can my quadruped climb these stairs, how, and how safely?
+
+    Plans a statically stable gait, simulates it in Drake's contact physics, and measures it.
+    """
+
+
+for command in (
+    run,
+    plan,
+    report,
+    replay,
+    export,
+    inspect,
+    check,
+    chart,
+    sweep,
+    compare,
+    scenarios,
+):
+    app.command()(command)
+
+
+def main() -> None:
+    """Entry point: errors on purpose become one line and an exit status."""
+    make_streams_last()
+    try:
+        app()
+    except InputError as error:
+        _fail(str(error), 2)
+    except PlanningError as error:
+        _fail(f"no plan: {error.reason}", 1)
+    except DrakeQuadError as error:  # a sweep that cannot go on
+        _fail(str(error), 2)
+    except OSError as error:
+        where = error.filename or f"in `{' '.join(['drake-quad', *sys.argv[1:]])}`"
+        _fail(f"{where}: {error.strerror or error}", 2)
+    except KeyboardInterrupt:  # before Typer sees to it
+        _fail("interrupted", INTERRUPTED)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:  # what Typer makes of Ctrl-C, without a word
+            _fail("interrupted", INTERRUPTED)
+        raise
+
+
+def _fail(message: str, status: int) -> None:
+    print(f"drake-quad: {printable(' '.join(message.split()))}", file=sys.stderr)
+    raise SystemExit(status)

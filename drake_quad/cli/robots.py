@@ -1,0 +1,336 @@
+"""The commands about a robot and stairs: `inspect`, `check` and `chart`."""
+
+import json
+import os
+import shlex
+from fractions import Fraction
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from drake_quad.cli.common import (
+    MESSAGES,
+    JsonOption,
+    RobotArgument,
+    WorkersOption,
+    cells_progress,
+    claim,
+    claim_file,
+    interruptible,
+    stem,
+)
+from drake_quad.feasibility.check_report import near_words
+from drake_quad.util.files import write_whole
+
+# ------------------------------------------------------------------------------------------------
+# The commands that ask what a robot is, and what it can climb.
+# ------------------------------------------------------------------------------------------------
+
+
+def inspect(
+    robot: RobotArgument,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw it into this file (.svg, .png or .pdf).")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Tell what is read from a robot's file, and what is repaired or assumed."""
+    from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
+    from drake_quad.feasibility.robot_picture import check_picture, save_picture
+    from drake_quad.robot.loader import load_robot
+
+    check_picture(picture)
+    claim_file(picture, "--picture")
+    model = load_robot(robot)
+    told = describe_robot(model, source=robot)
+    if not as_json:
+        print_robot(told, Console())
+    if picture is not None:
+        save_picture(model, picture)
+        told["picture"] = str(picture)
+    if as_json:
+        print(json.dumps(told))
+
+
+def check(
+    robot: RobotArgument,
+    rise: Annotated[
+        float | None, typer.Option(help="Of the steps, in m.", show_default="0.178")
+    ] = None,
+    run: Annotated[
+        float | None, typer.Option(help="Of the treads, in m.", show_default="0.28")
+    ] = None,
+    count: Annotated[
+        int | None, typer.Option(help="Steps of the flight.", show_default="10")
+    ] = None,
+    width: Annotated[
+        float | None, typer.Option(help="Of the flights, in m; as the robot needs unless told.")
+    ] = None,
+    landing: Annotated[
+        float | None,
+        typer.Option(help="Length of the landing between the flights, in m; the same."),
+    ] = None,
+    turn: Annotated[
+        float | None,
+        typer.Option(
+            help="On the landing, in degrees: 0, 90 (left), 180 (two landings), -90, -180.",
+            show_default="90",
+        ),
+    ] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="The course of this scenario instead of a flight.")
+    ] = None,
+    margin: Annotated[
+        str,
+        typer.Option(help="Of the plan: over the feet's `hull`, within `friction`, `feasible`."),
+    ] = "hull",
+    save: Annotated[
+        Path | None, typer.Option(help="Write the designed scenario into this file.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw the climb into this file (.svg, .png or .pdf).")
+    ] = None,
+    nearest: Annotated[
+        bool, typer.Option(help="After a no, look for the nearest stairs that it climbs.")
+    ] = True,
+    as_json: JsonOption = False,
+) -> None:
+    """Can this robot climb these stairs? Designs a gait, and plans it up and down in full.
+
+    A no comes with its reason first; to find the nearest stairs that work takes minutes more.
+    """
+    from drake_quad.feasibility.check_report import Asked, run_check
+
+    asked = Asked(
+        robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin, width=width,
+        landing=landing, turn=turn,
+    )  # fmt: skip
+    console, said = Console(), False
+    claim_file(save, "--save")
+    claim_file(picture, "--picture")
+
+    def say(told: dict[str, Any]) -> None:
+        nonlocal said
+        if not (as_json or said):
+            print_check(told, console)
+        said = True
+
+    with MESSAGES.status("designing a gait") as status:
+        told = run_check(
+            asked, save=save, picture=picture, nearest=nearest, first=say, note=status.update
+        )
+    if as_json:
+        print(json.dumps(told))
+    else:
+        say(told)
+        print_next(told, console)
+    raise typer.Exit(0 if told["feasible"] else 1)
+
+
+def chart(
+    robot: RobotArgument,
+    rise_from: Annotated[float, typer.Option(help="Lowest rise, in m.")] = 0.05,
+    rise_to: Annotated[float, typer.Option(help="Highest rise, in m.")] = 0.25,
+    rise_step: Annotated[float, typer.Option(help="Between rises, in m.")] = 0.025,
+    run_from: Annotated[float, typer.Option(help="Shallowest tread, in m.")] = 0.25,
+    run_to: Annotated[float, typer.Option(help="Deepest tread, in m.")] = 0.60,
+    run_step: Annotated[float, typer.Option(help="Between treads, in m.")] = 0.05,
+    count: Annotated[int, typer.Option(help="Steps of each flight.")] = 4,
+    out: Annotated[
+        Path | None, typer.Option(help="Directory for the files; charts/<robot> unless told.")
+    ] = None,
+    workers: WorkersOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Chart which stairs this robot climbs: margins over rise and run, and what limits the rest.
+
+    Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
+    """
+    from drake_quad.feasibility.chart import Span, chart_stairs, grid_of
+    from drake_quad.feasibility.chart_picture import save_chart
+    from drake_quad.util.parallel import check_workers
+
+    rises, runs = Span(rise_from, rise_to, rise_step), Span(run_from, run_to, run_step)
+    workers = workers if workers is not None else os.cpu_count() or 1
+    grid_of(rises, runs, count)  # before there is any progress to be seen
+    check_workers(workers)
+    directory = out if out is not None else Path("charts") / stem(robot)
+    claim(directory)
+    with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
+        told = chart_stairs(
+            robot, rises, runs, count=count, workers=workers, progress=progress, stop=interrupted
+        )
+    write_chart(told, directory)
+    save_chart(told, directory)
+    if as_json:
+        print(json.dumps({**told, "directory": str(directory)}))
+    else:
+        print_chart(told, directory, Console())
+    raise typer.Exit(0 if told["complete"] else 1)
+
+
+# ------------------------------------------------------------------------------------------------
+# Prints what `drake-quad check` found: answer, gait in plain words, what is left, what next.
+# ------------------------------------------------------------------------------------------------
+
+
+# What is left, in people's words, and its unit.
+WORDS = {
+    "reach": ("legs, from stretched or folded", "m"),
+    "joints": ("joints, to their limits", "rad"),
+    "torque": ("torque, of its limit", "%"),
+    "margin": ("static margin", "m"),
+    "legs": ("knees and shanks, to the stairs", "m"),
+    "apart": ("front and rear legs, apart", "m"),
+    "trunk": ("trunk, to the stairs", "m"),
+}
+
+LEVEL_DEG = 0.05  # of pitch, below which a body is called level
+
+
+def print_check(told: dict[str, Any], console: Console) -> None:
+    """Prints the answer, the gait, and what is left of each limit."""
+    colour = "green" if told["feasible"] else "red"
+    if told["feasible"] and told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]:
+        colour = "yellow"
+    first, rest = told["answer"].split(": ", 1)
+    console.print(Text.assemble((first, f"bold {colour}"), f": {rest}"), soft_wrap=True)
+    if told["feasible"]:
+        for line in gait_lines(told):
+            console.print(Text(line), soft_wrap=True)
+    for doubt in told["doubts"]:
+        console.print(Text.assemble(("doubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
+    if told["slacks"]:
+        console.print()
+        console.print(_table(told), highlight=False)
+
+
+def print_next(told: dict[str, Any], console: Console) -> None:
+    """Prints what would work instead, where it is known, and what to do next."""
+    console.print()
+    if told["sought"]:
+        console.print(Text(f"Nearest: {near_words(told)}."), soft_wrap=True)
+    if told.get("picture"):
+        console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)
+    console.print(Text(_next(told)), soft_wrap=True)
+
+
+def gait_lines(told: dict[str, Any]) -> list[str]:
+    """The gait in plain words."""
+    gait, plan = told["gait"], told["plan"]
+    places = gait["places_per_tread"]
+    stairs = gait["speed_stairs"]
+    speed = "" if stairs is None else f", {stairs:.3f} m/s along the stairs"
+    up, down = gait["pitch_up_deg"], gait["pitch_down_deg"]
+    level = max(up, down) < LEVEL_DEG
+    tilt = "level" if level else f"pitched by up to {up:.1f}° nose up and {down:.1f}° nose down"
+    return [
+        f"It moves one leg at a time, {_treads(gait['treads'], places)} every "
+        f"{gait['cycle_lasts']:.2f} s{speed}; on level ground {gait['stride']:.2f} m, "
+        f"{gait['speed_level']:.3f} m/s.",
+        f"Rear feet follow {_treads(gait['lag'], places)} behind the front "
+        f"ones as a cycle begins; left and right feet are {gait['stance_width']:.2f} m apart.",
+        f"The body is {gait['body_height']:.2f} m above the treads and {tilt}.",
+        f"The whole course takes {plan['duration']:.0f} s. What comes nearest to the stairs is "
+        f"{plan['nearest_part']}, in '{plan['nearest_task']}'.",
+    ]
+
+
+def _treads(count: int, places: int) -> str:
+    """So many places to step on, of which a tread has `places`, in treads."""
+    share = Fraction(count, places)
+    parts = {Fraction(1, 2): "half a tread", Fraction(1, 3): "a third of a tread",
+             Fraction(2, 3): "two thirds of a tread", Fraction(1): "1 tread"}  # fmt: skip
+    return parts.get(share, f"{float(share):.3g} treads")
+
+
+def _table(told: dict[str, Any]) -> Table:
+    """What is left of every limit, and what would be enough."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("what is left")
+    for title in ("on endless stairs", "wanted", "on this course"):
+        table.add_column(title, justify="right")
+    for name, row in told["slacks"].items():
+        words, unit = WORDS[name]
+
+        def text(value: float | None, unit: str = unit) -> str:
+            if value is None:
+                return "-"
+            return f"{100 * value:.0f} %" if unit == "%" else f"{value:.3f} {unit}"
+
+        colour = "red" if row["left"] < 0 else "yellow" if row["left"] < row["wanted"] else ""
+        left = text(row["left"])
+        table.add_row(
+            words,
+            f"[{colour}]{left}[/]" if colour else left,
+            text(row["wanted"]),
+            text(row["on_course"]),
+        )
+    return table
+
+
+def _next(told: dict[str, Any]) -> str:
+    """What to run next."""
+    robot = shlex.quote(told["robot"])
+    if told["feasible"]:
+        if told.get("saved"):
+            return f"now: drake-quad run {shlex.quote(told['saved'])}"
+        return "now: the same with --save FILE, then drake-quad run FILE"
+    near = told["nearest"]
+    if near is not None:
+        return (
+            f"now: drake-quad check {robot} --rise {near['rise']:g} --run {near['run']:g}"
+            f" --count {told['asked']['count']}"
+            + "".join(
+                f" --{name} {told['asked'][name]}"
+                for name in ("width", "landing", "turn", "margin")
+                if name in told["asked"]
+            )
+        )
+    return f"now: drake-quad chart {robot}"
+
+
+# ------------------------------------------------------------------------------------------------
+# What `drake-quad chart` prints, and writes as JSON.
+# ------------------------------------------------------------------------------------------------
+
+
+def write_chart(told: dict[str, Any], directory: Path) -> None:
+    """Writes chart.json."""
+    text = json.dumps(told, indent=2) + "\n"
+    write_whole(directory / "chart.json", lambda to: to.write_text(text, encoding="utf-8"))
+
+
+def print_chart(told: dict[str, Any], directory: Path, console: Console) -> None:
+    """Prints how many of the stairs can be climbed, the highest of each run, and where it is."""
+    cells = told["cells"]
+    works = [cell for cell in cells if cell["margin"] is not None]
+    colour, total = "green" if works else "red", len(told["rises"]) * len(told["runs"])
+    looked = "" if told["complete"] else f", of which {len(cells)} were looked at"
+    climbs = f"{told['name']} climbs {len(works)} of {total} stairs"
+    console.print(Text.assemble((climbs, f"bold {colour}"), looked))
+    table = Table("run", "highest rise", "margin", "what is in the way above", box=None)
+    for run in told["runs"]:
+        here = [cell for cell in cells if cell["run"] == run]
+        best = max((c for c in here if c["margin"] is not None), key=_rise, default=None)
+        above = min(
+            (c for c in here if c["limit"] and (best is None or c["rise"] > best["rise"])),
+            key=_rise,
+            default=None,
+        )
+        table.add_row(
+            f"{run:g} m",
+            "-" if best is None else f"{best['rise']:g} m",
+            "-" if best is None else f"{1e3 * best['margin']:.0f} mm",
+            "-" if above is None else told["limits"][above["limit"]],
+        )
+    console.print(table, highlight=False)
+    console.print(Text(f"look at {directory / 'chart.png'}"), soft_wrap=True)
+
+
+def _rise(cell: dict[str, Any]) -> float:
+    return float(cell["rise"])

@@ -1,0 +1,306 @@
+"""The base's target, its error, and the acceleration that is wanted of it.
+
+A clock that waits for a foot stops at once. A body that did so too would push its centre of
+pressure beyond its feet; one that comes to rest over any fixed time does it where it is quick,
+high or near an edge. Braked in proportion to its own speed, by the rate of a pendulum of its
+height, it would keep the centre of pressure on its capture point, which is the least that stopping
+needs (on a level, straight path; Pratt et al., "Capture Point: A Step toward Humanoid Push
+Recovery", Humanoids 2006). Here it goes back from where it came to rest to where the clock stands,
+too: the centre of pressure begins on the capture point, goes up to 8 % farther, and then comes
+back. On the way the body is ahead of the clock by three quarters of the pendulum's time at most.
+That may be more than `plan_body`'s guard: what the plan keeps beyond its switches is not relied on.
+
+Where rises are higher than the map's, a flight is steeper than the body leans: on the way down the
+legs in front have farther to go than in the plan, and a foot that searches for its tread may come
+to its leg's end above it. Then the body goes down after it, as fast as a foot searches.
+"""
+
+from math import isnan, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_quad.common import GRAVITY, BoolArray, FloatArray
+from drake_quad.control.kernel_state import Pace
+from drake_quad.jit import compiled, copy_vector
+from drake_quad.math.rotations import yaw_pitch_rotation
+from drake_quad.robot.kinematics import leg_row
+from drake_quad.robot.model import LegGeometry
+
+# ------------------------------------------------------------------------------------------------
+# The base's part of a plan: pose, velocity, rotation error, and the acceleration wanted.
+# ------------------------------------------------------------------------------------------------
+
+
+class Target(NamedTuple):
+    """What base and feet are to do now, in W.
+
+    Attributes:
+        body: x, y, z [m], pitch, yaw [rad].
+        R: R_WB (3, 3).
+        v: Velocity of B (3,) [m/s].
+        w: Its angular velocity (3,) [rad/s].
+        acceleration: Angular, then linear (6,) [rad/s^2, m/s^2].
+        feet_acceleration: (4, 3) [m/s^2].
+        load: How much each foot may carry, 0 to 1, (4,).
+    """
+
+    body: FloatArray
+    R: FloatArray
+    v: FloatArray
+    w: FloatArray
+    acceleration: FloatArray
+    feet_acceleration: FloatArray
+    load: FloatArray
+
+
+@compiled
+def body_motion(
+    body: FloatArray, rate: float, change: float, height: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Pose, R_WB, velocity, angular velocity and acceleration of a plan's body, see Target.
+
+    Args:
+        body: (3, 5) value, and first and second derivative by gait time, of x, y, z, pitch, yaw.
+        rate: By which the body goes along its path, gait time by time; see `body_rate.py`.
+        change: Of that rate [1/s]. Of the pitch neither this nor its second derivative is
+            in the acceleration.
+        height: To add to z [m].
+    """
+    pose = body[0].copy()
+    pose[2] += height
+    rows = yaw_pitch_rotation(pose[3], pose[4])
+    R = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = rows[i][j]
+    pitch_rate, yaw_rate = rate * body[1, 3], rate * body[1, 4]
+    w = np.array([-np.sin(pose[4]) * pitch_rate, np.cos(pose[4]) * pitch_rate, yaw_rate])
+    acceleration = np.zeros(6)
+    acceleration[2] = rate * rate * body[2, 4] + change * body[1, 4]
+    for i in range(3):
+        acceleration[3 + i] = rate * rate * body[2, i] + change * body[1, i]
+    return pose, R, rate * body[1, :3], w, acceleration
+
+
+@compiled
+def base_target(
+    body: FloatArray,
+    rate: float,
+    change: float,
+    height: float,
+    feet_acceleration: FloatArray,
+    load: FloatArray,
+) -> Target:
+    """The plan's body now, `height` [m] above the plan's own; see `body_motion`."""
+    pose, R, v, w, acceleration = body_motion(body, rate, change, height)
+    return Target(pose, R, v, w, acceleration, feet_acceleration, load)
+
+
+@compiled
+def rotation_error(R_desired: FloatArray, R: FloatArray) -> FloatArray:
+    """The rotation vector, in W, that takes `R` to `R_desired` (small angles) (3,) [rad]."""
+    error = np.zeros(3)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for n in range(3):  # of R_desired R^T, less its transpose
+            error[i] += 0.5 * (R_desired[k, n] * R[j, n] - R_desired[j, n] * R[k, n])
+    return error
+
+
+@compiled
+def shorten(v: FloatArray, most: float) -> FloatArray:
+    """The vector, no longer than `most`."""
+    length = np.sqrt(np.sum(v * v))
+    return v * min(1.0, most / max(length, 1e-12))
+
+
+class BaseGains(NamedTuple):
+    """How the base's errors are corrected: accelerations per error, and the most of each.
+
+    Attributes:
+        stiffness: [1/s^2].
+        damping: [1/s].
+        rotation_stiffness: [1/s^2].
+        rotation_damping: [1/s].
+        most_shift: Of an error of place, how much counts [m].
+        most_turn: Of an error of orientation [rad].
+        most_acceleration: Horizontal, in all [m/s^2].
+    """
+
+    stiffness: float
+    damping: float
+    rotation_stiffness: float
+    rotation_damping: float
+    most_shift: float
+    most_turn: float
+    most_acceleration: float
+
+
+@compiled
+def wanted_acceleration(
+    acceleration: FloatArray,
+    shift: FloatArray,
+    speed: FloatArray,
+    turn: FloatArray,
+    spin: FloatArray,
+    gains: BaseGains,
+) -> FloatArray:
+    """The base's acceleration that follows the plan and corrects its errors (6,), angular first.
+
+    Args:
+        acceleration: The plan's (6,).
+        shift: Place desired less place (3,) [m].
+        speed: Velocity desired less velocity (3,) [m/s].
+        turn: See `rotation_error` (3,) [rad].
+        spin: Angular velocity desired less angular velocity (3,) [rad/s].
+        gains: See BaseGains.
+    """
+    wanted = acceleration.copy()
+    turned, shifted = shorten(turn, gains.most_turn), shorten(shift, gains.most_shift)
+    for i in range(3):
+        wanted[i] += gains.rotation_stiffness * turned[i]
+        wanted[i] += gains.rotation_damping * spin[i]
+        wanted[3 + i] += gains.stiffness * shifted[i] + gains.damping * speed[i]
+    copy_vector(wanted[3:5], shorten(wanted[3:5], gains.most_acceleration))
+    return wanted
+
+
+def smooth(x: float) -> float:
+    """A cubic step from 0 at 0 to 1 at 1."""
+    x = min(max(x, 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+smooth_step = compiled(smooth)
+
+
+# ------------------------------------------------------------------------------------------------
+# How fast the body follows its path: as the gait clock runs, but brought to rest like a pendulum.
+# ------------------------------------------------------------------------------------------------
+
+
+LEAST_HEIGHT = 0.1  # [m] that a body over its feet is taken for: fallen, it has none
+CATCH_UP = 2.0  # [1/s] of its lead by which the body is slower than a clock that runs
+
+
+@compiled
+def pendulum_rate(height: float) -> float:
+    """Of a point that is balanced at a height [m], as a linear inverted pendulum [1/s]."""
+    return sqrt(GRAVITY / max(height, LEAST_HEIGHT))
+
+
+@compiled
+def height_over(base: float, feet: FloatArray) -> float:
+    """The base's height [m] over the mean of its feet (4, 3) in W [m].
+
+    The base and not the centre of mass, and all feet: it changes little, and does not jump as a
+    foot lifts off.
+    """
+    return base - 0.25 * (feet[0, 2] + feet[1, 2] + feet[2, 2] + feet[3, 2])
+
+
+@compiled
+def next_body_rate(
+    body_rate: float, lead: float, rate: float, pendulum: float, period: float
+) -> tuple[float, float, float]:
+    """Goes on a tick. Rates are gait time by time, without a unit: 1 is as planned.
+
+    Under a clock that stands the body goes back to where that is as fast as it can without coming
+    past it (critically damped); with one that runs it waits to be caught up.
+
+    Args:
+        body_rate: By which the body goes along its path; not a number before the first tick.
+        lead: How far it is ahead of the clock [s].
+        rate: The clock's, 0 to 1.
+        pendulum: See `pendulum_rate` [1/s].
+        period: A tick [s].
+
+    Returns:
+        The body's rate and its lead [s] a tick later, and how fast the rate changes [1/s].
+    """
+    if isnan(body_rate):
+        body_rate = rate
+    # In between for a clock that creeps: it is no other than one that stands.
+    back = rate * CATCH_UP + (1.0 - rate) * 0.25 * pendulum
+    change = min(pendulum, 1.0 / period) * (rate - back * lead - body_rate)
+    body_rate += change * period
+    return body_rate, lead + (body_rate - rate) * period, change
+
+
+# ------------------------------------------------------------------------------------------------
+# How much lower the body has to be for its legs to reach the ground that was found.
+# ------------------------------------------------------------------------------------------------
+
+
+MOST_LOWER = 0.06  # [m]; ground further down is no tread's error
+STEPS = 3  # of Newton's method, which nearly ends in one: legs are long and shortages small
+LEAST_SLOPE = 0.3  # of a leg's length by the body's height: less, and lowering hardly helps
+
+
+def longest_legs(geometry: LegGeometry, q_lower: FloatArray, q_upper: FloatArray) -> FloatArray:
+    """From hip to foot's centre, the knee as straight as its limits let it be (4,) [m].
+
+    Args:
+        geometry: Of the legs.
+        q_lower: Of the joints, leg by leg (12,) [rad].
+        q_upper: The same.
+    """
+    least = np.maximum(np.maximum(q_lower[2::3], -q_upper[2::3]), 0.0)  # |knee|
+    a, b = geometry.thigh, geometry.shank
+    return np.asarray(np.sqrt(a * a + b * b + 2.0 * a * b * np.cos(least)))
+
+
+@compiled
+def shortage(
+    legs: FloatArray,
+    longest: FloatArray,
+    place: FloatArray,
+    counts: BoolArray,
+    p: FloatArray,
+    R: FloatArray,
+) -> float:
+    """How much lower the body has to be so that these legs reach, MOST_LOWER at most [m].
+
+    Args:
+        legs: See `leg_array`.
+        longest: See `longest_legs`.
+        place: Where the feet are to be in W (4, 3) [m].
+        counts: Whose feet count (4,).
+        p: Of the body in W (3,) [m].
+        R: Its R_WB (3, 3).
+    """
+    lower = 0.0
+    for k in range(4):
+        if not counts[k]:
+            continue
+        c = leg_row(legs, k)
+        for _ in range(STEPS):
+            d0, d1, d2 = place[k, 0] - p[0], place[k, 1] - p[1], place[k, 2] - p[2] + lower
+            x = R[0, 0] * d0 + R[1, 0] * d1 + R[2, 0] * d2 - c.x
+            y = R[0, 1] * d0 + R[1, 1] * d1 + R[2, 1] * d2 - c.y
+            z = R[0, 2] * d0 + R[1, 2] * d1 + R[2, 2] * d2 - c.z
+            down = sqrt(max(y * y + z * z - c.offset * c.offset, 1e-12))
+            below = down + c.raised
+            length = sqrt(x * x + below * below)
+            over = length - longest[k]
+            if over <= 0.0:
+                break
+            along = (y * R[2, 1] + z * R[2, 2]) / down
+            slope = -(x * R[2, 0] + below * along) / length
+            lower += over / max(slope, LEAST_SLOPE)
+    return min(lower, MOST_LOWER)
+
+
+@compiled
+def next_lower(lower: float, wanted: float, pace: Pace) -> float:
+    """How much lower the body is a tick later: down as fast as feet search, back by and by [m].
+
+    Args:
+        lower: How much it is [m].
+        wanted: See `shortage` [m].
+        pace: Times and speeds.
+    """
+    if wanted > lower:
+        return min(wanted, lower + pace.search_speed * pace.period)
+    return lower + min(pace.period / max(pace.height_time, pace.period), 1.0) * (wanted - lower)

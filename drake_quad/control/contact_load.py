@@ -1,0 +1,228 @@
+"""How much each foot may carry: load ramps, lightly loaded feet, slip.
+
+Whatever moves the centre of pressure (a clock that waits, a kick) takes load from the feet on the
+other side. The program of forces would take nearly all of it, and what the robot does is no force
+program to the newton: such a foot comes off the ground for moments, and with it goes the static
+margin. But coming to rest takes no more than a centre of pressure that is beyond the capture point,
+so a foot keeps a part of what it would bear with the robot at rest over that.
+
+For the same reason a light foot is to give little along the ground: it would slip.
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.control.base_tracking import smooth_step
+from drake_quad.jit import compiled
+from drake_quad.planning.motion_plan import END, START, SWING, phase_index
+
+# ------------------------------------------------------------------------------------------------
+# How much of a full load each foot may carry: by the plan, by what landed or was lost, caught.
+# ------------------------------------------------------------------------------------------------
+
+
+LANDED_LOAD = 0.2  # how much of a full load a foot carries that has landed, as a swing ends
+LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
+
+
+@compiled
+def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
+    """How much each of the four feet may carry at a time: none in the air, all in mid-stance.
+
+    A foot takes its load up after touchdown, and gives it away before lift-off, over
+    `unload_time` or the time there is on four feet, whichever is shorter. It begins with what it
+    has carried since it landed: the clock passes a touchdown with the foot on the ground.
+
+    Args:
+        phases: See `phase_table`.
+        t: Gait time [s].
+        unload_time: [s].
+    """
+    load = np.ones(4)
+    index = phase_index(phases, t)
+    swing = int(phases[index, SWING])
+    if swing >= 0:
+        load[swing] = 0.0
+        return load
+    start, end = phases[index, START], phases[index, END]
+    ramp = min(unload_time, end - start)
+    before = int(phases[index - 1, SWING]) if index > 0 else -1
+    after = int(phases[index + 1, SWING]) if index + 1 < len(phases) else -1
+    if before >= 0:
+        load[before] *= max(smooth_step((t - start) / ramp), LANDED_LOAD)
+    if after >= 0:
+        load[after] *= smooth_step((end - t) / ramp)
+    return np.maximum(load, 1e-4)
+
+
+@compiled
+def correct_load(
+    load: FloatArray, standing: BoolArray, bearing: FloatArray, landed: bool, regained: FloatArray
+) -> None:
+    """Changes the plan's loads (4,) for a swing foot that has landed, and for lost ground.
+
+    Args:
+        load: Changed in place.
+        standing: Who is to stand (4,).
+        bearing: 1 where a foot is sensed to bear (4,).
+        landed: Whether the swing foot has landed before its time.
+        regained: See REGAINED (4,).
+    """
+    held = 0
+    for k in range(4):
+        if landed and not standing[k]:
+            load[k] = LANDED_LOAD
+        if load[k] > 0.0 and not (standing[k] and bearing[k] < 0.5):
+            held += 1
+    if held > 1:
+        for k in range(4):
+            if standing[k]:
+                back = regained[k] if bearing[k] > 0.5 else 0.0
+                load[k] = min(load[k], LOST_LOAD + (1.0 - LOST_LOAD) * back)
+
+
+@compiled
+def caught_load(standing: BoolArray, bearing: FloatArray) -> FloatArray:
+    """Loads (4,) while a push is caught: of the feet that are to stand, those that bear."""
+    load, bears = np.zeros(4), False
+    for k in range(4):
+        if standing[k] and bearing[k] > 0.5:
+            load[k], bears = 1.0, True
+    if not bears:
+        # Thrown off the ground there is nothing to share: be ready on all that are to stand.
+        for k in range(4):
+            load[k] = 1.0 if standing[k] else 0.0
+    return load
+
+
+# ------------------------------------------------------------------------------------------------
+# How hard a lightly loaded foot is to be pressed down, so that it does not lose the ground.
+# ------------------------------------------------------------------------------------------------
+
+
+REST_SHARE = 0.5  # of what a foot would bear at rest that it keeps,
+MOST_TIMES = 2.0  # up to so many times `least_force`: with three a body could hardly be steered
+EVEN_SHARE = 0.25  # of the weight, of four feet that bear the same
+LEAST_BORNE = 0.02  # that a foot is taken to bear at least
+LINE = 1e-8  # [m^4] determinant of feet that stand in a line, or nearly
+
+
+@compiled
+def rest_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> FloatArray:
+    """What of the weight each foot would bear at rest (4,), the sum of squares by load the least.
+
+    Of three feet under full load these are the centre of mass's barycentric coordinates. Zero
+    where the feet stand in a line, or are fewer than three.
+
+    Args:
+        places: The feet (4, 3) in W [m].
+        load: How much each may carry, 0 to 1, (4,).
+        x: Of the centre of mass in W, or of where it comes to rest [m].
+        y: The same.
+    """
+    s = sx = sy = sxx = sxy = syy = 0.0
+    for k in range(4):
+        dx, dy = places[k, 0] - x, places[k, 1] - y
+        s += load[k]
+        sx += load[k] * dx
+        sy += load[k] * dy
+        sxx += load[k] * dx * dx
+        sxy += load[k] * dx * dy
+        syy += load[k] * dy * dy
+    # Of the equations of force and moments, the first column of the inverse, by its adjugate.
+    a, b, c = sxx * syy - sxy * sxy, sxy * sy - sx * syy, sx * sxy - sxx * sy
+    det = s * a + sx * b + sy * c
+    shares = np.zeros(4)
+    if det < LINE:
+        return shares
+    for k in range(4):
+        dx, dy = places[k, 0] - x, places[k, 1] - y
+        shares[k] = load[k] * (a + b * dx + c * dy) / det
+    return shares
+
+
+@compiled
+def least_normals(
+    shares: FloatArray, load: FloatArray, weight: float, always: float, most: float
+) -> FloatArray:
+    """The normal forces that the feet push with at least (4,) [N].
+
+    Args:
+        shares: See `rest_shares`.
+        load: How much each foot may carry, 0 to 1, (4,).
+        weight: Of the robot [N].
+        always: Of a foot under full load, whatever its share [N].
+        most: Of one, however much it would bear [N].
+    """
+    least = np.empty(4)
+    for k in range(4):
+        kept = min(REST_SHARE * shares[k] * weight, most * load[k])
+        least[k] = max(kept, always * load[k])
+    return least
+
+
+@compiled
+def along_prices(shares: FloatArray) -> FloatArray:
+    """What each foot's force along the ground costs, over that of a foot with its even share (4,).
+
+    By the least sum of squares all feet would give the same along the ground, and a light foot
+    would use all of its friction where a heavy one uses little. Prices that go with the inverse
+    square of what a foot bears make it the sum of squares of the friction used, |f_t| / f_n.
+
+    Args:
+        shares: See `rest_shares`. All zero, where they are not known: all feet cost the same.
+    """
+    prices = np.ones(4)
+    if not shares.any():
+        return prices
+    for k in range(4):
+        part = EVEN_SHARE / max(shares[k], LEAST_BORNE)
+        prices[k] = part * part
+    return prices
+
+
+# ------------------------------------------------------------------------------------------------
+# What slipping feet tell of the ground: how much friction the forces may count on.
+# ------------------------------------------------------------------------------------------------
+
+
+SLIPPING = 0.06  # [m/s] along the ground, above which a foot that carries slips
+CARRIES = 0.5  # of a full load
+LEAST = 0.15  # friction coefficient below which nothing could be stood on anyway
+LOSES = 0.1  # [s] in which it falls by a factor of e while the foot slips
+REGAINS = 30.0  # [s] in which it comes back, linearly, from nothing to all that is assumed
+
+
+@compiled
+def answer_slip(
+    friction: FloatArray,
+    velocity: FloatArray,
+    load: FloatArray,
+    normal: FloatArray,
+    assumed: float,
+    period: float,
+) -> None:
+    """Goes on a tick with the friction that each foot's force stays within.
+
+    A foot that slips has less friction under it than its force asked for: the less it is asked
+    for, the sooner it stands, and the other feet make the rest. What is lost is regained slowly,
+    for the next place may be as slippery.
+
+    Args:
+        friction: Coefficient foot by foot (4,); changed in place.
+        velocity: Of the feet in W (4, 3) [m/s].
+        load: How much each is to carry, 0 to 1, (4,).
+        normal: Of the ground under each (4, 3): less than standing on it takes is never assumed.
+        assumed: The coefficient that it begins with and never exceeds.
+        period: Of the controller [s].
+    """
+    for k in range(4):
+        speed2 = velocity[k, 0] * velocity[k, 0] + velocity[k, 1] * velocity[k, 1]
+        if load[k] > CARRIES and speed2 > SLIPPING * SLIPPING:
+            slope = sqrt(normal[k, 0] * normal[k, 0] + normal[k, 1] * normal[k, 1]) / normal[k, 2]
+            least = min(max(LEAST, slope), assumed)
+            friction[k] = max(friction[k] * (1.0 - period / LOSES), least)
+        else:
+            friction[k] = min(friction[k] + assumed * period / REGAINS, assumed)

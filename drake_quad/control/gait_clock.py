@@ -1,0 +1,217 @@
+"""The gait clock: how fast gait time runs, when it waits, and the guard of the margin."""
+
+from math import hypot
+
+import numpy as np
+
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.control.ports import Balance, GaitPhase, Mode
+from drake_quad.control.push_recovery import balance_margin
+from drake_quad.control.settings import ControlSettings
+from drake_quad.jit import compiled
+from drake_quad.planning.motion_plan import END, START, SWING, MotionPlan, phase_index
+
+# ------------------------------------------------------------------------------------------------
+# The gait clock's common tick: nothing happens but that time goes on.
+# ------------------------------------------------------------------------------------------------
+
+
+TASK, TIME, RATE, SEGMENT, SWING_LEG, SWING_PHASE, WAITED, DONE, MODE, REVISION = (
+    int(p) for p in GaitPhase
+)
+RUN, ERROR = int(Mode.RUN), int(Balance.VELOCITY_ERROR)
+
+
+@compiled
+def run_on(
+    phase: FloatArray,
+    phases: FloatArray,
+    task: int,
+    until: float,
+    period: float,
+    balance: FloatArray,
+    push_speed: float,
+) -> bool:
+    """Lets the clock go on a tick, if the tick before did and there is nothing to decide.
+
+    There is where a foot lifts off or touches down, a segment or the task ends, or the robot is
+    moved otherwise than planned.
+
+    Args:
+        phase: See GaitPhase; goes on a tick, or stays.
+        phases: The plan's, see `phase_table`.
+        task: That the plan is for.
+        until: When the segment under way ends [s].
+        period: A tick [s].
+        balance: See Balance.
+        push_speed: Error of the base's velocity from which on it may be a push [m/s].
+
+    Returns:
+        Whether it went on.
+    """
+    t = phase[TIME]
+    later = t + period
+    if (
+        int(phase[MODE]) != RUN
+        or int(phase[TASK]) != task
+        or phase[RATE] != 1.0
+        or t <= 0.0
+        or later >= until - period
+        or not hypot(balance[ERROR], balance[ERROR + 1]) < push_speed
+    ):
+        return False
+    now = phase_index(phases, later)
+    if now != phase_index(phases, t):
+        return False
+    phase[TIME] = later
+    if phases[now, SWING] >= 0.0:
+        start, end = phases[now, START], phases[now, END]
+        phase[SWING_PHASE] = (later - start) / (end - start)
+    return True
+
+
+# ------------------------------------------------------------------------------------------------
+# How fast the gait clock may run for a margin to stay above what is demanded.
+# ------------------------------------------------------------------------------------------------
+
+
+LOOK_AHEAD = 0.4  # [s]
+BRAKING = 2.5  # times that, in which the margin may run out at most: the body comes to rest late
+STOPPED = 0.02  # of the clock's full rate, below which it stands
+
+
+def allowed_rate(now: float, ahead: float, demanded: float) -> float:
+    """The rate in [0, 1] at which a margin does not fall below what is demanded.
+
+    It runs freely where the margin grows, or falls so slowly that it would take BRAKING times the
+    time looked ahead to get to what is demanded; else as much slower as leaves it that time. So as
+    the margin nears what is demanded the clock comes to a stand.
+
+    Args:
+        now: The margin [m].
+        ahead: That at the end of the time looked ahead [m].
+        demanded: [m].
+    """
+    if ahead >= now:
+        return 1.0
+    return min(max((now - demanded) / (BRAKING * (now - ahead)), 0.0), 1.0)
+
+
+def guarded_rate(
+    plan: MotionPlan, t: float, balance: FloatArray, standing: BoolArray, demanded: float
+) -> float:
+    """The rate that the clock may have now; 0 if it is next to nothing.
+
+    The margin is that of the capture point over the feet that stand, and a while ahead that of
+    the same moved as the plan moves the body.
+
+    Args:
+        plan: That is followed.
+        t: Gait time [s].
+        balance: See Balance.
+        standing: (4,) who is to stand.
+        demanded: [m].
+    """
+    later = min(t + LOOK_AHEAD, plan.duration)
+    moved = balance.copy()
+    moved[Balance.COM : Balance.COM + 2] += (plan.body.sample(later) - plan.body.sample(t))[0, :2]
+    who = np.asarray(standing, dtype=np.bool_)
+    # A leg that lifts off soon gives its load away before: not if the others are not enough.
+    then = np.asarray(plan.contacts.phase(later).standing, dtype=np.bool_)
+    fewer = not np.array_equal(then, who) and bool(np.all(who | ~then))
+    if fewer and balance_margin(moved, then) < demanded:
+        return 0.0
+    rate = allowed_rate(balance_margin(balance, who), balance_margin(moved, who), demanded)
+    return rate if rate > STOPPED else 0.0
+
+
+# ------------------------------------------------------------------------------------------------
+# What the gait clock waits for: feet that bear, a margin, a robot that is back from a push.
+# ------------------------------------------------------------------------------------------------
+
+
+# Of the base against what the controller wants, below which the clock goes on.
+CALM_SPEED = 0.04  # [m/s]
+CALM_PLACE = 0.03  # [m]
+VX, VY = Balance.VELOCITY_ERROR, Balance.VELOCITY_ERROR + 1
+X, Y = Balance.PLACE_ERROR, Balance.PLACE_ERROR + 1
+
+
+def clock_rate(
+    plan: MotionPlan, t: float, bearing: BoolArray, balance: FloatArray, control: ControlSettings
+) -> tuple[float, str]:
+    """How fast the clock may go on, 0 to 1; and if it may not, why.
+
+    Args:
+        plan: Of the task under way.
+        t: The clock [s].
+        bearing: (4,) which feet are sensed to bear.
+        balance: See Balance.
+        control: With the margins that are asked for.
+    """
+    reason = _at_switch(plan, t, bearing, balance, control)
+    if reason:
+        return 0.0, reason
+    demanded = control.margin_demanded
+    if demanded <= 0.0:
+        return 1.0, ""
+    rate = guarded_rate(plan, t, balance, plan.contacts.phase(t).standing, demanded)
+    return rate, "" if rate > 0.0 else f"beyond here the margin falls below {demanded:.3f} m"
+
+
+def is_shaken(balance: FloatArray, *, since: float, push_speed: float) -> bool:
+    """Whether the robot is too far from what is wanted of it for its plan to go on, after a push.
+
+    It comes back to a plan that stands still without swinging past it.
+
+    Args:
+        balance: See Balance.
+        since: For how long it has been [s].
+        push_speed: Error of the base's velocity from which on it may be a push [m/s].
+    """
+    speed = hypot(balance[VX], balance[VY])
+    if since == 0.0:
+        return speed > push_speed
+    if speed > CALM_SPEED:
+        return True
+    return hypot(balance[X], balance[Y]) > CALM_PLACE
+
+
+def set_clock(phase: list[float], plan: MotionPlan, t: float) -> None:
+    """Sets the clock to a time [s] within a task, with all in GaitPhase that follows from it."""
+    current = plan.contacts.phase(t)
+    step = current.step
+    phase[GaitPhase.TIME] = t
+    phase[GaitPhase.SEGMENT] = plan.segment_index(t)
+    phase[GaitPhase.SWING_LEG] = 0 if step is None else int(step.leg)
+    phase[GaitPhase.SWING_PHASE] = (
+        0.0 if step is None else (t - current.start) / (current.end - current.start)
+    )
+
+
+def begin_task(phase: list[float], task: int) -> None:
+    """Sets the clock to the beginning of a task."""
+    phase[GaitPhase.TASK] = task
+    for name in ("REVISION", "TIME", "SEGMENT", "SWING_LEG", "SWING_PHASE"):
+        phase[GaitPhase[name]] = 0.0
+
+
+def _at_switch(
+    plan: MotionPlan, t: float, bearing: BoolArray, balance: FloatArray, control: ControlSettings
+) -> str:
+    """Why the clock may not go on past the switch that the next tick would cross, if so."""
+    now, after = plan.contacts.phase_index(t), plan.contacts.phase_index(t + control.period)
+    if now == after:
+        return ""
+    ended, begun = plan.contacts.phases[now], plan.contacts.phases[after]
+    if ended.step is not None and not bearing[ended.step.leg.row]:
+        return f"leg {ended.step.leg.short} has not touched down"
+    if begun.step is not None:
+        leg = begun.step.leg
+        others = np.arange(4) != leg.row
+        if not np.all(bearing[others]):
+            return f"leg {leg.short} is to lift off while another foot does not bear"
+        margin = balance_margin(balance, others)
+        if margin < max(control.lift_off_margin, control.margin_demanded):
+            return f"without leg {leg.short} the margin is {margin:.3f} m"
+    return ""

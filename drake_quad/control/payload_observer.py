@@ -1,0 +1,117 @@
+"""What the robot carries and its model does not know of: how heavy it is, and where.
+
+Learned from what it does to the base that would otherwise stand where it is told: the integral of
+the base's height and tilt errors is, once those are gone, the wrench that the load needs. It is
+kept in the heading frame H (B's origin, x along the heading, z up), in which the load stays put.
+"""
+
+from math import cos, hypot, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.jit import compiled
+
+# Errors of the base beyond which it is being pushed, and nothing can be learned about its load.
+REST_SPEED = 0.06  # [m/s]
+REST_TILT = 0.06  # [rad]
+REST_SPIN = 0.15  # [rad/s]
+MOST_FORCE = 0.6  # of the robot's weight
+MOST_ARM = 0.25  # [m] times the robot's weight: of the moment
+IGNORED = 0.005  # [m] of the centre of mass, which errors of other kinds make as well
+MOST_SHIFT = 0.12  # [m] of the body
+
+
+class Learning(NamedTuple):
+    """How it is learned.
+
+    Attributes:
+        force_rate: Of the force per height error [N/(m s)].
+        moment_rate: Of the moments per tilt error [Nm/(rad s)].
+        weight: The robot's own [N].
+        period: Of the controller [s].
+    """
+
+    force_rate: float
+    moment_rate: float
+    weight: float
+    period: float
+
+
+@compiled
+def at_rest(speed: FloatArray, tilt: FloatArray, spin: FloatArray) -> bool:
+    """Whether the base follows its plan well enough to learn from how it does not.
+
+    Args:
+        speed: Error of the velocity (3,) [m/s].
+        tilt: Error of the orientation (3,) [rad].
+        spin: Error of the angular velocity (3,) [rad/s].
+    """
+    return bool(
+        np.sum(speed * speed) < REST_SPEED**2
+        and np.sum(tilt * tilt) < REST_TILT**2
+        and np.sum(spin * spin) < REST_SPIN**2
+    )
+
+
+@compiled
+def learn(
+    carried: FloatArray, height_error: float, tilt: FloatArray, heading: float, how: Learning
+) -> FloatArray:
+    """The wrench that the load needs, a period later.
+
+    Args:
+        carried: Force upwards [N] and moments about x and y of H [Nm], (3,).
+        height_error: By how much the base is too low [m].
+        tilt: The rotation vector in W that would right the base (3,) [rad].
+        heading: Of the body [rad].
+        how: See Learning.
+    """
+    c, s = cos(heading), sin(heading)
+    x, y = c * tilt[0] + s * tilt[1], c * tilt[1] - s * tilt[0]
+    force = carried[0] + how.force_rate * how.period * height_error
+    moment_x = carried[1] + how.moment_rate * how.period * x
+    moment_y = carried[2] + how.moment_rate * how.period * y
+    most = MOST_ARM * how.weight
+    return np.array(
+        [
+            min(max(force, -MOST_FORCE * how.weight), MOST_FORCE * how.weight),
+            min(max(moment_x, -most), most),
+            min(max(moment_y, -most), most),
+        ]
+    )
+
+
+@compiled
+def wrench_of(carried: FloatArray, heading: float) -> FloatArray:
+    """The load's part of the base's bias terms: moment about B, then force, in W, (6,)."""
+    c, s = cos(heading), sin(heading)
+    force, x, y = carried[0], carried[1], carried[2]
+    return np.array([c * x - s * y, s * x + c * y, 0.0, 0.0, 0.0, force])
+
+
+@compiled
+def com_shift(carried: FloatArray, p_BScm: FloatArray, heading: float, weight: float) -> FloatArray:
+    """How far the whole's centre of mass is from the model's, in W (2,) [m].
+
+    Args:
+        carried: See `learn`.
+        p_BScm: From B's origin to the model's centre of mass, in W, (2,) at least [m].
+        heading: Of the body [rad].
+        weight: The robot's own [N].
+    """
+    c, s = cos(heading), sin(heading)
+    force, x, y = carried[0], carried[1], carried[2]
+    # What lies ahead needs a moment that tips the base back, -y; to the left, one about +x.
+    arm = np.array([c * -y - s * x, s * -y + c * x])
+    shift = (arm - force * p_BScm[:2]) / (weight + force)
+    length = hypot(shift[0], shift[1])
+    return shift * max(0.0, 1.0 - IGNORED / max(length, 1e-9))
+
+
+@compiled
+def body_shift(shift: FloatArray, gain: float) -> FloatArray:
+    """How far the body is to stand aside for a centre of mass `shift` (2,) from its place [m]."""
+    wanted = -shift / gain
+    return wanted * min(1.0, MOST_SHIFT / max(hypot(wanted[0], wanted[1]), 1e-9))

@@ -1,0 +1,398 @@
+"""The contact forces' quadratic program, and the whole-body controller's update around it.
+
+    minimise    |a_b(f) - a_wanted|_W^2 + sum of w_n f_n^2 + w_t |f_t|^2
+    subject to  friction pyramids, least and greatest normal forces     (hard)
+                joint torques, joint accelerations within their limits  (soft)
+                centre of pressure inside the support polygon           (soft)
+
+Each foot's force is told in axes of its own, two along the ground and its normal (`ground.py`): so
+pyramids and normal forces stand on the ground as it is. On level ground these are W's axes, and the
+pyramid has four sides; on a slope, where standing alone takes a part of the friction, it has eight,
+with an edge straight down the slope, and leaves 8 % of the cone out at most.
+
+Forces along the ground cost more than normal ones, and those of light feet most (`light_feet.py`).
+At one price for all, feet of different heights would push against each other along the ground, for
+that makes the normal forces more even; a light foot then slips on less friction than is assumed.
+
+Soft rows may give way when there is no other way, so that a program always has a solution. DAQP
+can cycle among many that contradict each other; then all of them are given up at once.
+"""
+
+from math import atan2, isfinite
+from typing import NamedTuple
+
+import daqp
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.control.base_tracking import (
+    height_over,
+    pendulum_rate,
+    rotation_error,
+    wanted_acceleration,
+)
+from drake_quad.control.contact_frames import contact_axes
+from drake_quad.control.contact_load import (
+    MOST_TIMES,
+    along_prices,
+    answer_slip,
+    least_normals,
+    rest_shares,
+)
+from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics, turn_forces
+from drake_quad.control.joint_targets import LOOK_AHEAD
+from drake_quad.control.kernel_state import Records
+from drake_quad.control.measurement import IntArray
+from drake_quad.control.payload_observer import at_rest, body_shift, com_shift, learn, wrench_of
+from drake_quad.jit import compiled, copy_matrix, copy_vector
+
+# ------------------------------------------------------------------------------------------------
+# The whole-body program: forces on the feet that move the base as wanted and can be made.
+# ------------------------------------------------------------------------------------------------
+
+
+SOFT = 8  # DAQP's mark of a constraint that may give way
+NONE = 1e30  # its bound that is none
+SOLVED = (1, 2)  # its exit flags: solved; solved with soft constraints giving way
+
+
+class Program(NamedTuple):
+    """A quadratic program: minimise x'Hx/2 + g'x, bounds on x and on A x.
+
+    Attributes:
+        H: (n, n).
+        g: (n,).
+        A: (m, n).
+        lower: (n + m,) of x, then of A x.
+        upper: (n + m,).
+        sense: (n + m,) DAQP's kinds of constraints.
+    """
+
+    H: FloatArray
+    g: FloatArray
+    A: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    sense: IntArray
+
+
+class Weights(NamedTuple):
+    """What the program weighs and allows.
+
+    Attributes:
+        angular: Of the base's angular acceleration's error.
+        linear: Of its linear one's.
+        force: Of the squared normal forces [1/N^2].
+        along: Of the squared forces along the ground, of a foot that bears its even share [1/N^2].
+        greatest_force: Of a foot under full load [N].
+        pressure_margin: Of the centre of pressure from the support's sides [m].
+    """
+
+    angular: float
+    linear: float
+    force: float
+    along: float
+    greatest_force: float
+    pressure_margin: float
+
+
+@compiled
+def make_program(
+    dynamics: Dynamics,
+    wanted: FloatArray,
+    load: FloatArray,
+    places: FloatArray,
+    effort: FloatArray,
+    joint_lower: FloatArray,
+    joint_upper: FloatArray,
+    friction: FloatArray,
+    least: FloatArray,
+    weights: Weights,
+    axes: FloatArray,
+    along: FloatArray,
+) -> Program:
+    """Assembles the program of the feet that carry load.
+
+    Args:
+        dynamics: From `reduce_dynamics`, after `turn_forces`.
+        wanted: The base's acceleration, angular then linear, (6,).
+        load: How much each foot may carry, 0 to 1, (4,).
+        places: The feet in W (4, 3) [m].
+        effort: Torque limits (12,) [Nm].
+        joint_lower: Least joint accelerations (12,) [rad/s^2].
+        joint_upper: Greatest ones (12,).
+        friction: Coefficient that each foot's force stays within (4,).
+        least: Normal force that each foot pushes with at least (4,) [N].
+        weights: See there.
+        axes: Of each foot's force (4, 3, 3), see `contact_axes`.
+        along: Of each foot, what `weights.along` is multiplied by, see `along_prices` (4,).
+
+    Returns:
+        The program; its variables are the forces in these axes.
+    """
+    standing, count = np.empty(4, dtype=np.int64), 0
+    for k in range(4):
+        if load[k] > 0.0:
+            standing[count] = k
+            count += 1
+    standing = standing[:count]
+    n = 3 * count
+    columns = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        columns[i] = 3 * standing[i // 3] + i % 3
+    # Loops all along: a call of a library for matrices this small takes longer than its work.
+    H, g = np.zeros((n, n)), np.zeros(n)
+    for row in range(6):
+        weight = weights.angular if row < 3 else weights.linear
+        missing = wanted[row] - dynamics.base_offset[row]
+        for i in range(n):
+            weighed = weight * dynamics.base[row, columns[i]]
+            g[i] -= weighed * missing
+            for j in range(n):
+                H[i, j] += weighed * dynamics.base[row, columns[j]]
+    for i in range(n):
+        k = standing[i // 3]
+        H[i, i] += (weights.force if i % 3 == 2 else weights.along * along[k]) / load[k]
+
+    sides = _support_sides(places, standing)
+    edges = 0
+    for i in range(count):
+        edges += 4 if axes[standing[i], 2, 2] == 1.0 else 8
+    m = edges + 24 + len(sides)
+    A = np.zeros((m, n))
+    lower, upper = np.full(n + m, -NONE), np.full(n + m, NONE)
+    sense = np.zeros(n + m, dtype=np.int32)
+    row = 0
+    for i in range(len(standing)):
+        x, z = 3 * i, 3 * i + 2
+        lower[z] = least[standing[i]]
+        upper[z] = max(weights.greatest_force * load[standing[i]], lower[z])
+        if axes[standing[i], 2, 2] == 1.0:
+            mu = friction[standing[i]] / np.sqrt(2.0)
+            for axis in range(2):
+                A[row + 2 * axis, x + axis], A[row + 2 * axis, z] = 1.0, -mu
+                A[row + 2 * axis + 1, x + axis], A[row + 2 * axis + 1, z] = -1.0, -mu
+            row += 4
+        else:
+            mu = friction[standing[i]] * np.cos(np.pi / 8.0)
+            for side in range(8):
+                angle = (side + 0.5) * np.pi / 4.0
+                A[row, x], A[row, x + 1], A[row, z] = np.cos(angle), np.sin(angle), -mu
+                row += 1
+    upper[n : n + row] = 0.0
+    for j in range(12):
+        for i in range(n):
+            A[row + j, i] = dynamics.torque[j, columns[i]]
+            A[row + 12 + j, i] = dynamics.joint[j, columns[i]]
+        lower[n + row + j] = -effort[j] - dynamics.torque_offset[j]
+        upper[n + row + j] = effort[j] - dynamics.torque_offset[j]
+        lower[n + row + 12 + j] = joint_lower[j] - dynamics.joint_offset[j]
+        upper[n + row + 12 + j] = joint_upper[j] - dynamics.joint_offset[j]
+    sense[n + row :] = SOFT
+    row += 24
+    for i in range(len(sides)):
+        for k in range(len(standing)):
+            foot = places[standing[k]]
+            inside = sides[i, 0] * foot[0] + sides[i, 1] * foot[1] - sides[i, 2]
+            for j in range(3):
+                vertical = axes[standing[k], 2, j]
+                A[row + i, 3 * k + j] = vertical * (inside - weights.pressure_margin)
+        lower[n + row + i] = 0.0
+    return Program(H, g, A, lower, upper, sense)
+
+
+@compiled
+def _support_sides(places: FloatArray, standing: IntArray) -> FloatArray:
+    """Inward normals and offsets (m, 3) of the support polygon of three or four feet.
+
+    A side joins two feet with all others on one side of it.
+    """
+    found = np.empty((12, 3))
+    count = 0
+    for a in range(len(standing)):
+        for b in range(a):
+            i, j = standing[a], standing[b]
+            dx, dy = places[j, 0] - places[i, 0], places[j, 1] - places[i, 1]
+            length = np.sqrt(dx * dx + dy * dy)
+            if length < 1e-6:
+                continue
+            nx, ny = -dy / length, dx / length
+            offset = nx * places[i, 0] + ny * places[i, 1]
+            low, high = 0.0, 0.0
+            for c in range(len(standing)):
+                k = standing[c]
+                if k != i and k != j:
+                    inside = nx * places[k, 0] + ny * places[k, 1] - offset
+                    low, high = min(low, inside), max(high, inside)
+            if low >= 0.0 and high > 0.0:
+                found[count, 0], found[count, 1], found[count, 2] = nx, ny, offset
+                count += 1
+            elif high <= 0.0 and low < 0.0:
+                found[count, 0], found[count, 1], found[count, 2] = -nx, -ny, -offset
+                count += 1
+    return found[:count].copy()
+
+
+def solve(program: Program) -> FloatArray | None:
+    """Solves it; None if it has no solution or holds no numbers."""
+    # DAQP takes a nan in a constraint for one that always holds.
+    return solve_sound(program) if has_numbers(program) else None
+
+
+def solve_sound(program: Program) -> FloatArray | None:
+    """Solves one that is known to hold numbers; None if it has no solution."""
+    H, g, A, lower, upper, sense = program
+    x = _solve_once(H, g, A, lower, upper, sense)
+    if x is None:
+        soft = sense == SOFT
+        lower, upper = np.where(soft, -NONE, lower), np.where(soft, NONE, upper)
+        x = _solve_once(H, g, A, lower, upper, sense)
+    return x
+
+
+def _solve_once(
+    H: FloatArray,
+    g: FloatArray,
+    A: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    sense: IntArray,
+) -> FloatArray | None:
+    x, _, flag, _ = daqp.solve(H, g, A, upper, lower, sense)
+    # What is not finite spoils the sum.
+    return x if flag in SOLVED and isfinite(sum(x.tolist())) else None
+
+
+@compiled
+def has_numbers(program: Program) -> bool:
+    """Whether all of it is finite; bounds may be infinite, but not no numbers."""
+    for part in (program.H, program.A):
+        for row in part:
+            for value in row:
+                if not np.isfinite(value):
+                    return False
+    for value in program.g:
+        if not np.isfinite(value):
+            return False
+    for part in (program.lower, program.upper):
+        for value in part:
+            if np.isnan(value):
+                return False
+    return True
+
+
+@compiled
+def spread(x: FloatArray, load: FloatArray) -> FloatArray:
+    """The forces of all four feet (12,) from those of the loaded ones."""
+    forces = np.zeros(12)
+    i = 0
+    for k in range(4):
+        if load[k] > 0.0:
+            copy_vector(forces[3 * k : 3 * k + 3], x[3 * i : 3 * i + 3])
+            i += 1
+    return forces
+
+
+# ------------------------------------------------------------------------------------------------
+# The whole-body controller's tick between the model's dynamics and the program's solver.
+# ------------------------------------------------------------------------------------------------
+
+
+COM_PER_SHIFT = 0.8  # how much of a shift of the body the centre of mass makes, feet standing
+# Of the least force, while a push is met: light feet would keep the centre of pressure from going
+# as far aside as the feet under load allow.
+LEAST_SHARE = 0.1
+
+
+@compiled
+def plan_forces(
+    M: FloatArray,
+    bias: FloatArray,
+    gravity: float,
+    running: bool,
+    constants: Records,
+    work: Records,
+    carried: FloatArray,
+    friction: FloatArray,
+    com: FloatArray,
+) -> tuple[Program, bool]:
+    """The program of the feet's forces.
+
+    Args:
+        M: The model's mass matrix (18, 18).
+        bias: Its Coriolis terms (18,).
+        gravity: How fast things fall [m/s^2].
+        running: Whether the clock follows the plan: then what is carried is learned.
+        constants: See CONSTANTS.
+        work: See WORK. The target's body stands aside for what is carried; the torques' map and
+            the shift of the centre of mass are results.
+        carried: See `learn`; goes on a tick.
+        friction: See `answer_slip`; goes on a tick.
+        com: Result: the model's centre of mass in W (3,) [m].
+
+    Returns:
+        The program, and whether there is one to be solved: of numbers, for the state as it is now.
+    """
+    c, found = constants[0], work[0]
+    m, t = found.measured, found.target
+    heading = atan2(m.R[1, 0], m.R[0, 0])
+    # The base's turning moves the whole mass by its arm: what couples the two holds the arm.
+    com[0], com[1], com[2] = M[2, 4] / M[3, 3], M[0, 5] / M[3, 3], M[1, 3] / M[3, 3]
+    com += m.p
+    shift = com_shift(carried, com - m.p, heading, c.learning.weight)
+    aside = body_shift(shift, COM_PER_SHIFT)
+    for i in range(2):
+        found.com_shift[i] = shift[i]
+        t.body[i] += aside[i]
+    h = np.empty(18)
+    for i in range(18):
+        h[i] = bias[i] + gravity * M[i, 5]  # weight is what an acceleration upwards would take
+    load = wrench_of(carried, heading)
+    for i in range(6):
+        h[i] += load[i]
+    turn, speed, spin = rotation_error(t.R, m.R), t.v - m.v, t.w - m.w
+    calm = running and at_rest(speed, turn, spin)
+    if calm and m.known > 0.5 and c.load_time > 0.0:  # a push is no load
+        copy_vector(carried, learn(carried, t.body[2] - m.p[2], turn, heading, c.learning))
+    if calm:
+        answer_slip(friction, m.feet.velocity, t.load, m.feet.normal, c.friction, c.pace.period)
+    dynamics = reduce_dynamics(M, h, c.velocities, m.feet, t.feet_acceleration, m.p, c.radius)
+    axes = contact_axes(m.feet.normal)
+    turn_forces(dynamics, axes)
+    copy_matrix(found.torque, dynamics.torque)
+    copy_vector(found.torque_offset, dynamics.torque_offset)
+    wanted = wanted_acceleration(t.acceleration, t.body[:3] - m.p, speed, turn, spin, c.gains)
+    lower, upper = np.empty(12), np.empty(12)
+    for j in range(12):
+        stop = m.q[j] + m.qd[j] * LOOK_AHEAD
+        lower[j] = 2.0 * (c.q_lower[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD)
+        upper[j] = max(2.0 * (c.q_upper[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD), lower[j])
+    # Where a pendulum comes to rest that moves as the body does beyond its plan.
+    pendulum = pendulum_rate(height_over(m.p[2], m.feet.place))
+    x, y = com[0] + shift[0] - speed[0] / pendulum, com[1] + shift[1] - speed[1] / pendulum
+    shares = rest_shares(m.feet.place, t.load, x, y)
+    least = least_normals(
+        shares, t.load, gravity * M[3, 3],
+        c.least_force * (1.0 if calm else LEAST_SHARE), MOST_TIMES * c.least_force,
+    )  # fmt: skip
+    for k in range(4):
+        least[k] *= m.feet.normal[k, 2]  # of a weight, what goes along the normal
+    # A push takes what there is, of every foot: then all forces cost the same.
+    flat = np.full(4, c.weights.force / c.weights.along)
+    program = make_program(
+        dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights,
+        axes, along_prices(shares) if calm else flat,
+    )  # fmt: skip
+    return program, m.known > 0.5 and has_numbers(program)
+
+
+@compiled
+def torques_of(forces: FloatArray, work: Records, torque: FloatArray) -> None:
+    """Writes the joints' torques (12,), leg by leg [Nm], of the solution of `plan_forces`."""
+    found = work[0]
+    all_forces = spread(forces, found.target.load)
+    for i in range(12):
+        total = found.torque_offset[i]
+        for j in range(12):
+            total += found.torque[i, j] * all_forces[j]
+        torque[i] = total

@@ -1,0 +1,339 @@
+"""Noise models of the IMU and the encoders, and the kernels that apply them.
+
+Each axis reads truth + turn-on bias + walking bias + white noise, clipped to its range (the model
+of IEEE Std 952 without its quantisation and ramp). The figures shipped are those of one unit.
+
+`ImuErrors.apply` and `JointErrors.apply` say what the errors are; tests hold these equal to them.
+"""
+
+from dataclasses import dataclass
+from math import floor
+
+import numpy as np
+
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.estimation.filter import IntArray
+from drake_quad.jit import compiled, copy_vector
+from drake_quad.math.rotations import multiply, rotation_exp, rotation_log
+
+# ------------------------------------------------------------------------------------------------
+# The errors of an inertial measurement unit, drawn once for a run.
+# ------------------------------------------------------------------------------------------------
+
+
+WHITE_ROWS = 2**17  # 262 s at 500 Hz before the same noise comes again
+BIAS_ROWS = 4096  # [s]: a row a second, between which the bias is drawn straight
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuNoise:
+    """Figures of an IMU; all zero (and no range) is the ideal one.
+
+    Attributes:
+        name: The unit.
+        gyro_density: White noise [rad/s/sqrt(Hz)].
+        gyro_turn_on: Deviation of the bias from one start to the next [rad/s].
+        gyro_instability: Deviation of what the bias wanders in a run [rad/s].
+        gyro_range: Greatest rate [rad/s].
+        accel_density: White noise [m/s^2/sqrt(Hz)].
+        accel_turn_on: Deviation of the bias from one start to the next [m/s^2].
+        accel_instability: Deviation of what the bias wanders in a run [m/s^2].
+        accel_range: Greatest specific force [m/s^2].
+        correlation_time: Over which the biases wander [s].
+    """
+
+    name: str = "ideal"
+    gyro_density: float = 0.0
+    gyro_turn_on: float = 0.0
+    gyro_instability: float = 0.0
+    gyro_range: float = float("inf")
+    accel_density: float = 0.0
+    accel_turn_on: float = 0.0
+    accel_instability: float = 0.0
+    accel_range: float = float("inf")
+    correlation_time: float = 300.0
+
+
+IDEAL_IMU = ImuNoise()
+
+# Movella, "MTi-300" leaflet, May 2023: 0.01 deg/s/sqrt(Hz), 10 deg/h, 450 deg/s; 60 ug/sqrt(Hz),
+# 15 ug, 20 g. Xsens knowledge base, "Bias repeatability of gyroscopes": 0.5 deg/s, here two sigma.
+# The accelerometer's bias from start to start (3 mg) is an assumption for units of this grade.
+MTI_300 = ImuNoise(
+    name="Xsens MTi-300",
+    gyro_density=float(np.radians(0.01)),
+    gyro_turn_on=float(np.radians(0.25)),
+    gyro_instability=float(np.radians(10.0 / 3600.0)),
+    gyro_range=float(np.radians(450.0)),
+    accel_density=60e-6 * GRAVITY,
+    accel_turn_on=3e-3 * GRAVITY,
+    accel_instability=15e-6 * GRAVITY,
+    accel_range=20.0 * GRAVITY,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ImuErrors:
+    """The errors of one unit in one run.
+
+    Attributes:
+        white: (WHITE_ROWS, 6) white noise of each sample, used in a circle.
+        bias: (BIAS_ROWS, 6) bias at each full second, used in a circle.
+        limit: (6,) the ranges.
+        period: Of the samples [s].
+    """
+
+    white: FloatArray
+    bias: FloatArray
+    limit: FloatArray
+    period: float
+
+    def calc_bias(self, tick: int) -> FloatArray:
+        """The true bias (6,) at a tick: rate [rad/s], then specific force [m/s^2]."""
+        second = tick * self.period
+        row = int(second)
+        part = second - row
+        here, there = self.bias[row % BIAS_ROWS], self.bias[(row + 1) % BIAS_ROWS]
+        return here + part * (there - here)
+
+    def apply(self, ideal: FloatArray, tick: int) -> FloatArray:
+        """What the unit shows (6,) at a tick where it ought to show `ideal` (6,)."""
+        shown = ideal + self.white[tick % WHITE_ROWS] + self.calc_bias(tick)
+        return np.minimum(np.maximum(shown, -self.limit), self.limit)
+
+
+def draw_imu_errors(noise: ImuNoise, period: float, generator: np.random.Generator) -> ImuErrors:
+    """Draws all that is random of a unit that is sampled every `period` [s]."""
+    n = noise
+
+    def each(gyro: float, accel: float) -> FloatArray:
+        return np.repeat([gyro, accel], 3)
+
+    # A mean over the interval: white noise of density N has the deviation N / sqrt(period).
+    white = generator.standard_normal((WHITE_ROWS, 6)) * each(
+        n.gyro_density / np.sqrt(period), n.accel_density / np.sqrt(period)
+    )
+    turn_on = generator.standard_normal(6) * each(n.gyro_turn_on, n.accel_turn_on)
+    steps = generator.standard_normal((BIAS_ROWS, 6))
+    keep = np.exp(-1.0 / n.correlation_time)
+    wander = np.empty((BIAS_ROWS, 6))
+    value = np.zeros(6)  # the turn-on bias is the whole bias at the start
+    for row in range(BIAS_ROWS):
+        wander[row] = value
+        value = keep * value + np.sqrt(1.0 - keep**2) * steps[row]
+    bias = turn_on + wander * each(n.gyro_instability, n.accel_instability)
+    for table in (white, bias):
+        table.setflags(write=False)
+    return ImuErrors(white, bias, each(n.gyro_range, n.accel_range), period)
+
+
+# ------------------------------------------------------------------------------------------------
+# The errors of the joints' encoders, drawn once for a run.
+# ------------------------------------------------------------------------------------------------
+
+
+ROWS = 2**15  # 65 s at 500 Hz before the same noise comes again
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointNoise:
+    """Figures of a joint's drive; all zero is the ideal one.
+
+    Attributes:
+        name: The drive.
+        counts: Of the encoder in a revolution of the joint; 0 for no quantisation.
+        angle: White noise of the angle [rad].
+        speed: White noise of the speed [rad/s].
+        zero: Deviation of where each joint's zero is taken to be [rad].
+    """
+
+    name: str = "ideal"
+    counts: int = 0
+    angle: float = 0.0
+    speed: float = 0.0
+    zero: float = 0.0
+
+
+IDEAL_JOINTS = JointNoise()
+
+# Open Dynamic Robot Initiative, "Brushless Actuator Module Core": Broadcom AEDT-9810, 5000 pulses a
+# channel, 20000 counts a motor revolution, belts 9:1: 180000 counts a revolution of the joint (17.5
+# bits). Noise of the angle is about a count's, that of the speed what remains of differenced counts
+# after the drive's filter, and the zero that of a careful calibration: assumptions.
+ODRI_DRIVE = JointNoise(
+    name="ODRI actuator module",
+    counts=180_000,
+    angle=3.5e-5,
+    speed=0.015,
+    zero=5.0e-4,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class JointErrors:
+    """The errors of twelve drives in one run.
+
+    Attributes:
+        white: (ROWS, 24) of angles, then speeds, used in a circle.
+        zero: (12,) [rad].
+        count: What the encoder resolves [rad]; 0 for all.
+    """
+
+    white: FloatArray
+    zero: FloatArray
+    count: float
+
+    def apply(self, ideal: FloatArray, tick: int) -> FloatArray:
+        """What the drives show (24,) at a tick where they ought to show `ideal` (24,)."""
+        shown = ideal + self.white[tick % ROWS]
+        shown[:12] += self.zero
+        if self.count > 0.0:
+            shown[:12] = np.floor(shown[:12] / self.count + 0.5) * self.count
+        return shown
+
+
+def draw_joint_errors(noise: JointNoise, generator: np.random.Generator) -> JointErrors:
+    """Draws all that is random of twelve drives."""
+    white = generator.standard_normal((ROWS, 24)) * np.repeat([noise.angle, noise.speed], 12)
+    zero = generator.standard_normal(12) * noise.zero
+    for table in (white, zero):
+        table.setflags(write=False)
+    return JointErrors(white, zero, 2.0 * np.pi / noise.counts if noise.counts else 0.0)
+
+
+# ------------------------------------------------------------------------------------------------
+# The errors of all of a robot's sensors together.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class SensorErrors:
+    """What the sensors are like, and what their errors are drawn from.
+
+    Attributes:
+        imu: Of the IMU.
+        joints: Of the joints' drives.
+        imu_generator: Random numbers of the IMU.
+        joint_generator: Random numbers of the drives.
+    """
+
+    imu: ImuNoise
+    joints: JointNoise
+    imu_generator: np.random.Generator
+    joint_generator: np.random.Generator
+
+
+# ------------------------------------------------------------------------------------------------
+# What an ideal strapdown IMU shows between two states.
+# ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def quaternion_matrix(q: FloatArray) -> FloatArray:
+    """R (3, 3) of a quaternion w, x, y, z of any length but none."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    n = 2.0 / (w * w + x * x + y * y + z * z)
+    R = np.empty((3, 3))
+    R[0, 0], R[0, 1], R[0, 2] = 1.0 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)
+    R[1, 0], R[1, 1], R[1, 2] = n * (x * y + w * z), 1.0 - n * (x * x + z * z), n * (y * z - w * x)
+    R[2, 0], R[2, 1], R[2, 2] = n * (x * z - w * y), n * (y * z + w * x), 1.0 - n * (x * x + y * y)
+    return R
+
+
+@compiled
+def imu_increments(before: FloatArray, now: FloatArray, dt: float) -> FloatArray:
+    """Mean rate [rad/s] and specific force [m/s^2] in B (6,) between two samples.
+
+    Args:
+        before: (7,) quaternion w, x, y, z of R_WB, then v_WB [m/s], at the last sample.
+        now: The same at this one.
+        dt: Between them [s].
+    """
+    R = quaternion_matrix(before[:4])
+    turn = rotation_log(multiply(np.ascontiguousarray(R.T), quaternion_matrix(now[:4])))
+    # B turns within the interval: the mean force is given in B as it is half way.
+    middle = multiply(R, rotation_exp(0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]))
+    a = (now[4:7] - before[4:7]) / dt
+    a[2] += GRAVITY
+    out = np.empty(6)
+    for i in range(3):
+        out[i] = turn[i] / dt
+        out[3 + i] = middle[0, i] * a[0] + middle[1, i] * a[1] + middle[2, i] * a[2]
+    return out
+
+
+# ------------------------------------------------------------------------------------------------
+# The sensors' ticks, compiled: what they show of a state.
+# ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def sense_imu(
+    state: FloatArray,
+    q_base: int,
+    v_base: int,
+    before: FloatArray,
+    tick: int,
+    white: FloatArray,
+    bias: FloatArray,
+    limit: FloatArray,
+    period: float,
+    shown: FloatArray,
+) -> None:
+    """What an IMU shows (6,), and what it has to remember.
+
+    Args:
+        state: [q; v], the truth.
+        q_base: Where the base's quaternion is.
+        v_base: Where its angular velocity is, its velocity after it.
+        before: (7,) quaternion and velocity at the last sample; then those of this.
+        tick: Number of the sample.
+        white: See ImuErrors.
+        bias: See there.
+        limit: See there.
+        period: See there.
+        shown: Result.
+    """
+    now = np.empty(7)
+    copy_vector(now[:4], state[q_base : q_base + 4])
+    copy_vector(now[4:], state[v_base + 3 : v_base + 6])
+    ideal = imu_increments(before, now, period)
+    copy_vector(before, now)
+    second = tick * period
+    row = int(second)
+    part = second - row
+    here, there = bias[row % len(bias)], bias[(row + 1) % len(bias)]
+    noise = white[tick % len(white)]
+    for i in range(6):
+        value = ideal[i] + noise[i] + (here[i] + part * (there[i] - here[i]))
+        shown[i] = min(max(value, -limit[i]), limit[i])
+
+
+@compiled
+def sense_joints(
+    state: FloatArray,
+    places: IntArray,
+    tick: int,
+    white: FloatArray,
+    zero: FloatArray,
+    count: float,
+    shown: FloatArray,
+) -> None:
+    """What the joints' encoders show (24,).
+
+    Args:
+        state: [q; v], the truth.
+        places: Where the angles, then the speeds, are in it (24,).
+        tick: Number of the sample.
+        white: See JointErrors.
+        zero: See there.
+        count: See there.
+        shown: Result.
+    """
+    noise = white[tick % len(white)]
+    for i in range(24):
+        shown[i] = state[places[i]] + noise[i]
+    for i in range(12):
+        shown[i] += zero[i]
+        if count > 0.0:
+            shown[i] = floor(shown[i] / count + 0.5) * count

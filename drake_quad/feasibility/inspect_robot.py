@@ -1,0 +1,382 @@
+"""What was read of a robot's file, as plain values and tables, with doubts about it."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.errors import InputError
+from drake_quad.robot.importer.pipeline import MAPPING
+from drake_quad.robot.importer.raw_robot import DOUBTFUL
+from drake_quad.robot.legs import LEGS, SHORT_NAMES
+from drake_quad.robot.model import RobotModel
+from drake_quad.scenario.config import SimulationConfig
+from drake_quad.util.input_files import MOST_YAML, read_given_text
+from drake_quad.util.yaml_io import parse_yaml
+
+# ------------------------------------------------------------------------------------------------
+# Reads what the importer wrote of a robot's own file, beside its normal form.
+# ------------------------------------------------------------------------------------------------
+
+
+def read_mapping(robot: RobotModel) -> dict[str, Any]:
+    """What the importer wrote: `trunk`, `joints` and `notes`; nothing of a file never imported.
+
+    Returns:
+        `trunk` has `p_TB` (3 numbers, [m]); `joints` by name `sign` (±1) and `turn` [rad]; each of
+        `notes` its `kind` and `text`. What the file leaves out is left out.
+
+    Raises:
+        InputError: If the file is there and not the importer's.
+    """
+    path = Path(robot.url).parent / MAPPING
+    if "://" in robot.url or not path.is_file():
+        return {}
+
+    def refuse(field: str, value: object, remedy: str) -> InputError:
+        remedy += (
+            "; the importer writes this file beside what it imports: delete it, or that folder"
+        )
+        return InputError(source=str(path), field=field, value=value, remedy=remedy)
+
+    try:
+        text = read_given_text(path, most=MOST_YAML)
+    except (OSError, UnicodeDecodeError) as error:
+        raise refuse("document", str(path), f"cannot be read: {error}") from None
+    mapping = parse_yaml(text, source=str(path), needs="joints: {...}")
+    trunk = mapping.get("trunk", {"p_TB": [0.0, 0.0, 0.0]})
+    if not isinstance(trunk, dict) or not _numbers(trunk.get("p_TB"), 3):
+        raise refuse("trunk", trunk, "must have p_TB, three numbers")
+    joints = mapping.get("joints", {})
+    if not isinstance(joints, dict):
+        raise refuse("joints", joints, "must have a sign and a turn for each joint's name")
+    for name, one in joints.items():
+        if not isinstance(one, dict) or not _numbers([one.get("sign"), one.get("turn")], 2):
+            raise refuse(f"joints.{name}", one, "must have a sign and a turn, numbers")
+    notes = mapping.get("notes", [])
+    if not isinstance(notes, list) or not all(
+        isinstance(note, dict) and all(isinstance(note.get(key), str) for key in ("kind", "text"))
+        for note in notes
+    ):
+        raise refuse("notes", notes, "must be a list of notes, each with a kind and a text")
+    return mapping
+
+
+def _numbers(values: Any, count: int) -> bool:
+    """Whether these are just so many finite numbers."""
+    return (
+        isinstance(values, list)
+        and len(values) == count
+        and all(type(x) in (int, float) and abs(x) <= 1e9 and math.isfinite(x) for x in values)
+    )
+
+
+# ------------------------------------------------------------------------------------------------
+# What of a robot's figures can hardly be meant, though each of them can be read.
+# ------------------------------------------------------------------------------------------------
+
+
+WEAK = 0.2  # of the weight: knees that hold no more on four stretched legs are a slip of a unit
+LIGHTEST = 1e-3  # of the robot: a thigh or a shank that is lighter has lost its mass
+UNLIKE = 2.0  # times: a link of one side that is heavier by this than the other side's
+SAME = 0.02  # [rad] within which limits of two joints are alike
+APART = 0.1  # [rad] from which they are unlike: Spot's own differ by half of that
+ROLES = ("abduction", "hip", "knee")
+LINKS = ("hip", "thigh", "shank")
+SIDES = ((0, 1), (2, 3))  # rows of legs that are each other's mirror
+
+
+def doubts(robot: RobotModel) -> list[str]:
+    """Lines that say what is doubtful, and what may be wrong; none of a robot that is plausible."""
+    return [*_weak_knees(robot), *_lost_masses(robot), *_unlike_limits(robot)]
+
+
+def all_doubts(robot: RobotModel) -> list[str]:
+    """The same, and what is doubtful in the robot's own file, as the importer read it."""
+    mapping = read_mapping(robot)
+    notes = [n["text"] for n in mapping.get("notes", []) if n["kind"] == DOUBTFUL]
+    found = doubts(robot)
+    return [*found, *_odd_axes(robot, mapping.get("joints", {}), found), *notes]
+
+
+def _odd_axes(robot: RobotModel, joints: dict[str, Any], told: list[str]) -> list[str]:
+    """Axes that point the other way than those of all three other legs; but for what is told."""
+    lines = []
+    for role in range(3):
+        names = [robot.joint_names[3 * row + role] for row in range(4)]
+        signs = [joints.get(name, {}).get("sign", 1) for name in names]
+        for name, sign in zip(names, signs, strict=True):
+            if signs.count(sign) == 1 and not any(name in line for line in told):
+                lines.append(
+                    f"{name}: its axis points the other way than those of the three other legs"
+                )
+    return lines
+
+
+def _weak_knees(robot: RobotModel) -> list[str]:
+    """Knees that cannot hold the robot by far."""
+    knees = robot.effort.reshape(4, 3)[:, 2]
+    held, weight = float(np.sum(knees / robot.geometry.reach)), GRAVITY * robot.mass
+    if held >= WEAK * weight:
+        return []
+    return [
+        f"all four knees' efforts, each at the end of its leg, hold {held:.3g} N, and the robot "
+        f"weighs {weight:.3g} N: are masses in grams, or efforts not in Nm?"
+    ]
+
+
+def _lost_masses(robot: RobotModel) -> list[str]:
+    """Thighs and shanks without mass, and links that are not as heavy as their mirror."""
+    lines = []
+    mass = robot.link_mass
+    lost = mass < LIGHTEST * robot.mass
+    lost[:, 0] = False  # of some robots the hip is told with the trunk
+    if np.any(lost):
+        names = ", ".join(
+            f"{LEGS[row].short}'s {LINKS[link]}" for row, link in np.argwhere(lost).tolist()
+        )
+        lines.append(f"{names}: has hardly any mass; does its link lack <inertial>?")
+    for left, right in SIDES:
+        for link, name in enumerate(LINKS):
+            a, b = float(mass[left, link]), float(mass[right, link])
+            if max(a, b) > UNLIKE * min(a, b) and not (lost[left, link] or lost[right, link]):
+                lines.append(
+                    f"{LEGS[left].short}'s {name} has {a:.3g} kg, {LEGS[right].short}'s "
+                    f"{b:.3g} kg: left and right are alike in most robots"
+                )
+    return lines
+
+
+def _unlike_limits(robot: RobotModel) -> list[str]:
+    """Joints whose limits are not their mirror's, and whether a reversed axis would explain it."""
+    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+    lines = []
+    for left, right in SIDES:
+        unlike: list[int] = []
+        reversed_: list[int] = []
+        for joint in range(3):
+            own = np.array([lower[left, joint], upper[left, joint]])
+            other = np.array([lower[right, joint], upper[right, joint]])
+            other = _reversed(other) if joint == 0 else other  # abduction is outwards on both sides
+            if np.max(np.abs(own - other)) <= SAME:
+                continue
+            if np.max(np.abs(_reversed(own) - other)) <= SAME:
+                reversed_.append(joint)
+            elif np.max(np.abs(own - other)) > APART:
+                unlike.append(joint)
+        pair = [LEGS[left].short, LEGS[right].short]
+        for joints, words in (
+            (reversed_, "are each other's reversed: is an axis of one leg the wrong way round?"),
+            (unlike, "differ: left and right are alike in most robots"),
+        ):
+            if joints:
+                names = [
+                    " and ".join(robot.joint_names[3 * row + joint] for row in (left, right))
+                    for joint in joints
+                ]
+                lines.append(f"{' to '.join(pair)}: limits of {', of '.join(names)} {words}")
+    return lines
+
+
+def _reversed(limits: FloatArray) -> FloatArray:
+    """Limits (2,) about the axis the other way round."""
+    return -limits[::-1]
+
+
+# ------------------------------------------------------------------------------------------------
+# What `drake-quad inspect` tells of a robot: figures as plain values, and as tables.
+# ------------------------------------------------------------------------------------------------
+KINDS: dict[tuple[int, ...], str] = {
+    (-1, -1, -1, -1): "all knees backward",
+    (1, 1, 1, 1): "all knees forward",
+    (-1, -1, 1, 1): "X: front knees backward, rear knees forward",
+    (1, 1, -1, -1): "O: front knees forward, rear knees backward",
+}
+
+
+def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
+    """The robot's figures as plain values, in SI units.
+
+    Args:
+        robot: As loaded.
+        source: What the person gave for it.
+
+    Raises:
+        InputError: If what the importer wrote of it is spoilt.
+    """
+    g, mapping = robot.geometry, read_mapping(robot)
+    sides = tuple(int(s) for s in g.knee_sign)
+    told = mapping.get("joints", {})
+    legs = {}
+    for k, short in enumerate(SHORT_NAMES):
+        mine = slice(3 * k, 3 * k + 3)
+        legs[short] = {
+            "hip": g.p_BH[k].tolist(),
+            "offset": float(g.offset[k]),
+            "raised": float(g.raised[k]),
+            "thigh": float(g.thigh[k]),
+            "shank": float(g.shank[k]),
+            "knee": "forward" if sides[k] > 0 else "backward",
+            "masses": robot.link_mass[k].tolist(),
+            "joints": [
+                {
+                    "name": name,
+                    "role": role,
+                    "lower": float(low),
+                    "upper": float(high),
+                    "effort": float(effort),
+                    "speed": float(speed),
+                    "sign": told.get(name, {}).get("sign", 1),
+                    "turn": told.get(name, {}).get("turn", 0.0),
+                }
+                for name, role, low, high, effort, speed in zip(
+                    robot.joint_names[mine],
+                    ROLES,
+                    robot.q_lower[mine],
+                    robot.q_upper[mine],
+                    robot.effort[mine],
+                    robot.speed[mine],
+                    strict=True,
+                )
+            ],
+        }
+    return {
+        "robot": source,
+        "name": robot.name,
+        "file": robot.url,
+        "normal_form": "as it is" if not mapping else "imported",
+        "trunk": robot.trunk,
+        "p_TB": mapping.get("trunk", {}).get("p_TB", [0.0, 0.0, 0.0]),
+        "mass": robot.mass,
+        "trunk_mass": robot.trunk_mass,
+        "trunk_com": robot.trunk_com.tolist(),
+        "knees": KINDS.get(sides, "mixed"),
+        "reach": float(g.reach.min()),
+        "foot_radius": robot.foot_radius,
+        "foot_friction": [None if np.isnan(mu) else float(mu) for mu in robot.foot_friction],
+        "legs": legs,
+        "notes": mapping.get("notes", []),
+        "doubts": all_doubts(robot),
+    }
+
+
+def print_robot(told: dict[str, Any], console: Console) -> None:
+    """Prints the figures as tables, and all that is not as in the robot's own file.
+
+    Names are printed as they are: rich would take `[/x]` for its own.
+    """
+    console.print(
+        Text.assemble((told["name"], "bold"), f": {told['mass']:.2f} kg, {told['knees']}")
+    )
+    table = Table(show_header=False, box=None, pad_edge=False)
+    com = ", ".join(f"{1e3 * x:.0f}" for x in told["trunk_com"])
+    trunk = f"{told['trunk']}, {told['trunk_mass']:.2f} kg, its centre at {com} mm"
+    table.add_row("trunk", Text(trunk))
+    table.add_row("reach of a leg", f"{told['reach']:.3f} m, stretched")
+    table.add_row("feet", f"spheres of {1e3 * told['foot_radius']:.1f} mm")
+    table.add_row("contact friction", _friction(told))
+    origin = ", ".join(f"{1e3 * x:.0f}" for x in told["p_TB"])
+    if told["normal_form"] == "imported":
+        table.add_row("B's origin", f"amid the hips, at {origin} mm in the trunk's own frame")
+    console.print(table, highlight=False)
+    console.print(Text(f"file: {told['file']} ({told['normal_form']})"), soft_wrap=True)
+    console.print()
+    console.print(_legs(told), highlight=False)
+    console.print(_joints(told), highlight=False)
+    _print_notes(told["notes"], console)
+    for doubt in told["doubts"]:
+        console.print(Text.assemble(("\ndoubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
+
+
+def _friction(told: dict[str, Any]) -> str:
+    """Which coefficient feet and ground have."""
+    said = {
+        short: mu
+        for short, mu in zip(SHORT_NAMES, told["foot_friction"], strict=True)
+        if mu is not None
+    }
+    if not said:
+        return "simulation.friction, for feet and ground"
+    feet = ", ".join(f"{short} {mu:.3g}" for short, mu in said.items())
+    default = SimulationConfig().friction
+    least = min(2.0 * mu * default / max(mu + default, 1e-12) for mu in said.values())
+    return (
+        f"the file states {feet}; with the ground's μ it is 2 × own × μ / (own + μ), "
+        f"at simulation.friction {default:g} {least:.3g}"
+    )
+
+
+def _legs(told: dict[str, Any]) -> Table:
+    """Lengths and masses."""
+    table = Table(box=None, pad_edge=False)
+    sizes = ["offset", "thigh", "shank"]
+    if any(leg["raised"] for leg in told["legs"].values()):
+        sizes.insert(1, "raised")
+    for title in ("leg", "hip x, y, z in mm", *sizes, "knee", "masses in kg"):
+        table.add_column(title, justify="left" if title in ("leg", "knee") else "right")
+    for short, leg in told["legs"].items():
+        lengths = [f"{1e3 * leg[key]:.1f}" for key in sizes]
+        hip = ", ".join(f"{1e3 * x:.1f}" for x in leg["hip"])
+        masses = ", ".join(f"{m:.2f}" for m in leg["masses"])
+        table.add_row(short, hip, *lengths, leg["knee"], masses)
+    return table
+
+
+def _joints(told: dict[str, Any]) -> Table:
+    """Limits; those that the file does not give are marked."""
+    table = Table(box=None, pad_edge=False, title_justify="left")
+    for title in (
+        "",
+        "joint",
+        "limits in deg",
+        "effort in Nm",
+        "speed in rad/s",
+        "angle in the file",
+    ):
+        table.add_column(
+            title, justify="right" if " in " in title and "file" not in title else "left"
+        )
+    for short, leg in told["legs"].items():
+        for joint in leg["joints"]:
+            notes = [n["text"] for n in told["notes"] if n["text"].startswith(joint["name"] + ":")]
+            marks = {
+                key: "*" if any(word in text for text in notes) else ""
+                for key, word in (
+                    ("limits", "limits"),
+                    ("effort", ": effort"),
+                    ("speed", ": speed"),
+                )
+            }
+            low, high = np.rad2deg(joint["lower"]), np.rad2deg(joint["upper"])
+            sign, turn = "-" if joint["sign"] < 0 else "", np.rad2deg(joint["turn"])
+            table.add_row(
+                short,
+                Text(joint["name"]),
+                f"{low:.0f} to {high:.0f}{marks['limits']}",
+                f"{joint['effort']:.3g}{marks['effort']}",
+                f"{joint['speed']:.3g}{marks['speed']}",
+                f"{sign}q" if abs(turn) < 0.05 else f"{sign}(q {turn:+.1f}°)",
+            )
+    return table
+
+
+def _print_notes(notes: list[dict[str, str]], console: Console) -> None:
+    """What was repaired, assumed, approximated and dropped; the same of several joints as one."""
+    notes = [note for note in notes if note["kind"] != DOUBTFUL]  # these are told by themselves
+    if not notes:
+        return
+    console.print("\n[bold]not as in the file[/] (* above)", highlight=False)
+    told: dict[tuple[str, str], list[str]] = {}
+    for note in notes:
+        subject, separator, text = note["text"].partition(": ")
+        told.setdefault((note["kind"], text if separator else note["text"]), []).append(
+            subject if separator else ""
+        )
+    for (kind, text), subjects in told.items():
+        who = ", ".join(s for s in subjects if s)
+        console.print(Text(f"  {kind}: {who + ': ' if who else ''}{text}"))

@@ -1,0 +1,1 @@
+"""Which gait climbs these stairs: candidates, their objective, the search."""

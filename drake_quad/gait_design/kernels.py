@@ -1,0 +1,476 @@
+"""The compiled objective of a candidate gait, pose by pose.
+
+Most parts are far from what they might touch. A bound that costs little tells so: what surely is
+no nearer than something else already was is not looked at, which changes no result.
+"""
+
+from math import acos, atan2, cos, pi, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.jit import compiled, copy_vector
+from drake_quad.math.distance import (
+    from_box,
+    from_stairs,
+    line_from_stairs,
+    line_with_ends,
+    over_nosings,
+)
+from drake_quad.robot.link_outline import ROOM_WORTH, SHANK_POINTS
+
+# ------------------------------------------------------------------------------------------------
+# What a candidate's three feet and joints bear in one pose, and the margin that it keeps.
+# ------------------------------------------------------------------------------------------------
+
+
+SWAYS = 9  # that are tried, evenly from side to side
+LEAST_AREA = 1e-9
+
+
+@compiled
+def _others(air: int, k: int) -> tuple[int, int]:
+    """The other two of three feet that stand."""
+    i, j = -1, -1
+    for m in range(4):
+        if m != air and m != k:
+            if i < 0:
+                i = m
+            else:
+                j = m
+    return i, j
+
+
+@compiled
+def best_sway(
+    com: FloatArray, feet: FloatArray, air: int, widest: float, wanted: float
+) -> tuple[float, float]:
+    """The least sway that gives the margin wanted, or that of the best margin; and the margin.
+
+    A margin is the distance from the sides of three feet's triangle, inside positive [m].
+    """
+    margins = np.full(SWAYS, np.inf)
+    for k in range(4):
+        if k == air:
+            continue
+        i, j = _others(air, k)  # the side between them, and which way is in
+        ex, ey = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+        length = max(sqrt(ex * ex + ey * ey), 1e-9)
+        inward = ex * (feet[k, 1] - feet[i, 1]) - ey * (feet[k, 0] - feet[i, 0])
+        for s in range(SWAYS):
+            y = com[1] + (-1.0 + 2.0 * s / (SWAYS - 1)) * widest
+            here = (ex * (y - feet[i, 1]) - ey * (com[0] - feet[i, 0])) / length
+            margins[s] = min(margins[s], here if inward > 0.0 else -here)
+    best, best_value, best_margin = 0.0, -np.inf, -np.inf
+    for s in range(SWAYS):
+        share = -1.0 + 2.0 * s / (SWAYS - 1)
+        value = min(margins[s], wanted) - 1e-3 * abs(share)
+        if value > best_value:
+            best, best_value, best_margin = share * widest, value, margins[s]
+    return best, best_margin
+
+
+@compiled
+def share_weight(
+    x: float, y: float, feet: FloatArray, air: int, weight: float, forces: FloatArray
+) -> None:
+    """Writes the vertical forces (4,) of three feet that carry the weight at x, y [N]."""
+    for k in range(4):
+        forces[k] = 0.0
+        if k == air:
+            continue
+        i, j = _others(air, k)
+        ax, ay = feet[i, 0] - x, feet[i, 1] - y
+        bx, by = feet[j, 0] - x, feet[j, 1] - y
+        cx, cy = feet[k, 0] - feet[i, 0], feet[k, 1] - feet[i, 1]
+        ex, ey = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+        whole = ex * cy - ey * cx
+        area = ax * by - ay * bx
+        forces[k] = weight * area / (whole if abs(whole) > LEAST_AREA else LEAST_AREA)
+
+
+@compiled
+def torque_used(
+    leg: FloatArray, q: FloatArray, force: float, cp: float, sp: float, effort: FloatArray
+) -> float:
+    """The greatest share of its limit that a joint needs for a vertical force at the foot."""
+    sa, ca = sin(q[0]), cos(q[0])
+    both = q[1] + q[2]
+    xk, zk = -leg[5] * sin(both), -leg[5] * cos(both)
+    x, z = -leg[4] * sin(q[1]) + xk, -leg[4] * cos(q[1]) + zk
+    y_up = ca * leg[3] - sa * (z + leg[7])
+    fx, fz = sp * force, -cp * force  # what the foot pushes down with, in B
+    t0 = y_up * fz
+    t1 = z * fx - ca * x * fz
+    t2 = zk * fx - ca * xk * fz
+    return max(abs(t0) / effort[0], max(abs(t1) / effort[1], abs(t2) / effort[2]))
+
+
+# ------------------------------------------------------------------------------------------------
+# The distances of `kernel`: from endless stairs, and from the plane above their nosings.
+# ------------------------------------------------------------------------------------------------
+
+
+SHANK, THIGH = len(SHANK_POINTS), 3  # points of a leg that are looked at
+
+
+@compiled
+def to_body(
+    points: FloatArray, b: FloatArray, sway: float, cp: float, sp: float, into: FloatArray
+) -> None:
+    """Writes points of W (M, 3) in B, of a body that sways and does not turn."""
+    for i in range(len(into)):
+        dx, dz = points[i, 0] - b[0], points[i, 2] - b[2]
+        into[i, 0], into[i, 2] = cp * dx - sp * dz, sp * dx + cp * dz
+        into[i, 1] = points[i, 1] - b[1] - sway
+
+
+# ------------------------------------------------------------------------------------------------
+# Where a candidate's links are in one pose: angles, centre of mass, points along its legs.
+# ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def tilt(leg: FloatArray, b: FloatArray, foot: FloatArray, q: FloatArray) -> float:
+    """How far a shank leans ahead [rad], the body not swaying; writes its leg's angles."""
+    angles(leg, b, foot, 0.0, cos(b[3]), sin(b[3]), q)
+    return b[3] + q[1] + q[2]
+
+
+@compiled
+def angles(
+    leg: FloatArray, b: FloatArray, foot: FloatArray, sway: float, cp: float, sp: float,
+    q: FloatArray,
+) -> float:  # fmt: skip
+    """Writes a leg's angles; returns by how much it is short of its reach's ends [m]."""
+    dx, dz = foot[0] - b[0], foot[2] - b[2]
+    x = cp * dx - sp * dz - leg[0]
+    y = foot[1] - b[1] - sway - leg[1]
+    z = sp * dx + cp * dz - leg[2]
+    d, l1, l2 = leg[3], leg[4], leg[5]
+    across = y * y + z * z - d * d
+    down = -sqrt(max(across, 1e-12))
+    a = atan2(z, y) - atan2(down, d)
+    q[0] = (a + pi) % (2.0 * pi) - pi
+    down -= leg[7]
+    distance = sqrt(x * x + down * down)
+    room = min(l1 + l2 - distance, distance - abs(l1 - l2))
+    reach = min(max(distance, abs(l1 - l2) + 1e-6), l1 + l2 - 1e-6)
+    bend = (reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+    q[2] = leg[6] * acos(min(max(bend, -1.0), 1.0))
+    q[1] = atan2(-x, -down) - atan2(l2 * sin(q[2]), l1 + l2 * cos(q[2]))
+    return room if across > 0.0 else min(room, -sqrt(-across))
+
+
+@compiled
+def centre(
+    b: FloatArray, q: FloatArray, legs: FloatArray, masses: FloatArray, coms: FloatArray,
+    cp: float, sp: float, com: FloatArray,
+) -> None:  # fmt: skip
+    """Writes the whole robot's centre of mass in W (3,) [m]."""
+    total, mx, my, mz = masses[0], masses[0] * coms[0, 0], masses[0] * coms[0, 1], 0.0
+    mz = masses[0] * coms[0, 2]
+    for k in range(4):
+        leg = legs[k]
+        ca, sa = cos(q[k, 0]), sin(q[k, 0])
+        for j in range(3):
+            m, p = masses[1 + 3 * k + j], coms[1 + 3 * k + j]
+            if j == 0:
+                x, y, z = p[0], p[1], p[2]
+            else:
+                angle = q[k, 1] + (q[k, 2] if j == 2 else 0.0)
+                c, s = cos(angle), sin(angle)
+                x, y, z = c * p[0] + s * p[2], leg[3] + p[1], -s * p[0] + c * p[2] + leg[7]
+                if j == 2:
+                    x -= leg[4] * sin(q[k, 1])
+                    z -= leg[4] * cos(q[k, 1])
+            mx += m * (leg[0] + x)
+            my += m * (leg[1] + ca * y - sa * z)
+            mz += m * (leg[2] + sa * y + ca * z)
+            total += m
+    mx, my, mz = mx / total, my / total, mz / total
+    com[0], com[1], com[2] = b[0] + cp * mx + sp * mz, b[1] + my, b[2] - sp * mx + cp * mz
+
+
+@compiled
+def place_points(
+    leg: FloatArray, q: FloatArray, b: FloatArray, sway: float, cp: float, sp: float,
+    foot: FloatArray, offsets: FloatArray, points: FloatArray,
+) -> None:  # fmt: skip
+    """Writes points of the shank from the knee on, then of the thigh, in W (SHANK + THIGH, 3)."""
+    sa, ca = sin(q[0]), cos(q[0])
+    x, z = -leg[4] * sin(q[1]), -leg[4] * cos(q[1])
+    knee, hip = np.empty(3), np.empty(3)
+    for part in range(2):
+        px, pz = (x, z + leg[7]) if part == 0 else (0.0, leg[7])
+        bx = leg[0] + px
+        by = leg[1] + ca * leg[3] - sa * pz
+        bz = leg[2] + sa * leg[3] + ca * pz
+        into = knee if part == 0 else hip
+        into[0], into[1] = b[0] + cp * bx + sp * bz, b[1] + sway + by
+        into[2] = b[2] - sp * bx + cp * bz
+    c, s = cos(q[1] + q[2]), sin(q[1] + q[2])
+    ax, ay, az = cp * c - sp * ca * s, sa * s, -sp * c - cp * ca * s  # the shank's x in W
+    for i in range(SHANK):
+        for j in range(3):
+            points[i, j] = knee[j] + SHANK_POINTS[i] * (foot[j] - knee[j])
+        points[i, 0] += offsets[i] * ax
+        points[i, 1] += offsets[i] * ay
+        points[i, 2] += offsets[i] * az
+    for i in range(THIGH):
+        share = (i + 1.0) / (THIGH + 1.0)
+        for j in range(3):
+            points[SHANK + i, j] = knee[j] + share * (hip[j] - knee[j])
+
+
+# ------------------------------------------------------------------------------------------------
+# The least room of a candidate's parts in one pose, each the less of what is told and found.
+# ------------------------------------------------------------------------------------------------
+
+
+SURE = 1e-9  # [m] by which a bound may be wrong, for rounding
+
+
+@compiled
+def leg_room(points: FloatArray, radii: FloatArray, rise: float, run: float, least: float) -> float:
+    """Between a shank's points (SHANK, 3), with the lines between them, and the stairs [m].
+
+    Args:
+        points: In W [m].
+        radii: At the points (SHANK,) [m].
+        rise: Of the staircase [m].
+        run: Of the staircase [m].
+        least: What there is elsewhere [m], weighed by ROOM_WORTH as this is.
+    """
+    before = 0.0
+    for i in range(SHANK):
+        x, z, radius, worth = points[i, 0], points[i, 2], radii[i], ROOM_WORTH[i]
+        bound = min(over_nosings(x, z, rise, run), run) - SURE
+        if (bound - radius) * worth < least:
+            least = min(least, (from_stairs(x, z, rise, run) - radius) * worth)
+        if i > 0:
+            thick = min(radius, radii[i - 1])
+            if (min(bound, before) - thick) * worth < least:
+                line = line_from_stairs(points[i - 1], points[i], rise, run)
+                least = min(least, (line - thick) * worth)
+        before = bound
+    return least
+
+
+@compiled
+def trunk_room(points: FloatArray, radii: FloatArray, boxes: FloatArray, least: float) -> float:
+    """Between a shank's points (SHANK, 3) in B, with their lines, and the trunk [m].
+
+    Args:
+        points: In B [m].
+        radii: At the points (SHANK,) [m].
+        boxes: The trunk's: one about all the others, then those (1 + K, 2, 3) [m].
+        least: What there is elsewhere [m].
+    """
+    low, high, widest = np.empty(3), np.empty(3), 0.0
+    for axis in range(3):
+        low[axis], high[axis] = points[0, axis], points[0, axis]
+        for i in range(1, SHANK):
+            low[axis], high[axis] = (
+                min(low[axis], points[i, axis]),
+                max(high[axis], points[i, axis]),
+            )
+    for i in range(SHANK):
+        widest = max(widest, radii[i])
+    for k in range(len(boxes)):
+        lower, upper = boxes[k, 0], boxes[k, 1]
+        square = 0.0
+        for axis in range(3):
+            out = max(max(lower[axis] - high[axis], low[axis] - upper[axis]), 0.0)
+            square += out * out
+        if square > 0.0 and sqrt(square) - SURE - widest >= least:
+            if k == 0:
+                return least  # no nearer to those within
+            continue
+        if k == 0:
+            continue
+        before = 0.0
+        for i in range(SHANK):
+            here = from_box(points[i], lower, upper)
+            least = min(least, here - radii[i])
+            if i > 0:
+                thick = min(radii[i], radii[i - 1])
+                line = line_with_ends(
+                    points[i - 1], points[i], before, here, lower, upper, least + thick
+                )
+                least = min(least, line - thick)
+            before = here
+    return least
+
+
+@compiled
+def room_apart(
+    front: FloatArray,
+    rear: FloatArray,
+    front_radii: FloatArray,
+    rear_radii: FloatArray,
+    least: float,
+) -> float:
+    """Between a front leg and the rear leg of its side, (SHANK + THIGH, 3) points in W each [m]."""
+    low, high = np.inf, -np.inf
+    for i in range(SHANK + THIGH):
+        low = min(low, front[i, 0] - front_radii[i if i < SHANK else 0])
+        high = max(high, rear[i, 0] + rear_radii[i if i < SHANK else 0])
+    if low - high - SURE >= least:
+        return least
+    for i in range(SHANK + THIGH):
+        for j in range(SHANK + THIGH):
+            x, y = front[i, 0] - rear[j, 0], front[i, 1] - rear[j, 1]
+            z = front[i, 2] - rear[j, 2]
+            thick = front_radii[i if i < SHANK else 0] + rear_radii[j if j < SHANK else 0]
+            least = min(least, sqrt(x * x + y * y + z * z) - thick)
+    return least
+
+
+@compiled
+def room_under(points: FloatArray, rise: float, run: float, least: float) -> float:
+    """Between points under the trunk (M, 3) in W, in a line, and the stairs, the line too [m]."""
+    last = len(points) - 1
+    bound = over_nosings(points[0, 0], points[0, 2], rise, run)
+    bound = min(bound, over_nosings(points[last, 0], points[last, 2], rise, run))
+    if min(bound, run) - SURE >= least:
+        return least
+    for i in range(len(points)):
+        least = min(least, from_stairs(points[i, 0], points[i, 2], rise, run))
+        if i > 0:
+            least = min(least, line_from_stairs(points[i - 1], points[i], rise, run))
+    return least
+
+
+# ------------------------------------------------------------------------------------------------
+# The arithmetic of `evaluate`, pose by pose: a search looks at tens of thousands of them.
+# ------------------------------------------------------------------------------------------------
+
+
+UNDER = 7  # points under the trunk that are looked at
+STRIDE = 7  # between moments looked at in turn: unlike ones sooner tell what is in the way
+LEAST_SHARE = 0.7  # of what counts in `lacking` that is the least over all: the rest is their mean
+# Columns of the result.
+REACH, JOINTS, TORQUE, MARGIN, LEGS, APART, TRUNK = range(7)
+COLUMNS = 7
+
+
+@compiled
+def lacking(row: FloatArray, wanted: FloatArray) -> float:
+    """What slacks (COLUMNS,) lack of the room wanted: less is better, and it only grows with more.
+
+    Mostly the least share of the room wanted that there is, a little their mean.
+    """
+    least, mean = np.inf, 0.0
+    for i in range(COLUMNS):
+        share = min(row[i] / wanted[i], 1.0)
+        least = min(least, share)
+        mean += share / COLUMNS
+    return -(LEAST_SHARE * least + (1.0 - LEAST_SHARE) * mean)
+
+
+@compiled
+def lacking_each(rows: FloatArray, wanted: FloatArray) -> FloatArray:
+    """See `lacking`, for slacks in rows (C, COLUMNS): (C,)."""
+    lacks = np.empty(len(rows))
+    for c in range(len(rows)):
+        lacks[c] = lacking(rows[c], wanted)
+    return lacks
+
+
+@compiled
+def slacks(
+    body: FloatArray,
+    feet: FloatArray,
+    swing: FloatArray,
+    landed: NDArray[np.intp],
+    rise: float,
+    run: float,
+    foot_radius: float,
+    legs: FloatArray,
+    limits: FloatArray,
+    masses: FloatArray,
+    coms: FloatArray,
+    trunk: FloatArray,
+    shanks: FloatArray,
+    widest: float,
+    wanted: FloatArray,
+    found: FloatArray,
+    enough: FloatArray,
+) -> None:
+    """The least room of each candidate over its moments, (C, COLUMNS), into `found`.
+
+    Args:
+        body: (C, N, 5) x, y, z, pitch, yaw (0) of B.
+        feet: (C, N, 4, 3) [m].
+        swing: (N,) row of the leg in the air.
+        landed: (N, 4) at which moment each foot was set down, from where it rolls.
+        rise: Of the staircase [m].
+        run: Of the staircase [m].
+        foot_radius: [m].
+        legs: (4, 8), see `leg_scalar.leg_array`.
+        limits: (3, 12) least and greatest angles [rad], torques [Nm].
+        masses: (13,) of the trunk, then of the links leg by leg [kg].
+        coms: (13, 3) their centres, in B and in the links' frames [m].
+        trunk: Least and greatest x, y, z of the trunk in B, then of each of its parts (1 + K, 2, 3)
+            [m].
+        shanks: (2, 4, SHANK) how far ahead of the line from knee to foot a shank's middle is at its
+            points, from the knee on, and its radius there [m].
+        widest: Sway to either side [m].
+        wanted: (COLUMNS,) the room that is enough; no sway is added for more margin.
+        found: Result; what it holds already (of other stairs) counts.
+        enough: (C,) what a candidate may lack to be of interest (see `lacking`): of one that lacks
+            more no further moments are looked at.
+    """
+    q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
+    in_body, under = np.empty((SHANK, 3)), np.zeros((UNDER, 3))
+    f, tilts = np.empty((4, 3)), np.empty((body.shape[1], 4))
+    forces, com = np.zeros(4), np.empty(3)
+    weight, whole = masses.sum() * GRAVITY, trunk[0]
+    for c in range(body.shape[0]):
+        row = found[c]
+        for n in range(body.shape[1]):
+            for k in range(4):
+                if landed[n, k] == n:
+                    tilts[n, k] = tilt(legs[k], body[c, n], feet[c, n, k], q[k])
+        for moment in range(body.shape[1]):
+            n = moment * STRIDE % body.shape[1]
+            b, air = body[c, n], int(swing[n])
+            cp, sp = cos(b[3]), sin(b[3])
+            for k in range(4):
+                # A foot is a ball, which its shank rolls on.
+                leant = tilt(legs[k], b, feet[c, n, k], q[k])
+                copy_vector(f[k], feet[c, n, k])
+                if k != air:
+                    f[k, 0] += foot_radius * (leant - tilts[landed[n, k], k])
+            centre(b, q, legs, masses, coms, cp, sp, com)
+            sway, margin = best_sway(com, f, air, widest, wanted[MARGIN])
+            row[MARGIN] = min(row[MARGIN], margin)
+            share_weight(com[0], com[1] + sway, f, air, weight, forces)
+            for k in range(4):
+                reach = angles(legs[k], b, f[k], sway, cp, sp, q[k])
+                row[REACH] = min(row[REACH], reach)
+                for j in range(3):
+                    i = 3 * k + j
+                    room = min(q[k, j] - limits[0, i], limits[1, i] - q[k, j])
+                    row[JOINTS] = min(row[JOINTS], room)
+                used = torque_used(legs[k], q[k], forces[k], cp, sp, limits[2, 3 * k : 3 * k + 3])
+                row[TORQUE] = min(row[TORQUE], 1.0 - used)
+            if lacking(row, wanted) > enough[c]:
+                break  # before what takes longest
+            for k in range(4):
+                place_points(legs[k], q[k], b, sway, cp, sp, f[k], shanks[0, k], points[k])
+                row[LEGS] = leg_room(points[k], shanks[1, k], rise, run, row[LEGS])
+                to_body(points[k], b, sway, cp, sp, in_body)
+                row[APART] = trunk_room(in_body, shanks[1, k], trunk, row[APART])
+            for k in range(2):
+                row[APART] = room_apart(
+                    points[k], points[2 + k], shanks[1, k], shanks[1, 2 + k], row[APART]
+                )
+            for i in range(UNDER):
+                x, low = whole[0, 0] + i / (UNDER - 1.0) * (whole[1, 0] - whole[0, 0]), whole[0, 2]
+                under[i, 0], under[i, 2] = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
+            row[TRUNK] = room_under(under, rise, run, row[TRUNK])
+            if lacking(row, wanted) > enough[c]:
+                break

@@ -1,0 +1,273 @@
+"""Plans candidate gaits on the real course, lowered and slowed where that is needed."""
+
+import copy
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from math import inf
+
+from drake_quad.errors import PlanningError
+from drake_quad.gait_design.search import Design
+from drake_quad.planning.clearance import Room, find_room, refuse_thighs, refuse_touching
+from drake_quad.planning.contact_forces import torque_ratio
+from drake_quad.planning.contact_plan import swing_times
+from drake_quad.planning.mission import (
+    MissionPlan,
+    check_plan,
+    check_torques,
+    initial_stance,
+    join_plans,
+    plan_tasks,
+)
+from drake_quad.planning.motion_plan import evaluate
+from drake_quad.robot.link_outline import Shape
+from drake_quad.robot.model import RobotModel
+from drake_quad.scenario.build import course_of, mission_of, plan_settings
+from drake_quad.scenario.config import Scenario
+
+# ------------------------------------------------------------------------------------------------
+# A designed gait's plan on the scenario's own course, and what it is worth.
+# ------------------------------------------------------------------------------------------------
+
+
+GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
+GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
+GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
+POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
+THIGHS_EVERY = 2  # so many are looked at for thighs
+TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
+PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
+LEFT_OVER = 1.1  # of the margin that the gait clock asks for: what a plan keeps is kept nearly
+
+
+@dataclass(frozen=True, eq=False)
+class Designed:
+    """A scenario with its gait filled in.
+
+    Attributes:
+        scenario: In full.
+        design: The gait and the room that it leaves on endless stairs.
+        plan: Of the whole mission on paper.
+        margin: Its least margin [m].
+        room: Its least room between robot and course.
+        torque: Of joints' limits, the least share that standing still in it leaves; negative where
+            it takes more than there is, shared among the feet as controllers share it. They share
+            it otherwise where they must: what no sharing allows `check_torques` refuses.
+    """
+
+    scenario: Scenario
+    design: Design
+    plan: MissionPlan
+    margin: float
+    room: Room
+    torque: float
+
+    @property
+    def has_margin(self) -> bool:
+        """Whether the plan's margin is no less than what is wanted of a gait on endless stairs."""
+        return self.margin >= self.design.wanted["margin"]
+
+    @property
+    def quality(self) -> float:
+        """The least share of what is wanted of margin, room and torque, at most 1."""
+        return _quality(self.scenario, self.design, self.margin, self.room, self.torque)
+
+
+def plan_design(
+    scenario: Scenario,
+    *,
+    design: Design,
+    robot: RobotModel,
+    shape: Shape,
+    source: str,
+    beat: Designed | None,
+) -> Designed | None:
+    """Plans a scenario in full; None as soon as it is no better than another.
+
+    Args:
+        scenario: With the design's fields filled in.
+        design: The gait, and the room that is wanted of it.
+        robot: The scenario's.
+        shape: Its outline.
+        source: What an error names.
+        beat: The other, if there is one.
+
+    Raises:
+        PlanningError: If there is no plan, or one that touches the stairs with more than feet.
+    """
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    settings = plan_settings(scenario)
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    tasks = mission_of(scenario, course, source=source)
+    begun, plans = time.perf_counter(), []
+    room, margin, torque = Room(inf, inf, "", "", 0.0), inf, 1.0
+    for plan in plan_tasks(robot, course, settings, tasks, stance):
+        task = tasks[plan.index]
+        samples = check_plan(robot, plan, dynamic=settings.dynamic)
+        swings = evaluate(robot, plan, swing_times(plan.contacts, PER_SWING))
+        here = find_room(robot, shape, course, [task, task], [samples, swings])
+        if here.distance <= 0.0:
+            raise PlanningError(
+                f"{here.part} would be {-here.distance:.3f} m inside the stairs at "
+                f"{here.time:.1f} s of '{here.task}'",
+                room=here.distance,
+            )
+        room = min(room, here, key=lambda r: r.worth)
+        if plan.margin == plan.margin:  # standing still has none
+            _refuse_waiting(scenario, task.name, plan.margin)
+            margin = min(margin, plan.margin)
+        refuse_thighs(robot, course, task, samples.every(THIGHS_EVERY))
+        refuse_touching(robot, task, samples)
+        refuse_touching(robot, task, swings)
+        here_left = 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max())
+        if here_left < 0.0:
+            check_torques(robot, plan, samples)
+        torque = min(torque, here_left)
+        plans.append(plan)
+        if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:
+            return None
+    mission = join_plans(plans, time.perf_counter() - begun, dynamic=settings.dynamic)
+    return Designed(scenario, design, mission, margin if margin < inf else 0.0, room, torque)
+
+
+def _refuse_waiting(scenario: Scenario, task: str, margin: float) -> None:
+    """Refuses a plan by which the gait clock would wait at a lift-off, and then stop.
+
+    Raises:
+        PlanningError: With the margin that there is, and the one that there has to be.
+    """
+    least = scenario.controller.lift_off_margin
+    if margin < LEFT_OVER * least:
+        raise PlanningError(
+            f"the static margin would be {margin:.3f} m in '{task}', and no foot is lifted with "
+            f"less than {least:.3f} m",
+            margin=margin,
+        )
+
+
+def _quality(scenario: Scenario, design: Design, margin: float, room: Room, torque: float) -> float:
+    """See Designed; of the tasks that are planned, more can only make it less."""
+    wanted = design.wanted
+    return min(
+        1.0,
+        margin / (GOOD_MARGIN * scenario.body.margin_desired),
+        room.worth / (GOOD_ROOM * wanted["legs"]),
+        torque / (GOOD_TORQUE * wanted["torque"]),
+    )
+
+
+# ------------------------------------------------------------------------------------------------
+# Bodies that are lower, and gaits that are slower, where a design cannot be planned as it is.
+# ------------------------------------------------------------------------------------------------
+
+
+LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lowered for a plan
+ANY_LOWER = LOWER[::2]  # the same where any plan will do
+# Heights at which a gait's plan may touch what it must not, before it is given up. A body that is
+# lower on stairs is also elsewhere; over a curb it makes no room.
+TOUCHES = 6
+SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """A gait to be planned.
+
+    Attributes:
+        score: What it is worth on endless stairs.
+        scenario: In full, with the body as high as the design has it.
+        plan: Makes a `Designed` of such a scenario; see `plan_design`, whose `beat` it takes.
+    """
+
+    score: float
+    scenario: Scenario
+    plan: Callable[..., Designed | None]
+
+    def lower(self, depth: float, like: Scenario) -> Scenario:
+        """Like a scenario, with the body so much lower than in this one's [m]."""
+        scenario = copy.deepcopy(like)
+        scenario.gait.body_height = self.scenario.gait.body_height - depth
+        return scenario
+
+
+def plan_lower(
+    gait: Gait, leg: float, best: Designed | None, touches: int = TOUCHES
+) -> tuple[Designed | None, PlanningError | None]:
+    """The best of what there was and of a gait whose body is as high as it can be, or lower.
+
+    At a flight's ends, and as it sways, the body is not quite where it is on endless stairs: legs
+    that are then too short are long enough for a body that is lower. Of a poor plan the next lower
+    one is tried, too; below one that is refused then there is none. Nor is there after so many
+    plans by which parts touch.
+
+    Args:
+        gait: To be planned.
+        leg: The legs' length [m].
+        best: What there is already.
+        touches: Heights at which parts may touch.
+
+    Returns:
+        The best, if there is one, and why the first was refused that was.
+    """
+    refused: PlanningError | None = None
+    planned, touched, tried = 0, 0, gait.scenario
+    for share in LOWER:
+        tried = gait.lower(share * leg, tried)  # with how slow a higher body had to be: so will it
+        try:
+            best = _or_slower(tried, partial(gait.plan, beat=best)) or best
+        except PlanningError as error:
+            refused = refused or error
+            touched += "room" in error.data or "apart" in error.data
+            if planned or touched == touches:
+                break
+            continue
+        planned += 1
+        if planned == 2 or (best is not None and best.quality >= POOR):
+            break
+    return best, refused
+
+
+def plan_any(gaits: Iterable[Gait], leg: float) -> tuple[Designed | None, PlanningError | None]:
+    """The first plan that there is: of all gaits with bodies as high as they can be, then lower.
+
+    Args:
+        gaits: To be planned; no more are asked for than are tried.
+        leg: The legs' length [m].
+
+    Returns:
+        The plan, if there is one, and why the first was refused that was.
+    """
+    refused: PlanningError | None = None
+    seen: list[Gait] = []
+    for share in ANY_LOWER:
+        for gait in tuple(seen) if seen else gaits:
+            if share == 0.0:
+                seen.append(gait)
+            try:
+                lower = gait.lower(share * leg, gait.scenario)
+                return _or_slower(lower, partial(gait.plan, beat=None)), refused
+            except PlanningError as error:
+                refused = refused or error
+    return None, refused
+
+
+def _or_slower(scenario: Scenario, plan: Callable[[Scenario], Designed | None]) -> Designed | None:
+    """What `plan` makes of a scenario; of it slower, if joints would turn faster than they can.
+
+    Raises:
+        PlanningError: As `plan`.
+    """
+    try:
+        return plan(scenario)
+    except PlanningError as error:
+        too_fast = error.data.get("too_fast")
+        if too_fast is None or too_fast > SLOWEST:
+            raise
+        for section in (scenario.gait, scenario.spin):
+            section.cycle_time *= SLOWER * too_fast
+        for name in ("swing_time", "shift_time"):
+            setattr(
+                scenario.transition, name, SLOWER * too_fast * getattr(scenario.transition, name)
+            )
+        return plan(scenario)

@@ -1,0 +1,403 @@
+"""Differential evolution for each pattern of footholds, and the choice among patterns."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import OptimizeResult, differential_evolution
+
+from drake_quad.common import FloatArray
+from drake_quad.gait_design.candidates import (
+    Grid,
+    Staircase,
+    bounds,
+    hip_length,
+    make_grid,
+    make_patterns,
+)
+from drake_quad.gait_design.objective import NAMES, evaluate, lacking_room, wanted_room
+from drake_quad.planning.footholds import Pattern
+from drake_quad.robot.link_outline import Shape
+from drake_quad.robot.model import RobotModel, leg_length
+
+# ------------------------------------------------------------------------------------------------
+# The search for a pattern's best gait, by what room it leaves on endless staircases.
+# ------------------------------------------------------------------------------------------------
+
+
+CLEARANCE = 0.02  # of swing feet, of a leg of one metre
+GENERATIONS = {1: 80, 2: 160}  # of a search, by places a tread
+UNUSUAL = 0.05  # that a gait unlike the usual one costs
+ROUNDING = 1e-9  # between two ways to the same number
+# What surely is a gait: all slacks are positive, as their mean cannot make up for one that is not.
+SURELY = -0.35
+# What lacks so much after so much of its search will not be one: of several hundred searches none
+# came back from half of that.
+HOPELESS, AFTER = 0.6, 0.4
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way of differential evolution (Storn and Price 1997).
+
+    Attributes:
+        seed: A design is the same each time.
+        strategy: As scipy names it.
+        recombination: How likely a parameter is another.
+        members: Of the population.
+    """
+
+    seed: int
+    strategy: str
+    recombination: float
+    members: int
+
+
+QUICK = Way(1, "best1bin", 0.7, 40)
+AGAIN = Way(2, "best1bin", 0.7, 40)
+# Settles later: finds more where a robot is at its limits (eleven such searches, four seeds each).
+THOROUGH = Way(2, "currenttobest1bin", 0.9, 60)
+WAYS = (QUICK, AGAIN, THOROUGH)  # in turn, until one leads to a good gait
+
+
+def swing_clearance(robot: RobotModel) -> float:
+    """By which swing feet are to clear what they pass [m]."""
+    return CLEARANCE * min(leg_length(robot), 1.0)
+
+
+class Search:
+    """What candidates of a pattern lack of full room, for a search that keeps the better of two.
+
+    Attributes:
+        rivals: (C,) what the search has in their places already: of candidates that lack more, no
+            more is found out than that.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        shape: Shape,
+        pattern: Pattern,
+        flights: Sequence[Staircase],
+        wanted: FloatArray | None = None,
+    ) -> None:
+        self._robot, self._shape, self._pattern, self._flights = robot, shape, pattern, flights
+        self._wanted = wanted_room(robot) if wanted is None else wanted
+        self.rivals: FloatArray | None = None
+
+    def __call__(self, x: FloatArray) -> FloatArray:
+        """What is lacking (C,), for parameters in columns (7 or 9, C)."""
+        grid = make_grid(self._robot, self._pattern, x.T)
+        lower, upper, usual = bounds(self._pattern)
+        unusual = UNUSUAL * np.mean(((x.T - usual) / (upper - lower)) ** 2, axis=1)
+        enough = None if self.rivals is None else self.rivals - unusual + ROUNDING
+        room = least_room(self._robot, self._shape, grid, self._flights, enough, self._wanted)
+        return np.asarray(unusual + lacking_room(room, self._wanted))
+
+    def least(
+        self,
+        first: FloatArray,
+        way: Way,
+        *,
+        enough: float = -np.inf,
+        hopeless: float = np.inf,
+    ) -> FloatArray:
+        """The parameters that lack least, from a first population on.
+
+        Args:
+            first: The population, in rows.
+            way: How to search.
+            enough: Ends as soon as no more than that is lacking.
+            hopeless: Ends if more than that is lacking when AFTER of it is over.
+        """
+        most, generation = GENERATIONS[self._pattern.per_tread], 0
+
+        def callback(intermediate_result: OptimizeResult) -> bool:
+            nonlocal generation
+            generation += 1
+            self.rivals = intermediate_result.population_energies.copy()
+            best = float(self.rivals.min())
+            return best <= enough or (best > hopeless and generation >= AFTER * most)
+
+        self.rivals = None
+        result = differential_evolution(
+            self,
+            bounds(self._pattern)[:2].T.tolist(),
+            init=first,
+            maxiter=most,
+            rng=np.random.default_rng(way.seed),
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            strategy=way.strategy,
+            recombination=way.recombination,
+            callback=callback,
+        )
+        return np.asarray(result.x)
+
+
+def least_room(
+    robot: RobotModel,
+    shape: Shape,
+    grid: Grid,
+    flights: Sequence[Staircase],
+    enough: FloatArray | None = None,
+    wanted: FloatArray | None = None,
+) -> FloatArray:
+    """The least room on any of the flights, (C, 7) by NAMES; `enough`, `wanted`: see `evaluate`."""
+    room = np.full((len(grid), len(NAMES)), np.inf)
+    wanted = wanted_room(robot) if wanted is None else wanted
+    enough = np.full(len(grid), np.inf) if enough is None else enough
+    for stairs in flights:
+        length = grid.stance_length if stairs.rise == 0.0 else None
+        on = lacking_room(room, wanted) <= enough
+        room[on] = evaluate(
+            robot, shape, grid.take(on), stairs, clearance=swing_clearance(robot),
+            stance_length=length, found=room[on], enough=enough[on], wanted=wanted,
+        )  # fmt: skip
+    return room
+
+
+# ------------------------------------------------------------------------------------------------
+# Chooses the gait for a robot and its flights of stairs, or says what is in the way.
+# ------------------------------------------------------------------------------------------------
+
+
+LEVEL_PATTERNS = [Pattern(2, 1), Pattern(1, 1), Pattern(2, 2)]
+SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
+LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
+LEVEL_SCORE = 0.8  # with which the longest of them is taken
+LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
+PLACES = (1, 2)  # a tread, in turn
+ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
+NEARLY = -0.3  # score of a gait that is so near to being one that a thorough search may find one
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A gait, and the room that it leaves.
+
+    Attributes:
+        gait: The gait alone: a Grid of one.
+        score: The least share of the room wanted that it leaves, at most 1; negative if it cannot
+            be done.
+        slacks: The least room on any of the flights and on level ground, by NAMES.
+        wanted: The room that would be enough, by NAMES.
+        stride: On level ground [m].
+        limit: The name of what leaves the least of what is wanted.
+    """
+
+    gait: Grid
+    score: float
+    slacks: dict[str, float]
+    wanted: dict[str, float]
+    stride: float
+    limit: str
+
+    @property
+    def feasible(self) -> bool:
+        """Whether nothing is in the way."""
+        return self.score > 0.0
+
+
+def choose_gaits(
+    robot: RobotModel,
+    shape: Shape,
+    flights: Sequence[Staircase],
+    way: Way = QUICK,
+    *,
+    map_error: float = 0.0,
+) -> Iterator[Design]:
+    """The best gaits of the most promising patterns for all of the flights together.
+
+    The most promising of all comes first, if it is good enough, before the others are looked at;
+    they come best first, and treads of two places last where others are good enough. For each
+    pattern the other parameters are found by differential evolution.
+
+    Args:
+        robot: The robot.
+        shape: How thick it is.
+        flights: As they are walked, going down with negative rises; none for level ground alone.
+        way: How to search. If not the quick way, treads of two places are looked at in any case.
+        map_error: By how much the stairs' risers may be off [m], see `wanted_for`.
+    """
+    runs = [stairs.run for stairs in flights]
+    one, two = PLACES
+    patterns = make_patterns(robot, runs, one) if flights else LEVEL_PATTERNS
+    hopeless = np.inf if way is QUICK else HOPELESS
+    wanted = wanted_room(robot, map_error)
+    searches = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
+    # Where the map may be wrong, room is worth more than pace: all are compared by it alone.
+    bonus = SPEED_BONUS if map_error == 0.0 else 0.0
+    early = next(searches, None) if map_error == 0.0 else None
+    if early is not None and early.score >= ENOUGH:
+        yield early
+
+    def best_first(found: list[Design]) -> list[Design]:
+        def worth(d: Design) -> tuple[bool, float]:
+            return d.feasible, d.score + bonus * _pace(d.gait.pattern)
+
+        return sorted(found, key=worth, reverse=True)
+
+    found = [*([] if early is None else [early]), *searches]
+    two_places = _search(
+        robot, shape, make_patterns(robot, runs, two) if flights else [], flights, way, wanted,
+        hopeless=hopeless,
+    )  # fmt: skip
+    if way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH:
+        found += two_places
+    yield from (d for d in best_first(found) if d is not early or d.score < ENOUGH)
+    # Whoever goes on could not plan these, or not well: what is good on endless stairs may not be
+    # on the course.
+    yield from best_first(list(two_places))
+
+
+def _pace(pattern: Pattern) -> float:
+    """How many treads more than one a cycle takes."""
+    return pattern.treads / pattern.per_tread - 1
+
+
+def _search(
+    robot: RobotModel,
+    shape: Shape,
+    patterns: Sequence[Pattern],
+    flights: Sequence[Staircase],
+    way: Way,
+    wanted: FloatArray,
+    *,
+    enough: float = -np.inf,
+    hopeless: float = np.inf,
+) -> Iterator[Design]:
+    """The best gait of each of the most promising patterns; all have as many places a tread.
+
+    A search ends early with `enough`, or as `hopeless`: see `Search.least`.
+    """
+    if not patterns:
+        return
+    # On level ground a stride that is sought for every gait anyway must be possible.
+    leg = leg_length(robot)
+    searches = [
+        Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)], wanted)
+        for p in patterns
+    ]
+    from scipy.stats import qmc  # half a second, which runs that design nothing need not wait
+
+    lower, upper, _ = bounds(patterns[0])
+    first = lower + qmc.LatinHypercube(len(lower), rng=way.seed).random(way.members) * (
+        upper - lower
+    )
+    lacks = [float(search(first.T).min()) for search in searches]
+    ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
+    ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))
+    for _, pattern, search in ranked:
+        best = make_grid(robot, pattern, search.least(first, way, enough=enough, hopeless=hopeless))
+        yield _with_level(robot, shape, best, flights, wanted)
+
+
+def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> bool:
+    """Whether a quick search finds a gait of any pattern; it ends with the first."""
+    runs = [stairs.run for stairs in flights]
+    for per_tread in PLACES:
+        patterns = make_patterns(robot, runs, per_tread)
+        found = _search(
+            robot, shape, patterns, flights, QUICK, wanted_room(robot),
+            enough=SURELY, hopeless=HOPELESS,
+        )  # fmt: skip
+        if any(design.feasible for design in found):
+            return True
+    return False
+
+
+def highest_rise(
+    robot: RobotModel, shape: Shape, run: float, *, below: float, going: Sequence[int] = (1, -1)
+) -> float | None:
+    """The highest rise below another for which a quick search finds a gait, to 10 mm [m].
+
+    Args:
+        robot: The robot.
+        shape: How thick it is.
+        run: Of the treads [m].
+        below: That rise is sought below this one [m].
+        going: How the flights are walked, 1 for up and -1 for down.
+
+    Returns:
+        The rise; None if there is none.
+    """
+    low, high = 0.0, below
+    while high - low > 0.01:
+        middle = 0.5 * (low + high)
+        flights = [Staircase(g * middle, run) for g in going]
+        if _any_works(robot, shape, flights):
+            low = middle
+        else:
+            high = middle
+    return low if low > 0.0 else None
+
+
+def _with_level(
+    robot: RobotModel,
+    shape: Shape,
+    gait: Grid,
+    flights: Sequence[Staircase],
+    wanted: FloatArray,
+) -> Design:
+    """Adds the longest stride on level ground that leaves nearly all of the room wanted."""
+    leg = leg_length(robot)
+    row = least_room(robot, shape, gait, flights)[0]
+    best: tuple[float, float, FloatArray] | None = None
+    for share in LEVEL_PLACES:
+        stride = min(share * leg, 1.2 * hip_length(robot))
+        level = Staircase(0.0, stride / gait.pattern.treads)
+        table = least_room(robot, shape, gait, [level])[0]
+        score = float(np.min(np.minimum(table / wanted, 1.0)))
+        if best is None or score > best[0] + 1e-9:
+            best = score, stride, table
+        if score >= LEVEL_SCORE:
+            break
+    assert best is not None
+    least = np.minimum(row, best[2])
+    shares = np.minimum(least / wanted, 1.0)
+    return Design(
+        gait=gait,
+        score=float(shares.min()),
+        slacks=dict(zip(NAMES, (float(v) for v in least), strict=True)),
+        wanted=dict(zip(NAMES, (float(v) for v in wanted), strict=True)),
+        stride=best[1],
+        limit=NAMES[int(np.argmin(shares))],
+    )
+
+
+# ------------------------------------------------------------------------------------------------
+# What a design lacks, in words.
+# ------------------------------------------------------------------------------------------------
+
+
+_WORDS = {
+    "reach": "the legs are {0:.3f} m too short",
+    "joints": "a joint would be {0:.2f} rad beyond its limit",
+    "torque": "a joint needs {1:.0f} % of its torque",
+    "margin": "the static margin would be {0:.3f} m short of the feet's support",
+    "legs": "a knee or shank would be {0:.3f} m inside the stairs",
+    "apart": "legs would be {0:.3f} m inside each other or the trunk",
+    "trunk": "the trunk would be {0:.3f} m inside the stairs",
+}
+
+
+def what_is_short(design: Design) -> str:
+    """The limit that is missed by most, for the best gait that was found, and that gait."""
+    lack = -design.slacks[design.limit]
+    short = _WORDS[design.limit].format(lack, 100.0 * (1.0 + lack))
+    return f"{short} {describe_gait(design)}"
+
+
+def describe_gait(design: Design) -> str:
+    """The gait in a few words."""
+    c = design.gait
+    per_tread = c.pattern.per_tread
+    one, more = ("tread", "") if per_tread == 1 else ("place", f", {per_tread} to a tread")
+    treads = f"1 {one}" if c.pattern.treads == 1 else f"{c.pattern.treads} {one}s"
+    tilt = f"tilted by {100 * c.share[0]:.0f} % of the slope"
+    return (
+        f"({treads} a cycle{more}, rear feet {c.pattern.lag} behind, "
+        f"body {c.height[0]:.2f} m up and {tilt})"
+    )

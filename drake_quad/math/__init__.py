@@ -1,0 +1,1 @@
+"""Rotations, curves, distances and polygons; there is no robot in them."""

@@ -1,0 +1,149 @@
+"""Uniform cubic B-splines, and the kernel that samples them.
+
+`ContactPlan` and `BodySpline` are the plan that is read and tested; here the same numbers lie so
+that a compiled kernel takes them in one piece.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drake_quad.common import FloatArray, read_only
+from drake_quad.jit import compiled
+from drake_quad.math.quintic import quintic
+
+# ------------------------------------------------------------------------------------------------
+# The body's path: uniform cubic B-splines, continuous to the acceleration.
+# ------------------------------------------------------------------------------------------------
+
+
+# Rows: position, velocity, acceleration; columns: powers of u; then control points.
+_BASIS = np.array(
+    [[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]
+) / 6.0  # fmt: skip
+
+WHOLE = 1e-9  # [knots] by which a duration may be off a whole number of them: rounding
+
+
+def weights(u: FloatArray, knot: float) -> FloatArray:
+    """Weights of the four control points at local time `u` (N,) in [0, 1].
+
+    Returns:
+        (N, 3, 4): for the value, its first and its second time derivative, at knot spacing
+        `knot` [s].
+    """
+    one, zero = np.ones_like(u), np.zeros_like(u)
+    powers = np.stack(
+        [
+            np.stack([one, u, u**2, u**3], axis=-1),
+            np.stack([zero, one, 2 * u, 3 * u**2], axis=-1) / knot,
+            np.stack([zero, zero, 2 * one, 6 * u], axis=-1) / knot**2,
+        ],
+        axis=-2,
+    )
+    return np.asarray(powers @ _BASIS)
+
+
+def knot_spacing(duration: float, most: float) -> float:
+    """The spacing of knots of which a whole number makes the duration, at most `most` [s].
+
+    A path is at rest at its end if its last three control points are one, and its end is a knot.
+    """
+    spans = duration / most
+    whole = max(round(spans), 1)
+    if abs(spans - whole) <= WHOLE:
+        return most
+    return float(duration / np.ceil(spans))
+
+
+def knot_count(duration: float, knot: float) -> int:
+    """How many control points a spline over `duration` [s] has."""
+    return int(np.ceil(duration / knot - WHOLE)) + 3
+
+
+def greville(duration: float, knot: float) -> FloatArray:
+    """The times at which each control point weighs most, clipped to the path, (n,) [s]."""
+    times = (np.arange(knot_count(duration, knot)) - 1) * knot
+    return np.asarray(np.clip(times, 0.0, duration))
+
+
+def join_weights(duration: float, knot: float, joined: float) -> FloatArray:
+    """Of what a path begins with, how much each control point still has, (n,): 1 to 0.
+
+    Added to a path, what is weighted so keeps it at rest at both ends and continuous to the
+    acceleration.
+
+    Args:
+        duration: Of the path [s].
+        knot: Knot spacing [s].
+        joined: From when on nothing of it is to be left [s].
+    """
+    # The first three control points are the start, at rest, and the last three the end.
+    late = (greville(duration, knot) - knot) / max(joined - 4.0 * knot, knot)
+    left = 1.0 - quintic(np.clip(late, 0.0, 1.0))
+    left[-3:] = 0.0
+    return np.asarray(left)
+
+
+@dataclass(frozen=True, eq=False)
+class BodySpline:
+    """x, y, z, pitch, yaw of the body in W over time, at rest at both ends.
+
+    Attributes:
+        knot: Knot spacing [s].
+        control: (n, 5) control points [m, m, m, rad, rad].
+    """
+
+    knot: float
+    control: FloatArray
+    _segments: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "control", read_only(self.control))
+        object.__setattr__(self, "_segments", len(self.control) - 3)
+
+    def sample(self, t: float) -> FloatArray:
+        """Returns (3, 5): value, velocity, acceleration at `t` [s]; at rest outside the path."""
+        r = t / self.knot
+        i = min(max(int(r), 0), self._segments - 1)
+        u = min(max(r - i, 0.0), 1.0)
+        h = 1.0 / self.knot
+        w = np.array([[1.0, u, u * u, u**3], [0.0, h, 2 * u * h, 3 * u * u * h],
+                      [0.0, 0.0, 2 * h * h, 6 * u * h * h]]) @ _BASIS  # fmt: skip
+        return np.asarray(w @ self.control[i : i + 4])
+
+    def samples(self, times: FloatArray) -> FloatArray:
+        """The same for many times (N,): (N, 3, 5)."""
+        r = np.asarray(times, dtype=float) / self.knot
+        i = np.clip(r.astype(int), 0, self._segments - 1)
+        w = weights(np.clip(r - i, 0.0, 1.0), self.knot)
+        return np.asarray(w @ self.control[i[:, None] + np.arange(4)])
+
+
+# ------------------------------------------------------------------------------------------------
+# A motion plan as two arrays, and what it has at one time: for the control loop.
+# ------------------------------------------------------------------------------------------------
+
+
+@compiled
+def sample_body(control: FloatArray, knot: float, t: float) -> FloatArray:
+    """A `BodySpline` at time `t` [s]: (3, 5) value, velocity, acceleration; at rest outside.
+
+    Args:
+        control: Control points (n, 5).
+        knot: Knot spacing [s].
+        t: Gait time [s].
+    """
+    r, h = t / knot, 1.0 / knot
+    i = min(max(int(r), 0), len(control) - 4)
+    u = min(max(r - i, 0.0), 1.0)
+    motion = np.empty((3, 5))
+    for j in range(5):
+        p0, p1, p2, p3 = control[i, j], control[i + 1, j], control[i + 2, j], control[i + 3, j]
+        # By powers of u: the uniform cubic B-spline's basis.
+        a, b = (p0 + 4.0 * p1 + p2) / 6.0, (p2 - p0) / 2.0
+        c, d = (p0 - 2.0 * p1 + p2) / 2.0, (p3 - p0 + 3.0 * (p1 - p2)) / 6.0
+        motion[0, j] = a + u * (b + u * (c + u * d))
+        motion[1, j] = h * (b + u * (2.0 * c + 3.0 * d * u))
+        motion[2, j] = h * h * (2.0 * c + 6.0 * d * u)
+    return motion

@@ -1,0 +1,453 @@
+"""The body program's half-planes: support polygons, equilibrium regions, legs' reach.
+
+Where a leg lifts at the instant at which its diagonal lands, the two support triangles share that
+diagonal alone: any path's margin is zero there (the wave gait at β = 0.75, twice a cycle). The
+margin asked for falls to zero towards such a switch, so that it does not have to be zero elsewhere.
+
+They are rows of the body's program as `body_sides.py` makes them. Where the region is for certain
+the hull (level treads, drives of any strength) the hull's rows stay as they are. With torque limits
+a region is that of one posture: it is taken along the path found so far, and again along the next.
+
+The body's program knows the legs as boxes about the feet. Where that lets a leg stretch or fold
+too far, a joint come to its limit, or a shank too near to the stairs, the room that is left is
+linear enough in how the body shifts, rises and pitches that a path solved once more, within these
+sides, leaves it (sequential linearisation).
+"""
+
+from dataclasses import dataclass, fields
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_quad.common import GRAVITY, BoolArray, FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.math.bspline import BodySpline
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.clearance import WORTH, shank_room, trunk_room
+from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.stance_margin import Footing, Stances
+from drake_quad.planning.zmp import ZmpSamples
+from drake_quad.robot.kinematics import solve_legs
+from drake_quad.robot.model import RobotModel
+from drake_quad.stability.equilibrium_region import LEVEL
+from drake_quad.stability.support_polygon import stability_margin
+from drake_quad.terrain.lane import Lane
+
+# ------------------------------------------------------------------------------------------------
+# The sides of the support polygons, as rows of the body's program.
+# ------------------------------------------------------------------------------------------------
+
+
+NARROW = 1e-5  # [m] beside such a diagonal: an interior-point solver needs an inside
+CROSSING_TIME = 0.5  # [s] to either side of such a switch in which the margin is to be reached
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Rows (k,), one for each side at each sample where it has to hold the robot.
+
+    Attributes:
+        sample: Index of the sampled time.
+        normal: Inward unit normal, (k, 2).
+        offset: Inward distance of the side from W's origin [m].
+        weight: Of the margin asked for, in [0, 1].
+        phase: Index of the contact phase whose feet it is of.
+    """
+
+    sample: NDArray[np.intp]
+    normal: FloatArray
+    offset: FloatArray
+    weight: FloatArray
+    phase: NDArray[np.intp]
+
+
+def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
+    """Every side of every support polygon, at every sample where it has to hold the robot.
+
+    Args:
+        contacts: Who stands where, when.
+        times: Sampled times (N,) [s].
+        guard: For how long before lift-off and after touchdown three feet have to do already [s].
+
+    Raises:
+        PlanningError: If the standing feet are on one line.
+    """
+    crossings = _crossings(contacts)
+    hulls, spans = [], []
+    for phase in contacts.phases:
+        hull = phase.corners
+        if len(hull) < 3:
+            raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
+        wide = 0.0 if phase.step is None else guard
+        before = 0.0 if phase.start in crossings else wide
+        after = 0.0 if phase.end in crossings else wide
+        hulls.append(hull)
+        spans.append((phase.start - before - 1e-9, phase.end + after + 1e-9))
+    leg = np.concatenate(hulls)
+    corners = np.array([len(hull) for hull in hulls])
+    ends = np.cumsum(corners)
+    following = np.concatenate([leg[1:], leg[:1]])
+    following[ends - 1] = leg[ends - corners]
+    # Of every phase, sample by sample, all of its sides.
+    begin, end = np.array(spans).T
+    first, last = times.searchsorted(begin), times.searchsorted(end, side="right")
+    rows = (last - first) * corners
+    phase_of = np.repeat(np.arange(len(hulls)), rows)
+    within = np.arange(len(phase_of)) - np.repeat(np.cumsum(rows) - rows, rows)
+    sample = first[phase_of] + within // corners[phase_of]
+    side = (ends - corners)[phase_of] + within % corners[phase_of]
+    feet = np.stack([phase.feet[:, :2] for phase in contacts.phases])
+    corner, next_corner = (feet[phase_of, which[side]] for which in (leg, following))
+    if contacts.roll is not None:
+        roll = contacts.roll.at(times)
+        corner, next_corner = (
+            at + roll[sample, which[side]]
+            for at, which in ((corner, leg), (next_corner, following))
+        )
+    edge = next_corner - corner
+    normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1) / np.hypot(*edge.T)[:, None]
+    inward = np.sum(normal * corner, axis=1)
+    weight = np.ones(len(times))
+    for crossing in crossings:
+        weight = np.minimum(weight, np.abs(times - crossing) / CROSSING_TIME)
+    weight = weight[sample]
+    return Sides(sample, normal, inward - np.where(weight > 0.0, 0.0, NARROW), weight, phase_of)
+
+
+def _crossings(contacts: ContactPlan) -> set[float]:
+    """When a leg lifts at the instant at which its diagonal lands [s]: both phases' boundary."""
+    return {
+        t
+        for before, after in pairwise(contacts.phases)
+        if before.step is not None
+        and after.step is not None
+        and before.step.leg.row + after.step.leg.row == 3
+        for t in (before.end, after.start)
+    }
+
+
+# ------------------------------------------------------------------------------------------------
+# The sides of the true regions of balance, in place of those of the feet's hulls.
+# ------------------------------------------------------------------------------------------------
+
+
+Indices = NDArray[np.intp]
+HELD = 0.25  # [s] for which a region counts, half of it before its time and half after
+SAME = 1e-6  # [m] within which a region is the hull
+APART = 1e-3  # [m] corners nearer than this are one: sides between them have no sure direction
+
+
+def region_sides(
+    sides: Sides, footing: Footing, contacts: ContactPlan, times: FloatArray, body: FloatArray
+) -> Sides:
+    """The sides of the regions at every sample where the hulls' are.
+
+    Where there is no region, there are those without the drives' limits, or of the hull: whoever
+    measures the path's margin finds out.
+
+    Args:
+        sides: Of the hulls.
+        footing: Of which regions are made.
+        contacts: Who stands where, when.
+        times: Sampled times (N,) [s].
+        body: Poses along the path found so far, (N, 5).
+    """
+    # A sample is looked at once for every phase whose feet have to hold the robot at it: around
+    # touchdowns and lift-offs also for the one before or after.
+    seen = np.unique(np.stack([sides.phase, sides.sample]), axis=1)
+    phase, sample = seen
+    who = np.stack([p.standing for p in contacts.phases])[phase]
+    stances = footing.stances(body[sample], contacts.feet_at(times)[0][sample], who)
+    eased = np.ones(len(times))
+    eased[sides.sample] = sides.weight
+    kept = np.ones(len(sides.sample), dtype=np.bool_)
+    parts = []
+    for group in _groups(phase, times[sample]):
+        corners = None if np.all(stances.hulls[group]) else _corners(stances, group)
+        if corners is not None:
+            of_group = np.isin(sides.sample, sample[group])
+            kept &= ~(of_group & (sides.phase == phase[group[0]]))
+            parts.append(_sides(corners, sample[group], eased, int(phase[group[0]])))
+    parts.append(Sides(*(getattr(sides, f.name)[kept] for f in fields(Sides))))
+    return Sides(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Sides)))
+
+
+def _groups(phase: Indices, times: FloatArray) -> list[Indices]:
+    """Rows of one phase that follow one another, in groups that share a region."""
+    found: list[Indices] = []
+    for mine in np.split(np.arange(len(phase)), np.flatnonzero(np.diff(phase)) + 1):
+        since = times[mine] - times[mine[0]]
+        count = max(int(np.ceil(since[-1] / HELD)), 1)
+        slot = np.minimum((since * count / max(since[-1], 1e-9)).astype(int), count - 1)
+        found += np.split(mine, np.flatnonzero(np.diff(slot)) + 1)
+    return found
+
+
+def _corners(stances: Stances, group: Indices) -> FloatArray | None:
+    """The corners of the region in the middle of a group; None if it has no inside, or is the hull.
+
+    Of a hull all rows are exact, those of a group are held.
+    """
+    k = int(group[len(group) // 2])
+    region = stances.region(k)
+    feet = stances.places[k, stances.standing[k], :2]
+    if np.all(stances.normals[k, stances.standing[k], 2] >= 1.0 - LEVEL) and (
+        all(region.margin(x, y) > -SAME for x, y in feet.tolist())
+        and all(stability_margin(corner, feet) > -SAME for corner in region.corners)
+    ):
+        return None
+    corners = _apart(region.corners)
+    if len(corners) < 3 and stances.limits is not None:
+        corners = _apart(stances.region(k, drives=False).corners)
+    return corners if len(corners) >= 3 else None
+
+
+def _sides(corners: FloatArray, samples: Indices, eased: FloatArray, phase: int) -> Sides:
+    """Every side of a counterclockwise polygon (k, 2) at each of some samples."""
+    edge = np.roll(corners, -1, axis=0) - corners
+    normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1) / np.hypot(*edge.T)[:, None]
+    offset = np.sum(normal * corners, axis=1)
+    n, k = len(samples), len(corners)
+    sample = np.repeat(samples, k)
+    return Sides(
+        sample, np.tile(normal, (n, 1)), np.tile(offset, n), eased[sample], np.full(n * k, phase)
+    )
+
+
+def _apart(corners: FloatArray) -> FloatArray:
+    """The corners without those that are almost where the one before is."""
+    kept: list[FloatArray] = []
+    for corner in corners:
+        if not kept or np.hypot(*(corner - kept[-1])) > APART:
+            kept.append(corner)
+    while len(kept) > 1 and np.hypot(*(kept[0] - kept[-1])) <= APART:
+        kept.pop()
+    return np.array(kept).reshape(-1, 2)
+
+
+# ------------------------------------------------------------------------------------------------
+# How near legs come to their limits along a body path, as sides that the path is to stay within.
+# ------------------------------------------------------------------------------------------------
+
+
+SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
+NEAR = 0.12  # of a leg's length: limits that are farther away are let be
+SHANK_NEAR = 0.03  # the same of shanks' room
+TRUNK_SHARE = 0.5  # of the room between shanks and stairs, that there is to be to the trunk
+SHANK_SAFE = 0.002  # the same of the room between shanks and stairs
+LIMITS = 6  # of a leg: see `leg_room`
+STEP = 1e-5  # [m] of the differences
+WEIGHT = 0.5  # of a leg's length, that a radian counts as
+
+
+@dataclass(frozen=True, eq=False)
+class LegLimits:
+    """Sides n · (x, y, lift, tilt) >= offset, (K,) of them; see BodyProblem for lift and tilt.
+
+    Attributes:
+        sample: Index of the sampled time (K,).
+        normal: (K, 4); not of unit length.
+        offset: (K,) [m].
+        shank: Whether the side is for a shank's room; else it is for a leg's limits (K,).
+        short: By how much the path that they are of falls short of all room, legs' limits first:
+            the sum of the worst of either kind, that of the legs counting tenfold [m].
+    """
+
+    sample: NDArray[np.intp]
+    normal: FloatArray
+    offset: FloatArray
+    shank: BoolArray
+    short: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shanks:
+    """The room that shanks are to have.
+
+    Attributes:
+        lane: The ground; None: it is level, and only the trunk can be in their way.
+        room: Between them and it, at their ends as ROOM_WORTH has it; half of that between them
+            and the trunk [m].
+    """
+
+    lane: Lane | None
+    room: float
+
+
+def leg_room(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArray:
+    """Room of every leg to each of its limits, negative beyond it, (N, 4, 6) [m].
+
+    To its most stretched and most folded; to the ends of abduction and of hip pitch, a radian
+    counting as WEIGHT of a leg.
+
+    Args:
+        robot: The robot.
+        body: (N, 5) poses in W.
+        feet: (N, 4, 3) in W [m].
+    """
+    g = robot.geometry
+    p_BF = np.einsum("nji,nlj->nli", rotations(body), feet - body[:, None, :3])
+    q, _ = solve_legs(g, p_BF)
+    v = p_BF - g.p_BH
+    plane = v[..., 1] ** 2 + v[..., 2] ** 2 - g.offset**2
+    higher = g.raised * (g.raised + 2.0 * np.sqrt(np.maximum(plane, 0.0)))
+    distance = np.sqrt(np.maximum(v[..., 0] ** 2 + plane + higher, 0.0))
+    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+    knees = np.stack([lower[:, 2], upper[:, 2]]) * g.knee_sign  # bent that much, if positive
+    least, most = np.maximum(knees.min(axis=0), 0.0), np.minimum(knees.max(axis=0), np.pi)
+    longest, shortest = (
+        np.sqrt(g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(bend))
+        for bend in (least, most)
+    )
+    scale = WEIGHT * g.reach[:, None]
+    angles = np.concatenate(
+        [scale * (q[..., :2] - lower[:, :2]), scale * (upper[:, :2] - q[..., :2])], axis=-1
+    )
+    ends = np.stack([longest - distance, distance - shortest], axis=-1)
+    return np.concatenate([ends, angles], axis=-1)
+
+
+def tilt_arm(robot: RobotModel) -> float:
+    """By which a tilt [rad] is a length, as all else in the body's program is [m]."""
+    return float(np.mean(robot.geometry.reach))
+
+
+def find_limits(
+    robot: RobotModel,
+    body: FloatArray,
+    feet: FloatArray,
+    rise: FloatArray,
+    path: FloatArray,
+    shanks: Shanks | None = None,
+) -> LegLimits | None:
+    """The sides for a body path that takes some leg beyond a limit; None if it takes none there.
+
+    Args:
+        robot: The robot.
+        body: (N, 5) poses in W at the sampled times.
+        feet: (N, 4, 3) in W [m].
+        rise: (N, 2) how much the body rises by a shift along x and y of W.
+        path: (N, 4) x, y, lift and tilt [m] of the path at the times that the sides will be of.
+        shanks: The room that shanks are to have; None: they are let be.
+    """
+
+    def room_at(poses: FloatArray, feet: FloatArray) -> FloatArray:
+        """Room beyond what is to be kept (N, 4, 6), or with the shanks' (N, 4, 21 or 36) [m]."""
+        room = [leg_room(robot, poses, feet)]
+        if shanks is None:
+            return room[0]
+        q, _, _ = pose_robot(robot, poses, feet)
+        if shanks.lane is not None:
+            clear = shank_room(robot, shanks.lane, poses, feet, q)
+            room.append(clear * WORTH - shanks.room)
+        p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
+        keep = TRUNK_SHARE * shanks.room
+        far = keep + SHANK_NEAR * float(reach.max()) + STEP  # what is farther off is let be
+        room.append(trunk_room(robot, p_BF, q, enough=far) - keep)
+        return np.concatenate(room, axis=-1)
+
+    reach = robot.geometry.reach
+    room = room_at(body, feet)
+    if room.min() >= 0.0:
+        return None
+    near = np.full(room.shape[2], SHANK_NEAR)
+    near[:LIMITS] = NEAR
+    k, leg, which = np.nonzero(room < reach[:, None] * near)
+    rows, at = np.unique(k, return_inverse=True)
+    gradient = np.empty((len(k), 4))
+    for axis in range(4):
+        moved = np.array(body[rows])
+        if axis < 2:
+            moved[:, axis] += STEP
+            moved[:, 2] += STEP * rise[rows, axis]
+        elif axis == 2:
+            moved[:, 2] += STEP
+        else:
+            moved[:, 3] += STEP / tilt_arm(robot)
+        there = room_at(moved, feet[rows])[at, leg, which]
+        gradient[:, axis] = (there - room[k, leg, which]) / STEP
+    here = np.einsum("ij,ij->i", gradient, path[k])
+    shank = which >= LIMITS
+    keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
+    worst = np.minimum(room.min(axis=(0, 1)), 0.0)
+    short = -10.0 * float(worst[:LIMITS].min()) - float(np.min(worst[LIMITS:], initial=0.0))
+    return LegLimits(k, gradient, keep - room[k, leg, which] + here, shank, short)
+
+
+# ------------------------------------------------------------------------------------------------
+# The legs' share in the balance: of the centre of mass, and of the zero-moment point.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Share:
+    """What the body's program is given for the legs, at its sampled times (N,).
+
+    Attributes:
+        offset: The centre of mass less gain times the body's centre, (N, 2) [m].
+        acceleration: Its second derivative, (N, 2) [m/s^2].
+        height: Of the centre of mass above the feet, (N,) [m].
+    """
+
+    offset: FloatArray
+    acceleration: FloatArray
+    height: FloatArray
+
+
+def com_share(
+    robot: RobotModel,
+    contacts: ContactPlan,
+    spline: BodySpline,
+    times: FloatArray,
+    gain: FloatArray,
+) -> Share:
+    """The share in the centre of mass, at `times` (N,) along a path found so far."""
+    even = np.linspace(0.0, contacts.duration, max(int(contacts.duration / 0.05), 8) + 1)
+    body = spline.samples(even)[:, 0]
+    feet, standing = contacts.feet_at(even)
+    _, _, com = pose_robot(robot, body, feet)
+    offset = com[:, :2] - gain * body[:, :2]
+    step = even[1] - even[0]
+    acceleration = np.gradient(np.gradient(offset, step, axis=0), step, axis=0)
+    ground = np.sum(feet[..., 2] * standing, axis=1) / standing.sum(axis=1)
+    height = com[:, 2] - ground
+    columns = np.column_stack([offset, acceleration, height])
+    found = np.stack([np.interp(times, even, c) for c in columns.T], axis=-1)
+    return Share(found[:, :2], found[:, 2:4], found[:, 4])
+
+
+def zmp_share(
+    found: ZmpSamples, times: FloatArray, response: tuple[FloatArray, FloatArray]
+) -> Share:
+    """The share with which the program's zero-moment point is the one found along a path.
+
+    The program's is gain (p - height/g p̈) + offset - height/g acceleration, with p the body's
+    centre. What the lumped height leaves out, the legs' own heights and their vertical motion,
+    goes into the acceleration.
+
+    Args:
+        found: The point along the path found so far.
+        times: At which the program asks, (N,) [s].
+        response: Gain (2,) and heights (2,) [m] of `shift_response`.
+    """
+    gain, heights = response
+    height = float(heights.mean())
+    place, body_acceleration = found.body[:, 0, :2], found.body[:, 2, :2]
+    offset = found.com - gain * place
+    rest = found.zmp - gain * (place - height / GRAVITY * body_acceleration)
+    acceleration = (offset - rest) * (GRAVITY / height)
+    columns = np.column_stack([offset, acceleration])
+    at = np.stack([np.interp(times, found.times, c) for c in columns.T], axis=-1)
+    return Share(at[:, :2], at[:, 2:], np.full(len(times), height))
+
+
+def com_gain(robot: RobotModel, spline: BodySpline, contacts: ContactPlan) -> FloatArray:
+    """How much of a shift of the body in x and y the centre of mass makes, feet standing, (2,)."""
+    shift = 0.05
+    body = np.tile(spline.sample(0.0)[0], (3, 1))
+    body[1, 0] += shift
+    body[2, 1] += shift
+    _, _, com = pose_robot(robot, body, np.tile(contacts.feet, (3, 1, 1)))
+    return np.array([com[1, 0] - com[0, 0], com[2, 1] - com[0, 1]]) / shift

@@ -1,0 +1,314 @@
+"""Clearances of a plan's shanks, thighs and trunk from the course and from each other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.jit import compiled
+from drake_quad.math.distance import PAIRS, from_boxes, ground_distance, legs_apart, nosing_distance
+from drake_quad.math.rotations import rotations
+from drake_quad.planning.motion_plan import PlanSamples
+from drake_quad.planning.problem import Task
+from drake_quad.robot.kinematics import calc_knees
+from drake_quad.robot.legs import LEGS
+from drake_quad.robot.link_outline import ROOM_WORTH, SHANK_POINTS, Shape
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.course import Course
+from drake_quad.terrain.lane import Lane
+
+# ------------------------------------------------------------------------------------------------
+# How far points, and the lines that join them, are from the ground of a lane and its nosings.
+# ------------------------------------------------------------------------------------------------
+
+
+def from_ground(lane: Lane, points: FloatArray) -> FloatArray:
+    """Signed distance of points (..., 3) in W from a lane's ground [m], negative inside it.
+
+    Along the lane and upwards; the ground goes on beyond the lane's ends.
+    """
+    s, z, ends, heights = _profile(lane, points)
+    return ground_distance(s.ravel(), z.ravel(), ends, heights).reshape(s.shape)
+
+
+def from_nosings(lane: Lane, points: FloatArray) -> FloatArray:
+    """Signed distance of lines that join points (..., M, 3) in W from nosings (..., M - 1) [m]."""
+    s, z, ends, heights = _profile(lane, points)
+    rows = (-1, points.shape[-2])
+    found = nosing_distance(s.reshape(rows), z.reshape(rows), ends, heights)
+    return found.reshape(*s.shape[:-1], rows[1] - 1)
+
+
+def _profile(
+    lane: Lane, points: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Points along a lane and upwards, and its level stretches' ends and heights [m]."""
+    s, _ = lane.coordinates(points[..., :2])
+    ends = np.concatenate([[-np.inf], np.array(lane.breaks)[1:-1], [np.inf]])
+    z = np.ascontiguousarray(points[..., 2])
+    return np.ascontiguousarray(s), z, ends, np.array(lane.heights, dtype=float)
+
+
+# ------------------------------------------------------------------------------------------------
+# Room between a robot's shanks and the ground of a lane: of points, and of lines to nosings.
+# ------------------------------------------------------------------------------------------------
+
+
+FAR = 0.1  # [m]: room beyond which nobody asks how much it is
+# By which room at `shank_room`'s places is multiplied where it is weighed, see ROOM_WORTH.
+WORTH = np.concatenate([ROOM_WORTH, ROOM_WORTH[1:]])
+
+
+def shank_room(
+    robot: RobotModel, lane: Lane, body: FloatArray, feet: FloatArray, q: FloatArray
+) -> FloatArray:
+    """Between knees and shanks and a lane's ground, negative inside (N, 4, 15) [m].
+
+    At SHANK_POINTS, then between nosings and the seven lines that join these.
+
+    Args:
+        robot: The robot.
+        lane: The lane.
+        body: (N, 5) poses in W.
+        feet: (N, 4, 3) in W [m].
+        q: (N, 4, 3) the joints' angles there [rad].
+    """
+    R = rotations(body)
+    knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))
+    across = np.einsum("nij,nlj->nli", R, knee_axes(q))
+    middles = shank_middles(robot.shank_offsets, knees, feet, across)
+    radii = robot.shank_radii
+    lines = from_nosings(lane, middles) - np.minimum(radii[:, :-1], radii[:, 1:])
+    return np.concatenate([from_ground(lane, middles) - radii, lines], axis=-1)
+
+
+def trunk_room(
+    robot: RobotModel, p_BF: FloatArray, q: FloatArray, *, enough: float = FAR
+) -> FloatArray:
+    """Between knees and shanks and the trunk's boxes, negative inside (N, 4, 15) [m].
+
+    At SHANK_POINTS, then of the seven lines that join these.
+
+    Args:
+        robot: The robot.
+        p_BF: (N, 4, 3) feet in B [m].
+        q: (N, 4, 3) the joints' angles there [rad].
+        enough: What is farther off [m] is told to be no nearer than that.
+    """
+    knees = calc_knees(robot.geometry, q)
+    middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
+    rows = np.ascontiguousarray(middles.reshape(-1, *middles.shape[-2:]))
+    radii = robot.shank_radii
+    apart = from_boxes(rows, robot.trunk_boxes, enough + float(radii.max()))
+    thick = np.concatenate([radii, np.minimum(radii[:, :-1], radii[:, 1:])], axis=1)
+    return np.asarray(apart.reshape(*middles.shape[:-2], -1) - thick)
+
+
+def shank_middles(
+    offsets: FloatArray, knees: FloatArray, feet: FloatArray, across: FloatArray
+) -> FloatArray:
+    """The middles of all shanks' outlines at SHANK_POINTS (..., 4, 8, 3) [m].
+
+    Args:
+        offsets: How far ahead of the lines from knee to foot they are (4, 8) [m].
+        knees: (..., 4, 3) [m].
+        feet: (..., 4, 3) [m], in the same frame.
+        across: Unit vectors of the knees' axes, to the left (..., 4, 3).
+    """
+    shape = knees.shape
+    flat = [np.ascontiguousarray(p.reshape(-1, *shape[-2:])) for p in (knees, feet, across)]
+    return _middles(offsets, *flat).reshape(*shape[:-1], len(SHANK_POINTS), 3)
+
+
+@compiled
+def _middles(
+    offsets: FloatArray, knees: FloatArray, feet: FloatArray, across: FloatArray
+) -> FloatArray:
+    found = np.empty((*knees.shape[:2], len(SHANK_POINTS), 3))
+    for n in range(found.shape[0]):
+        for leg in range(found.shape[1]):
+            p, y = knees[n, leg], across[n, leg]
+            x0, x1, x2 = feet[n, leg, 0] - p[0], feet[n, leg, 1] - p[1], feet[n, leg, 2] - p[2]
+            a0, a1, a2 = x1 * y[2] - x2 * y[1], x2 * y[0] - x0 * y[2], x0 * y[1] - x1 * y[0]
+            length = sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+            for k in range(len(SHANK_POINTS)):
+                share, ahead = SHANK_POINTS[k], offsets[leg, k] / length
+                found[n, leg, k, 0] = p[0] + share * x0 + ahead * a0
+                found[n, leg, k, 1] = p[1] + share * x1 + ahead * a1
+                found[n, leg, k, 2] = p[2] + share * x2 + ahead * a2
+    return found
+
+
+def knee_axes(q: FloatArray) -> FloatArray:
+    """Unit vectors of the knees' axes in B (..., 4, 3), of the joints' angles (..., 4, 3) [rad]."""
+    a = q[..., 0]
+    return np.stack([np.zeros_like(a), np.cos(a), np.sin(a)], axis=-1)
+
+
+# ------------------------------------------------------------------------------------------------
+# Room between a robot's thighs and the ground of a lane.
+# ------------------------------------------------------------------------------------------------
+
+
+def thigh_room(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -> FloatArray:
+    """Between thighs and a lane's ground, negative inside (N, 4) [m].
+
+    Args:
+        robot: The robot.
+        lane: The lane.
+        body: (N, 5) poses in W.
+        q: (N, 4, 3) the joints' angles there [rad].
+    """
+    g, points, radii = robot.geometry, robot.thigh_points, robot.thigh_radii
+    a, h = q[..., 0, None, None], q[..., 1, None, None]
+    x, y, z = (points[None, ..., k] for k in range(3))
+    turned_x = np.cos(h) * x + np.sin(h) * z
+    down = np.cos(h) * z - np.sin(h) * x + g.raised[:, None, None]
+    across = g.offset[:, None, None] + y
+    p_B = (
+        np.stack(
+            [
+                turned_x,
+                np.cos(a) * across - np.sin(a) * down,
+                np.sin(a) * across + np.cos(a) * down,
+            ],
+            axis=-1,
+        )
+        + g.p_BH[:, None, None]
+    )
+    p_W = body[:, None, None, None, :3] + np.einsum("nij,nlkmj->nlkmi", rotations(body), p_B)
+    nearest = np.minimum(from_ground(lane, p_W).min(axis=-1), from_nosings(lane, p_W).min(axis=-1))
+    return np.asarray((nearest - radii).min(axis=-1))
+
+
+# ------------------------------------------------------------------------------------------------
+# Room between a robot's legs: of shanks from each other, and from thighs, compiled.
+# ------------------------------------------------------------------------------------------------
+
+
+ENOUGH = 0.02  # [m]: nobody asks how much more it is
+
+
+def room_between_legs(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
+    """Room between the legs of each of PAIRS (N, 6), at most ENOUGH, negative where they touch [m].
+
+    Args:
+        robot: The robot.
+        p_BF: (N, 4, 3) feet in B [m].
+        q: (N, 4, 3) the joints' angles there [rad].
+    """
+    knees = calc_knees(robot.geometry, q)
+    middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
+    hips = np.broadcast_to(robot.geometry.p_BH, knees.shape)[:, :, None]
+    points = np.concatenate([hips, middles], axis=2)
+    return legs_apart(points, robot.shank_radii, ENOUGH)
+
+
+# ------------------------------------------------------------------------------------------------
+# Room between a planned robot's knees, shanks and trunk and the course that it is planned on.
+# ------------------------------------------------------------------------------------------------
+
+
+TRUNK_POINTS = 7
+
+
+@dataclass(frozen=True)
+class Room:
+    """The least room of a plan, and where it is.
+
+    Attributes:
+        worth: The distance as it is weighed against the room wanted: at a shank's end more than it
+            is, see `shank_room.WORTH` [m].
+        distance: Between a part of the robot and the course [m], negative inside it.
+        part: Which, for people.
+        task: The task's name.
+        time: In the task [s].
+    """
+
+    worth: float
+    distance: float
+    part: str
+    task: str
+    time: float
+
+
+def find_room(
+    robot: RobotModel,
+    shape: Shape,
+    course: Course,
+    tasks: Sequence[Task],
+    samples: Sequence[PlanSamples],
+) -> Room:
+    """The least room over all samples of a mission's plans."""
+    least = Room(np.inf, np.inf, "", "", 0.0)
+    for task, s in zip(tasks, samples, strict=True):
+        lane, body = course.lanes[task.lane], s.body[:, 0]
+        R = rotations(body)
+        x = np.linspace(shape.trunk_lower[0], shape.trunk_upper[0], TRUNK_POINTS)
+        under = np.column_stack([x, np.zeros(len(x)), np.full(len(x), shape.trunk_lower[2])])
+        trunk = body[:, None, :3] + np.einsum("nij,kj->nki", R, under)
+        legs = shank_room(robot, lane, body, s.feet, s.q)
+        parts = [(f"the knee or shank of {leg.short}", legs[:, leg.row], WORTH) for leg in LEGS]
+        below = np.concatenate([from_ground(lane, trunk), from_nosings(lane, trunk)], axis=-1)
+        parts.append(("the trunk", below, np.ones(2 * TRUNK_POINTS - 1)))
+        for part, away, weight in parts:
+            k, point = np.unravel_index(np.argmin(away * weight), away.shape)
+            here = float(away[k, point])
+            worth = float(here * weight[point])
+            if worth < least.worth:
+                least = Room(worth, here, part, task.name, float(s.times[k]))
+    return least
+
+
+# ------------------------------------------------------------------------------------------------
+# Refuses plans in which a robot's parts come into each other, or its thighs into the ground.
+# ------------------------------------------------------------------------------------------------
+
+
+FEET_APART = 0.005  # [m] between two feet: as exactly as plans are followed, and more
+NAMES = tuple(leg.short for leg in LEGS)
+PAIRED = tuple(" and ".join(NAMES[row] for row in pair) for pair in PAIRS)
+
+
+def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None:
+    """Refuses a task's plan in which a shank comes into the trunk, or two legs into each other.
+
+    Raises:
+        PlanningError: With which, where and how far.
+    """
+    body = samples.body[:, 0]
+    p_BF = np.einsum("nji,nlj->nli", rotations(body), samples.feet - body[:, None, :3])
+    shanks = trunk_room(robot, p_BF, samples.q).min(axis=-1)
+    first, second = (p_BF[:, rows] for rows in PAIRS.T)
+    feet = np.linalg.norm(first - second, axis=-1) - 2.0 * robot.foot_radius - FEET_APART
+    legs = room_between_legs(robot, p_BF, samples.q)
+    for room, names, words in (
+        (shanks, NAMES, "the shank of {} would be {:.3f} m inside the trunk"),
+        (feet, PAIRED, "the feet {} would be {:.3f} m too near each other"),
+        (legs, PAIRED, "the legs {} would be {:.3f} m inside each other"),
+    ):
+        _refuse(room, names, words, samples, task)
+
+
+def refuse_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
+    """Refuses a task's plan in which a thigh comes into the ground.
+
+    Raises:
+        PlanningError: With which, where and how far.
+    """
+    room = thigh_room(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
+    _refuse(room, NAMES, "the thigh of {} would be {:.3f} m inside the stairs", samples, task)
+
+
+def _refuse(
+    room: FloatArray, names: Sequence[str], words: str, samples: PlanSamples, task: Task
+) -> None:
+    """Refuses a plan whose least room (N, K) at its N samples, of K that have names, is none."""
+    n, k = np.unravel_index(np.argmin(room), room.shape)
+    least = float(room[n, k])
+    if least <= 0.0:
+        what = words.format(names[int(k)], -least)
+        raise PlanningError(f"{what} at {samples.times[n]:.1f} s of '{task.name}'", apart=least)

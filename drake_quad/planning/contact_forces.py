@@ -1,0 +1,306 @@
+"""How standing feet share a wrench, and the joint torques that a plan needs.
+
+Plain floats: this runs in the control loop (see `robot.leg_scalar`).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import hypot
+
+import daqp
+import numpy as np
+
+from drake_quad.common import GRAVITY, BoolArray, FloatArray, Matrix, Vector
+from drake_quad.math.rotations import rotations, solve_rates
+from drake_quad.planning.motion_plan import PlanSamples
+from drake_quad.robot.model import RobotModel
+from drake_quad.stability.actuation import leg_limits
+
+# ------------------------------------------------------------------------------------------------
+# How the standing feet share the wrench that holds the robot up and moves it as planned.
+# ------------------------------------------------------------------------------------------------
+
+
+UPRIGHT: tuple[Vector, ...] = ((0.0, 0.0, 1.0),) * 4
+_OTHERS = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
+
+
+def distribute(
+    force: Vector,
+    moment: Vector,
+    arms: Sequence[Vector],
+    load: Sequence[float],
+    *,
+    least: float = 0.0,
+    friction: float = 0.5,
+    normals: Sequence[Vector] = UPRIGHT,
+) -> list[Vector]:
+    """Forces at the feet that make up a wrench without pulling.
+
+    Horizontal forces are shared in proportion to the load; the vertical ones minimise the sum of
+    f_i^2 / load_i. Four feet leave one degree of freedom: it is used to keep every foot pushing
+    with `least` at least. Three feet leave none, and what they cannot give is left out.
+
+    Args:
+        force: On the robot, in W [N].
+        moment: On the robot, about its centre of mass, in W [Nm].
+        arms: The four feet less the centre of mass, in W [m].
+        load: How much each foot may carry, 0 for a foot in the air, 1 for a full one; three at
+            least are above 0.
+        least: The least normal force of a full foot [N].
+        friction: The friction cone's coefficient.
+        normals: Of the ground under the four feet, about which their cones stand.
+
+    Returns:
+        The forces on the four feet, in W [N].
+    """
+    # Written out leg by leg: generators would take longer than the arithmetic.
+    l0, l1, l2, l3 = load
+    total = l0 + l1 + l2 + l3
+    s0, s1, s2, s3 = l0 / total, l1 / total, l2 / total, l3 / total
+    (x0, y0, z0), (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = arms
+    cx = s0 * x0 + s1 * x1 + s2 * x2 + s3 * x3
+    cy = s0 * y0 + s1 * y1 + s2 * y2 + s3 * y3
+    inertia = (
+        s0 * ((x0 - cx) ** 2 + (y0 - cy) ** 2)
+        + s1 * ((x1 - cx) ** 2 + (y1 - cy) ** 2)
+        + s2 * ((x2 - cx) ** 2 + (y2 - cy) ** 2)
+        + s3 * ((x3 - cx) ** 2 + (y3 - cy) ** 2)
+    )
+    px, py, pz = force
+    twist = (moment[2] - (cx * py - cy * px)) / inertia
+    fx = (
+        s0 * (px - twist * (y0 - cy)),
+        s1 * (px - twist * (y1 - cy)),
+        s2 * (px - twist * (y2 - cy)),
+        s3 * (px - twist * (y3 - cy)),
+    )
+    fy = (
+        s0 * (py + twist * (x0 - cx)),
+        s1 * (py + twist * (x1 - cx)),
+        s2 * (py + twist * (x2 - cx)),
+        s3 * (py + twist * (x3 - cx)),
+    )
+    # Σ f_z, Σ y f_z and -Σ x f_z: the moments less what the horizontal forces make.
+    wanted = (
+        pz,
+        moment[0] + z0 * fy[0] + z1 * fy[1] + z2 * fy[2] + z3 * fy[3],
+        moment[1] - z0 * fx[0] - z1 * fx[1] - z2 * fx[2] - z3 * fx[3],
+    )
+    normal = _least_squares(wanted, arms, load)
+    floor = [least * m for m in load]
+    if min(load) > 0.0 and any([f < b for f, b in zip(normal, floor, strict=True)]):
+        normal = _along_null(normal, floor, arms)
+    forces = []
+    for x, y, z, up in zip(fx, fy, normal, normals, strict=True):
+        z = max(z, 0.0)
+        if up[2] == 1.0:
+            scale = min(1.0, friction * z / max(hypot(x, y), 1e-9))
+            forces.append((x * scale, y * scale, z))
+        else:
+            forces.append(_into_cone((x, y, z), up, friction))
+    return forces
+
+
+def _into_cone(force: Vector, up: Vector, friction: float) -> Vector:
+    """A force with no more along the ground than friction gives, its normal part unchanged."""
+    push = max(sum(f * n for f, n in zip(force, up, strict=True)), 0.0)
+    along = [f - push * n for f, n in zip(force, up, strict=True)]
+    scale = min(1.0, friction * push / max(hypot(*along), 1e-9))
+    x, y, z = (push * n + scale * t for n, t in zip(up, along, strict=True))
+    return x, y, z
+
+
+def _least_squares(wanted: Vector, arms: Sequence[Vector], load: Sequence[float]) -> list[float]:
+    """Normal forces of least Σ f^2 / load with the wanted sum and moments."""
+    m = mx = my = mxx = mxy = myy = 0.0
+    for k, (x, y, _) in zip(load, arms, strict=True):
+        kx, ky = k * x, k * y
+        m += k
+        mx += kx
+        my += ky
+        mxx += kx * x
+        mxy += kx * y
+        myy += ky * y
+    gram: Matrix = ((m, my, -mx), (my, myy, -mxy), (-mx, -mxy, mxx))
+    a, b, c = solve_rates(gram, wanted)
+    return [k * (a + b * p[1] - c * p[0]) for k, p in zip(load, arms, strict=True)]
+
+
+def _along_null(
+    normal: Sequence[float], floor: Sequence[float], arms: Sequence[Vector]
+) -> list[float]:
+    """Shifts four normal forces along the one combination that makes no wrench, to the floor."""
+    null = []
+    for i, (a, b, c) in enumerate(_OTHERS):
+        (xa, ya, _), (xb, yb, _), (xc, yc, _) = arms[a], arms[b], arms[c]
+        area = (xb - xa) * (yc - ya) - (xc - xa) * (yb - ya)
+        null.append(area if i % 2 == 0 else -area)
+    scale = max(max(abs(n) for n in null), 1e-12)
+    low, high = float("-inf"), float("inf")
+    for n, f, least in zip(null, normal, floor, strict=True):
+        n /= scale
+        if n > 1e-9:
+            low = max(low, (least - f) / n)
+        elif n < -1e-9:
+            high = min(high, (least - f) / n)
+    shift = min(max(0.0, low), high) if low <= high else 0.5 * (low + high)
+    return [f + shift * n / scale for f, n in zip(normal, null, strict=True)]
+
+
+# ------------------------------------------------------------------------------------------------
+# What a plan asks of the drives: the joints' torques of a robot that stands still in its poses.
+# ------------------------------------------------------------------------------------------------
+
+
+FRICTION = 0.5
+UPWARD = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+SIDEWAYS = FRICTION / np.sqrt(2.0)  # along each axis: a pyramid within the cone
+NONE = 1e30  # DAQP's bound that is none
+EQUAL = 5  # its mark of an equation
+SOLVED = (1, 2)  # its exit flags
+# Of each foot's force, what slips one way: (16, 12) rows that are to be no more than 0.
+PYRAMIDS = np.kron(
+    np.eye(4), [[1, 0, -SIDEWAYS], [-1, 0, -SIDEWAYS], [0, 1, -SIDEWAYS], [0, -1, -SIDEWAYS]]
+)
+NOTHING = np.zeros((0, 12))
+RIDGE = 1e-9  # for three feet in a line
+Share = Callable[[float, FloatArray, FloatArray, BoolArray], FloatArray]
+
+
+def share_weight(weight: float, feet: FloatArray, com: FloatArray, who: BoolArray) -> FloatArray:
+    """Forces on the feet (N, 4, 3) in W that hold the robot still, as `IkController` shares them.
+
+    Args:
+        weight: Of the robot [N].
+        feet: (N, 4, 3) in W [m].
+        com: (N, 3) the centre of mass in W [m].
+        who: (N, 4) which feet stand; three at least.
+    """
+    up, still = (0.0, 0.0, weight), (0.0, 0.0, 0.0)
+    arms, load = (feet - com[:, None]).tolist(), who.astype(float).tolist()
+    return np.array([distribute(up, still, *pose) for pose in zip(arms, load, strict=True)])
+
+
+def least_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolArray) -> FloatArray:
+    """The same as `WholeBodyController` shares them: the sum of all forces squared is least.
+
+    Feet that stand at different heights then push against each other, within friction. Where none
+    hold the robot so they are `share_weight`'s.
+    """
+    flat = _grasps(feet - com[:, None], who)
+    square = flat @ flat.transpose(0, 2, 1) + RIDGE * np.eye(6)
+    wanted = weight * UPWARD
+    force = (flat.transpose(0, 2, 1) @ np.linalg.solve(square, wanted[:, None])).reshape(-1, 4, 3)
+    sideways = np.abs(force[..., :2]).max(axis=-1)
+    slips = np.any(sideways > SIDEWAYS * force[..., 2] + RIDGE * weight, axis=1)
+    for n in np.flatnonzero(slips):
+        within = _least_within(flat[n], wanted, weight)
+        if within is None:
+            within = share_weight(weight, feet[n : n + 1], com[n : n + 1], who[n : n + 1])[0]
+        force[n] = within
+    return force
+
+
+def _grasps(arms: FloatArray, who: BoolArray) -> FloatArray:
+    """Of forces on the feet, the wrench about the centre of mass, (N, 6, 12).
+
+    Args:
+        arms: (N, 4, 3) from the centre of mass to the feet [m].
+        who: (N, 4) which feet stand.
+    """
+    grasp = np.zeros((len(arms), 6, 4, 3))
+    grasp[:, :3] = np.eye(3)[:, None, :]
+    x, y, z = arms[..., 0], arms[..., 1], arms[..., 2]
+    grasp[:, 3, :, 1], grasp[:, 3, :, 2] = -z, y
+    grasp[:, 4, :, 0], grasp[:, 4, :, 2] = z, -x
+    grasp[:, 5, :, 0], grasp[:, 5, :, 1] = -y, x
+    return np.asarray((grasp * who[:, None, :, None]).reshape(-1, 6, 12))
+
+
+SHARES: dict[str, Share] = {"ik": share_weight, "whole_body": least_forces}  # by controller.kind
+
+
+def _least_within(
+    grasp: FloatArray,
+    wanted: FloatArray,
+    weight: float,
+    drives: tuple[FloatArray, FloatArray, FloatArray] = (NOTHING, NOTHING[:, 0], NOTHING[:, 0]),
+) -> FloatArray | None:
+    """The least forces (4, 3) that make up a wrench (6,) and do not slip; None if none do.
+
+    They keep within what drives can, too: rows (m, 12), lower and upper bounds (m,) of the weight.
+    """
+    more, least, most = drives
+    rows = np.concatenate([grasp, PYRAMIDS, more])
+    upper = np.concatenate([np.full(12, NONE), wanted / weight, np.zeros(16), most])
+    lower = np.concatenate([np.full(12, -NONE), wanted / weight, np.full(16, -NONE), least])
+    sense = np.zeros(len(upper), dtype=np.int32)
+    sense[12:18] = EQUAL
+    force, _, status, _ = daqp.solve(np.eye(12), np.zeros(12), rows, upper, lower, sense)
+    return weight * np.asarray(force).reshape(4, 3) if status in SOLVED else None
+
+
+def standing_torques(
+    robot: RobotModel, samples: PlanSamples, share: Share = least_forces
+) -> FloatArray:
+    """Torques of the joints (N, 4, 3) that hold the robot still in the poses of a plan [Nm].
+
+    Legs' own weight and the standing feet's forces; what moving takes is not in it.
+
+    Args:
+        robot: The robot.
+        samples: The plan at N times.
+        share: How feet share the weight.
+    """
+    weight = GRAVITY * robot.mass
+    force = share(weight, samples.feet, samples.com, samples.standing)
+    limits = leg_limits(robot, rotations(samples.body[:, 0]), samples.q)
+    hold = 0.5 * weight * (limits.lower + limits.upper)  # see `leg_limits`
+    return np.asarray(hold - (limits.rows @ force[..., None])[..., 0])
+
+
+def torque_ratio(
+    robot: RobotModel, samples: PlanSamples, share: Share = least_forces
+) -> FloatArray:
+    """The greatest of these over their limits, sample by sample (N,)."""
+    ratio = np.abs(standing_torques(robot, samples, share)) / robot.effort.reshape(4, 3)
+    return np.asarray(ratio.max(axis=(1, 2)))
+
+
+@dataclass(frozen=True)
+class Overload:
+    """A moment at which no forces of the standing feet hold a robot within its joints' torques.
+
+    Attributes:
+        sample: Which.
+        joint: Index of the joint that takes most of its limit if the forces are the least (12).
+        ratio: What it then takes of that.
+    """
+
+    sample: int
+    joint: int
+    ratio: float
+
+
+def find_overload(robot: RobotModel, samples: PlanSamples) -> Overload | None:
+    """The worst moment of a plan at which the robot could not stand still; None if it always can.
+
+    Forces may be shared among the feet in any way within friction (FRICTION).
+    """
+    ratio = np.abs(standing_torques(robot, samples)) / robot.effort.reshape(4, 3)
+    worst = ratio.reshape(-1, 12).max(axis=1)
+    order = np.argsort(-worst, kind="stable")
+    weight = GRAVITY * robot.mass
+    for n in order[: int(np.sum(worst > 1.0))]:
+        limits = leg_limits(robot, rotations(samples.body[n, 0]), samples.q[n])
+        rows = np.zeros((4, 3, 4, 3))
+        rows[range(4), :, range(4)] = limits.rows
+        arms = samples.feet[n : n + 1] - samples.com[n : n + 1, None]
+        grasp = _grasps(arms, samples.standing[n : n + 1])[0]
+        standing = np.repeat(samples.standing[n], 3)
+        drives = (rows.reshape(12, 12) * standing, limits.lower.ravel(), limits.upper.ravel())
+        if _least_within(grasp, weight * UPWARD, weight, drives) is None:
+            joint = int(np.argmax(ratio[n]))
+            return Overload(int(n), joint, float(worst[n]))
+    return None

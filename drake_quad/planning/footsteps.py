@@ -1,0 +1,391 @@
+"""Footstep plans of a walk, a spin and a transition."""
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.gait.schedule import spin_table, wave_table
+from drake_quad.gait.transition import plan_transition
+from drake_quad.gait.workspace import spin_cycles, spin_desired_configuration, spin_phi_max
+from drake_quad.planning.body_reference import (
+    Route,
+    body_lift,
+    body_shift,
+    robot_stance,
+    tilting_ground,
+    tread_offset,
+)
+from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.footholds import Lattice, make_lattice
+from drake_quad.planning.motion_plan import Segment, Stance
+from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.step_builder import StepBuilder
+from drake_quad.robot.legs import LEGS, SIGNS, Leg
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.course import Course
+from drake_quad.terrain.lane import Lane
+
+# ------------------------------------------------------------------------------------------------
+# Lays the steps of a transition: which leg, where to, when; in W, from the feet as they stand.
+# ------------------------------------------------------------------------------------------------
+
+
+def lay_transition(
+    builder: StepBuilder,
+    goal: FloatArray,
+    settings: PlanSettings,
+    *,
+    body: FloatArray,
+    name: str,
+    gait: str = "",
+) -> Segment | None:
+    """Adds the fewest stable steps from where the builder's feet stand to `goal`.
+
+    Args:
+        builder: Collects the steps.
+        goal: Where the feet are to stand, (4, 2) [m] in W.
+        settings: Mode, times and limits of transitions.
+        body: The body's pose (5,) in W.
+        name: The segment's name.
+        gait: `wave` or `spin`, if it leads to that gait, for which the settings may have an order
+            in which the legs are lifted.
+
+    Returns:
+        The segment, or None if the feet stand there already.
+
+    Raises:
+        PlanningError: If there is none, or not in that order.
+    """
+    c, s = np.cos(body[4]), np.sin(body[4])
+    R_WB = np.array([[c, -s], [s, c]])
+
+    def to_body(p: FloatArray) -> FloatArray:
+        return np.asarray((p - body[:2]) @ R_WB)
+
+    def to_world(p: FloatArray) -> FloatArray:
+        return np.asarray(p @ R_WB.T + body[:2])
+
+    orders: dict[str, tuple[Leg, ...]] = {"wave": settings.wave_order, "spin": settings.spin_order}
+    order = orders.get(gait, ())
+    try:
+        transition = plan_transition(
+            to_body(builder.feet[:, :2]),
+            to_body(goal),
+            mode="still" if settings.body_still else "shift",
+            max_shift=settings.max_shift,
+            # With a stagger the feet's places are not those of the paper's boxes.
+            workspace=settings.workspace if settings.stance_stagger == 0.0 else None,
+            order=order,
+        )
+    except PlanningError as error:
+        if not order:
+            raise
+        remedy = f"take another transition.{gait}_order, or [] for the best there is"
+        raise PlanningError(f"{error.reason}; {remedy}", **error.data) from None
+    if not transition.steps:
+        return None
+    start = builder.time
+    steps = []
+    for step in transition.steps:
+        builder.wait(settings.shift_time)
+        p_from, p_to = to_world(step.p_from), to_world(step.p_to)
+        lift_off = builder.time
+        builder.step(step.leg, p_to, settings.swing_time, lift_off=lift_off)
+        steps.append(
+            {
+                "leg": int(step.leg),
+                # The search's, with massless legs; the body's path finds its own.
+                "margin": float(step.margin),
+                "start": lift_off,
+                "end": builder.time,
+                "from": p_from.tolist(),
+                "to": p_to.tolist(),
+            }
+        )
+    return Segment(name, "transition", start, builder.time, {"steps": steps})
+
+
+# ------------------------------------------------------------------------------------------------
+# Lays a walk along a lane: transition to the wave gait's desired configuration, then the wave.
+# ------------------------------------------------------------------------------------------------
+
+
+# A walk begins where the body's program ended the task before, to its tolerance: without some slack
+# ten microns make a walk of whole strides a cycle longer.
+STRIDE_SLACK = 1e-4
+EDGE_CLEARANCE = 0.01  # [m] between the foot's sphere and a nosing or riser
+
+
+def lay_walk(
+    robot: RobotModel, course: Course, settings: PlanSettings, task: Task, stance: Stance
+) -> tuple[ContactPlan, Route, tuple[Segment, ...]]:
+    """Returns the steps, the body's nominal route and the segments of a walk.
+
+    Raises:
+        PlanningError: If the lane has no room for it.
+    """
+    lane = course.lanes[task.lane]
+    start = float(lane.coordinates(stance.body[:2])[0])
+    pattern = settings.pattern
+    n = pattern.treads
+    lattice = make_lattice(
+        lane,
+        start=start,
+        goal=task.goal,
+        spacing=settings.stride / n * (1.0 + STRIDE_SLACK),
+        behind=pattern.behind,
+        ahead=pattern.beyond,
+        per_cycle=n,
+        per_tread=pattern.per_tread,
+        deep=settings.deep_tread,
+    )
+    builder = StepBuilder(
+        lane,
+        stance.feet,
+        foot_radius=robot.foot_radius,
+        clearance=settings.swing_clearance,
+        map_error_place=settings.map_error_place,
+        map_error_height=settings.map_error_height,
+    )
+    segments = []
+
+    lateral = robot_stance(settings)[:, 1]
+
+    def place(leg: Leg, k: int) -> FloatArray:
+        return lane.point(
+            foothold(lane, lattice, leg, k, settings, robot.foot_radius),
+            lateral[leg.row],
+        )
+
+    if settings.via_centres:
+        centres = lane.point(start + robot_stance(settings)[:, 0], robot_stance(settings)[:, 1])
+        segments.append(lay_transition(builder, centres, settings, body=stance.body,
+                                       name="transition to the centres"))  # fmt: skip
+    desired = np.stack([place(leg, pattern.first(leg)) for leg in LEGS])
+    segments.append(lay_transition(builder, desired, settings, body=stance.body,
+                                   name="transition to the wave gait",
+                                   gait="wave"))  # fmt: skip
+    moved = builder.time
+    builder.wait(settings.shift_time)
+    begin = builder.time
+    table = wave_table(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
+    half_cycle = 0.5 * table.cycle_time + settings.switch_wait
+    for cycle in range(lattice.cycles):
+        for beat, (leg, lift_off, _) in enumerate(table.swing_intervals()):
+            to = place(leg, pattern.first(leg) + n * (cycle + 1))
+            # The second and the fourth leg are those diagonal to the leg that has just landed.
+            waited = (2 * cycle + (beat + 1) // 2) * settings.switch_wait
+            at = begin + cycle * table.cycle_time + lift_off + waited
+            builder.step(leg, to, table.swing_time, lift_off=at)
+    builder.time = begin + lattice.cycles * 2.0 * half_cycle
+    stride = float(np.max(lattice.s[n:] - lattice.s[:-n]))
+    segments.append(
+        Segment(
+            task.name,
+            "wave",
+            moved,
+            builder.time,
+            {
+                "duty_factor": settings.duty_factor,
+                "cycle_time": settings.cycle_time,
+                "cycles": lattice.cycles,
+                "treads": n,
+                "stride": stride,
+                "stroke": stride * settings.duty_factor,
+                **_waits(settings),
+            },
+        )
+    )
+    builder.wait(settings.shift_time)
+    segments.append(Segment("settle", "stand", segments[-1].end, builder.time))  # type: ignore[union-attr]
+
+    times, s = _nominal(lattice, settings, (moved, begin), half_cycle, builder.time)
+    xy = lane.point(s)
+    xy[0] = stance.body[:2]
+    half = 0.5 * settings.workspace.P_x
+
+    def ground(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
+        at, _ = lane.coordinates(p_W)
+        lift = body_lift(lattice, at, settings)
+        if settings.pitch_along_slope > 0.0:
+            height, slope = tilting_ground(lattice, at, settings)
+            return height + lift, slope
+        behind, here, ahead = (lattice.height(at + d) for d in (-half, 0.0, half))
+        return 0.25 * (behind + 2 * here + ahead) + lift, (ahead - behind) / (2 * half)
+
+    yaw = np.concatenate([[stance.body[4]], np.full(len(times) - 1, lane.yaw)])
+    yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
+    route = Route(times, xy, yaw, ground, lane, start=stance.body[:4], joined=begin)
+    return builder.finish(), route, tuple(s for s in segments if s is not None)
+
+
+def _nominal(
+    lattice: Lattice,
+    settings: PlanSettings,
+    start: tuple[float, float],
+    half_cycle: float,
+    end: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and the body's places along the lane [m] if margins did not matter.
+
+    Over the lattice's places at an even pace, `body_ahead` places ahead of them but for the ends.
+
+    Args:
+        lattice: The places.
+        settings: The gait's.
+        start: When the transition to the gait ends, and when its first cycle begins [s].
+        half_cycle: How long half a cycle takes [s].
+        end: When the walk ends [s].
+    """
+    moved, begin = start
+    beats = np.arange(2 * lattice.cycles + 1)
+    times = np.concatenate([[0.0], begin + half_cycle * beats, [end]])
+    at = 0.5 * settings.pattern.treads * beats
+    ahead = np.full(len(beats), settings.body_ahead)
+    ahead[[0, -1]] = 0.0
+    ahead += _recentred(settings)
+    places = lattice.behind + np.concatenate([[0.0], at + ahead, [at[-1]]])
+    s = np.interp(places, np.arange(len(lattice.s)), lattice.s)
+    shift = body_shift(lattice, s, settings)
+    shift[[0, 1, -2, -1]] = 0.0  # walks begin and end at rest over their places
+    s += shift
+    if settings.uniform_body:  # it stays where it is through the transition
+        times, s = np.insert(times, 1, moved), np.insert(s, 1, s[0])
+    return times, s
+
+
+def _recentred(settings: PlanSettings) -> float:
+    """How far ahead of its places a body without sway goes, that its strokes be centred [places].
+
+    The paper's two treads a cycle are centred at β = 3/4; a longer stroke, R = λβ, needs the body
+    half of the difference ahead. It goes there on four feet before the first cycle, and back after
+    the last. An optimised path finds its own way.
+    """
+    return settings.pattern.ahead(settings.duty_factor) if settings.uniform_body else 0.0
+
+
+def _waits(settings: PlanSettings) -> dict[str, float]:
+    """What a report is to say of the waits at switches, if there are any [s]."""
+    if settings.switch_wait == 0.0:
+        return {}
+    lasts = settings.cycle_time + 2.0 * settings.switch_wait
+    return {"switch_wait": settings.switch_wait, "cycle_lasts": lasts}
+
+
+def foothold(
+    lane: Lane, lattice: Lattice, leg: Leg, k: int, settings: PlanSettings, foot_radius: float
+) -> float:
+    """Where along the lane `leg` stands for place `k` of the lattice (0: under the body's start).
+
+    The place itself on stairs; elsewhere the feet keep the gait's stance length P_x by an offset
+    of ±(P_x - stance)/2, the stance of the pattern being 3/2 spacings in the two-tread gait. No
+    footprint is nearer to a nosing or riser than the foot is wide.
+    """
+    i = int(np.clip(k + lattice.behind, 0, len(lattice.s) - 1))
+    below, above = max(i - 1, 0), min(i + 1, len(lattice.s) - 1)
+    spacing = (lattice.s[above] - lattice.s[below]) / (above - below)
+    offset = 0.5 * (settings.workspace.P_x - settings.pattern.stance * spacing) * SIGNS[leg.row, 0]
+    if settings.on_centre and lattice.on_tread[i]:
+        offset = 0.0
+    offset += tread_offset(lattice, i, spacing, settings)
+    low, high = _level_stretch(lane, float(lattice.s[i]))
+    margin = foot_radius + EDGE_CLEARANCE
+    at, rise = lane.risers()
+    rises = bool(np.any(rise[np.isclose(at, high)] > 0.0))
+    low, high = low + margin, high - margin
+    if low > high:
+        raise PlanningError(
+            f"the tread at {lattice.s[i]:.2f} m is {high - low + 2 * margin:.3f} m deep, "
+            f"too narrow for a foot of {2 * foot_radius:.3f} m",
+            place=float(lattice.s[i]),
+        )
+    if rises:  # as far as the tread is deep enough
+        high = max(high - settings.riser_setback, low)
+    return float(np.clip(lattice.s[i] + offset, low, high))
+
+
+def _level_stretch(lane: Lane, s: float) -> tuple[float, float]:
+    """From riser to riser around `s` [m]; infinite where the lane ends first.
+
+    A flight's last tread is flush with what follows: the stretch may be longer than the tread.
+    """
+    here = int(lane.interval(s))
+    other = np.flatnonzero(lane.heights != lane.heights[here])
+    before, after = other[other < here], other[other > here]
+    return (
+        float(lane.breaks[before[-1] + 1]) if len(before) else -np.inf,
+        float(lane.breaks[after[0]]) if len(after) else np.inf,
+    )
+
+
+# ------------------------------------------------------------------------------------------------
+# Lays a spin in place: transition to the spin's desired configuration, then its cycles.
+# ------------------------------------------------------------------------------------------------
+
+
+def lay_spin(
+    robot: RobotModel, course: Course, settings: PlanSettings, task: Task, stance: Stance
+) -> tuple[ContactPlan, Route, tuple[Segment, ...]]:
+    """Returns the steps, the body's nominal route and the segments of a spin."""
+    lane = course.lanes[task.lane]
+    builder = StepBuilder(
+        lane,
+        stance.feet,
+        foot_radius=robot.foot_radius,
+        clearance=settings.swing_clearance,
+        map_error_place=settings.map_error_place,
+        map_error_height=settings.map_error_height,
+    )
+    pivot, yaw = np.array(stance.body[:2]), float(stance.body[4])
+    sense = 1 if task.angle > 0 else -1
+    beta = settings.spin_duty_factor
+    boxes = settings.spin_workspace or settings.workspace
+    cycles, phi = spin_cycles(abs(task.angle), beta, spin_phi_max(boxes))
+    table = spin_table(duty_factor=beta, cycle_time=settings.spin_cycle_time, sense=sense)
+    segments = []
+
+    def to_world(p_B: FloatArray, angle: float) -> FloatArray:
+        c, s = np.cos(angle), np.sin(angle)
+        return np.asarray(pivot + p_B @ np.array([[c, s], [-s, c]]))
+
+    if settings.via_centres:
+        centres = to_world(robot_stance(settings), yaw)
+        segments.append(lay_transition(builder, centres, settings, body=stance.body,
+                                       name="transition to the centres"))  # fmt: skip
+    desired = spin_desired_configuration(boxes, phi=phi, duty_factor=beta, sense=sense)
+    segments.append(lay_transition(builder, to_world(desired, yaw), settings, body=stance.body,
+                                   name="transition to the spinning gait",
+                                   gait="spin"))  # fmt: skip
+    moved = builder.time
+    builder.wait(settings.shift_time)
+    begin = builder.time
+    turn = sense * phi / beta  # of the body, and of every footprint, in one cycle
+    for cycle in range(cycles):
+        for leg, lift_off, _ in table.swing_intervals():
+            to = to_world(desired[leg.row], yaw + (cycle + 1) * turn)
+            at = begin + cycle * table.cycle_time + lift_off
+            round_it = pivot if settings.spin_arcs else None
+            builder.step(leg, to, table.swing_time, lift_off=at, pivot=round_it)
+    builder.time = begin + cycles * table.cycle_time
+    details = {
+        "phi_deg": float(np.degrees(phi)),
+        "cycles": cycles,
+        "duty_factor": beta,
+        "cycle_time": table.cycle_time,
+        "angle_deg": float(np.degrees(task.angle)),
+    }
+    segments.append(Segment(task.name, "spin", moved, builder.time, details))
+    end = builder.time
+    builder.wait(settings.shift_time)
+    segments.append(Segment("settle", "stand", end, builder.time))
+
+    ground = float(np.mean(builder.feet[:, 2])) - robot.foot_radius
+
+    def level(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return np.full(len(p_W), ground), np.zeros(len(p_W))
+
+    times = np.array([0.0, begin, end, builder.time])
+    yaws = yaw + np.array([0.0, 0.0, task.angle, task.angle])
+    start = stance.body[:4]
+    route = Route(times, np.tile(pivot, (4, 1)), yaws, level, start=start, joined=begin)
+    return builder.finish(), route, tuple(s for s in segments if s is not None)

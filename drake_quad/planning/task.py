@@ -1,0 +1,268 @@
+"""Plans one task from the present stance, with footprints kept off risers."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from math import inf
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.math.bspline import BodySpline, knot_count
+from drake_quad.planning.body_path import plan_body
+from drake_quad.planning.body_reference import Route
+from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
+from drake_quad.planning.footsteps import EDGE_CLEARANCE, lay_spin, lay_walk
+from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
+from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.stance_margin import Footing, footing_of, refuse
+from drake_quad.planning.zmp import ZmpSamples, sample_zmp
+from drake_quad.robot.model import RobotModel
+from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.terrain.course import Course
+from drake_quad.terrain.lane import Lane
+
+# ------------------------------------------------------------------------------------------------
+# The room between feet that stand, rolled as they are, and the risers ahead of them.
+# ------------------------------------------------------------------------------------------------
+
+
+KEPT = 0.004  # [m] that feet keep from risers as they roll; they are set down farther off
+JUST = 1e-6  # [s] before a lift-off
+ENOUGH = 0.001  # [m] with which no plan is made anew
+ROLLS = 0.6  # of its radius, that a foot mostly rolls forward in a stance
+
+
+def likely_setback(foot_radius: float) -> float:
+    """What footprints keep from a riser ahead, beyond EDGE_CLEARANCE, at a first guess [m]."""
+    return max(ROLLS * foot_radius + KEPT - EDGE_CLEARANCE, 0.0)
+
+
+def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[float, float]:
+    """The least room that feet have that a plan sets down, and the setback that they need.
+
+    Of the riser ahead alone: that is where feet roll to. One whose centre is beyond it, by more
+    than its radius, would not be seen; so far none rolls.
+
+    A foot is set down with room before the riser ahead, and rolls towards it as the body goes on.
+    One that touches it scrapes up along it in its swing.
+
+    Args:
+        lane: That the robot walks along.
+        contacts: The plan, with feet that roll.
+        foot_radius: [m].
+
+    Returns:
+        The room [m], negative where a foot would be inside a riser, infinite where there are none;
+        and the setback beyond EDGE_CLEARANCE with which all that have less than ENOUGH, rolling as
+        they do here, would have KEPT [m].
+    """
+    steps = contacts.steps
+    before = [step.lift_off - JUST for step in steps]  # when they have rolled farthest
+    times = np.union1d(sample_times(contacts), before)
+    feet, _ = contacts.feet_at(times)
+    s, _ = lane.coordinates(feet)
+    least, rolled = inf, 0.0
+    for k, step in enumerate(steps):
+        end = next((t.lift_off for t in steps[k + 1 :] if t.leg is step.leg), inf)
+        mine = s[(times >= step.touchdown) & (times < end), step.leg.row]
+        room = room_at(lane, mine, foot_radius)
+        if len(room) and room.min() < ENOUGH:
+            rolled = max(rolled, float(room[0] - room.min()))
+        least = min(least, float(room.min(initial=inf)))
+    return least, max(rolled + KEPT - EDGE_CLEARANCE, 0.0)
+
+
+def room_at(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
+    """From feet at `s` (n,) along a lane to the riser ahead of each that leads up (n,) [m]."""
+    at, rise = lane.risers()
+    room = np.full(len(s), inf)
+    ahead = at[rise > 0.0]
+    k = np.searchsorted(ahead, s)
+    has = k < len(ahead)
+    room[has] = ahead[k[has]] - s[has] - foot_radius
+    return room
+
+
+# ------------------------------------------------------------------------------------------------
+# Plans one task from the stance that the robot is in.
+# ------------------------------------------------------------------------------------------------
+
+
+KNOT = 0.2  # [s]
+ZMP_PERIOD = 0.01  # [s]
+MARGIN_ENOUGH = 0.06  # [m] below which another way is tried
+BLEED = 1.0  # [s] after a transition, in which the body's path still is as the transition left it
+Laid = tuple[ContactPlan, Route, tuple[Segment, ...]]
+
+
+def plan_task(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    task: Task,
+    stance: Stance,
+    *,
+    index: int,
+) -> MotionPlan:
+    """Plans `task` from `stance` on.
+
+    Args:
+        robot: The robot.
+        course: The ground.
+        settings: Gait and body parameters.
+        task: What to do.
+        stance: Where body and feet are, at rest.
+        index: The task's place in the mission.
+
+    Raises:
+        PlanningError: If there is no plan, with the reason.
+    """
+    footing = footing_of(robot, course, settings)
+    if task.kind == "stand":
+        ends = np.array([0.0, task.duration])
+        still = FootRoll(ends, np.stack([stance.roll, stance.roll]))
+        contacts = ContactPlan(stance.feet, (), task.duration, still)
+        control = np.tile(stance.body, (knot_count(task.duration, KNOT), 1))
+        segment = Segment(task.name, "stand", 0.0, task.duration)
+        spline = BodySpline(KNOT, control)
+        plan = MotionPlan(
+            index, contacts, spline, (segment,), float("nan"), margin_kind=settings.margin
+        )
+        if footing is not None:
+            _check(footing, plan)
+        return plan
+    lay = partial(_lay, robot, course, task=task, stance=stance)
+    finish = partial(_plan_gait, robot, stance=stance, index=index, footing=footing)
+    if task.kind == "walk" and not settings.uniform_body:
+        lane = course.lanes[task.lane]
+        settings, laid, plan = _off_risers(lane, robot.foot_radius, settings, lay, finish)
+    else:
+        laid = lay(settings)
+        plan = finish(settings, laid)
+    if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
+        # The fewest steps leave little margin: the paper's way, through the centres, takes more
+        # steps and may leave more.
+        by_centres = replace(settings, via_centres=True)
+        other = lay(by_centres)
+        if not _same_steps(laid[0], other[0]) and _held_up_first(robot, plan, settings):
+            plan = max(plan, finish(by_centres, other), key=lambda p: p.margin)
+    if footing is not None and not settings.uniform_body and plan.margin <= 0.0:
+        _check(footing, plan)
+    return plan
+
+
+def _lay(
+    robot: RobotModel, course: Course, settings: PlanSettings, *, task: Task, stance: Stance
+) -> Laid:
+    lay = lay_walk if task.kind == "walk" else lay_spin
+    return lay(robot, course, settings, task, stance)
+
+
+def _off_risers(
+    lane: Lane,
+    foot_radius: float,
+    settings: PlanSettings,
+    lay: Callable[[PlanSettings], Laid],
+    finish: Callable[[PlanSettings, Laid], MotionPlan],
+) -> tuple[PlanSettings, Laid, MotionPlan]:
+    """A walk whose feet keep off risers as they roll: how far they do, its own path tells.
+
+    Made once more, from other footprints, if they roll farther than feet mostly do. Where there is
+    no plan from these, one from others will do.
+
+    Raises:
+        PlanningError: If there is none at all.
+    """
+
+    def make(setback: float) -> tuple[PlanSettings, Laid, MotionPlan]:
+        asked = replace(settings, riser_setback=setback)
+        laid = lay(asked)
+        return asked, laid, finish(asked, laid)
+
+    least = settings.riser_setback
+    setback = max(least, likely_setback(foot_radius))
+    try:
+        first = make(setback)
+    except PlanningError:
+        if setback == least:
+            raise
+        return make(least)
+    room, needed = riser_room(lane, first[2].contacts, foot_radius)
+    if room >= ENOUGH:
+        return first
+    try:
+        second = make(max(setback, needed))
+    except PlanningError:
+        return first
+    return second if riser_room(lane, second[2].contacts, foot_radius)[0] > room else first
+
+
+def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:
+    """Whether two plans step alike, as they do where the robot is at the centres anyway."""
+    if len(a.steps) != len(b.steps):
+        return False
+    return all(
+        s.leg is t.leg and s.lift_off == t.lift_off and np.array_equal(s.swing.p_end, t.swing.p_end)
+        for s, t in zip(a.steps, b.steps, strict=True)
+    )
+
+
+def _held_up_first(robot: RobotModel, plan: MotionPlan, settings: PlanSettings) -> bool:
+    """Whether a plan's least margin is of the transition that it begins with.
+
+    If it is later, of the gait, no other transition to that gait leaves more. Where the margin is
+    another than the static one over the feet's hull it is not looked at, and may be.
+    """
+    if settings.dynamic or plan.margin_kind != HULL:
+        return True
+    samples = evaluate(robot, plan, sample_times(plan.contacts))
+    least = float(samples.times[np.argmin(samples.margin)])
+    begun = max((s.end for s in plan.segments if s.kind == "transition"), default=0.0)
+    return least < begun + BLEED
+
+
+def _plan_gait(
+    robot: RobotModel,
+    settings: PlanSettings,
+    laid: Laid,
+    *,
+    stance: Stance,
+    index: int,
+    footing: Footing | None,
+) -> MotionPlan:
+    contacts, route, segments = laid
+    body, contacts, margin = plan_body(robot, contacts, route, settings, footing, stance.roll)
+    if settings.dynamic:
+        segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_PERIOD))
+    joined = route.joined if route.starts_off(settings) else 0.0
+    return MotionPlan(
+        index, contacts, body, segments, margin, margin_kind=settings.margin, joined=joined
+    )
+
+
+def _check(footing: Footing, plan: MotionPlan) -> None:
+    """The margin of the region of balance is positive.
+
+    Raises:
+        PlanningError: With where it is not.
+    """
+    times = sample_times(plan.contacts)
+    feet, standing = plan.contacts.feet_at(times)
+    margins = footing.stances(plan.body.samples(times)[:, 0], feet, standing).margins()
+    k = int(np.argmin(margins))
+    if margins[k] <= 0.0:
+        t = float(times[k])
+        where = f"in '{plan.segments[plan.segment_index(t)].name}', {t:.1f} s into its task"
+        raise refuse(footing, float(margins[k]), standing[k], where)
+
+
+def _with_zmp(segments: tuple[Segment, ...], zmp: ZmpSamples) -> tuple[Segment, ...]:
+    """The segments, each with the smallest margin of its zero-moment point [m] in its details."""
+    found = []
+    for segment in segments:
+        mine = (zmp.times >= segment.start - 1e-9) & (zmp.times <= segment.end + 1e-9)
+        margin = float(zmp.margin[mine].min()) if np.any(mine) else None
+        found.append(replace(segment, details={**segment.details, "zmp_margin_min": margin}))
+    return tuple(found)

@@ -1,1 +1,0 @@
-"""Any quadruped's file made into the URDF in normal form that `load_robot` reads."""

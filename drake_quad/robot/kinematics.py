@@ -1,0 +1,310 @@
+"""Kinematics of the legs and the centre of mass: on arrays, as scalar kernel, as batch kernel.
+
+A leg hangs from its hip H in B: a rotation about B's x (abduction), an offset `d` along y to the
+leg's plane and, of robots whose two hip axes do not meet, a height `raised` along z; then two
+rotations about y (hip pitch and knee) with the thigh and the shank along -z. Angles are in the
+order (abduction, hip pitch, knee) and zero with the leg straight down.
+
+With three numbers a leg, plain floats beat numpy's call overhead several times, and the loop runs
+hundreds of times a second. The array versions define the leg; a test holds the two equal.
+
+`RobotModel` holds arrays alone; it is read from a file through Drake's parser by `load_robot`, and
+`MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
+
+The same as `robot.leg_kinematics.solve_legs` and `robot.robot_model.calc_com` of numpy, which
+define them (a test holds the two equal), compiled: a plan is posed thousands of times.
+"""
+
+from math import acos, atan2, cos, pi, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_quad.common import FloatArray, Matrix, Vector
+from drake_quad.jit import compiled
+from drake_quad.robot.model import LegGeometry, RobotModel
+
+# ------------------------------------------------------------------------------------------------
+# Kinematics of the abduction-hip-knee leg, for any number of poses of all four legs at once.
+# ------------------------------------------------------------------------------------------------
+
+
+def calc_feet(geometry: LegGeometry, q: FloatArray) -> FloatArray:
+    """Returns the foot centres p_BF, (..., 4, 3) [m], for joint angles `q` (..., 4, 3)."""
+    a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
+    x = -geometry.thigh * np.sin(hip) - geometry.shank * np.sin(knee)
+    z = -geometry.thigh * np.cos(hip) - geometry.shank * np.cos(knee) + geometry.raised
+    y = geometry.offset
+    ca, sa = np.cos(a), np.sin(a)
+    return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
+
+
+def calc_knees(geometry: LegGeometry, q: FloatArray) -> FloatArray:
+    """Returns the knees p_BK, (..., 4, 3) [m], for joint angles `q` (..., 4, 3)."""
+    a, hip = q[..., 0], q[..., 1]
+    x, z = -geometry.thigh * np.sin(hip), -geometry.thigh * np.cos(hip) + geometry.raised
+    y = geometry.offset
+    ca, sa = np.cos(a), np.sin(a)
+    return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
+
+
+def solve_legs(geometry: LegGeometry, p_BF: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverse kinematics of all four legs, on the knee's own branch.
+
+    Out of reach, the angles of the nearest stretched (or folded) leg are returned, so that the
+    result stays continuous; `excess` says by how much.
+
+    Args:
+        geometry: The legs.
+        p_BF: Foot centres in B, (..., 4, 3) [m].
+
+    Returns:
+        `q` (..., 4, 3) [rad] and `excess` (..., 4) [m]: how far the foot is beyond (or inside)
+        what the leg can reach; 0 where it is reachable.
+    """
+    v = p_BF - geometry.p_BH
+    d, l1, l2 = geometry.offset, geometry.thigh, geometry.shank
+    across = np.maximum(v[..., 1] ** 2 + v[..., 2] ** 2, d**2 + 1e-12)
+    z = -np.sqrt(across - d**2)
+    a = np.arctan2(v[..., 2], v[..., 1]) - np.arctan2(z, d)
+    a = (a + np.pi) % (2 * np.pi) - np.pi
+    x, z = v[..., 0], z - geometry.raised
+    distance = np.sqrt(x**2 + z**2)
+    clipped = np.clip(distance, np.abs(l1 - l2) + 1e-6, l1 + l2 - 1e-6)
+    cos_knee = (clipped**2 - l1**2 - l2**2) / (2 * l1 * l2)
+    knee = geometry.knee_sign * np.arccos(np.clip(cos_knee, -1.0, 1.0))
+    hip = np.arctan2(-x, -z) - np.arctan2(l2 * np.sin(knee), l1 + l2 * np.cos(knee))
+    return np.stack([a, hip, knee], axis=-1), np.abs(distance - clipped) * (
+        np.abs(distance - clipped) > 2e-6
+    )
+
+
+def calc_jacobians(geometry: LegGeometry, q: FloatArray) -> FloatArray:
+    """Returns J with v_BF = J q_dot for each leg, (..., 4, 3, 3) [m/rad]."""
+    a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
+    sa, ca = np.sin(a), np.cos(a)
+    x_hip, z_hip = -geometry.thigh * np.sin(hip), -geometry.thigh * np.cos(hip)
+    x_knee, z_knee = -geometry.shank * np.sin(knee), -geometry.shank * np.cos(knee)
+    y, z = np.broadcast_to(geometry.offset, a.shape), z_hip + z_knee + geometry.raised
+    jacobian = np.empty((*q.shape, 3))
+    jacobian[..., 0, 0] = 0.0
+    jacobian[..., 1, 0] = -sa * y - ca * z
+    jacobian[..., 2, 0] = ca * y - sa * z
+    # d(x, z)/dt of a point under a rotation about +y is (z, -x).
+    for column, (dx, dz) in enumerate(
+        ((z_hip + z_knee, -(x_hip + x_knee)), (z_knee, -x_knee)), start=1
+    ):
+        jacobian[..., 0, column] = dx
+        jacobian[..., 1, column] = -sa * dz
+        jacobian[..., 2, column] = ca * dz
+    return jacobian
+
+
+# ------------------------------------------------------------------------------------------------
+# The same leg as in `leg_kinematics`, one at a time in plain floats: for the control loop.
+# ------------------------------------------------------------------------------------------------
+
+
+class LegConstants(NamedTuple):
+    """One leg's lengths; see LegGeometry."""
+
+    x: float
+    y: float
+    z: float
+    offset: float
+    thigh: float
+    shank: float
+    knee_sign: float
+    raised: float
+
+
+def leg_constants(geometry: LegGeometry) -> tuple[LegConstants, ...]:
+    """The four legs' lengths as plain floats."""
+    return tuple(
+        LegConstants(p[0], p[1], p[2], float(d), float(a), float(b), float(s), float(h))
+        for p, d, a, b, s, h in zip(
+            geometry.p_BH.tolist(),
+            geometry.offset,
+            geometry.thigh,
+            geometry.shank,
+            geometry.knee_sign,
+            geometry.raised,
+            strict=True,
+        )
+    )
+
+
+def leg_array(geometry: LegGeometry) -> FloatArray:
+    """The legs' lengths as (4, 8) rows in the order of LegConstants, as all kernels take them."""
+    g = geometry
+    lengths = [g.p_BH, g.offset, g.thigh, g.shank, g.knee_sign, g.raised]
+    return np.column_stack(lengths).astype(float)
+
+
+@compiled
+def leg_row(legs: FloatArray, k: int) -> LegConstants:
+    """Row `k` of `leg_array`."""
+    return LegConstants(
+        legs[k, 0],
+        legs[k, 1],
+        legs[k, 2],
+        legs[k, 3],
+        legs[k, 4],
+        legs[k, 5],
+        legs[k, 6],
+        legs[k, 7],
+    )
+
+
+@compiled
+def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tuple[Vector, Matrix]:
+    """The foot's centre in B [m] and its Jacobian [m/rad] at three joint angles [rad]."""
+    sa, ca = sin(a), cos(a)
+    both = hip + knee
+    x_hip, z_hip = -c.thigh * sin(hip), -c.thigh * cos(hip)
+    x_knee, z_knee = -c.shank * sin(both), -c.shank * cos(both)
+    x, z, d = x_hip + x_knee, z_hip + z_knee, c.offset
+    whole = z + c.raised
+    y_up, z_up = ca * d - sa * whole, sa * d + ca * whole
+    return (
+        (c.x + x, c.y + y_up, c.z + z_up),
+        (
+            (0.0, z, z_knee),
+            (-z_up, sa * x, sa * x_knee),
+            (y_up, -ca * x, -ca * x_knee),
+        ),
+    )
+
+
+@compiled
+def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
+    """Joint angles [rad] that put the foot's centre at (x, y, z) in B [m], or as near as can be."""
+    x, y, z = x - c.x, y - c.y, z - c.z
+    d, l1, l2 = c.offset, c.thigh, c.shank
+    down = -sqrt(max(y * y + z * z - d * d, 1e-12))
+    a = atan2(z, y) - atan2(down, d)
+    a = (a + pi) % (2.0 * pi) - pi
+    down -= c.raised
+    reach = min(max(sqrt(x * x + down * down), abs(l1 - l2) + 1e-6), l1 + l2 - 1e-6)
+    knee = c.knee_sign * acos(
+        min(max((reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2), -1.0), 1.0)
+    )
+    return a, atan2(-x, -down) - atan2(l2 * sin(knee), l1 + l2 * cos(knee)), knee
+
+
+# ------------------------------------------------------------------------------------------------
+# A quadruped as the planners see it: four legs with geometry, limits and masses.
+# ------------------------------------------------------------------------------------------------
+
+
+def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
+    """Returns the whole robot's centre of mass in B, (..., 3) [m], for joint angles (..., 4, 3)."""
+    a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
+    g, c = robot.geometry, robot.link_com
+
+    def pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
+        x, y, z = p[..., 0], p[..., 1], p[..., 2]
+        ca, sa = np.cos(angle), np.sin(angle)
+        y = np.broadcast_to(y, angle.shape)
+        return np.stack([ca * x + sa * z, y, -sa * x + ca * z], axis=-1)
+
+    zero, plane = np.zeros(4), g.p_HP
+    knee_at = plane + pitched(hip, np.stack([zero, zero, -g.thigh], axis=-1))
+    m = robot.link_mass
+    moment = (
+        m[:, 0, None] * c[:, 0]
+        + m[:, 1, None] * (plane + pitched(hip, c[:, 1]))
+        + m[:, 2, None] * (knee_at + pitched(knee, c[:, 2]))
+    )
+    ca, sa = np.cos(a), np.sin(a)
+    x, y, z = moment[..., 0], moment[..., 1], moment[..., 2]
+    turned = np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
+    total = robot.trunk_mass * robot.trunk_com + np.sum(
+        turned + m.sum(axis=1)[:, None] * g.p_BH, axis=-2
+    )
+    return np.asarray(total / robot.mass)
+
+
+# ------------------------------------------------------------------------------------------------
+# Inverse kinematics and centre of mass of many poses: what every sampled plan is judged by.
+# ------------------------------------------------------------------------------------------------
+
+
+# Columns of a leg's constants: those of `leg_array`, then the masses of hip, thigh and shank [kg]
+# and their centres (9) [m].
+HIP, OFFSET, THIGH, SHANK, KNEE, RAISED, MASS, CENTRE, COLUMNS = 0, 3, 4, 5, 6, 7, 8, 11, 20
+FOLDED = 1e-6  # [m] short of stretched or folded, where angles are still smooth
+
+
+def constants(robot: RobotModel) -> tuple[FloatArray, FloatArray]:
+    """A robot as `pose` takes it: its legs and its trunk."""
+    lengths = leg_array(robot.geometry)
+    legs = np.column_stack([lengths, robot.link_mass, robot.link_com.reshape(4, 9)])
+    return legs, np.array([robot.trunk_mass, *robot.trunk_com, robot.mass])
+
+
+@compiled
+def pose(
+    legs: FloatArray, trunk: FloatArray, body: FloatArray, feet: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Joint angles, excess of reach, and centre of mass.
+
+    Args:
+        legs: (4, COLUMNS), see above.
+        trunk: (5,) mass [kg], centre in B [m], and the whole robot's mass [kg].
+        body: (N, 5) poses x, y, z, pitch, yaw of B in W.
+        feet: (N, 4, 3) foot centres in W [m].
+
+    Returns:
+        q (N, 4, 3) [rad], excess (N, 4) [m], centre of mass in W (N, 3) [m].
+    """
+    size = len(body)
+    q, excess, com = np.empty((size, 4, 3)), np.empty((size, 4)), np.empty((size, 3))
+    total = trunk[4]
+    for n in range(size):
+        cp, sp, cy, sy = cos(body[n, 3]), sin(body[n, 3]), cos(body[n, 4]), sin(body[n, 4])
+        mx, my, mz = trunk[0] * trunk[1], trunk[0] * trunk[2], trunk[0] * trunk[3]
+        for k in range(4):
+            c = legs[k]
+            dx, dy, dz = (
+                feet[n, k, 0] - body[n, 0],
+                feet[n, k, 1] - body[n, 1],
+                feet[n, k, 2] - body[n, 2],
+            )
+            level = cy * dx + sy * dy
+            x = cp * level - sp * dz - c[HIP]
+            y = cy * dy - sy * dx - c[HIP + 1]
+            z = sp * level + cp * dz - c[HIP + 2]
+            d, l1, l2 = c[OFFSET], c[THIGH], c[SHANK]
+            across = max(y * y + z * z, d * d + 1e-12)
+            down = -sqrt(across - d * d)
+            a = atan2(z, y) - atan2(down, d)
+            a = (a + pi) % (2.0 * pi) - pi
+            down -= c[RAISED]
+            distance = sqrt(x * x + down * down)
+            reach = min(max(distance, abs(l1 - l2) + FOLDED), l1 + l2 - FOLDED)
+            bend = (reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+            knee = c[KNEE] * acos(min(max(bend, -1.0), 1.0))
+            hip = atan2(-x, -down) - atan2(l2 * sin(knee), l1 + l2 * cos(knee))
+            q[n, k, 0], q[n, k, 1], q[n, k, 2] = a, hip, knee
+            beyond = abs(distance - reach)
+            excess[n, k] = beyond if beyond > 2.0 * FOLDED else 0.0
+            # Moments of the links' masses as if the leg were not abducted, which it is then.
+            ch, sh, ck, sk = cos(hip), sin(hip), cos(hip + knee), sin(hip + knee)
+            m0, m1, m2 = c[MASS], c[MASS + 1], c[MASS + 2]
+            p, r, s = CENTRE, CENTRE + 3, CENTRE + 6
+            ux = m0 * c[p] + m1 * (ch * c[r] + sh * c[r + 2])
+            ux += m2 * (-sh * l1 + ck * c[s] + sk * c[s + 2])
+            uy = m0 * c[p + 1] + m1 * (d + c[r + 1]) + m2 * (d + c[s + 1])
+            uz = m0 * c[p + 2] + m1 * (-sh * c[r] + ch * c[r + 2])
+            uz += m2 * (-ch * l1 - sk * c[s] + ck * c[s + 2]) + (m1 + m2) * c[RAISED]
+            ca, sa, m = cos(a), sin(a), m0 + m1 + m2
+            mx += ux + m * c[HIP]
+            my += ca * uy - sa * uz + m * c[HIP + 1]
+            mz += sa * uy + ca * uz + m * c[HIP + 2]
+        mx, my, mz = mx / total, my / total, mz / total
+        ahead = cp * mx + sp * mz
+        com[n, 0] = body[n, 0] + cy * ahead - sy * my
+        com[n, 1] = body[n, 1] + sy * ahead + cy * my
+        com[n, 2] = body[n, 2] - sp * mx + cp * mz
+    return q, excess, com

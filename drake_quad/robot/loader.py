@@ -1,0 +1,204 @@
+"""Loads a robot: a file in, a RobotModel or a plant out, and the digest that tells robots apart."""
+
+import hashlib
+import logging
+from dataclasses import replace
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
+
+from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
+from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
+from drake_quad.robot.importer.overrides import Overrides
+from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
+from drake_quad.robot.importer.pipeline import MAPPING, find_given, import_robot
+from drake_quad.robot.importer.sanitize import HEAVY
+from drake_quad.robot.importer.sources import files_named_in
+from drake_quad.robot.importer.spelling import check_spelling
+from drake_quad.robot.importer.surface_friction import links_with_friction
+from drake_quad.robot.importer.xml_io import read_xml
+from drake_quad.robot.model import RobotModel
+from drake_quad.util.files import user_path
+from drake_quad.util.input_files import MOST_MESH, MOST_TEXT, check_given, read_given
+
+# ------------------------------------------------------------------------------------------------
+# Loads a robot: any quadruped's file, by way of its normal form, into a RobotModel or a plant.
+# ------------------------------------------------------------------------------------------------
+
+
+def AddRobot(plant: MultibodyPlant, url: str) -> ModelInstanceIndex:
+    """Parses the robot `url` into `plant`, in normal form.
+
+    Args:
+        plant: Not yet finalized.
+        url: What `load_robot` takes; quickest is a RobotModel's `url`.
+
+    Raises:
+        InputError: If there is no such robot, or it cannot be brought into normal form.
+        MachineError: If that is this machine's fault alone.
+    """
+    return _parse(plant, normal_form(url))
+
+
+def MakeModelPlant(url: str) -> MultibodyPlant:
+    """Returns a finalized plant with the robot alone, for kinematics and dynamics terms."""
+    plant = MultibodyPlant(0.0)
+    AddRobot(plant, url)
+    plant.Finalize()
+    return plant
+
+
+def load_robot(url: str) -> RobotModel:
+    """Reads the robot `url`.
+
+    Args:
+        url: A URDF, SDF or MJCF (`package://...` or a path), a `.robot.yaml`, or a robot's name in
+            one of the packages of the extra `robots`.
+
+    Raises:
+        InputError: If there is no such robot, or it is no quadruped with abduction-hip-knee legs.
+    """
+    file = normal_form(url)
+    tolerance = IMPORTED if _is_imported(file) else EXACT
+    plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    instance = _parse(plant, file)
+    plant.Finalize()
+    frictional = links_with_friction(read_xml(find_given(file).found.path, url))
+    return read_model(
+        plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
+    )
+
+
+def normal_form(url: str) -> str:
+    """The file to parse for the robot `url`: itself if in normal form already, or its import.
+
+    Raises:
+        InputError: If there is no such robot, or it cannot be brought into normal form.
+        MachineError: If that is this machine's fault alone.
+    """
+    path = Path(url)
+
+    def refuse(value: str, reason: str, kind: type[InputError] = InputError) -> InputError:
+        remedy = f"cannot be read: {reason}"
+        return kind(source=url, field="robot.model", value=value, remedy=remedy)
+
+    try:
+        given = find_given(url)
+        path = given.found.path
+        check_given(path, most=MOST_TEXT)
+        for named in files_named_in(path):
+            if not named.is_dir():
+                check_given(named, most=MOST_MESH)  # Drake's parser opens them, too
+        stat = path.stat()
+        if given.overrides == Overrides() and (
+            _is_imported(str(path)) or _is_normal(str(path), stat.st_mtime_ns, stat.st_size)
+        ):
+            return url if "://" in url or user_path(url).is_file() else str(path)  # of a name
+        return str(import_robot(given))
+    except OSError as error:
+        kind = MachineError if error.errno in MACHINE_FAULTS else InputError
+        raise refuse(error.filename or str(path), error.strerror or str(error), kind) from None
+    except UnicodeEncodeError:
+        raise refuse(str(path), "its name, or a folder's, is no UTF-8; rename it") from None
+
+
+def _is_imported(file: str) -> bool:
+    """Whether the importer wrote the file."""
+    return "://" not in file and (Path(file).parent / MAPPING).is_file()
+
+
+@lru_cache(maxsize=64)
+def _is_normal(path: str, mtime: int, size: int) -> bool:
+    """Whether a file, at a time and of a size, is in normal form just as it is.
+
+    It is a URDF: of the other formats Drake's parser misses things that the importer does not.
+    """
+    if not path.endswith(".urdf"):
+        return False
+    with quiet(logging.WARNING) as said:  # what is wrong with it, the importer says
+        try:
+            check_spelling(read_xml(Path(path), path), path)  # the parser passes over it
+            plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+            plant.RegisterAsSourceForSceneGraph(scene_graph)
+            instance = _parse(plant, path)
+            plant.Finalize()
+            robot = read_model(plant, scene_graph, instance, url=path)
+        except (InputError, *PARSER_ERRORS):
+            return False
+    if any(_is_point(plant.get_body(index)) for index in plant.GetBodyIndices(instance)):
+        return False  # the importer says so
+    if any("inertia" in line for line in said):  # Drake puts another in the place of a wrong one
+        return False
+    limits = (robot.q_lower, robot.q_upper, robot.effort, robot.speed)
+    return bool(np.all(np.isfinite(limits)) and np.all(robot.speed > 0.0))
+
+
+def _is_point(body: RigidBody) -> bool:
+    """Whether a body that has a mass worth it has no inertia about its centre."""
+    if not isinstance(body, RigidBody) or body.default_mass() < HEAVY:
+        return False
+    about = body.default_spatial_inertia().Shift(body.default_com())
+    return bool(about.CalcRotationalInertia().Trace() <= 0.0)
+
+
+def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:
+    """Parses one file into `plant`.
+
+    Raises:
+        InputError: If Drake's parser refuses it, or it holds more than one model.
+    """
+
+    def refuse(remedy: str) -> InputError:
+        return InputError(source=file, field="robot.model", value=file, remedy=remedy)
+
+    parser = Parser(plant)
+    parser.package_map().AddPackageXml(
+        str(resources.files("drake_quad_models").joinpath("package.xml"))
+    )
+    try:
+        if "://" in file:
+            models = parser.AddModels(url=file)
+        else:
+            models = parser.AddModels(str(user_path(file).resolve()))
+    except PARSER_ERRORS as error:
+        raise refuse(f"cannot be read as a robot: {parser_reason(error, [], {})}") from None
+    if len(models) != 1:
+        raise refuse(f"holds {len(models)} models; give a file with one")
+    instance: ModelInstanceIndex = models[0]
+    return instance
+
+
+# ------------------------------------------------------------------------------------------------
+# What tells two robots apart that are called alike.
+# ------------------------------------------------------------------------------------------------
+
+
+# [bytes] A greater file is a mesh, whose name and size stand for it: some have tens of megabytes.
+MOST_READ = 1 << 20
+
+
+def robot_digest(model: str) -> str:
+    """Of a robot's file, the files that it names and what is said of it; wherever they lie.
+
+    Args:
+        model: A file, a robot's name, or a `.robot.yaml` that names one.
+
+    Raises:
+        InputError: If it is not there.
+    """
+    given = find_given(model)
+    digest = hashlib.sha256(read_given(given.found.path, most=MOST_TEXT))
+    digest.update(repr(replace(given.overrides, model="")).encode())
+    for path in files_named_in(given.found.path):
+        size = path.stat().st_size
+        digest.update(f"{path.name} {size}".encode())
+        if size <= MOST_READ:
+            digest.update(read_given(path, most=MOST_READ))
+    return digest.hexdigest()[:12]

@@ -1,0 +1,140 @@
+"""A quadruped as planner and controller see it.
+
+A leg hangs from its hip H in B: a rotation about B's x (abduction), an offset `d` along y to the
+leg's plane and, of robots whose two hip axes do not meet, a height `raised` along z; then two
+rotations about y (hip pitch and knee) with the thigh and the shank along -z. Angles are in the
+order (abduction, hip pitch, knee) and zero with the leg straight down.
+
+`RobotModel` holds arrays alone; it is read from a file through Drake's parser by `load_robot`, and
+`MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+
+# ------------------------------------------------------------------------------------------------
+# Kinematics of the abduction-hip-knee leg, for any number of poses of all four legs at once.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LegGeometry:
+    """Lengths of all four legs, one row a leg (FL, FR, RL, RR).
+
+    Attributes:
+        p_BH: Hip (abduction axis) in B, (4, 3) [m].
+        offset: Signed distance from the hip to the leg's plane along y, (4,) [m].
+        thigh: Hip pitch axis to knee, (4,) [m].
+        shank: Knee to the foot sphere's centre, (4,) [m].
+        knee_sign: -1 for a knee that points backward, +1 for one that points forward, (4,).
+        raised: How far the hip pitch axis passes above the abduction axis, (4,) [m]; mostly 0.
+    """
+
+    p_BH: FloatArray
+    offset: FloatArray
+    thigh: FloatArray
+    shank: FloatArray
+    knee_sign: FloatArray
+    raised: FloatArray = field(default_factory=lambda: np.zeros(4))
+
+    @property
+    def p_HP(self) -> FloatArray:
+        """The hip pitch axis, in the leg's plane, from the hip as long as abduction is 0 (4, 3)."""
+        return np.stack([np.zeros(len(self.offset)), self.offset, self.raised], axis=-1)
+
+    @property
+    def reach(self) -> FloatArray:
+        """Length of each leg stretched out, (4,) [m]."""
+        return self.thigh + self.shank
+
+
+# ------------------------------------------------------------------------------------------------
+# A quadruped as the planners see it: four legs with geometry, limits and masses.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """What planning and control need to know of a robot.
+
+    Attributes:
+        name: The model's name in its file.
+        url: Where it was read from, as Drake's parser takes it.
+        trunk: Name of the floating body that carries the legs; its frame is B.
+        geometry: The legs' lengths.
+        joint_names: 12 names, leg by leg (FL, FR, RL, RR), abduction, hip pitch, knee.
+        q_lower: Joint position limits, (12,) [rad].
+        q_upper: Joint position limits, (12,) [rad].
+        effort: Joint torque limits, (12,) [Nm].
+        speed: Joint speed limits, (12,) [rad/s].
+        mass: The whole robot's mass [kg].
+        trunk_mass: The trunk's own mass [kg].
+        trunk_com: The trunk's centre of mass in B, (3,) [m].
+        link_mass: Mass of hip, thigh and shank of each leg, (4, 3) [kg].
+        link_com: Their centres of mass in their own frames, (4, 3, 3) [m].
+        foot_radius: Radius of the foot spheres, of the thickest if they are not alike [m].
+        foot_geometry: Names of the four feet's collision geometries, as in the file.
+        shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
+            middle of its shank is at SHANK_POINTS, (4, 8) [m].
+        shank_radii: How far it reaches from there to either side, (4, 8) [m].
+        thigh_points: Points that lines along the thighs' collision shapes join, K shapes each, in
+            the thighs' frames (4, K, 10, 3) [m].
+        thigh_radii: How thick what is around them is (4, K) [m].
+        trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
+            its hips where it has none.
+        trunk_boxes: The same of each of these geometries that no other holds (K, 2, 3) [m].
+        foot_smaller: By how much each foot's radius is less than `foot_radius` (4,) [m]; 0 but in
+            files whose feet are not alike. A smaller foot's shank ends that much nearer the knee:
+            in the middle of a ball of `foot_radius` that holds the foot and touches its end.
+        foot_friction: Coulomb's coefficient (dynamic) that the robot's file states for each foot in
+            Drake's own tags (4,); nan where it states none, as nearly all.
+    """
+
+    name: str
+    url: str
+    trunk: str
+    geometry: LegGeometry
+    joint_names: tuple[str, ...]
+    q_lower: FloatArray
+    q_upper: FloatArray
+    effort: FloatArray
+    speed: FloatArray
+    mass: float
+    trunk_mass: float
+    trunk_com: FloatArray
+    link_mass: FloatArray
+    link_com: FloatArray
+    foot_radius: float
+    foot_geometry: tuple[str, ...]
+    shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
+    shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
+    thigh_points: FloatArray = field(default_factory=lambda: np.zeros((4, 1, 10, 3)))
+    thigh_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 1)))
+    trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
+    trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
+    foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))
+    foot_friction: FloatArray = field(default_factory=lambda: np.full(4, np.nan))
+
+
+def contact_friction(robot: RobotModel, friction: float) -> FloatArray:
+    """The coefficients between the four feet and the ground (4,), as Drake combines the two.
+
+    Args:
+        robot: Of which feet may have a friction of their own.
+        friction: Coulomb's coefficient of the ground, and of every foot without one of its own.
+    """
+    own = robot.foot_friction
+    both = np.maximum(own + friction, 1e-12)  # two surfaces without any have none together
+    return np.where(np.isnan(own), friction, 2.0 * own * friction / both)
+
+
+def leg_length(robot: RobotModel) -> float:
+    """Of the shortest leg, as far as its knee lets it stretch [m]."""
+    g = robot.geometry
+    knees = np.stack([robot.q_lower[2::3], robot.q_upper[2::3]])
+    straightest = np.where(np.prod(knees, axis=0) <= 0.0, 0.0, np.min(np.abs(knees), axis=0))
+    square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(straightest)
+    return float(np.sqrt(np.min(square)))

@@ -1,0 +1,1 @@
+"""A run's data: its log, its figures, its files."""

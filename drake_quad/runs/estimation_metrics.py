@@ -1,0 +1,94 @@
+"""How good the estimates of a run were, from its log: the state's, and the unknown load's."""
+
+from typing import Any
+
+import numpy as np
+
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.math.rotations import angle_between, quaternion_of
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.runs.base_pose import Columns, base_place, base_quaternion
+
+SETTLED = 0.1  # [s] after which the tilt is the filter's own, not the first reading's
+LEAST_WAY = 0.1  # [m] below which a drift is no part of a way
+LEAST_LOAD = 5.0  # [N] below which a load has no place: the arm would be noise
+
+
+def estimate_figures(c: Columns) -> dict[str, Any] | None:
+    """The estimated state against the truth; None where nothing was estimated.
+
+    Returns:
+        `drift` [m] of the base's place at the end, `way` [m] that the base went, `drift_ratio` of
+        the two; `position_error_max` [m]; `yaw_error_max_deg` and `attitude_error_max_deg` (of the
+        whole orientation) from SETTLED on; `slips_flagged`, how often a foot came to be taken for
+        slipping; `samples_unhealthy`.
+    """
+    if "base_estimated_x" not in c:
+        return None
+    estimated = np.stack([c[f"base_estimated_{k}"] for k in "xyz"], axis=-1)
+    error = np.linalg.norm(estimated - base_place(c), axis=1)
+    rpy = [c[f"base_estimated_{k}"] for k in ("roll", "pitch", "yaw")]
+    attitude = angle_between(base_quaternion(c), quaternion_of(*rpy))
+    settled = c["t"] >= SETTLED
+    way = way_of(c)
+    flags = np.stack([c[f"{leg}_slip_estimated"] for leg in SHORT_NAMES], axis=-1)
+    return {
+        "drift": float(error[-1]),
+        "way": way,
+        "drift_ratio": float(error[-1]) / way if way > LEAST_WAY else None,
+        "position_error_max": float(np.max(error)),
+        "yaw_error_max_deg": _greatest_deg(yaw_error(c)[settled]),
+        "attitude_error_max_deg": _greatest_deg(attitude[settled]),
+        "slips_flagged": int(np.sum(np.diff(flags.astype(int), axis=0, prepend=0) > 0)),
+        "samples_unhealthy": int(np.sum(~c["estimator_healthy"].astype(bool))),
+    }
+
+
+def yaw_error(c: Columns) -> FloatArray:
+    """Estimated less true heading, (N,) [rad] in [-π, π)."""
+    w, x, y, z = base_quaternion(c).T
+    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return np.asarray(np.remainder(c["base_estimated_yaw"] - yaw + np.pi, 2.0 * np.pi) - np.pi)
+
+
+def way_of(c: Columns) -> float:
+    """How far the base went over ground [m]: each task from its beginning straight to its end.
+
+    Tasks go from rest to rest along a lane or on the spot, so that swaying is left out.
+    """
+    place, task = base_place(c)[:, :2], c["task"]
+    starts = np.flatnonzero(np.diff(task)) + 1
+    rows = np.concatenate([[0], starts, [len(task) - 1]])
+    return float(np.sum(np.hypot(*np.diff(place[rows], axis=0).T)))
+
+
+def carried_figures(c: Columns) -> dict[str, Any] | None:
+    """The unknown load as learned by the end; None where nothing learns of it.
+
+    Returns:
+        `mass` [kg]; `ahead` and `left` [m], where from the base's origin it acts, None where there
+        is next to no load; `moment_x`, `moment_y` [Nm] about the heading's x and y.
+    """
+    if "carried_force" not in c:
+        return None
+    force, x, y = (float(c[f"carried_{k}"][-1]) for k in ("force", "moment_x", "moment_y"))
+    placed = abs(force) >= LEAST_LOAD
+    return {
+        "mass": force / GRAVITY,
+        # What lies ahead needs a moment that tips the base back, -y; to the left, one about +x.
+        "ahead": -y / force if placed else None,
+        "left": x / force if placed else None,
+        "moment_x": x,
+        "moment_y": y,
+    }
+
+
+def least_friction(c: Columns) -> float | None:
+    """The least friction coefficient that any foot was trusted with; None where none is learned."""
+    names = [f"{leg}_friction_estimated" for leg in SHORT_NAMES]
+    return float(min(np.min(c[name]) for name in names)) if names[0] in c else None
+
+
+def _greatest_deg(angle: FloatArray) -> float | None:
+    """The greatest size of angles (N,) [rad], in degrees; None of none."""
+    return float(np.degrees(np.max(np.abs(angle)))) if len(angle) else None

@@ -1,0 +1,100 @@
+"""The logs of a kinematic replay: a mission's plans as they are, as a simulation would log them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.control.ports import CATCH_SIZE, GaitPhase
+from drake_quad.planning.motion_plan import MotionPlan, evaluate
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
+from drake_quad.runs.planned_columns import plan_margin
+
+
+def kinematic_logs(
+    robot: RobotModel,
+    layout: StateLayout,
+    plans: Sequence[MotionPlan],
+    period: float,
+    *,
+    massless_legs: bool,
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """The logs of a kinematic replay: the plans as they are, no forces, contacts as planned.
+
+    Args:
+        robot: The robot.
+        layout: Where its joints are in the state.
+        plans: What to replay.
+        period: Between samples [s].
+        massless_legs: Whether margins are the body's centre's (the paper's), or the whole
+            robot's centre of mass's.
+
+    Returns:
+        times (N,) and the logs, as a simulation's loggers have them.
+    """
+    times, rows, samples = [], [], []
+    start = 0.0
+    for index, plan in enumerate(plans):
+        count = round(plan.duration / period)
+        t = period * np.arange(count + (index == len(plans) - 1), dtype=np.float64)
+        samples.append(evaluate(robot, plan, t))
+        phase = np.zeros((len(t), len(GaitPhase)))
+        phase[:, GaitPhase.TASK], phase[:, GaitPhase.TIME] = index, t
+        phase[:, GaitPhase.RATE] = 1.0
+        phase[:, GaitPhase.SEGMENT] = [plan.segment_index(x) for x in t]
+        for part in plan.contacts.phases:
+            if part.step is not None:
+                mine = (t >= part.start) & (t < part.end)
+                phase[mine, GaitPhase.SWING_LEG] = int(part.step.leg)
+                phase[mine, GaitPhase.SWING_PHASE] = (t[mine] - part.start) / (
+                    part.end - part.start
+                )
+        times.append(start + t)
+        rows.append(phase)
+        start += count * period
+    t, phase = np.concatenate(times), np.concatenate(rows)
+    n = len(t)
+    body, rate = (np.concatenate([s.body[:, k] for s in samples]) for k in range(2))
+    feet = np.concatenate([s.feet for s in samples])
+    standing = np.concatenate([s.standing for s in samples])
+    com = np.concatenate([s.com for s in samples])
+    margin = np.concatenate([plan_margin(s, massless_legs=massless_legs) for s in samples])
+    state = np.zeros((n, layout.size))
+    half_yaw, half_pitch = 0.5 * body[:, 4], 0.5 * body[:, 3]
+    cy, sy, cp, sp = np.cos(half_yaw), np.sin(half_yaw), np.cos(half_pitch), np.sin(half_pitch)
+    state[:, layout.q_base : layout.q_base + 4] = np.stack(
+        [cy * cp, -sy * sp, cy * sp, sy * cp], axis=-1
+    )
+    state[:, layout.q_base + 4 : layout.q_base + 7] = body[:, :3]
+    # Yaw turns about W's z, pitch about the y that yaw has turned.
+    sin_yaw, cos_yaw = np.sin(body[:, 4]), np.cos(body[:, 4])
+    state[:, layout.v_base : layout.v_base + 3] = np.stack(
+        [-sin_yaw * rate[:, 3], cos_yaw * rate[:, 3], rate[:, 4]], axis=-1
+    )
+    state[:, layout.v_base + 3 : layout.v_base + 6] = rate[:, :3]
+    q = np.concatenate([s.q for s in samples]).reshape(n, 12)
+    state[:, layout.q_joints] = q
+    if n > 1:  # a single sample has no speed
+        state[:, layout.v_joints] = np.gradient(q, period, axis=0)
+    nan = np.full((n, 1), np.nan)
+    contact = feet.copy()
+    contact[..., 2] -= robot.foot_radius
+    return t, {
+        "state": state,
+        "torque": np.tile(nan, 12),
+        "gait_phase": phase,
+        "standing": standing.astype(float),
+        "body_desired": body,
+        "feet_desired": feet.reshape(n, 12),
+        "bearing": standing.astype(float),
+        "force": np.tile(nan, 12),
+        "contact_position": contact.reshape(n, 12),
+        "slip_speed": np.zeros((n, 4)),
+        "nonfoot": np.tile([0.0, np.nan], (n, 1)),  # how many, the replay asks of geometry
+        "margin": margin[:, None],
+        "zmp_margin": nan,
+        "com": com,
+        "push_force": np.zeros((n, 3)),
+        "catch": np.zeros((n, CATCH_SIZE)),
+    }

@@ -1,0 +1,305 @@
+"""Reads a run's files back, and says what is wrong with them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from drake_quad.common import BoolArray, FloatArray, read_only
+from drake_quad.errors import InputError
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.robot.loader import MakeModelPlant
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout, make_layout
+from drake_quad.scenario.build import course_of, robot_of, world_of
+from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import load_scenario
+from drake_quad.terrain.course import Course
+from drake_quad.util.files import plain_of, user_path
+from drake_quad.util.input_files import MOST_JSON, read_given, read_given_table
+
+# ------------------------------------------------------------------------------------------------
+# The log of a finished run as arrays: every column is there, nan where the file lacks it.
+# ------------------------------------------------------------------------------------------------
+
+
+ObjectArray = np.ndarray[Any, np.dtype[np.object_]]
+
+
+@dataclass(frozen=True)
+class Band:
+    """A stretch of a run in which one segment of the plan is under way.
+
+    Attributes:
+        name: The segment's, for people.
+        kind: `stand`, `transition`, `wave` or `spin`.
+        start: Its first sample's time [s].
+        end: The time of the sample after its last, or of its last at the log's end [s].
+    """
+
+    name: str
+    kind: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class RunLog:
+    """The columns of a log, N samples long, by their names in the file.
+
+    A report shows what there is: a missing or textual column reads as nan, so nobody needs to ask.
+    """
+
+    columns: Mapping[str, np.ndarray[Any, Any]]
+
+    def __len__(self) -> int:
+        return len(self.columns["t"]) if "t" in self.columns else 0
+
+    @property
+    def t(self) -> FloatArray:
+        """Simulated time, (N,) [s]."""
+        return self.number("t")
+
+    def number(self, name: str) -> FloatArray:
+        """A column of numbers, (N,) in its own unit; read-only."""
+        try:
+            values = np.asarray(self.columns[name], dtype=np.float64)
+        except (KeyError, ValueError, TypeError):
+            values = np.full(len(self), np.nan)
+        values = values.view()
+        values.setflags(write=False)
+        return values
+
+    def numbers(self, names: Sequence[str]) -> FloatArray:
+        """Columns of numbers side by side, (N, len(names))."""
+        return np.stack([self.number(name) for name in names], axis=-1)
+
+    def vector(self, name: str, parts: Sequence[str] = "xyz") -> FloatArray:
+        """`name_x`, `name_y`, `name_z` side by side, (N, 3), or other parts than these."""
+        return self.numbers([f"{name}_{part}" for part in parts])
+
+    def feet(self, name: str) -> FloatArray:
+        """`FL_name_x` and its like of all feet, (N, 4, 3)."""
+        return np.stack([self.vector(f"{leg}_{name}") for leg in SHORT_NAMES], axis=1)
+
+    def flags(self, name: str) -> BoolArray:
+        """`FL_name` and its like of all feet, (N, 4); False where not known."""
+        values = self.numbers([f"{leg}_{name}" for leg in SHORT_NAMES])
+        return np.asarray(np.isfinite(values) & (values > 0.5))
+
+    def words(self, name: str) -> ObjectArray:
+        """A column of words, (N,); empty words where the file lacks it."""
+        return np.asarray(self.columns.get(name, np.full(len(self), "")), dtype=object)
+
+    def text(self, name: str) -> list[str]:
+        """A column of words, N long; empty words where the file lacks it."""
+        return [str(word) for word in self.words(name)]
+
+    def bands(self) -> list[Band]:
+        """The segments in the order in which they were walked."""
+        if not len(self):
+            return []
+        names, kinds, t = self.words("segment"), self.words("segment_kind"), self.t
+        # A plan made anew has a recovery of its own, though that of the plan before is as named.
+        turns = self.numbers(["task", "plan_revision"])
+        changes = (names[1:] != names[:-1]) | np.any(turns[1:] > turns[:-1], axis=1)
+        starts = [0, *(np.flatnonzero(changes) + 1).tolist()]
+        ends = [*starts[1:], len(self) - 1]
+        return [
+            Band(str(names[a]), str(kinds[a]), float(t[a]), float(t[b]))
+            for a, b in zip(starts, ends, strict=True)
+        ]
+
+
+def runs_of(flags: BoolArray) -> list[tuple[int, int]]:
+    """The stretches of True in (N,) `flags` as half-open ranges [first, past)."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8))
+    firsts, pasts = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return list(zip(firsts.tolist(), pasts.tolist(), strict=True))
+
+
+# ------------------------------------------------------------------------------------------------
+# Reads the files that a run left in its directory, however it ended.
+# ------------------------------------------------------------------------------------------------
+
+
+SUMMARY, LOG, SCENARIO = "summary.json", "log.parquet", "scenario.yaml"
+LONGEST_RUN = 10_000.0  # [s]: with 30 pictures a second, a replay of more has no use
+LONGEST_GAP = 2.0  # [s] between samples: twice the longest `simulation.log_period`
+LARGEST = 1e9  # of a figure, in SI units: what is beyond is no measurement
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished run, as its files have it.
+
+    Attributes:
+        directory: Where they are.
+        summary: What the run said of itself; empty if it came to say nothing.
+        log: The samples, maybe none.
+        scenario: In full.
+        robot: The scenario's robot.
+        course: The scenario's course, as the map has it.
+        world: What the robot walked on: the map itself where it has no errors, and in a kinematic
+            replay.
+        layout: Where what is in `positions` and `velocities`.
+        positions: (N, nq) the robot's positions, in Drake's order.
+        velocities: (N, nv) its velocities, in Drake's order.
+        notices: What is amiss with the files, a sentence each.
+    """
+
+    directory: Path
+    summary: Mapping[str, Any]
+    log: RunLog
+    scenario: Scenario
+    robot: RobotModel
+    course: Course
+    world: Course
+    layout: StateLayout
+    positions: FloatArray
+    velocities: FloatArray
+    notices: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """What to call it: the scenario's name, else its description, else the directory's."""
+        return str(self.summary.get("scenario") or self.scenario.description or self.directory.name)
+
+    @property
+    def kinematic(self) -> bool:
+        """Whether the robot was moved along its plan, without forces."""
+        return _is_kinematic(self.summary, self.scenario)
+
+
+def read_run(directory: str | Path) -> Run:
+    """Reads a run's `scenario.yaml`, `log.parquet` and `summary.json`.
+
+    The scenario is needed; a missing or cut log or summary only makes a notice.
+
+    Raises:
+        InputError: No such directory, no scenario in it, or one that cannot be used; or a log whose
+            times are none of a run.
+    """
+    directory = user_path(directory)
+    if not (directory / SCENARIO).is_file():
+        there = "holds no scenario.yaml" if directory.is_dir() else "no such directory"
+        raise InputError(
+            source=str(directory),
+            field="directory",
+            value=directory.name,
+            remedy=f"{there}; give one that `drake-quad run --out` has written",
+        )
+    notices: list[str] = []
+    summary = _read_summary(directory / SUMMARY, notices)
+    log = _read_log(directory / LOG, notices)
+    scenario = load_scenario(directory / SCENARIO)
+    robot = robot_of(scenario)
+    source = str(directory / SCENARIO)
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    kinematic = _is_kinematic(summary, scenario)
+    plant = MakeModelPlant(robot.url)
+    positions = [f"q_{name}" for name in plant.GetPositionNames()]
+    velocities = [f"v_{name}" for name in plant.GetVelocityNames()]
+    lacking = [name for name in (*positions, *velocities) if name not in log.columns]
+    if len(log) and lacking:
+        notices.append(f"The log lacks {len(lacking)} of the robot's states, such as {lacking[0]}.")
+    return Run(
+        directory=directory,
+        summary=summary,
+        log=log,
+        scenario=scenario,
+        robot=robot,
+        course=course,
+        world=course if kinematic else world_of(scenario, course, source=source),
+        layout=make_layout(plant, robot),
+        positions=read_only(log.numbers(positions)),
+        velocities=read_only(log.numbers(velocities)),
+        notices=tuple(notices),
+    )
+
+
+def _is_kinematic(summary: Mapping[str, Any], scenario: Scenario) -> bool:
+    """Whether a run was a replay of its plan; the scenario decides where no summary says so."""
+    return str(summary.get("simulation", scenario.simulation.mode)) == "kinematic"
+
+
+def _read_summary(path: Path, notices: list[str]) -> dict[str, Any]:
+    """The summary, or an empty one with a notice."""
+    try:
+        summary = plain_of(read_given(path, most=MOST_JSON))
+    except OSError as problem:
+        notices.append(f"{path.name} cannot be read ({type(problem).__name__}): the run was cut.")
+        return {}
+    if summary is None:
+        notices.append(f"{path.name} holds no object in JSON: the run was cut.")
+        return {}
+    return summary
+
+
+def _read_log(path: Path, notices: list[str]) -> RunLog:
+    """The log, or one without samples with a notice."""
+    try:
+        table = read_given_table(path)
+    except (OSError, pa.ArrowException) as problem:
+        notices.append(f"{path.name} cannot be read ({type(problem).__name__}): nothing to draw.")
+        return RunLog({})
+    log = RunLog(_plausible({name: table[name] for name in table.column_names}, path, notices))
+    if not len(log):
+        notices.append(f"{path.name} holds no sample: nothing to draw.")
+    return log
+
+
+def _plausible(
+    columns: Mapping[str, pa.ChunkedArray], path: Path, notices: list[str]
+) -> dict[str, np.ndarray[Any, Any]]:
+    """The columns as arrays, nan in the place of what nothing can have measured.
+
+    Raises:
+        InputError: The times are none of a run.
+    """
+    found = {}
+    for name, column in columns.items():
+        values = column.to_numpy(zero_copy_only=False)
+        if name == "t":
+            _check_times(values, path)
+        elif values.dtype.kind == "f":
+            wrong = np.abs(values) > LARGEST
+            if np.any(wrong):
+                values = np.where(wrong, np.nan, values)
+                notices.append(
+                    f"{path.name} has {int(wrong.sum())} values in column {name} that are beyond "
+                    f"{LARGEST:g}: they are left out."
+                )
+        found[name] = values
+    return found
+
+
+def _check_times(t: np.ndarray[Any, Any], path: Path) -> None:
+    """Sees that times are numbers in order, without a gap, and no longer than a run.
+
+    Raises:
+        InputError: The first thing that is otherwise, with its value.
+    """
+
+    def fail(value: Any, remedy: str) -> InputError:
+        remedy += "; give the directory of a finished `drake-quad run`"
+        return InputError(source=str(path), field="t", value=value, remedy=remedy)
+
+    if t.dtype.kind != "f":
+        raise fail(str(t.dtype), "must be a column of numbers")
+    for wrong, remedy in (
+        (~np.isfinite(t), "must be finite, a time in seconds"),
+        (np.abs(t) > LONGEST_RUN, f"must be within {LONGEST_RUN:g} s"),
+    ):
+        if np.any(wrong):
+            raise fail(float(t[wrong][0]), remedy)
+    steps = np.diff(t)
+    for wrong, remedy in (
+        (steps < 0.0, "must not be before the sample before it"),
+        (steps > LONGEST_GAP, f"must be within {LONGEST_GAP:g} s of the sample before it"),
+    ):
+        if np.any(wrong):
+            raise fail(float(t[1:][wrong][0]), remedy)

@@ -1,0 +1,63 @@
+"""A run's result, and the files that it leaves behind."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import save_scenario
+from drake_quad.util.files import write_together
+
+MADE_OF_THEM = ("report.html", "scene.lcmlog")  # of a run's files, by `drake-quad report` too
+
+
+@dataclass(eq=False)
+class RunResult:
+    """A finished (or ended) run.
+
+    Attributes:
+        outcome: `goal_reached`, `fell` or `stopped`.
+        reason: What ended it, in a sentence.
+        summary: What summary.json holds.
+        table: What log.parquet holds.
+        scenario: As it was run, in full.
+    """
+
+    outcome: str
+    reason: str
+    summary: dict[str, Any]
+    table: pa.Table = field(repr=False)
+    scenario: Scenario = field(repr=False)
+
+
+def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
+    """Writes summary.json, log.parquet and scenario.yaml into `directory`.
+
+    None of them is ever half, and none is beside another run's: an older run's files stay all if
+    these cannot be written, and go, its report too, if they can.
+
+    Raises:
+        InputError: If they cannot be written, with the reason.
+    """
+    text = json.dumps(result.summary, indent=2) + "\n"
+    write_together(
+        {
+            directory / "scenario.yaml": lambda p: save_scenario(scenario, p),
+            directory / "log.parquet": lambda p: write_log(result.table, p),
+            directory / "summary.json": lambda p: p.write_text(text, encoding="utf-8"),
+        },
+        gone=[directory / name for name in MADE_OF_THEM],
+    )
+
+
+def write_log(table: pa.Table, path: Path) -> None:
+    """Writes a log as Parquet; floats byte by byte, which halves them."""
+    floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
+    others = [f.name for f in table.schema if f.name not in floats]
+    pq.write_table(
+        table, path, compression="zstd", use_dictionary=others, use_byte_stream_split=floats
+    )

@@ -1,0 +1,1 @@
+"""Scenarios: from YAML to checked values, and from these to settings."""

@@ -1,0 +1,1 @@
+"""A scenario prepared, wired into a Diagram, and run."""

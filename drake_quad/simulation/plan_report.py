@@ -1,0 +1,208 @@
+"""A plan's figures and its certificate as plain values."""
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_quad.certificate.certify import CLAIMS, Certificate, certify
+from drake_quad.certificate.kinematics import shank_of
+from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.planning.contact_forces import torque_ratio
+from drake_quad.planning.contact_plan import sample_times
+from drake_quad.planning.mission import MissionPlan
+from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
+from drake_quad.planning.stance_margin import Footing, kind_of
+from drake_quad.robot.model import RobotModel
+from drake_quad.runs.planned_columns import plan_margin
+from drake_quad.simulation.prepare import Preparation
+from drake_quad.util.files import Write, write_together
+
+# ------------------------------------------------------------------------------------------------
+# A mission's plan in figures: what `drake-quad plan` prints.
+# ------------------------------------------------------------------------------------------------
+
+
+TORQUE_EVERY = 10  # so many of these are looked at for torques, which change slowly
+PERIOD = 0.02  # [s] between the samples that margins are taken from
+
+
+def describe_plan(
+    robot: RobotModel,
+    plan: MissionPlan,
+    *,
+    massless_legs: bool,
+    footing: Footing | None = None,
+) -> dict[str, Any]:
+    """The plan's figures as plain values.
+
+    Args:
+        robot: The robot.
+        plan: The mission's plan.
+        massless_legs: Whether margins are the body's centre's (the paper's) or the whole robot's.
+        footing: What margins were asked of, if not of the hull: those are told besides.
+    """
+    segments, torque = [], 0.0
+    for task, start in zip(plan.plans, plan.starts, strict=True):
+        times = np.linspace(0.0, task.duration, int(np.ceil(task.duration / PERIOD)) + 1)
+        samples = evaluate(robot, task, times)
+        margin = plan_margin(samples, massless_legs=massless_legs)
+        torque = max(torque, float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
+        beyond = _beyond(footing, task)
+        for segment in task.segments:
+            mine = (times >= segment.start - 1e-9) & (times <= segment.end + 1e-9)
+            segments.append(
+                {
+                    "name": segment.name,
+                    "kind": segment.kind,
+                    "start": start + segment.start,
+                    "end": start + segment.end,
+                    "margin_min": float(margin[mine].min()) if np.any(mine) else None,
+                    **beyond(segment),
+                    **segment.details,
+                    **_steps(segment, start, times, margin),
+                }
+            )
+    margins = [s["margin_min"] for s in segments if s["margin_min"] is not None]
+    kind = kind_of(footing)
+    others = [s.get(f"margin_{kind}_min") for s in segments]
+    least = min((m for m in others if m is not None), default=None)
+    return {
+        "feasible": True,
+        "reason": "",
+        "duration": plan.duration,
+        "planning_time": plan.planning_time,
+        "planned_margin_min": min(margins),
+        "torque_ratio_planned_max": torque,
+        "margin_kind": kind,
+        **({} if footing is None else {f"planned_margin_{kind}_min": least}),
+        "segments": segments,
+    }
+
+
+def _beyond(footing: Footing | None, task: MotionPlan) -> Callable[[Segment], dict[str, Any]]:
+    """What a segment of a task's plan has as its smallest margin beyond the hull's, by name."""
+    if footing is None:
+        return lambda _: {}
+    # Whoever planned looked at these times, and at each lift-off and touchdown.
+    times = sample_times(task.contacts)
+    feet, standing = task.contacts.feet_at(times)
+    margins = footing.stances(task.body.samples(times)[:, 0], feet, standing).margins()
+
+    def least(segment: Segment) -> dict[str, Any]:
+        mine = (times >= segment.start - 1e-9) & (times <= segment.end + 1e-9)
+        found = float(margins[mine].min()) if np.any(mine) else None
+        return {f"margin_{kind_of(footing)}_min": found}
+
+    return least
+
+
+def _steps(segment: Segment, start: float, times: FloatArray, margin: FloatArray) -> dict[str, Any]:
+    """A transition's steps, each with the smallest margin while its leg is in the air."""
+    steps = []
+    for step in segment.details.get("steps", []):
+        during = (times >= step["start"] - 1e-9) & (times <= step["end"] + 1e-9)
+        shifted = {"start": start + step["start"], "end": start + step["end"]}
+        steps.append({**step, **shifted, "margin": float(margin[during].min())})
+    return {"steps": steps} if steps else {}
+
+
+def describe_failure(error: PlanningError) -> dict[str, Any]:
+    """The same keys for a mission that has no plan."""
+    return {
+        "feasible": False,
+        "reason": error.reason,
+        "duration": None,
+        "planning_time": None,
+        "planned_margin_min": None,
+        "torque_ratio_planned_max": None,
+        "segments": [],
+    }
+
+
+# ------------------------------------------------------------------------------------------------
+# The certificate of a scenario's plan: what `drake-quad plan` prints of it, and its file.
+# ------------------------------------------------------------------------------------------------
+
+
+FILE, PLAN = "certificate.json", "plan.json"
+
+
+def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate | None]:
+    """Certifies a prepared scenario's plan.
+
+    Returns:
+        The result as plain values, for `plan --json`: `certified`, `reason`, `time` [s] of the
+        mission and `segment` of the first failure, `proven` (the least of each figure over the
+        plan), `jumps` (the greatest of body and feet where tasks meet, of value, rate and
+        acceleration), `intervals` of time that it took, `certifying_time` [s]; and the certificate,
+        None of a plan that is not looked at, for it has swings along arcs.
+    """
+    begun = time.perf_counter()
+    arc = _first_arc(p)
+    if arc is not None:
+        at, segment = arc
+        reason = "swings along arcs are no polynomials of time, of which proofs are made"
+        none = {"proven": {}, "jumps": {}, "intervals": 0, "certifying_time": 0.0}
+        return {
+            "certified": False, "reason": reason, "time": at, "segment": segment, **none
+        }, None  # fmt: skip
+    asked = p.scenario.certify
+    certificate = certify(
+        p.robot,
+        shank_of(p.robot),
+        p.plan.plans,
+        p.course.boxes,
+        margin=asked.margin,
+        clearance=asked.clearance,
+    )
+    taken = time.perf_counter() - begun
+    failure = certificate.failure
+    segments = [s.name for plan in p.plan.plans for s in plan.segments]
+    told = {
+        "certified": failure is None,
+        "reason": failure.reason if failure else "",
+        "time": p.plan.starts[failure.task] + failure.time if failure else None,
+        "segment": segments[failure.segment] if failure else None,
+        "proven": dict(zip(CLAIMS, certificate.proof.claims.min(axis=0).tolist(), strict=True)),
+        "jumps": np.maximum(
+            certificate.joins.body.max(axis=1), [certificate.joins.feet, 0.0, 0.0]
+        ).tolist(),
+        "intervals": len(certificate.proof.cells.half),
+        "certifying_time": taken,
+    }
+    return told, certificate
+
+
+def _first_arc(p: Preparation) -> tuple[float, str] | None:
+    """When and in which segment a plan has its first swing along an arc, if it has one."""
+    for plan, start in zip(p.plan.plans, p.plan.starts, strict=True):
+        for step in plan.contacts.steps:
+            if step.swing.pivot is not None:
+                segment = plan.segments[plan.segment_index(step.lift_off)]
+                return start + step.lift_off, segment.name
+    return None
+
+
+def write_plan(told: dict[str, Any], certificate: Certificate | None, directory: Path) -> None:
+    """Writes plan.json, and certificate.json; without a certificate no old one stays, either.
+
+    Args:
+        told: What plan.json holds.
+        certificate: Of the plan, if there is a plan.
+        directory: Where to.
+
+    Raises:
+        InputError: If they cannot be written; what was there before stays.
+    """
+    files: dict[Path, Write] = {}
+    if certificate is not None and certificate.record is not None:
+        record = json.dumps(certificate.record, allow_nan=False) + "\n"
+        files[directory / FILE] = lambda path: path.write_text(record, encoding="utf-8")
+    plan = json.dumps(told, indent=2) + "\n"
+    files[directory / PLAN] = lambda path: path.write_text(plan, encoding="utf-8")
+    write_together(files, gone=[directory / FILE])

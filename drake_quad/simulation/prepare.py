@@ -1,0 +1,154 @@
+"""Makes a scenario into the values that planning and simulation take."""
+
+import copy
+from dataclasses import dataclass
+
+from drake_quad.errors import DrakeQuadError, InputError, PlanningError
+from drake_quad.gait_design.designer import design_scenario
+from drake_quad.planning.mission import (
+    MissionPlan,
+    check_lift_offs,
+    check_mission,
+    check_torques,
+    initial_stance,
+    plan_mission,
+)
+from drake_quad.planning.motion_plan import Stance
+from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.robot.model import RobotModel
+from drake_quad.scenario.build import (
+    course_of,
+    disturbances_of,
+    mission_of,
+    plan_settings,
+    robot_of,
+    world_of,
+)
+from drake_quad.scenario.config import Scenario
+from drake_quad.systems.disturbances import Disturbances
+from drake_quad.terrain.course import Course
+
+LOW_RISE = 0.005  # [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Preparation:
+    """A scenario made into the values that planning and simulation take.
+
+    Attributes:
+        scenario: As it was given, its gait designed if it asked for that.
+        robot: As its controller knows it.
+        course: The map that is planned on.
+        settings: The planner's.
+        tasks: The mission.
+        stance: In which the robot stands at first.
+        plan: Of the whole mission, on paper.
+        world: The course as it really is.
+        disturbances: What the controller is not told.
+    """
+
+    scenario: Scenario
+    robot: RobotModel
+    course: Course
+    settings: PlanSettings
+    tasks: tuple[Task, ...]
+    stance: Stance
+    plan: MissionPlan
+    world: Course
+    disturbances: Disturbances
+
+
+def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
+    """Reads the robot, lays the course and plans the whole mission on paper.
+
+    Args:
+        scenario: Loaded and checked.
+        source: What to name as the file in errors.
+
+    Raises:
+        InputError: If something in the scenario cannot be, or is out of the robot's reach.
+        PlanningError: If there is no plan for another reason.
+    """
+    if scenario.design == "auto":
+        scenario = design_scenario(scenario, source=source).scenario
+    robot, course, settings, tasks, stance = _values(scenario, source=source)
+    world = world_of(scenario, course, source=source)
+    disturbances = disturbances_of(scenario, robot, source=source)
+    try:
+        plan = plan_mission(robot, course, settings, tasks, stance)
+        check_mission(robot, plan, uniform_body=settings.uniform_body)
+    except PlanningError as error:
+        raise _blame(scenario, error, source=source) from None
+    return Preparation(scenario, robot, course, settings, tasks, stance, plan, world, disturbances)
+
+
+def judge_plan(p: Preparation) -> None:
+    """Checks that a prepared plan can be carried out: by the gait's clock, and by the joints.
+
+    What can be planned at all `prepare` has seen to, and a run may try it. The paper's own path,
+    which has no margin, is judged by neither; a dynamic one is lifted off without a static margin.
+
+    Raises:
+        PlanningError: With the least margin and the clock's, or the joint and its torque.
+    """
+    if p.settings.uniform_body:
+        return
+    for plan, samples in zip(p.plan.plans, check_mission(p.robot, p.plan), strict=True):
+        if not p.settings.dynamic:
+            check_lift_offs(plan, samples, p.scenario.controller.lift_off_margin)
+        check_torques(p.robot, plan, samples)
+
+
+def _values(
+    scenario: Scenario, *, source: str
+) -> tuple[RobotModel, Course, PlanSettings, tuple[Task, ...], Stance]:
+    robot = robot_of(scenario)
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    settings = plan_settings(scenario)
+    tasks = mission_of(scenario, course, source=source)
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    return robot, course, settings, tasks, stance
+
+
+def _blame(scenario: Scenario, error: PlanningError, *, source: str) -> DrakeQuadError:
+    """The scenario's field behind a plan that the legs cannot follow, if there is one."""
+    if "excess" not in error.data:
+        return error
+    flights = [
+        (max(e.rises or [e.rise or 0.0]), k)
+        for k, e in enumerate(scenario.course)
+        if e.kind == "stairs"
+    ]
+    if flights and _works_on_low_steps(scenario):
+        rise, k = max(flights)
+        name = "rises" if scenario.course[k].rises else "rise"
+        return InputError(
+            source=source,
+            field=f"course[{k}].{name}",
+            value=rise,
+            remedy=f"out of the robot's reach: {error.reason}; take a lower rise",
+        )
+    return InputError(
+        source=source,
+        field="gait.body_height",
+        value=scenario.gait.body_height,
+        remedy=f"out of the robot's reach: {error.reason}; take another body height or a "
+        "shorter stride",
+    )
+
+
+def _works_on_low_steps(scenario: Scenario) -> bool:
+    """Whether the same mission can be carried out if every rise is next to nothing."""
+    low = copy.deepcopy(scenario)
+    for element in low.course:
+        if element.kind == "stairs":
+            if element.rises:
+                element.rises = [LOW_RISE] * len(element.rises)
+            else:
+                element.rise = LOW_RISE
+    try:
+        robot, course, settings, tasks, stance = _values(low, source="scenario")
+        check_mission(robot, plan_mission(robot, course, settings, tasks, stance))
+    except DrakeQuadError as error:
+        return not (isinstance(error, PlanningError) and "excess" in error.data)
+    return True

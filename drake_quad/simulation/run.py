@@ -1,0 +1,296 @@
+"""Runs or replays a scenario: outcome, log and summary."""
+
+import gc
+import logging
+import platform
+import re
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
+
+from drake_quad import __version__
+from drake_quad.errors import DrakeQuadError
+from drake_quad.planning.contact_forces import SHARES
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.loader import MakeModelPlant
+from drake_quad.robot.model import contact_friction
+from drake_quad.robot.state import make_layout
+from drake_quad.runs.base_pose import base_error
+from drake_quad.runs.event_metrics import push_figures
+from drake_quad.runs.kinematic_log import kinematic_logs
+from drake_quad.runs.log import make_table, state_names
+from drake_quad.runs.metrics import summarize
+from drake_quad.runs.planned_columns import Ground
+from drake_quad.runs.result import RunResult, write_files, write_log
+from drake_quad.scenario.config import Scenario
+from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
+from drake_quad.simulation.kinematic_contacts import find_touches
+from drake_quad.simulation.precompile import kernels_for, precompiling
+from drake_quad.simulation.prepare import Preparation, prepare
+from drake_quad.stability.safety import judge_safety, safe_margin
+from drake_quad.systems.controller import MakeTracking
+
+# ------------------------------------------------------------------------------------------------
+# How a run ended: its outcome, why, and what its summary tells.
+# ------------------------------------------------------------------------------------------------
+
+
+AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
+INTERRUPTED = "interrupted"  # the reason of a run that a person ended
+
+
+def result_of(
+    p: Preparation, outcome: str, reason: str, table: pa.Table, *, simulated: float, wall: float
+) -> RunResult:
+    """The result of a run with its summary.
+
+    Args:
+        p: What was run.
+        outcome: `goal_reached`, `fell` or `stopped`.
+        reason: What ended it.
+        table: Its log.
+        simulated: Time simulated [s].
+        wall: Time that it took [s].
+    """
+    # A replay of the plan is not pushed, whatever the scenario says.
+    pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
+    failed = outcome != "goal_reached" and reason != INTERRUPTED
+    summary: dict[str, Any] = {
+        "description": p.scenario.description,
+        "outcome": outcome,
+        "reason": reason,
+        "simulation": p.scenario.simulation.mode,
+        "simulated_time": simulated,
+        "wall_time": wall,
+        "real_time_factor": simulated / wall,
+        "planning_time": p.plan.planning_time,
+        "margin_kind": p.settings.margin,
+        "contact_friction": _friction(p),
+        "assumes": assumptions_of(p.scenario),
+        **summarize(table, p.robot),
+        "pushes": push_figures(table, pushes, failed=failed),
+        "seed": p.scenario.simulation.seed,
+        "versions": {
+            "drake_quad": __version__,
+            "drake": version("drake"),
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+        },
+    }
+    wanted = safe_margin(p.robot)
+    safety = judge_safety(summary, wanted)
+    summary["safety"] = {
+        "safe": safety.safe, "margin_wanted": wanted, "lacks": list(safety.lacks)
+    }  # fmt: skip
+    return RunResult(outcome, reason, summary, table, p.scenario)
+
+
+def _friction(p: Preparation) -> float | None:
+    """The coefficient between feet and ground, of the least foot; None of a replay."""
+    if p.scenario.simulation.mode != "physics":
+        return None
+    return float(contact_friction(p.robot, p.scenario.simulation.friction).min())
+
+
+def assumptions_of(scenario: Scenario) -> str:
+    """What a run's figures take for granted, in a line for people."""
+    if scenario.simulation.mode == "kinematic":
+        return "that the robot is where its plan has it: nothing was measured"
+    flags = "contact flags without error"
+    if scenario.estimator.kind == "truth":
+        return f"{flags}, and a controller that is told the robot's true state"
+    return f"{flags}; the controller estimates its state from its sensors"
+
+
+def at_goal(table: pa.Table, reason: str) -> tuple[str, str]:
+    """Whether the robot is where the plan ends: the gait clock alone does not decide."""
+    if table.num_rows == 0:
+        return "stopped", "the run is shorter than a sample of the log: nothing was measured"
+    last = table.slice(table.num_rows - 1)
+    names = table.column_names
+    place, tilt = base_error({n: last[n].to_numpy(zero_copy_only=False) for n in names})
+    if place[0] > AT_GOAL or tilt[0] > AT_GOAL:
+        return "stopped", f"the plan is at its end, but the base is {place[0]:.2f} m off it"
+    return "goal_reached", reason
+
+
+def outcome_of(message: str) -> tuple[str, str]:
+    """Outcome and reason from a termination's message: `goal_reached` or `<outcome>: <why>`."""
+    found = re.search(r'message: "(.*)"', message, re.DOTALL)
+    text = found.group(1) if found else message
+    if text == "goal_reached":
+        return text, "the mission was carried out"
+    outcome, _, reason = text.partition(": ")
+    return (outcome, reason) if outcome in ("fell", "stopped") else ("stopped", text)
+
+
+# ------------------------------------------------------------------------------------------------
+# Kinematic replay: a plan as if it were a run. No physics; what touches is asked of geometry.
+# ------------------------------------------------------------------------------------------------
+
+
+LISTED = 10  # overlaps that a summary holds
+
+
+def replay_plan(p: Preparation) -> RunResult:
+    """The plan of what was prepared, sampled as a run is logged."""
+    begun = time.perf_counter()
+    plant = MakeModelPlant(p.robot.url)
+    layout = make_layout(plant, p.robot)
+    plans: tuple[MotionPlan, ...] = p.plan.plans
+    times, logs = kinematic_logs(
+        p.robot,
+        layout,
+        plans,
+        p.scenario.simulation.log_period,
+        massless_legs=p.settings.uniform_body,
+    )
+    touches = find_touches(p.robot, p.course, times, logs["state"])
+    logs["nonfoot"][:, 0], logs["nonfoot_depth"] = touches.count, touches.depth[:, None]
+    logs["foot_depth"] = touches.foot_depth
+    table = make_table(
+        p.robot,
+        layout,
+        times=times,
+        logs=logs,
+        plans=plans,
+        state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
+        massless_legs=p.settings.uniform_body,
+        share=SHARES[p.scenario.controller.kind],
+    )
+    wall = time.perf_counter() - begun
+    reason = "kinematic replay of the plan: no physics, nothing measured"
+    result = result_of(p, "goal_reached", reason, table, simulated=float(times[-1]), wall=wall)
+    result.summary["overlaps"] = list(touches.deepest[:LISTED])
+    return result
+
+
+# ------------------------------------------------------------------------------------------------
+# Runs a scenario: plan, simulate, measure.
+# ------------------------------------------------------------------------------------------------
+
+
+__all__ = [
+    "Preparation",
+    "Progress",
+    "RunResult",
+    "prepare",
+    "run",
+    "write_files",
+    "write_log",
+]
+
+CHUNK = 0.25  # [s] simulated between looks at the clock and at Ctrl-C
+
+# Told how far a run is: simulated time and what it is likely to come to [s].
+Progress = Callable[[float, float], None]
+
+
+def run(
+    scenario: Scenario,
+    *,
+    source: str = "scenario",
+    progress: Progress | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    visualize: Visualize | None = None,
+    tell: Callable[[str], None] | None = None,
+    tracking: str | MakeTracking | None = None,
+) -> RunResult:
+    """Plans and simulates `scenario` (or replays its plan, if its mode is kinematic).
+
+    Args:
+        scenario: Loaded and checked.
+        source: What to name as the file in errors.
+        progress: Told how far the run is.
+        stop: Asked now and then whether to stop (Ctrl-C).
+        visualize: Adds viewers to the Diagram.
+        tell: It is told in a line of what takes a while before the simulation begins.
+        tracking: A controller of one's own, as of MakeController; the scenario's if None.
+
+    Raises:
+        InputError: If something in the scenario cannot be.
+        PlanningError: If there is no plan on paper.
+    """
+    if scenario.simulation.mode == "kinematic":
+        return replay_plan(prepare(scenario, source=source))
+    kernels = kernels_for(scenario.controller.kind, scenario.estimator.kind)
+    with precompiling(kernels, tell) as wait:
+        prepared = prepare(scenario, source=source)
+        wait()
+    return _simulate(prepared, progress, stop, visualize, tracking)
+
+
+def _simulate(
+    p: Preparation,
+    progress: Progress | None,
+    stop: Callable[[], bool],
+    visualize: Visualize | None,
+    tracking: str | MakeTracking | None,
+) -> RunResult:
+    scenario = p.scenario
+    climb = stair_climb_of(p, visualize=visualize, tracking=tracking)
+    simulator = Simulator(climb.diagram)
+    ApplySimulatorConfig(scenario.simulation.simulator, simulator)
+    simulator.set_target_realtime_rate(scenario.simulation.realtime_rate)
+    context = simulator.get_mutable_context()
+    # Long enough for every wait that the scheduler has patience for.
+    limit = 2.0 * p.plan.duration + 30.0
+    begun = time.perf_counter()
+    gc.collect()
+    gc.freeze()  # what is there now stays: the collector need not look at it at every tick
+    try:
+        simulator.Initialize()
+        outcome, reason = "stopped", f"not at the goal after {limit:.0f} s"
+        while context.get_time() < limit:
+            status = simulator.AdvanceTo(min(context.get_time() + CHUNK, limit))
+            if progress is not None:
+                progress(context.get_time(), p.plan.duration)
+            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                outcome, reason = outcome_of(status.FormatMessage())
+                break
+            if stop():
+                outcome, reason = "stopped", INTERRUPTED
+                break
+    except KeyboardInterrupt:
+        outcome, reason = "stopped", INTERRUPTED
+    except DrakeQuadError as error:
+        outcome, reason = "stopped", str(error)
+    except RuntimeError as error:  # Drake's own: a solver that gave up, a state that is not finite
+        outcome, reason = "stopped", f"simulation failed: {str(error).splitlines()[0]}"
+    except Exception as error:  # a fault of this program: what was logged is not lost to it
+        outcome, reason = "stopped", f"simulation failed: {type(error).__name__}: {error}"
+        logging.getLogger(__name__).exception("simulation failed")
+    finally:
+        gc.unfreeze()
+    wall = time.perf_counter() - begun
+    table = _collect(p, climb, context)
+    if outcome == "goal_reached":
+        outcome, reason = at_goal(table, reason)
+    return result_of(p, outcome, reason, table, simulated=float(context.get_time()), wall=wall)
+
+
+def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
+    logs = {name: sink.FindLog(context) for name, sink in climb.loggers.items()}
+    times = logs["state"].sample_times()
+    planner = climb.diagram.GetSubsystemByName("controller").GetSubsystemByName(
+        "transition_planner"
+    )
+    plans = planner.plans(planner.GetMyContextFromRoot(context))
+    # Contact results exist once the plant has taken a step and the monitors have seen it.
+    first = int(np.searchsorted(times, 2.5 * climb.monitor_period))
+    count = min(log.num_samples() for log in logs.values())
+    return make_table(
+        p.robot,
+        climb.layout,
+        times=times[first:count],
+        logs={name: log.data().T[first:count] for name, log in logs.items()},
+        plans=plans,
+        share=SHARES[p.scenario.controller.kind],
+        ground=Ground(p.course, p.scenario.simulation.friction),
+        state_names=state_names(climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()),
+    )

@@ -1,0 +1,267 @@
+"""All margins of one measured posture, the legs' stroke left, and when a robot has fallen."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from math import atan2, hypot, inf
+
+import numpy as np
+
+from drake_quad.common import GRAVITY, BoolArray, FloatArray
+from drake_quad.robot.kinematics import (
+    LegConstants,
+    calc_com,
+    calc_feet,
+    foot_and_jacobian,
+    leg_constants,
+    solve_legs,
+)
+from drake_quad.robot.model import RobotModel, contact_friction
+from drake_quad.stability.actuation import joint_limits
+from drake_quad.stability.capture_point import (
+    SWING_BACK,
+    Pendulum,
+    capture_margin,
+    directions,
+    find_pressure_area,
+    push_budget,
+)
+from drake_quad.stability.equilibrium_region import (
+    FEASIBLE,
+    HULL,
+    NEARLY,
+    Contacts,
+    Demand,
+    find_region,
+    make_contacts,
+    static_region,
+)
+
+# ------------------------------------------------------------------------------------------------
+# How far the robot can be carried aside before a leg that stands is at its limits.
+# ------------------------------------------------------------------------------------------------
+
+
+STEPS = 6  # of the way that are looked at, and
+HALVINGS = 5  # of the step in which a leg comes to its limit
+
+
+def leg_way(
+    robot: RobotModel,
+    R_WB: FloatArray,
+    q: FloatArray,
+    standing: BoolArray,
+    ways: FloatArray,
+    most: FloatArray,
+) -> FloatArray:
+    """How far the whole robot's centre of mass can go along unit vectors (m, 2) [m].
+
+    The body keeps its height and orientation, the standing feet their places; the legs are within
+    reach and within the joints' limits. Looked for from here outwards, to a small part of `most`.
+
+    Args:
+        robot: The robot.
+        R_WB: (3, 3).
+        q: (4, 3) joint angles now [rad].
+        standing: (4,) which feet stand; other legs stay as they are.
+        ways: (m, 2) in W.
+        most: (m,) how far the body is looked after [m].
+    """
+    g = robot.geometry
+    feet, lower, upper = calc_feet(g, q), robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+    back = -np.pad(ways, ((0, 0), (0, 1))) @ R_WB  # of the feet in B, as the body goes
+
+    def posed(distance: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Joint angles (..., m, 4, 3), and whether they can be, at distances (..., m)."""
+        at = feet + distance[..., None, None] * back[:, None, :]
+        found, excess = solve_legs(g, at)
+        good = (excess <= 0.0) & np.all((found >= lower) & (found <= upper), axis=-1)
+        return np.where(standing[:, None], found, q), np.all(good | ~standing, axis=-1)
+
+    share = np.linspace(0.0, 1.0, STEPS + 1)[1:, None]
+    _, good = posed(share * most)
+    whole = np.sum(np.cumprod(good, axis=0), axis=0)  # steps before a leg is at its limit
+    low = whole / STEPS * most
+    high = np.minimum(whole + 1, STEPS) / STEPS * most
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        _, good = posed(middle)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    there, _ = posed(low)
+    moved = (calc_com(robot, there) - calc_com(robot, q)) @ R_WB.T
+    return np.maximum(low + np.sum(moved[:, :2] * ways, axis=-1), 0.0)
+
+
+# ------------------------------------------------------------------------------------------------
+# All margins of one instant, from what is measured of a robot.
+# ------------------------------------------------------------------------------------------------
+
+
+WAYS = directions(16)
+BEARING = 0.5
+
+
+class Margins(IntEnum):
+    """Places in the vector of margins.
+
+    FRICTION: Signed distance of the centre of mass from the border of the static region [m].
+    CAPTURE: That of the capture point from the border of where the pressure can be, now and at
+        rest [m].
+    BUDGET: The least push that takes a step, of all directions [m/s].
+    BUDGET_DIRECTION: Which way that is, in W [rad].
+    FEASIBLE: As FRICTION, within the joints' torque limits too [m].
+    DYNAMIC: As FEASIBLE, of the region that the measured acceleration leaves [m].
+    """
+
+    FRICTION = 0
+    CAPTURE = 1
+    BUDGET = 2
+    BUDGET_DIRECTION = 3
+    FEASIBLE = 4
+    DYNAMIC = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """A robot in motion. W world, B body.
+
+    Attributes:
+        bearing: (4,) 1 where a foot bears.
+        places: (4, 3) where the feet's forces act, in W [m].
+        com: (3,) the whole robot's centre of mass in W [m].
+        com_velocity: (3,) in W [m/s].
+        p_WB: (3,) [m].
+        R_WB: (3, 3).
+        q: (4, 3) joint angles [rad].
+    """
+
+    bearing: FloatArray
+    places: FloatArray
+    com: FloatArray
+    com_velocity: FloatArray
+    p_WB: FloatArray
+    R_WB: FloatArray
+    q: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Gauge:
+    """Measures margins.
+
+    Attributes:
+        robot: The robot.
+        kind: One of KINDS: which margins, the others are nan.
+        friction: Coulomb's coefficient of the ground, see `contact_friction`.
+        mass: Of the whole robot as it is [kg].
+        effort: (12,) torque limits as they are [Nm].
+        none: What a margin is where there is no region.
+    """
+
+    robot: RobotModel
+    kind: str
+    friction: float
+    mass: float
+    effort: FloatArray
+    none: float = -inf
+
+    def measure(self, posture: Posture, demand: Demand) -> FloatArray:
+        """The margins, see Margins.
+
+        Args:
+            posture: The robot now.
+            demand: What its motion asks of the feet, for DYNAMIC.
+        """
+        found = np.full(len(Margins), np.nan)
+        if self.kind == HULL:
+            return found
+        standing = posture.bearing > BEARING
+        contacts = self.contacts(posture)
+        x, y, z = posture.com.tolist()
+        vx, vy, _ = posture.com_velocity.tolist()
+        ground = float(contacts.places[:, 2].mean()) if len(contacts) else 0.0
+        body = Pendulum(x, y, z, vx, vy, ground)
+        region = static_region(contacts)
+        area = find_pressure_area(contacts, body)
+        free = push_budget(region, area, body, WAYS)
+        ahead = WAYS @ (np.array(body.capture) - [x, y])
+        legs = leg_way(
+            self.robot,
+            posture.R_WB,
+            posture.q,
+            standing,
+            WAYS,
+            2.0 * (free / body.rate + np.maximum(ahead, 0.0)),
+        )
+        budget = push_budget(region, area, body, WAYS, legs, swing_back=SWING_BACK)
+        weakest = int(np.argmin(budget))
+        found[Margins.FRICTION] = region.margin(x, y)
+        found[Margins.CAPTURE] = capture_margin(region, area, body)
+        found[Margins.BUDGET] = budget[weakest]
+        found[Margins.BUDGET_DIRECTION] = atan2(WAYS[weakest, 1], WAYS[weakest, 0])
+        if self.kind == FEASIBLE:
+            limits = joint_limits(
+                self.robot, posture.R_WB, posture.q, standing, mass=self.mass, effort=self.effort
+            )
+            found[Margins.FEASIBLE] = find_region(contacts, limits=limits).margin(x, y)
+            found[Margins.DYNAMIC] = find_region(contacts, limits=limits, demand=demand).margin(
+                x, y
+            )
+        found[np.isneginf(found)] = self.none
+        return found
+
+    def contacts(self, posture: Posture) -> Contacts:
+        """The feet that bear; the ground's normal leads from there to the foot sphere's centre."""
+        # Plain floats: for three numbers at a time numpy takes several times as long.
+        R, base = posture.R_WB.tolist(), posture.p_WB.tolist()
+        places, normals, friction = [], [], []
+        for leg, bears, place, q, mu in zip(
+            self._legs, posture.bearing.tolist(), posture.places.tolist(), posture.q.tolist(),
+            self._friction, strict=True,
+        ):  # fmt: skip
+            if bears > BEARING:
+                foot, _ = foot_and_jacobian(leg, *q)
+                turned = [r[0] * foot[0] + r[1] * foot[1] + r[2] * foot[2] for r in R]
+                up = [b + t - p for b, t, p in zip(base, turned, place, strict=True)]
+                length = max(hypot(*up), 1e-9)
+                level = up[2] > (1.0 - NEARLY) * length
+                places.append(place)
+                friction.append(mu)
+                normals.append([0.0, 0.0, 1.0] if level else [u / length for u in up])
+        return make_contacts(places, normals, friction)
+
+    @cached_property
+    def _friction(self) -> list[float]:
+        return contact_friction(self.robot, self.friction).tolist()
+
+    @cached_property
+    def _legs(self) -> tuple[LegConstants, ...]:
+        return leg_constants(self.robot.geometry)
+
+
+def demand_of(
+    momentum: FloatArray, before: FloatArray, time: float, *, mass: float, height: float
+) -> Demand:
+    """What a change of momentum asks of the feet, if nothing else pushes.
+
+    Args:
+        momentum: (6,) about the centre of mass in W, angular [Nms], then linear [Ns].
+        before: The same a time ago.
+        time: That ago [s].
+        mass: Of the whole robot [kg].
+        height: Of the centre of mass in W [m].
+    """
+    weight = GRAVITY * mass
+    mx, my, mz, fx, fy, fz = ((momentum - before) / (time * weight)).tolist()
+    return Demand((fx, fy, 1.0 + fz), (mx, my, mz), height)
+
+
+# ------------------------------------------------------------------------------------------------
+# When a robot counts as fallen: for the monitor that says so, and for who plans.
+# ------------------------------------------------------------------------------------------------
+
+
+FALLEN_TILT = 0.7  # [rad] of the trunk, 40 degrees, whatever it meant to do
+# For so long [s] the trunk is tilted or down before that is a fall. A foot that strikes a tread
+# shakes it, and takes the load off the others for a hundredth of a second: going down stairs rear
+# feet alone bear then, and the trunk is not far above those.
+FALL_TIME = 0.1

@@ -1,0 +1,353 @@
+"""What a sweep found: rates over bands and maps, worst trials, repeats."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import yaml
+
+from drake_quad.sweep.results import values_of
+from drake_quad.sweep.sampling import GRID, Draws, axis_values, draw, way_of
+from drake_quad.sweep.statistics import Rate, causes_of, rate_of
+from drake_quad.sweep.study import Study, Vary
+from drake_quad.sweep.trials import RANKED_BY, count_trials
+
+# ------------------------------------------------------------------------------------------------
+# Parts what varies into bands: of a grid's axis its values, of what is drawn ranges.
+# ------------------------------------------------------------------------------------------------
+
+
+DIGITS = 17  # that tell any two numbers apart
+
+
+@dataclass(frozen=True)
+class Band:
+    """The trials whose value lies within a band, or is one of a grid's.
+
+    Attributes:
+        label: What to call it.
+        low: Its ends; both the value itself on a grid's axis; both None of what is no number.
+        high: The upper one.
+        middle: Half of its trials have less: where the rate stands. None of no numbers, or none.
+        rate: Of its trials.
+    """
+
+    label: str
+    low: float | None
+    high: float | None
+    middle: float | None
+    rate: Rate
+
+
+def places_of(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarray, list[Any]]:
+    """Parts values into bands.
+
+    Returns:
+        The bands' labels; of each value the band's number; of each band its ends, or its value
+        twice, or None twice of what is no number.
+    """
+    if way_of(vary) in (*GRID, "choice"):
+        known = axis_values(vary) if way_of(vary) in GRID else list(vary.choice or [])
+        numbers = all(type(value) in (int, float) for value in known)
+        # A table has numbers alone as numbers; beside anything else true, 1 and 1.0 are three.
+        keys = [value if numbers else json.dumps(value) for value in known]
+        by_key = dict(zip(keys, known, strict=True))
+        keys = sorted(by_key) if numbers else list(by_key)
+        place = {key: k for k, key in enumerate(keys)}
+        places = np.array([place[v if numbers else json.dumps(v)] for v in values], dtype=int)
+        ends = [(key, key) if numbers else (None, None) for key in keys]
+        return _labels([by_key[key] for key in keys], 6), places, ends
+    if vary.integers is not None:
+        return _whole_bands(vary.integers[0], vary.integers[1], vary.bands, values)
+    # Bands that as many draws fall into: even in the distribution, but for the rounding to steps.
+    edges = [draw(vary, min(k / vary.bands, 1.0 - 2.0**-53)) for k in range(vary.bands + 1)]
+    edges = sorted(set(edges))
+    if vary.log_uniform is None:  # 0, of which rounding leaves some 1e-18
+        edges = [0.0 if abs(e) < 1e-12 * (edges[-1] - edges[0]) else e for e in edges]
+    words = _labels(edges, 3)
+    if len(edges) == 1:  # all draws are alike
+        edges, words = edges * 2, words * 2
+    places = np.clip(np.searchsorted(edges[1:-1], values, side="right"), 0, len(edges) - 2)
+    ends = list(pairwise(edges))
+    return [f"{low} to {high}" for low, high in pairwise(words)], places, ends
+
+
+def _whole_bands(
+    first: int, last: int, bands: int, values: Sequence[int]
+) -> tuple[list[str], np.ndarray, list[Any]]:
+    """Bands of whole numbers: one each if they are few, else as many in each as can be."""
+    count = last - first + 1
+    bands = min(bands, count)
+    starts = [first + k * count // bands for k in range(bands + 1)]
+    places = np.searchsorted(starts[1:-1], values, side="right")
+    ends = [(low, after - 1) for low, after in pairwise(starts)]
+    return [f"{a}" if a == b else f"{a} to {b}" for a, b in ends], places, ends
+
+
+def bands_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list[Band]:
+    """The rate in each band of what varies."""
+    labels, places, ends = places_of(vary, values)
+    # By band, each in one piece: bands may be ten thousands, and trials a million.
+    order = np.argsort(places, kind="stable")
+    starts = np.searchsorted(places[order], np.arange(1, len(labels)))
+    bands = []
+    for label, (low, high), own in zip(labels, ends, np.split(order, starts), strict=True):
+        numbers = low is not None and len(own) > 0
+        middle = float(np.median([values[k] for k in own])) if numbers else None
+        rate = rate_of(sum(success[k] for k in own), len(own))
+        bands.append(Band(label, low, high, middle, rate))
+    return bands
+
+
+def _labels(values: Sequence[Any], digits: int) -> list[str]:
+    """What to call values that differ: numbers by so many digits, or as many more as it takes."""
+    for more in range(digits, DIGITS + 1):
+        found = [f"{value:.{more}g}" if type(value) is float else str(value) for value in values]
+        if len(set(found)) == len(found):
+            return found
+    return [json.dumps(value, ensure_ascii=False) for value in values]  # 1 and 1.0, or "1"
+
+
+# ------------------------------------------------------------------------------------------------
+# Which trials of a sweep went worst.
+# ------------------------------------------------------------------------------------------------
+
+
+LISTED = 12  # trials that are told of
+
+
+def worst_first(table: pa.Table) -> list[int]:
+    """The rows of the table, all of them: those that failed, then those that did not.
+
+    Both by their least margin; those that have none come after, in order of their index.
+    """
+    margins, success = _margins(table), table["success"].to_pylist()
+    return sorted(
+        range(len(table)),
+        key=lambda k: (success[k], np.inf if margins[k] is None else margins[k], k),
+    )
+
+
+def worst_of(study: Study, table: pa.Table) -> list[dict[str, Any]]:
+    """The first few of these; `cell` is their place in a grid."""
+    margins, names = _margins(table), ("index", "outcome", "reason", "command")
+    labels = []
+    for vary in study.vary:
+        if way_of(vary) in GRID:
+            words, places, _ = places_of(vary, values_of(vary, table))
+            before = "" if way_of(vary) == "cases" else f"{vary.title} "
+            labels.append([before + words[place] for place in places])
+    return [
+        {name: table[name][k].as_py() for name in names}
+        | {"margin": margins[k], "cell": ", ".join(label[k] for label in labels)}
+        for k in worst_first(table)[:LISTED]
+    ]
+
+
+def _margins(table: pa.Table) -> list[float | None]:
+    name = f"figure.{RANKED_BY}"
+    if name not in table.column_names:  # of an older sweep, told again
+        return [None] * len(table)
+    return list(table[name].to_pylist())
+
+
+# ------------------------------------------------------------------------------------------------
+# What trials are evidence of: which are not done, which repeat another, and where chance is.
+# ------------------------------------------------------------------------------------------------
+
+
+ENDED = ("timeout", "memory", "killed")  # outcomes of trials that did not end by themselves
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def given_up(table: pa.Table) -> int:
+    """How many trials are not done that come before one that is.
+
+    Trials begin in order. Of those under way when a sweep is stopped the ones that end early are
+    in its table, and they fail more often than others, as a fall ends a trial.
+    """
+    indices = table["index"].to_pylist()
+    return max(indices, default=-1) + 1 - len(indices)
+
+
+def repeats(study: Study, table: pa.Table) -> int:
+    """How many trials are another one of their cell over again, but for a seed that nothing reads.
+
+    Of a study that draws anything there are none: a draw that comes twice is evidence as others.
+    Nor are there in a cell of which two came out otherwise; trials that were ended for time or
+    memory say nothing of it.
+    """
+    draws = Draws(study)
+    if study.trials == 1 or draws.drawn:
+        return 0
+    figures = [name for name in table.column_names if name.startswith("figure.")]
+    rows = table.select(["index", "outcome", "reason", *figures]).to_pylist()
+    cells: dict[int, list[str]] = {}
+    for row in rows:
+        cell = row.pop("index") % draws.cells
+        if row["outcome"] not in ENDED:
+            cells.setdefault(cell, []).append(repr(row))
+    return sum(len(found) - 1 for found in cells.values() if len(set(found)) == 1)
+
+
+def is_fixed(study: Study, table: pa.Table) -> bool:
+    """Whether nothing in the trials is random: nothing is drawn, and no run reads its seed."""
+    if Draws(study).drawn or "scenario" not in table.column_names:
+        return False
+    return not any(map(_reads_seed, table["scenario"].to_pylist()))
+
+
+def _reads_seed(scenario: str) -> bool:
+    """Whether a run of a saved scenario depends on its seed, or may: as `scenario.generator_of`."""
+    try:
+        plain: dict[str, Any] = yaml.load(scenario, LOADER)
+        world = plain["world"]
+        still = plain["estimator"]["kind"] == "truth" and world["tread_error"] == 0.0
+        return not still or bool(world["random"])
+    except (KeyError, TypeError, AttributeError, yaml.YAMLError):
+        return True
+
+
+# ------------------------------------------------------------------------------------------------
+# Which trials of two sweeps are the same, and which of one sweep share their luck.
+# ------------------------------------------------------------------------------------------------
+
+
+def shared_by(study: Study) -> int:
+    """How many trials share each of its draws."""
+    return Draws(study).cells if study.draws == "common" else 1
+
+
+# ------------------------------------------------------------------------------------------------
+# What a sweep's tables say, as plain values: what is printed, written as JSON, and drawn.
+# ------------------------------------------------------------------------------------------------
+
+
+def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
+    """The findings of a sweep.
+
+    Args:
+        study: Checked.
+        table: Of `make_table`; one that was read is to be checked by `check_told`.
+        clock: Of `make_clock`.
+    """
+    success = table["success"].to_pylist()
+    outcomes, reasons = table["outcome"].to_pylist(), table["reason"].to_pylist()
+    total = rate_of(sum(success), len(success))
+    asked = count_trials(study)
+    gate, each = study.gate.rate, study.gate.each
+    bands = {vary.title: _bands(vary, table) for vary in study.vary}
+    if each is not None:
+        each = study.by_name()[each].title
+    asked_of = [total] if each is None else [band.rate for band in bands[each]]
+    complete = len(success) == asked
+    untried = [] if each is None else [band.label for band in bands[each] if not band.rate.trials]
+    return {
+        "description": study.description,
+        "trials": len(success),
+        "asked": asked,
+        "complete": complete,
+        "given_up": given_up(table),
+        "repeats": repeats(study, table),
+        "sharing": shared_by(study),
+        "kinematic": "kinematic" in table["mode"].to_pylist(),
+        "rate": rate_told(total),
+        "gate": gate,
+        "gate_each": each,
+        "gate_untried": untried if complete else [],
+        # What is asked of a band is not kept by trying nothing there.
+        "passed": None
+        if gate is None or not success
+        else all(rate.rate >= gate for rate in asked_of if rate.trials)
+        and not (complete and untried),
+        "bands": {title: [_band(band) for band in found] for title, found in bands.items()},
+        "maps": [_map(study, pair, table) for pair in maps_of(study)],
+        "causes": [{"cause": c, "trials": n} for c, n in causes_of(outcomes, reasons)],
+        "figures": {
+            name.removeprefix("figure."): _spread(table[name])
+            for name in table.column_names
+            if name.startswith("figure.")
+        },
+        "worst": worst_of(study, table),
+        "clock": _clock(clock),
+    }
+
+
+def rate_told(rate: Rate) -> dict[str, Any]:
+    """A rate as plain values."""
+    return {**asdict(rate), "rate": None if not rate.trials else rate.rate, "text": rate.text()}
+
+
+def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
+    """The pairs to draw maps of: those asked for, else the grid's first two axes."""
+    by_name = study.by_name()
+    if study.maps:
+        return [(by_name[one], by_name[other]) for one, other in study.maps]
+    axes = [vary for vary in study.vary if way_of(vary) in GRID]
+    return [(axes[0], axes[1])] if len(axes) > 1 else []
+
+
+def _bands(vary: Vary, table: pa.Table) -> list[Band]:
+    return bands_of(vary, values_of(vary, table), table["success"].to_pylist())
+
+
+def _band(band: Band) -> dict[str, Any]:
+    told = rate_told(band.rate)
+    bounds = {"bound_low": told.pop("low"), "bound_high": told.pop("high")}
+    ends = {"low": band.low, "high": band.high, "middle": band.middle}
+    return {"label": band.label, **ends, **told, **bounds}
+
+
+def _map(study: Study, pair: tuple[Vary, Vary], table: pa.Table) -> dict[str, Any]:
+    """Good and all trials of each cell; rows are the second's bands."""
+    (x_labels, x, _), (y_labels, y, _) = (places_of(vary, values_of(vary, table)) for vary in pair)
+    good = np.asarray(table["success"].to_pylist(), dtype=bool)
+    cells, size = y * len(x_labels) + x, len(x_labels) * len(y_labels)
+    shape = len(y_labels), len(x_labels)
+    all_of, good_of = (
+        np.bincount(cells[which], minlength=size).reshape(shape).tolist()
+        for which in (slice(None), good)
+    )
+    return {
+        "x": pair[0].title,
+        "y": pair[1].title,
+        "x_labels": x_labels,
+        "y_labels": y_labels,
+        "good": good_of,
+        "trials": all_of,
+    }
+
+
+def _spread(column: pa.ChunkedArray) -> dict[str, float | None]:
+    """Least, 5 %, median, 95 % and greatest of what was measured."""
+    values = np.array([v for v in column.to_pylist() if v is not None], dtype=float)
+    names = ("least", "percentile_5", "median", "percentile_95", "greatest")
+    if not len(values):
+        return dict.fromkeys(names)
+    found = np.percentile(values, [0, 5, 50, 95, 100])
+    return dict(zip(names, map(float, found), strict=True))
+
+
+def _clock(clock: pa.Table) -> dict[str, Any]:
+    """What the trials took, together."""
+
+    def known(name: str) -> list[float]:
+        own = clock[name].to_pylist() if name in clock.column_names else []
+        return [v for v in own if v is not None]
+
+    timed = ("held", "simulating")
+    rows = [row for row in clock.to_pylist() if None not in map(row.get, timed)]
+    held, simulated = (sum(row[name] for row in rows) for name in timed)
+    return {
+        "wall": float(sum(known("wall"))),
+        "simulating": float(sum(known("simulating"))),
+        "memory_max": max(known("memory"), default=None),
+        "tried_again": sum(tried > 1 for tried in known("tried")),
+        "processes": len(set(known("process"))),
+        # What a place of trials does besides simulating, of that: see Isolated.run.
+        "overhead": held / simulated - 1.0 if simulated else None,
+    }

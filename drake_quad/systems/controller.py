@@ -1,0 +1,227 @@
+"""The controller: a Diagram of its own that could be put on a robot.
+
+Its ports are what a robot has; it holds a model of the robot and never sees the simulated plant.
+"""
+
+from collections.abc import Callable, Sequence
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+
+from drake_quad.control.ports import BALANCE_SIZE
+from drake_quad.control.push_recovery import Reflex
+from drake_quad.control.settings import ControlSettings
+from drake_quad.errors import InputError
+from drake_quad.estimation.settings import EstimatorSettings
+from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.recovery_step import CatchGround
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout, make_layout
+from drake_quad.systems.gait_scheduler import GaitScheduler
+from drake_quad.systems.ik_controller import IkController
+from drake_quad.systems.state_estimator import StateEstimator
+from drake_quad.systems.tracking_controller import TrackingController
+from drake_quad.systems.transition_planner import TransitionPlanner
+from drake_quad.systems.whole_body_controller import WholeBodyController
+from drake_quad.terrain.course import Course
+
+LEVEL_START = 0.002  # [m]: courses begin with a level floor or landing
+ESTIMATES = (
+    "robot_state_estimated",
+    "estimator_deviation",
+    "foot_slip_estimated",
+    "estimator_healthy",
+)
+KINDS: dict[str, type[TrackingController]] = {"ik": IkController, "whole_body": WholeBodyController}
+MakeTracking = Callable[..., LeafSystem]
+"""Makes a controller of one's own of the keywords `robot`, `layout`, `model`, `control` and
+`course`, those of TrackingController's constructor, whose ports it has: all inputs and outputs by
+these names."""
+
+INPUTS = ("motion_plan", "gait_phase", "catch", "robot_state_estimated", "contact_state_measured")
+OUTPUTS = {
+    "joint_state_desired": 24,
+    "joint_torque_feedforward": 12,
+    "body_desired": 5,
+    "feet_desired": 12,
+    "balance_estimated": BALANCE_SIZE,
+}
+OWN = ("qp_state", "carried_estimated", "friction_estimated")  # exported of one that has them
+
+
+def MakeController(
+    *,
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    mission: Sequence[Task],
+    control: ControlSettings,
+    model: MultibodyPlant,
+    start: Stance | None = None,
+    tracking: str | MakeTracking | None = None,
+) -> Diagram:
+    """Returns the controller as a Diagram of its own.
+
+    Args:
+        robot: The robot.
+        course: The map that it plans on.
+        settings: Of the plans.
+        mission: What to do.
+        control: Of the controllers.
+        model: The robot without ground.
+        start: Where the robot is put: then the controller estimates its state from there on,
+            from its sensors. None: it is told its state.
+        tracking: What makes joints' commands of the plan: one of KINDS by its name, or what makes
+            one of one's own; `control.kind` if None.
+
+    Raises:
+        InputError: No such name, or a system without the ports of a TrackingController.
+
+    Input ports:
+        contact_state_measured: (4,) 1 where a foot bears.
+        imu_measured: (6,) of the Imu, if there is a `start`.
+        joint_state_measured: (24,) of the JointSensor, if there is a `start`.
+        robot_state_estimated: [q; v] in the order of `model`, if there is no `start`.
+    Output ports:
+        joint_state_desired, joint_torque_feedforward: Commands, in `model`'s actuator order.
+        gait_phase, contact_state_desired, catch, body_desired, feet_desired: For logs.
+        motion_plan: The plan of the task under way (abstract).
+        robot_state_estimated, estimator_deviation, foot_slip_estimated, estimator_healthy: Of the
+            StateEstimator, if there is a `start`.
+        qp_state, carried_estimated, friction_estimated: Of the WholeBodyController, or of another
+            that has them.
+    """
+    layout = make_layout(model, robot)
+    builder = DiagramBuilder()
+    ground = CatchGround(course, robot.foot_radius)
+    reflex = Reflex(robot=robot, ground=ground, push_speed=control.push_speed)
+    scheduler = builder.AddNamedSystem(
+        "gait_scheduler",
+        GaitScheduler(
+            num_tasks=len(mission),
+            control=control,
+            reflex=reflex if control.catch_pushes else None,
+            may_pause=control.catch_pushes and not settings.dynamic,
+        ),
+    )
+    planner = builder.AddNamedSystem(
+        "transition_planner",
+        TransitionPlanner(
+            robot=robot, layout=layout, course=course, settings=settings, mission=mission
+        ),
+    )
+    follower = builder.AddNamedSystem(
+        "tracking_controller",
+        _make_tracking(tracking or control.kind)(
+            robot=robot, layout=layout, model=model, control=control, course=course
+        ),
+    )
+    _check_ports(follower)
+    _Wire(builder, scheduler, planner, follower)
+    contact_users: list[LeafSystem] = [scheduler, follower]
+    if start is None:
+        _ExportInput(builder, "robot_state_estimated", (planner, follower))
+    else:
+        estimator = builder.AddNamedSystem(
+            "state_estimator", _MakeEstimator(robot, layout, start, control)
+        )
+        for system in (planner, follower):
+            builder.Connect(
+                estimator.GetOutputPort("robot_state_estimated"),
+                system.GetInputPort("robot_state_estimated"),
+            )
+        contact_users.append(estimator)
+        for name in ("imu_measured", "joint_state_measured"):
+            _ExportInput(builder, name, (estimator,))
+        for name in ESTIMATES:
+            builder.ExportOutput(estimator.GetOutputPort(name), name)
+    _ExportInput(builder, "contact_state_measured", contact_users)
+    for system, names in (
+        (
+            follower,
+            ("joint_state_desired", "joint_torque_feedforward", "body_desired", "feet_desired"),
+        ),
+        (scheduler, ("gait_phase", "contact_state_desired", "catch")),
+        (planner, ("motion_plan",)),
+    ):
+        for name in names:
+            builder.ExportOutput(system.GetOutputPort(name), name)
+    for name in OWN:
+        if follower.HasOutputPort(name):
+            builder.ExportOutput(follower.GetOutputPort(name), name)
+    diagram = builder.Build()
+    diagram.set_name("controller")
+    return diagram
+
+
+def _make_tracking(tracking: str | MakeTracking) -> MakeTracking:
+    """What makes the controller."""
+    if not isinstance(tracking, str):
+        return tracking
+    if tracking not in KINDS:
+        remedy = f"no such controller; give {' or '.join(KINDS)}, or what makes one of your own"
+        raise InputError(source="controller", field="tracking", value=tracking, remedy=remedy)
+    return KINDS[tracking]
+
+
+def _check_ports(system: LeafSystem) -> None:
+    """Sees that a system has the ports of a TrackingController.
+
+    Raises:
+        InputError: The first that it lacks, or whose size is another.
+    """
+
+    def fail(port: str, remedy: str) -> InputError:
+        name = type(system).__name__
+        return InputError(source=name, field=port, value=name, remedy=remedy)
+
+    for name in INPUTS:
+        if not system.HasInputPort(name):
+            raise fail(name, f"needs an input port of that name, as {', '.join(INPUTS)}")
+    for name, size in OUTPUTS.items():
+        if not system.HasOutputPort(name):
+            raise fail(name, f"needs an output port of that name, as {', '.join(OUTPUTS)}")
+        own = system.GetOutputPort(name).size()
+        if own != size:
+            raise fail(name, f"its output port must have {size} values, and has {own}")
+
+
+def _Wire(
+    builder: DiagramBuilder,
+    scheduler: GaitScheduler,
+    planner: TransitionPlanner,
+    tracking: LeafSystem,
+) -> None:
+    """Connects the three with each other, and their other inputs with the controller's."""
+    for name, source, sinks in (
+        ("motion_plan", planner, (scheduler, tracking)),
+        ("gait_phase", scheduler, (planner, tracking)),
+        ("catch", scheduler, (tracking,)),
+        ("balance_estimated", tracking, (scheduler,)),
+    ):
+        for sink in sinks:
+            builder.Connect(source.GetOutputPort(name), sink.GetInputPort(name))
+
+
+def _ExportInput(builder: DiagramBuilder, name: str, systems: Sequence[LeafSystem]) -> None:
+    """One input of the diagram for the inputs of that name of several systems."""
+    index = builder.ExportInput(systems[0].GetInputPort(name), name)
+    for system in systems[1:]:
+        builder.ConnectInput(index, system.GetInputPort(name))
+
+
+def _MakeEstimator(
+    robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings
+) -> StateEstimator:
+    q, _, _ = pose_robot(robot, start.body[None], start.feet[None])
+    return StateEstimator(
+        robot=robot,
+        layout=layout,
+        p_WB=start.body[:3],
+        yaw=float(start.body[4]),
+        pitch=float(start.body[3]),
+        q=q.reshape(12),
+        settings=EstimatorSettings(level_start=LEVEL_START),
+        period=control.period,
+    )

@@ -1,0 +1,69 @@
+"""What our LeafSystems share: contexts to compute in, and outputs of the state.
+
+State in a system's Context, never on `self`: two simulations of one Diagram must not share it.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import CacheEntry, Context, LeafSystem, ValueProducer
+
+from drake_quad.common import FloatArray
+
+# ------------------------------------------------------------------------------------------------
+# What a system scribbles on, held in a cache entry of its Context.
+# ------------------------------------------------------------------------------------------------
+
+
+def DeclareScratch(
+    system: LeafSystem, model: MultibodyPlant, more: Callable[[], Any] | None = None
+) -> CacheEntry:
+    """Declares the cache entry; read it with EvalScratch.
+
+    Args:
+        system: That uses it.
+        model: The model plant, of which a Context is part of it.
+        more: Makes what else is part of it.
+    """
+
+    def allocate() -> AbstractValue:
+        context = model.CreateDefaultContext()
+        return AbstractValue.Make(context if more is None else (context, more()))
+
+    return system.DeclareCacheEntry(
+        description="scratch context of the model plant",
+        value_producer=ValueProducer(allocate=allocate, calc=ValueProducer.NoopCalc),
+        prerequisites_of_calc={system.nothing_ticket()},
+    )
+
+
+def EvalScratch(entry: CacheEntry, context: Context) -> Any:
+    """Returns the model plant's Context that belongs to `context`; its contents are anyone's.
+
+    With `more` the two of them.
+    """
+    return entry.EvalAbstract(context).get_value()
+
+
+# ------------------------------------------------------------------------------------------------
+# Discrete state that is an output port.
+# ------------------------------------------------------------------------------------------------
+
+
+def DeclareStateOutput(system: LeafSystem, name: str, value: int | FloatArray) -> int:
+    """Declares discrete state, and an output port `name` that shows it.
+
+    Args:
+        system: That has it.
+        name: Of the port.
+        value: At first; or how long it is, if it is zero.
+
+    Returns:
+        Its index as a plain number: to turn Drake's own kind of index into one, at every access,
+        takes longer than the access itself.
+    """
+    index = system.DeclareDiscreteState(value)
+    system.DeclareStateOutputPort(name, index)
+    return int(index)

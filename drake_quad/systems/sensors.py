@@ -1,0 +1,124 @@
+"""The sensors: an IMU on the trunk, and the joints' encoders."""
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_quad.common import GRAVITY
+from drake_quad.estimation.sensor_models import (
+    IDEAL_IMU,
+    IDEAL_JOINTS,
+    ImuErrors,
+    ImuNoise,
+    JointErrors,
+    JointNoise,
+    draw_imu_errors,
+    draw_joint_errors,
+    sense_imu,
+    sense_joints,
+)
+from drake_quad.robot.state import StateLayout
+from drake_quad.systems.leaf_system import DeclareStateOutput
+
+# ------------------------------------------------------------------------------------------------
+# Imu: what an inertial measurement unit at the base's origin feels.
+# ------------------------------------------------------------------------------------------------
+
+
+class Imu(LeafSystem):
+    """A strapdown IMU whose axes are B's, at B's origin.
+
+    Like a real one it integrates at a rate of its own and gives the means over the sample: the
+    rotation and the change of velocity since the last sample, over the period. Those are exact
+    for a discrete plant, whose accelerations within a step have no meaning.
+
+    Input ports:
+        robot_state: [q; v] of the robot, the truth.
+    Output ports:
+        imu_measured: (6,) angular rate [rad/s] and specific force [m/s^2] in B.
+    """
+
+    def __init__(
+        self,
+        *,
+        layout: StateLayout,
+        generator: np.random.Generator,
+        noise: ImuNoise = IDEAL_IMU,
+        period: float = 0.002,
+    ) -> None:
+        super().__init__()
+        self.set_name("imu")
+        self._base, self._period = (int(layout.q_base), int(layout.v_base)), period
+        # All that is random is drawn here; which of it is due, the time says.
+        self._errors = draw_imu_errors(noise, period, generator)
+        self._input = self.DeclareVectorInputPort("robot_state", layout.size)
+        self._before = int(
+            self.DeclareDiscreteState(7)
+        )  # quaternion and velocity at the last sample
+        still = np.array([0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY])
+        self._measured = DeclareStateOutput(self, "imu_measured", still)
+        self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    @property
+    def errors(self) -> ImuErrors:
+        """The unit's errors in this run: for monitors and tests alone."""
+        return self._errors
+
+    def _initialize(self, context: Context, state: DiscreteValues) -> None:
+        x, (i, j) = self._input.Eval(context), self._base
+        state.set_value(self._before, np.concatenate([x[i : i + 4], x[j + 3 : j + 6]]))
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        errors, (i, j) = self._errors, self._base
+        # The kernel works in place: `state` begins as a copy of the Context's values.
+        sense_imu(
+            self._input.Eval(context), i, j, state.get_mutable_value(self._before),
+            round(context.get_time() / self._period), errors.white, errors.bias, errors.limit,
+            self._period, state.get_mutable_value(self._measured),
+        )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------
+# JointSensor: what the joints' encoders say.
+# ------------------------------------------------------------------------------------------------
+
+
+class JointSensor(LeafSystem):
+    """The encoders of the twelve drives.
+
+    Input ports:
+        robot_state: [q; v] of the robot, the truth.
+    Output ports:
+        joint_state_measured: (24,) angles [rad], then speeds [rad/s]; leg by leg (FL, FR, RL, RR),
+            abduction, hip pitch, knee.
+    """
+
+    def __init__(
+        self,
+        *,
+        layout: StateLayout,
+        generator: np.random.Generator,
+        noise: JointNoise = IDEAL_JOINTS,
+        period: float = 0.002,
+    ) -> None:
+        super().__init__()
+        self.set_name("joint_sensor")
+        self._period = period
+        self._errors = draw_joint_errors(noise, generator)
+        self._places = np.concatenate([layout.q_joints, layout.v_joints])
+        self._input = self.DeclareVectorInputPort("robot_state", layout.size)
+        self._measured = DeclareStateOutput(self, "joint_state_measured", 24)
+        self.DeclareInitializationDiscreteUpdateEvent(self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    @property
+    def errors(self) -> JointErrors:
+        """The drives' errors in this run: for monitors and tests alone."""
+        return self._errors
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        errors, tick = self._errors, round(context.get_time() / self._period)
+        sense_joints(
+            self._input.Eval(context), self._places, tick, errors.white, errors.zero, errors.count,
+            state.get_mutable_value(self._measured),
+        )  # fmt: skip

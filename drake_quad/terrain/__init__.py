@@ -1,0 +1,1 @@
+"""The course: as it is mapped, and as it is built."""

@@ -1,0 +1,1 @@
+"""Files, YAML, schema and processes: what has nothing to do with robots."""

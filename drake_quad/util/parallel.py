@@ -1,0 +1,117 @@
+"""Work in several processes, with results in order whatever the number of workers."""
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import TypeVar
+
+from drake_quad.errors import InputError
+
+# ------------------------------------------------------------------------------------------------
+# Does many independent things in several processes; what comes out does not depend on how many.
+# ------------------------------------------------------------------------------------------------
+
+
+LOOK_PERIOD = 0.3  # [s] between looks at whether to stop
+Result = TypeVar("Result")
+
+
+def judge_all(
+    judge: Callable[[float, float], Result],
+    cells: Sequence[tuple[float, float]],
+    *,
+    workers: int,
+    progress: Callable[[int, int], object] = lambda _done, _total: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[Result]:
+    """Judges the cells in as many processes; the result is in their order whatever the number.
+
+    Args:
+        judge: Judges one, of rise and run; it must be picklable if there are several workers.
+        cells: Rise and run of each [m].
+        workers: Processes; with one, all is done in this one.
+        progress: Is told how many of how many are done.
+        stop: Whether to stop: those that are done are then returned.
+
+    Raises:
+        InputError: If a process was ended from outside.
+    """
+    done: dict[int, Result] = {}
+    progress(0, len(cells))
+    if workers == 1:
+        for k, cell in enumerate(cells):
+            if stop():
+                break
+            done[k] = judge(*cell)
+            progress(len(done), len(cells))
+    else:
+        with _pool(min(workers, len(cells)), stop) as pool:
+            pending: dict[Future[Result], int] = {
+                pool.submit(judge, *cell): k for k, cell in enumerate(cells)
+            }
+            while pending and not stop():
+                ready, _ = wait(pending, timeout=LOOK_PERIOD, return_when=FIRST_COMPLETED)
+                for future in ready:
+                    done[pending.pop(future)] = _result(future, workers)
+                    progress(len(done), len(cells))
+    return [done[k] for k in sorted(done)]
+
+
+def _result(future: Future[Result], workers: int) -> Result:
+    """What a process found.
+
+    Raises:
+        InputError: If the system ended the process, as it does for want of memory.
+    """
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        remedy = "the system ended a process, most likely for want of memory: give fewer"
+        raise InputError(
+            source="--workers", field="workers", value=workers, remedy=remedy
+        ) from None
+
+
+@contextmanager
+def _pool(workers: int, stop: Callable[[], bool]) -> Iterator[ProcessPoolExecutor]:
+    """Processes that end with the block: at once if it is to stop, or is left by an error."""
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_quiet)
+    finished = False
+    try:
+        yield pool
+        finished = not stop()
+    finally:
+        # The executor itself has no way to end work that is under way (Python 3.14 has).
+        own = [] if finished else list((pool._processes or {}).values())
+        pool.shutdown(wait=finished, cancel_futures=True)
+        for process in own:
+            process.terminate()
+
+
+def _quiet() -> None:
+    """Leaves Ctrl-C, which reaches all processes of a terminal, to the one that started them."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+# ------------------------------------------------------------------------------------------------
+# How many processes may be asked for: the same of every command that takes `--workers`.
+# ------------------------------------------------------------------------------------------------
+
+
+MOST_EACH = 8  # processes a core
+
+
+def check_workers(workers: int) -> None:
+    """Makes sure that so many processes are some, and no more than the machine bears.
+
+    Raises:
+        InputError: Naming the option, its value and what would be right.
+    """
+    cores = os.cpu_count() or 1
+    if not 1 <= workers <= MOST_EACH * cores:
+        remedy = f"give 1 to {MOST_EACH * cores} processes: there are {cores} cores"
+        raise InputError(source="--workers", field="workers", value=workers, remedy=remedy)

@@ -1,0 +1,104 @@
+"""How much load feet may carry: it ramps, but where a foot lands or is lost."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rig import flat_walk
+
+from drake_quad.common import FloatArray
+from drake_quad.control.contact_load import (
+    LANDED_LOAD,
+    LOST_LOAD,
+    caught_load,
+    correct_load,
+    foot_load,
+)
+from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.motion_plan import phase_table
+
+
+def load_history(contacts: ContactPlan, count: int = 6000) -> tuple[FloatArray, FloatArray]:
+    times, phases = np.linspace(0.0, contacts.duration, count), phase_table(contacts)
+    return times, np.array([foot_load(phases, float(t), 0.25) for t in times])
+
+
+def test_foot_load_is_full_in_stance_none_in_the_air_and_ramps_between() -> None:
+    """A foot gives its load away before lift-off and takes it up after touchdown, smoothly.
+
+    It begins with what it has carried since it landed. From nothing it would lift off again: an
+    ANYmal B's feet did, at every other touchdown, for up to 50 ms.
+    """
+    contacts = flat_walk().contacts
+    times, load = load_history(contacts)
+    _, standing = contacts.feet_at(times)
+    assert np.all(load[~standing] == 0.0)
+    assert np.all(load[standing] > 0.0) and np.all(load <= 1.0)
+    for step in contacts.steps:
+        row = step.leg.row
+        before = times[(times > step.lift_off - 0.25) & (times < step.lift_off)]
+        after = times[(times >= step.touchdown) & (times < step.touchdown + 0.25)]
+        down = load[np.isin(times, before), row]
+        up = load[np.isin(times, after), row]
+        assert np.all(np.diff(down) <= 0.0) and down[-1] < 0.01
+        assert np.all(np.diff(up) >= 0.0) and up[0] == LANDED_LOAD
+    landed = np.where(standing, load, LANDED_LOAD)  # as a swing ends
+    jumps = np.abs(np.diff(load, axis=0))
+    touched = ~standing[:-1] & standing[1:]
+    jumps[touched] = np.abs(np.diff(landed, axis=0))[touched]
+    assert jumps.max() <= 1.5 / 0.2 * (times[1] - times[0]) + 2e-4
+
+
+@given(st.floats(0.02, 0.4), st.floats(0.05, 1.0))
+def test_ramps_share_the_time_that_there_is_on_four_feet(gap: float, unload: float) -> None:
+    """With little time between a touchdown and a lift-off both ramps take just that time."""
+    plan = flat_walk().contacts
+    first, second = plan.steps[0], plan.steps[1]
+    close = Step(second.leg, first.touchdown + gap, second.touchdown, second.swing)
+    contacts = phase_table(ContactPlan(plan.feet, (first, close), second.touchdown + 1.0))
+    middle = foot_load(contacts, first.touchdown + 0.5 * gap, unload)
+    if unload >= gap:
+        assert middle[first.leg.row] == pytest.approx(0.5)
+        assert middle[second.leg.row] == pytest.approx(0.5)
+    start = foot_load(contacts, first.touchdown + 1e-9, unload)
+    end = foot_load(contacts, first.touchdown + gap - 1e-9, unload)
+    assert start[first.leg.row] == LANDED_LOAD and end[second.leg.row] < 1e-3
+
+
+@pytest.mark.parametrize("bears", [False, True])
+def test_load_of_a_foot_that_was_lost_never_jumps_up(bears: bool) -> None:
+    """LOST_LOAD till it bears, then it rises with what it has regained; the others keep theirs."""
+    loads = []
+    for regained in np.linspace(0.0, 1.0, 11):
+        load, back = np.array([1.0, 1.0, 0.8, 0.0]), np.array([1.0, regained, 1.0, 1.0])
+        bearing = np.array([1.0, float(bears), 1.0, 0.0])
+        correct_load(load, np.array([True, True, True, False]), bearing, False, back)
+        np.testing.assert_array_equal(load[[0, 2, 3]], [1.0, 0.8, 0.0])
+        loads.append(load[1])
+    assert loads[0] == pytest.approx(LOST_LOAD)
+    assert np.diff(loads) == pytest.approx(0.1 * (1.0 - LOST_LOAD) * bears)
+
+
+def test_a_foot_that_landed_early_carries_what_a_landed_foot_does() -> None:
+    """While the plan still has it in the air; the others carry on."""
+    load, standing = np.array([1.0, 0.0, 1.0, 1.0]), np.array([True, False, True, True])
+    correct_load(load, standing, np.ones(4), True, np.ones(4))
+    np.testing.assert_array_equal(load, [1.0, LANDED_LOAD, 1.0, 1.0])
+
+
+def test_the_last_foot_that_holds_keeps_its_load() -> None:
+    """Of feet that are all lost nothing is taken: somebody has to carry."""
+    load = np.array([1.0, 1e-4, 1.0, 1.0])
+    before = load.copy()
+    correct_load(load, np.ones(4, dtype=bool), np.array([0.0, 1.0, 0.0, 0.0]), False, np.zeros(4))
+    np.testing.assert_array_equal(load, before)
+
+
+@pytest.mark.parametrize(
+    ("bearing", "wanted"),
+    [([1, 0, 1, 1], [1, 0, 1, 0]), ([0, 0, 0, 1], [1, 1, 1, 0]), ([0, 0, 0, 0], [1, 1, 1, 0])],
+)
+def test_in_a_push_those_carry_that_stand_and_bear(bearing: list[int], wanted: list[int]) -> None:
+    """If none does, all that are to stand are ready."""
+    standing = np.array([True, True, True, False])
+    np.testing.assert_array_equal(caught_load(standing, np.array(bearing, dtype=float)), wanted)

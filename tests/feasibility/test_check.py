@@ -1,0 +1,259 @@
+"""`drake-quad check`: what it answers holds, and what cannot be asked is refused in a line."""
+
+import io
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command import drake_quad, refused
+from design_rig import COUNT, RISE, RUN, asked, found
+from rich.console import Console
+from rig import URL, paper_robot
+
+from drake_quad.cli.robots import gait_lines, print_check, print_next
+from drake_quad.errors import InputError
+from drake_quad.feasibility.check import Around, ask_course, ask_stairs, stairs_scenario
+from drake_quad.feasibility.check_picture import find_stretches, save_picture
+from drake_quad.feasibility.check_report import Asked, describe_check, limit_of, run_check
+from drake_quad.gait_design import search as choose
+from drake_quad.gait_design.objective import NAMES
+from drake_quad.planning.contact_forces import torque_ratio
+from drake_quad.planning.mission import check_plan
+from drake_quad.scenario.build import course_of
+from drake_quad.scenario.load import load_scenario, save_scenario
+from drake_quad.simulation.prepare import prepare
+
+
+def test_a_feasible_checks_scenario_loads_and_prepares(tmp_path: Path) -> None:
+    """What is saved is whole: run prepares it without a design, to the margin that was told."""
+    designed = found().designed
+    assert designed is not None
+    save_scenario(designed.scenario, tmp_path / "stairs.yaml")
+    loaded = load_scenario(tmp_path / "stairs.yaml")
+    assert loaded == designed.scenario and loaded.design == "given"
+    plans = prepare(loaded).plan.plans
+    assert min(p.margin for p in plans if p.margin == p.margin) == pytest.approx(designed.margin)
+
+
+def test_what_is_told_is_the_plans_own() -> None:
+    """Yes in the first line, every limit in the table, and what is left is not negative."""
+    told = describe_check(
+        found(), paper_robot(), source=URL, asked={"rise": RISE, "run": RUN, "count": COUNT}
+    )
+    console = Console(width=160, file=io.StringIO(), record=True)
+    print_check(told, console)
+    print_next(told, console)
+    lines = console.export_text().splitlines()
+    assert lines[0].startswith("Yes: ") and "0.12 m" in lines[0] and "0.32 m" in lines[0]
+    assert tuple(told["slacks"]) == NAMES
+    assert all(row["left"] > 0.0 for row in told["slacks"].values())
+    assert all(row["on_course"] is None or row["on_course"] > 0.0
+               for row in told["slacks"].values())  # fmt: skip
+    assert any("drake-quad run" in line for line in lines)
+    assert json.loads(json.dumps(told)) == told
+
+
+def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
+    """Its torques on the course are in the table, count for quality, and stand in the answer."""
+    check, designed, asked = found(), found().designed, {"rise": RISE, "run": RUN, "count": COUNT}
+    assert designed is not None and 0.0 < designed.torque < 1.0
+    told = describe_check(check, paper_robot(), source=URL, asked=asked)
+    assert told["slacks"]["torque"]["on_course"] == designed.torque
+    most = 0.0
+    for plan in designed.plan.plans:
+        samples = check_plan(paper_robot(), plan, dynamic=False)
+        most = max(most, float(torque_ratio(paper_robot(), samples).max()))
+    assert designed.torque == pytest.approx(1.0 - most, abs=0.01)
+    weak = replace(designed, torque=-0.08)
+    assert weak.quality < 0.0 < designed.quality
+    answer = describe_check(
+        replace(check, designed=weak), paper_robot(), source=URL, asked=asked
+    )["answer"]  # fmt: skip
+    assert answer.startswith("Yes: ") and "108%" in answer and "108%" not in told["answer"]
+
+
+def test_pace_and_pitch_are_the_plans_own() -> None:
+    """Amid the flight the body goes on as fast as told, and is pitched as told at most."""
+    designed = found().designed
+    assert designed is not None
+    question = {"rise": RISE, "run": RUN, "count": COUNT}
+    gait = describe_check(found(), paper_robot(), source=URL, asked=question)["gait"]
+    up = find_stretches(designed, paper_robot())[0]
+    assert up.going == "up" and gait["cycle_lasts"] == pytest.approx(up.cycle_time)
+    ends = up.plan.body.samples(np.array([up.start, up.start + up.cycle_time]))[:, 0, :2]
+    speed = np.linalg.norm(ends[1] - ends[0]) / up.cycle_time
+    assert gait["speed_stairs"] == pytest.approx(speed, rel=0.2)  # of two steps alone
+    pitches = [p.body.samples(np.linspace(0.0, p.duration, 300))[:, 0, 3]
+               for p in designed.plan.plans]  # fmt: skip
+    least, most = (np.degrees(f([f(p) for p in pitches])) for f in (min, max))
+    assert gait["pitch_up_deg"] == pytest.approx(-least, abs=0.1)
+    assert gait["pitch_down_deg"] == pytest.approx(most, abs=0.1)
+
+
+def test_half_treads_and_waits_are_told_as_such() -> None:
+    """Two places a tread: half a tread a cycle, which lasts longer by its two waits."""
+    check, designed = found(), found().designed
+    assert designed is not None
+    gait = replace(
+        designed.scenario.gait, treads=1, lag=3, places_per_tread=2, cycle_time=4.1,
+        switch_wait=0.41,
+    )  # fmt: skip
+    slow = replace(designed, scenario=replace(designed.scenario, gait=gait))
+    question = {"rise": RISE, "run": RUN, "count": COUNT}
+    told = describe_check(
+        replace(check, designed=slow), paper_robot(), source=URL, asked=question
+    )  # fmt: skip
+    lines = gait_lines(told)
+    speed = 0.5 * RUN / 4.92
+    assert f"half a tread every 4.92 s, {speed:.3f} m/s along the stairs" in lines[0]
+    assert "1.5 treads behind" in lines[1] and "°" in lines[2]
+    assert told["gait"]["speed_level"] == pytest.approx(gait.stride / 4.92)
+
+
+def test_width_landing_and_turn_are_as_asked() -> None:
+    """All of the course is as wide; a half turn takes two landings, none is a landing ahead."""
+    robot = paper_robot()
+    for turn, turns in ((0.0, [None]), (-90.0, [-90.0]), (180.0, [90.0, 90.0])):
+        around = Around(width=1.6, landing=3.0, turn=turn)
+        scenario = stairs_scenario(robot, model=URL, rise=0.1, run=0.3, count=2, around=around)
+        course = scenario.course
+        landings = [e for e in course if e.kind == "landing"]
+        assert [e.turn_deg for e in landings] == turns
+        assert all(e.length == 3.0 for e in landings)
+        assert all(e.width == 1.6 for e in course if e.turn_deg is None)
+        assert len(course_of(scenario, source="x").lanes) == 1 + sum(t is not None for t in turns)
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ({"turn": 45.0}, "--turn.*-180, -90, 0, 90, 180"),
+        ({"width": 0.01}, "--width"),
+        ({"landing": float("nan")}, "--landing"),
+        ({"width": 3.0, "landing": 2.0}, "--landing.*at least the width"),
+        ({"landing": 1.0, "width": 0.9}, "--landing.*too short to turn on"),
+        ({"turn": 90.0, "scenario": "case_study"}, "--turn.*leave it out"),
+    ],
+)
+def test_what_cannot_be_around_stairs_is_refused(option: dict[str, Any], words: str) -> None:
+    """By the option's name, before anything is designed."""
+    with pytest.raises(InputError, match=words):
+        run_check(Asked(URL, **option))
+
+
+def test_the_next_command_is_quoted() -> None:
+    """Names with blanks or worse are one word of a shell's command."""
+    console = Console(width=200, file=io.StringIO(), record=True)
+    told = {"feasible": True, "sought": False, "saved": "a b; rm", "robot": "$(x)", "nearest": None}
+    print_next(told, console)
+    print_next({**told, "feasible": False}, console)
+    text = console.export_text()
+    assert "drake-quad run 'a b; rm'" in text and "drake-quad chart '$(x)'" in text
+
+
+def test_a_yes_with_less_margin_than_is_wanted_says_so() -> None:
+    """In its first line, with the figure wanted; one with no less says nothing of it."""
+    check, designed, asked = found(), found().designed, {"rise": RISE, "run": RUN, "count": COUNT}
+    assert designed is not None
+    wanted = designed.design.wanted["margin"]
+    answers = [
+        describe_check(
+            replace(check, designed=replace(designed, margin=margin)),
+            paper_robot(), source=URL, asked=asked,
+        )["answer"]
+        for margin in (0.99 * wanted, wanted)
+    ]  # fmt: skip
+    assert f"less than the {1e3 * wanted:.0f} mm wanted" in answers[0]
+    assert all(answer.startswith("Yes: ") for answer in answers) and "wanted" not in answers[1]
+
+
+def test_treads_that_no_stance_fits_are_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a pattern of footprints there is an answer, and no crash."""
+    monkeypatch.setattr(choose, "make_patterns", lambda *_: [])
+    check = ask_stairs(URL, rise=0.05, run=0.3, count=2)
+    assert limit_of(check, paper_robot()) == "pattern" and "0.3 m" in check.reason
+
+
+def test_treads_like_floors_are_walked_in_the_stride_of_level_ground() -> None:
+    """No stance fits treads of two metres: a curb between one and the next is crossed at a time."""
+    check = asked(URL, rise=0.1, run=2.0, count=2)
+    assert check.designed is not None
+    gait = check.designed.scenario.gait
+    assert gait.deep_tread < 2.0 and gait.places_per_tread == 1
+    assert check.designed.margin > 0.03
+
+
+def test_a_scenarios_course_is_kept_and_its_gait_is_not(tmp_path: Path) -> None:
+    """The same course with a gait of another robot in the file gives the same design."""
+    own = found().scenario
+    path = tmp_path / "course.yaml"
+    save_scenario(own, path)
+    text = path.read_text()
+    path.write_text(text.replace("design: auto", "design: given"))
+    check = ask_course(URL, str(path))
+    assert check.scenario.course == own.course
+    assert check.designed is not None and found().designed is not None
+    assert check.designed.scenario.gait == found().designed.scenario.gait  # type: ignore[union-attr]
+
+
+def test_moments_are_on_the_stairs_and_the_picture_is_drawn(tmp_path: Path) -> None:
+    """A cycle up and one down, the body over the flight at each; the file is a picture."""
+    designed = found().designed
+    assert designed is not None
+    stretches = find_stretches(designed, paper_robot())
+    assert [s.going for s in stretches] == ["up", "down"]
+    for stretch in stretches:
+        (flight,) = stretch.lane.flights
+        treads = stretch.lane.treads(flight)
+        place = stretch.plan.body.samples(stretch.times)[:, 0, :2]
+        s, _ = stretch.lane.coordinates(place)
+        even = s[0] + (s[-1] - s[0]) * (stretch.times - stretch.times[0]) / np.ptp(stretch.times)
+        assert np.all(abs(s - even) <= 2 * designed.scenario.gait.max_ahead)  # the body sways
+        assert s[-1] > s[0] + 0.5 * RUN
+        middle = 0.5 * (treads[0, 0] + treads[-1, 1])
+        assert s[0] - 2 * RUN <= middle <= s[-1] + 2 * RUN
+    save_picture(designed, paper_robot(), tmp_path / "climb.svg")
+    assert "<svg" in (tmp_path / "climb.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("asked", "named"),
+    [
+        (Asked(URL, rise=0.0), "--rise: rise = 0.0"),
+        (Asked(URL, rise=float("nan")), "--rise: rise = nan"),
+        (Asked(URL, run=0.0), "--run: run = 0.0"),
+        (Asked(URL, run=float("inf")), "--run: run = inf"),
+        (Asked(URL, run=0.05), "--run: run = 0.05"),
+        (Asked(URL, count=0), "--count: count = 0"),
+        (Asked("nobody"), "nobody"),
+        (Asked(URL, scenario="case_study", rise=0.1), "--rise: rise = 0.1"),
+        (Asked(URL, scenario="no_such"), "no_such"),
+    ],
+)
+def test_what_cannot_be_asked_is_an_error_that_names_it(asked: Asked, named: str) -> None:
+    """The option and the value, before any long work."""
+    with pytest.raises(InputError, match=re.escape(named)):
+        run_check(asked)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--rise", "-0.1"), ("--picture", "climb.doc"), ("--save", ".")]
+)
+def test_wrong_options_get_one_line(option: str, value: str, tmp_path: Path) -> None:
+    """Status 2 and one line that names the option and the value."""
+    line = refused(drake_quad("check", URL, option, value, cwd=tmp_path))
+    assert option in line and value in line
+
+
+def test_json_is_one_object_and_the_status_the_answer(tmp_path: Path) -> None:
+    """Feasible ends with 0; what was saved is there."""
+    numbers = ("--rise", str(RISE), "--run", str(RUN), "--count", str(COUNT))
+    done = drake_quad("check", URL, *numbers, "--save", "stairs.yaml", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["feasible"] and told["answer"].startswith("Yes: ")
+    assert load_scenario(tmp_path / told["saved"]).design == "given"

@@ -1,0 +1,85 @@
+"""The page on the paper: its script writes all of it, and what is committed is up to date."""
+
+import importlib.util
+import re
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from paper_findings_rig import all_findings
+
+from drake_quad.report.paper_figures import FIGURES
+from drake_quad.report.paper_findings import Finding
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = ROOT / "docs" / "paper"
+
+
+@pytest.fixture(scope="module")
+def findings() -> dict[str, Finding]:
+    return all_findings()
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """Where the script has written, and how long it took [s]."""
+    spec = importlib.util.spec_from_file_location("script", ROOT / "scripts" / "reproduce_paper.py")
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    out = tmp_path_factory.mktemp("paper") / "new"
+    begin = time.perf_counter()
+    script.main(["--out", str(out)])
+    return out, time.perf_counter() - begin
+
+
+def test_script_is_quick_and_complete(written: tuple[Path, float]) -> None:
+    """The script writes the page, every figure of the paper and one of its words, in 30 s."""
+    out, seconds = written
+    assert seconds < 30.0
+    assert [figure.number for figure in FIGURES] == [*range(1, 13), 13]
+    assert {path.name for path in out.iterdir()} == {"README.md", *(f.file for f in FIGURES)}
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: f"fig{figure.number}")
+def test_figures_are_not_blank(written: tuple[Path, float], figure: Any) -> None:
+    """Each figure has ink in all of its quarters, and the colours of at least two legs or lines."""
+    image = imread(written[0] / figure.file)[..., :3]
+    height, width = (size // 2 for size in image.shape[:2])
+    for rows in (slice(None, height), slice(height, None)):
+        for columns in (slice(None, width), slice(width, None)):
+            assert np.mean(image[rows, columns].min(axis=-1) < 0.9) > 0.01
+    saturated = image[np.ptp(image, axis=-1) > 0.4]
+    assert len(np.unique(np.round(saturated * 8).astype(int), axis=0)) >= 2
+
+
+def test_committed_page_is_up_to_date(written: tuple[Path, float]) -> None:
+    """docs/paper holds what the script writes: else run `python scripts/reproduce_paper.py`."""
+    new = (written[0] / "README.md").read_text(encoding="utf-8")
+    committed = (PAGES / "README.md").read_text(encoding="utf-8")
+    assert committed == new, "stale: run `python scripts/reproduce_paper.py` and look at the change"
+    assert {f.file for f in FIGURES} == {path.name for path in PAGES.glob("*.png")}
+
+
+def test_page_holds_every_statement_with_its_figures(
+    written: tuple[Path, float], findings: dict[str, Finding]
+) -> None:
+    """Each statement is one row with what we find and a verdict; all links on the page resolve."""
+    text = (written[0] / "README.md").read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if line.endswith("** |")]
+    assert len(rows) == len(findings)
+    for finding, row in zip(findings.values(), rows, strict=True):
+        assert finding.statement in row
+        assert finding.found in row
+        assert row.endswith(f"| **{finding.verdict}** |")
+        assert finding.figures
+    assert set(re.findall(r"\(#(.*?)\)", text)) <= set(re.findall(r'id="(.*?)"', text))
+    images = re.findall(r"!\[.*?\]\((.*?)\)", text)
+    assert images == [figure.file for figure in FIGURES]
+    assert "{" not in text
+    assert "nan" not in text
+    assert not re.search(r"-0\.0+\b(?!\d)", text)

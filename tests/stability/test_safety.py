@@ -1,0 +1,81 @@
+"""Safety beside the goal: one definition, by one threshold that every page and command has."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from rig import paper_robot
+
+from drake_quad.cli.runs import safety_line
+from drake_quad.gait_design.objective import wanted_for
+from drake_quad.report.overlay import margin_colour
+from drake_quad.report.style import BAD, GOOD, WARN
+from drake_quad.robot.model import leg_length
+from drake_quad.stability.safety import judge_safety, safe_margin
+
+GOOD_RUN: dict[str, Any] = {
+    "outcome": "goal_reached",
+    "simulation": "physics",
+    "margin": {"minimum": 0.071},
+    "time_under_three_feet": 0.0,
+    "nonfoot_contact_samples": 0,
+    "slip_max": 0.0012,
+    "pushes": [],
+}
+
+
+def test_a_run_that_lacks_nothing_is_safe() -> None:
+    """With the figures that say so; a kick that was withstood is told, none as well."""
+    safety = judge_safety(GOOD_RUN, 0.03)
+    assert safety.safe is True and safety.lacks == ()
+    assert safety.words.startswith("safe: margin 0.071 m (wanted 0.030)")
+    assert "no kick was tried" in safety.words
+    kicked = {**GOOD_RUN, "pushes": [{"recovered": True}, {"recovered": True}]}
+    assert "2 of 2 kicks withstood" in judge_safety(kicked, 0.03).words
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"outcome": "fell"}, "the goal was not reached (fell)"),
+        ({"margin": {"minimum": 0.029}}, "margin 0.029 m (wanted 0.030)"),
+        ({"margin": {"minimum": None}}, "margin not measured"),
+        ({"margin": "x"}, "margin not measured"),
+        ({"time_under_three_feet": 0.05}, "0.05 s on fewer than three feet"),
+        ({"nonfoot_contact_samples": 3}, "other contacts in 3 samples"),
+        ({"slip_max": 0.0111}, "slip 11.1 mm (at most 10)"),
+        ({"slip_max": True}, "slip not measured"),
+        ({"pushes": [{"recovered": True}, {"recovered": None}]}, "1 of 2 kicks withstood"),
+    ],
+)
+def test_each_lack_alone_makes_a_run_unsafe(change: dict[str, Any], word: str) -> None:
+    """Reached or not: it is named, and nothing else is."""
+    safety = judge_safety({**GOOD_RUN, **change}, 0.03)
+    assert safety.safe is False and len(safety.lacks) == 1
+    assert safety.lacks[0].startswith(word) and safety.words == f"not safe: {safety.lacks[0]}"
+
+
+def test_a_replay_without_physics_proves_nothing() -> None:
+    """Whatever its figures."""
+    safety = judge_safety({**GOOD_RUN, "simulation": "kinematic"}, 0.03)
+    assert safety.safe is None and "kinematic" in safety.words
+
+
+def test_the_threshold_goes_with_the_leg_and_is_one() -> None:
+    """Half of what is wanted on paper; below it the replay is amber, below 0 red."""
+    robot = paper_robot()
+    safe = safe_margin(robot)
+    assert safe == pytest.approx(0.0304, abs=1e-4)
+    assert wanted_for(robot).margin == 2.0 * safe == 0.05 * leg_length(robot)
+    small = replace(robot, geometry=replace(robot.geometry, thigh=0.5 * robot.geometry.thigh,
+                                            shank=0.5 * robot.geometry.shank))  # fmt: skip
+    assert safe_margin(small) == pytest.approx(0.5 * safe)
+    colours = [margin_colour(m, safe) for m in (safe, 0.999 * safe, 0.0, -1e-9)]
+    assert colours == [GOOD, WARN, WARN, BAD]
+
+
+def test_the_console_tells_it_by_the_summary_alone() -> None:
+    """By the threshold that the summary has; of an older run's, which has none, nothing."""
+    told = {**GOOD_RUN, "safety": {"margin_wanted": 0.08}}
+    assert safety_line(told).startswith("not safe: margin 0.071 m (wanted 0.080)")
+    assert safety_line(GOOD_RUN) == "" == safety_line({**GOOD_RUN, "safety": "x"})

@@ -1,0 +1,60 @@
+"""Carries out drake-quad commands, each in a process of its own that has the imports behind it.
+
+It is begun once for each process of tests. A request is a line of JSON on its stdin: arguments,
+environment, working directory, the files that take stdout and stderr, and the seconds after which
+it is ended. The answer is the exit status.
+"""
+
+import importlib
+import json
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+# What commands import when they begin, or soon after. The threads that this begins are OpenBLAS's
+# and jemalloc's, which know of forks (pthread_atfork).
+IMPORTED = (
+    "drake_quad.cli.main",
+    "drake_quad.simulation.run",
+    "drake_quad.cli.studies",
+    "drake_quad.report.page",
+    "drake_quad.feasibility.chart_picture",
+    "scipy.stats",
+    "scipy.special",
+    "scipy.spatial.transform",
+)
+
+
+def carry_out(request: dict[str, Any]) -> None:
+    """In the child: the command as from a shell; does not return."""
+    signal.alarm(request["seconds"])
+    os.environ.clear()
+    os.environ.update(request["environment"])
+    os.chdir(request["cwd"])
+    for number, name in ((0, os.devnull), (1, request["stdout"]), (2, request["stderr"])):
+        flags = os.O_RDONLY if number == 0 else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
+        os.dup2(os.open(name, flags, 0o600), number)
+    sys.argv = ["drake-quad", *request["arguments"]]
+    sys.path[0] = str(Path.cwd())  # as `python -m` has it
+    from drake_quad.cli.main import main
+
+    main()
+
+
+def serve() -> None:
+    """Until stdin ends."""
+    for name in IMPORTED:
+        importlib.import_module(name)
+    for line in sys.stdin:
+        child = os.fork()
+        if child == 0:
+            carry_out(json.loads(line))
+            raise SystemExit(0)
+        _, status = os.waitpid(child, 0)
+        print(os.waitstatus_to_exitcode(status), flush=True)
+
+
+if __name__ == "__main__":
+    serve()

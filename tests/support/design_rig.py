@@ -1,0 +1,74 @@
+"""What tests of the design share: the paper's robot as the search sees it, a design, answers."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from rig import paper_robot
+
+from drake_quad.common import FloatArray
+from drake_quad.feasibility.check import AS_USUAL, Check, ask_stairs, stairs_scenario
+from drake_quad.gait_design import kernels as kernel
+from drake_quad.gait_design.candidates import Grid, Staircase, make_cycle
+from drake_quad.gait_design.designer import design_scenario
+from drake_quad.gait_design.objective import NAMES, wanted_room
+from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.robot.kinematics import leg_array
+from drake_quad.robot.link_outline import Shape, read_shape
+from drake_quad.scenario.config import Scenario
+from drake_quad.stability.equilibrium_region import HULL
+
+MODEL = "package://drake_quad_models/paper_quadruped.urdf"
+RISE, RUN, COUNT = 0.12, 0.32, 2  # of stairs that the paper's robot climbs
+
+
+@cache
+def shape() -> Shape:
+    """The outline of the paper's robot."""
+    return read_shape(paper_robot())
+
+
+@cache
+def designed() -> Designed:
+    """The paper's robot on two low steps."""
+    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    return design_scenario(scenario, robot=paper_robot())
+
+
+def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
+    """The room (7,) by NAMES of a grid of one on stairs, if its body does not sway."""
+    robot, g = paper_robot(), paper_robot().geometry
+    cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
+    found = np.full((1, len(NAMES)), np.inf)
+    kernel.slacks(
+        cycle.body, cycle.feet, cycle.swing, cycle.landed, stairs.rise, stairs.run,
+        robot.foot_radius,
+        leg_array(g),
+        np.stack([robot.q_lower, robot.q_upper, robot.effort]),
+        np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
+        np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
+        np.stack([[outline.trunk_lower, outline.trunk_upper], *outline.trunk_parts]),
+        np.stack([outline.shank_offsets, outline.shank_radii]),
+        0.0, wanted_room(robot), found, np.full(1, np.inf),
+    )  # fmt: skip
+    return found[0]
+
+
+def asked(model: str, **question: Any) -> Check:
+    """`ask_stairs`, which designs a gait, without what is near; the same is asked once."""
+    return _asked(model, **{"nearest": False, "margin": HULL, "around": AS_USUAL, **question})
+
+
+_asked = cache(ask_stairs)
+
+
+def found() -> Check:
+    """The answer about those stairs."""
+    return asked(MODEL, rise=RISE, run=RUN, count=COUNT)
+
+
+def made_up(rise: float, run: float, *, feasible: bool) -> Check:
+    """An answer as a test wants it, without a search."""
+    check = found() if feasible else Check(Scenario(), None, "", {})
+    assert check.feasible is feasible
+    return check

@@ -1,0 +1,108 @@
+"""What people named is printed as they named it: rich's own marks mean nothing in it."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from drake_quad.cli import runs as cli_print
+from drake_quad.cli.robots import print_chart, print_check, print_next
+from drake_quad.cli.runs import print_certificate
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.run import assumptions_of
+
+NAMES = ("[/x]", "[red]x[/]", ":dog:", "[link=x]")
+
+
+def summary(name: str, _: Console) -> None:
+    told = {"outcome": name, "reason": name, "margin_kind": name, "margin": {"minimum": 0.1}}
+    cli_print.print_summary(told, Path(name), report=True)
+
+
+def plan(name: str, _: Console) -> None:
+    segment = {"name": name, "kind": "walk", "start": 0.0, "end": 1.0, "margin_min": 0.1}
+    figures = {
+        "duration": 1.0,
+        "planned_margin_min": 0.1,
+        "planning_time": 1.0,
+        "torque_ratio_planned_max": 0.5,
+    }
+    cli_print.print_plan({"margin_kind": "hull", "segments": [segment], **figures})
+
+
+def check(name: str, console: Console) -> None:
+    asked = {"rise": 0.1, "run": 0.3, "count": 4}
+    told = {"feasible": False, "answer": f"No: {name} does not", "slacks": {}, "robot": name,
+            "sought": True, "nearest": None, "picture": name, "asked": asked,
+            "doubts": [name]}  # fmt: skip
+    print_check(told, console)
+    print_next(told, console)
+    print_next(told | {"nearest": {"rise": 0.1, "run": 0.3}}, console)
+    print_next(told | {"feasible": True, "saved": name}, console)
+
+
+def chart(name: str, console: Console) -> None:
+    told = {"cells": [], "rises": [0.1], "runs": [0.3], "complete": True, "name": name}
+    print_chart(told, Path(name), console)
+
+
+def certificate(name: str, console: Console) -> None:
+    proven = dict.fromkeys(
+        ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room"), 0.1
+    )
+    told = {"certified": False, "reason": name, "segment": name, "time": 1.0, "proven": proven}
+    print_certificate(told, console)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("tell", "times"), [(summary, 6), (plan, 1), (check, 6), (chart, 2), (certificate, 2)]
+)
+def test_names_are_printed_as_they_are(
+    tell: Callable[[str, Console], Any],
+    times: int,
+    name: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Every time that a name, a path or a reason is told, it is told whole."""
+    console = Console(width=200, record=True, file=io.StringIO())
+    monkeypatch.setattr(cli_print, "Console", lambda: console)
+    tell(name, console)
+    assert console.export_text().count(name) >= times
+
+
+def test_units_of_a_plans_table_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rich took them for styles: [s] struck out what followed."""
+    console = Console(width=200, record=True, file=io.StringIO())
+    monkeypatch.setattr(cli_print, "Console", lambda: console)
+    plan("walk", console)
+    head = console.export_text().splitlines()[0]
+    assert "from [s]" in head and "to [s]" in head and "smallest margin [m]" in head
+
+
+def test_a_run_is_told_with_its_pressures_margin_and_what_its_figures_assume() -> None:
+    """Beside the static margin stands the zero-moment point's; a replay has none to tell."""
+    told = {"margin": {"minimum": 0.071}, "zmp_margin": {"minimum": 0.059}}
+    lines = cli_print.summary_lines(told)
+    assert lines[:2] == [
+        ("smallest margin measured", "0.071 m"),
+        ("the same of the zero-moment point", "0.059 m"),
+    ]
+    assert "zero-moment" not in str(cli_print.summary_lines({"zmp_margin": {"minimum": None}}))
+
+
+def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """True state or an estimate, by the scenario; and perfect contact flags with either."""
+    console = Console(width=200, record=True, file=io.StringIO())
+    monkeypatch.setattr(cli_print, "Console", lambda: console)
+    told = [
+        assumptions_of(load_scenario(name)) for name in ("case_study", "estimated_state", "paper")
+    ]
+    assert "true state" in told[0] and "estimates its state" in told[1]
+    assert all("contact flags without error" in text for text in told[:2])
+    assert "nothing was measured" in told[2]
+    cli_print.print_summary({"assumes": told[0]}, Path("run"), report=False)
+    assert f"these figures assume {told[0]}" in console.export_text()
