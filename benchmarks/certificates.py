@@ -20,6 +20,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from paper.gaits import find_alternatives, spin_goal, wave_goal
 
 from benchmarks.certificate_plans import (
     massless_legs,
@@ -32,7 +33,6 @@ from benchmarks.common import markdown_table, provenance
 from drake_quad.certificate.certify import CLAIMS, certify, digest
 from drake_quad.certificate.clearance import find_obstacles
 from drake_quad.certificate.kinematics import shank_of
-from drake_quad.report.paper_transitions import find_alternatives, spin_goal, wave_goal
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.config import RobotConfig
 from drake_quad.scenario.load import load_scenario

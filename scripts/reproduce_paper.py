@@ -11,15 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
-
-from drake_quad.report.paper_betas import beta_rows
-from drake_quad.report.paper_figures import FIGURES
-from drake_quad.report.paper_findings_run import run_findings
-from drake_quad.report.paper_findings_spin import spin_findings
-from drake_quad.report.paper_findings_wave import wave_findings
-from drake_quad.report.paper_page import page
-from drake_quad.report.paper_samples import sample_study
-from drake_quad.report.paper_study import OUT_OF_PHASE, plan_case_study
+from paper.findings_run import run_findings
+from paper.findings_spin import spin_findings
+from paper.findings_wave import wave_findings
+from paper.margins import beta_rows
+from paper.page import FIGURES, page
+from paper.study import OUT_OF_PHASE, plan_case_study, sample_study
 
 PAGES = Path(__file__).resolve().parents[1] / "docs" / "paper"
 

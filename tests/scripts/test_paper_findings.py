@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 from command import drake_quad
+from paper.finding import Finding, Verdict
+from paper.margins import beta_rows
+from paper.study import DOWN, TABLE_I, UP, CaseStudy, Samples
 from paper_findings_rig import (
     all_findings,
     samples_of_it,
@@ -31,10 +34,6 @@ from paper_rig import (
 )
 
 from drake_quad.planning.motion_plan import pose_robot
-from drake_quad.report.paper_betas import beta_rows
-from drake_quad.report.paper_findings import Finding, Verdict
-from drake_quad.report.paper_samples import Samples
-from drake_quad.report.paper_study import DOWN, TABLE_I, UP, CaseStudy
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.scenario.load import load_scenario
 

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from paper.finding import Finding
+from paper.page import FIGURES
 from paper_findings_rig import all_findings
-
-from drake_quad.report.paper_figures import FIGURES
-from drake_quad.report.paper_findings import Finding
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = ROOT / "docs" / "paper"

@@ -2,12 +2,11 @@
 
 from functools import cache
 
-from drake_quad.report.paper_findings import Finding
-from drake_quad.report.paper_findings_run import run_findings
-from drake_quad.report.paper_findings_spin import spin_findings
-from drake_quad.report.paper_findings_wave import wave_findings
-from drake_quad.report.paper_samples import Samples, sample_study
-from drake_quad.report.paper_study import OUT_OF_PHASE, CaseStudy, plan_case_study
+from paper.finding import Finding
+from paper.findings_run import run_findings
+from paper.findings_spin import spin_findings
+from paper.findings_wave import wave_findings
+from paper.study import OUT_OF_PHASE, CaseStudy, Samples, plan_case_study, sample_study
 
 
 @cache

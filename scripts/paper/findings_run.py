@@ -2,18 +2,20 @@
 
 import numpy as np
 
-from drake_quad.report.paper_findings import Finding, Verdict
-from drake_quad.report.paper_samples import Samples, cycle_margins, find_zeros
-from drake_quad.report.paper_study import (
+from drake_quad.robot.legs import Leg
+from paper.finding import Finding, Verdict
+from paper.gaits import WORKSPACE
+from paper.study import (
     DOWN,
     TABLE_I,
     UP,
     CaseStudy,
+    Samples,
     climbing_cycle,
+    cycle_margins,
+    find_zeros,
     wave_cycles,
 )
-from drake_quad.report.paper_transitions import WORKSPACE
-from drake_quad.robot.legs import Leg
 
 
 def run_findings(study: CaseStudy, samples: Samples, out_of_phase: Samples) -> tuple[Finding, ...]:

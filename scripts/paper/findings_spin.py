@@ -13,18 +13,19 @@ from drake_quad.gait.workspace import (
     spin_phi_max,
     spin_stroke,
 )
-from drake_quad.report.paper_cycles import spin_feet, spin_margin
-from drake_quad.report.paper_findings import Finding, Verdict, margins_of, order_of
-from drake_quad.report.paper_study import TABLE_I
-from drake_quad.report.paper_transitions import (
+from drake_quad.robot.legs import Leg
+from paper.finding import Finding, Verdict, margins_of, order_of
+from paper.gaits import (
     MAX_SHIFT,
     WORKSPACE,
     direct_to_spin,
     find_alternatives,
     quarter_turn_arc,
+    spin_feet,
     spin_goal,
+    spin_margin,
 )
-from drake_quad.robot.legs import Leg
+from paper.study import TABLE_I
 
 NARROW_BOXES = replace(WORKSPACE, R_y=0.3)
 """Table I but for narrower boxes, which the circle leaves through both of their long edges."""

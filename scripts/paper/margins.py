@@ -1,4 +1,4 @@
-"""One tread a cycle against two (section I): the wave gait's margin on Table I's stairs.
+"""The wave's margin beyond its duty factor of 3/4, and with one tread a cycle.
 
 As everywhere on the page legs are massless, and the body is level, at constant speed and without
 sway. It is where the legs' strokes are centred: there the least margin is the largest.
@@ -12,10 +12,57 @@ from numpy.typing import ArrayLike
 from drake_quad.common import FloatArray
 from drake_quad.gait.schedule import ContactTable, wave_table
 from drake_quad.planning.footholds import Pattern
-from drake_quad.report.paper_study import TABLE_I
-from drake_quad.report.paper_transitions import WORKSPACE
 from drake_quad.robot.legs import LEGS, SIGNS
 from drake_quad.stability.support_polygon import stability_margins
+from paper.gaits import WORKSPACE, wave_margin
+from paper.study import DOWN, TABLE_I, UP, plan_case_study, sample_plan
+
+# ------------------------------------------------------------------------------------------------
+# The wave's static margin beyond β = 3/4: by the paper's equations, and as planned.
+# ------------------------------------------------------------------------------------------------
+
+
+BETAS = (0.75, 0.80, 0.85, 0.90)
+
+
+@dataclass(frozen=True)
+class BetaRow:
+    """The margins of one duty factor, legs massless, without sway.
+
+    Attributes:
+        beta: β.
+        equations: Least margin of a cycle by the wave gait's own equations [m].
+        up: Least margin of the case study's cycles up the stairs, as planned [m].
+        down: The same of those down the stairs [m].
+    """
+
+    beta: float
+    equations: float
+    up: float
+    down: float
+
+
+def beta_rows() -> tuple[BetaRow, ...]:
+    """Returns the margins of every β of BETAS, the case study planned with each."""
+    return tuple(_row(beta) for beta in BETAS)
+
+
+def _row(beta: float) -> BetaRow:
+    study = plan_case_study([f"gait.duty_factor={beta}"])
+    least = []
+    for index in (UP, DOWN):
+        plan = study.plans[index]
+        wave = next(s for s in plan.segments if s.kind == "wave")
+        begin = next(s.lift_off for s in plan.contacts.steps if s.lift_off > wave.start)
+        least.append(float(sample_plan(study, index, start=begin, end=wave.end).margin.min()))
+    equations = wave_margin(WORKSPACE, stride=TABLE_I.stride, duty_factor=beta)
+    return BetaRow(beta, equations, *least)
+
+
+# ------------------------------------------------------------------------------------------------
+# One tread a cycle against two (section I): the wave gait's margin on Table I's stairs.
+# ------------------------------------------------------------------------------------------------
+
 
 _EITHER_SIDE = 1e-9  # of a cycle: switches are looked at just before and just after
 _W, _P_X = TABLE_I.W, WORKSPACE.P_x

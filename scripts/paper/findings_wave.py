@@ -2,18 +2,18 @@
 
 import numpy as np
 
-from drake_quad.report.paper_cycles import wave_feet
-from drake_quad.report.paper_findings import Finding, Verdict, margins_of, order_of
-from drake_quad.report.paper_study import TABLE_I
-from drake_quad.report.paper_swings import stair_swing
-from drake_quad.report.paper_transitions import (
+from paper.finding import Finding, Verdict, margins_of, order_of
+from paper.gaits import (
     MAX_SHIFT,
     WORKSPACE,
     find_alternatives,
     paper_wave_transition,
+    stair_swing,
+    wave_feet,
     wave_goal,
 )
-from drake_quad.report.paper_treads import ONE, ONE_SPREAD, TWO
+from paper.margins import ONE, ONE_SPREAD, TWO
+from paper.study import TABLE_I
 
 FOOT_RADIUS = 0.035  # [m] of a real foot, for what a point foot's clearance is worth
 
