@@ -49,7 +49,7 @@ class ControlSettings:
     base_damping: float = 900.0
     base_rotation_stiffness: float = 1000.0
     base_rotation_damping: float = 100.0
-    foothold_time: float = 0.3
+    foothold_time: float = 0.12
     unload_time: float = 0.25
     least_force: float = 20.0
     touchdown_press: float = 0.003

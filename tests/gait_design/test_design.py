@@ -107,7 +107,8 @@ def test_the_thicker_the_foot_the_sooner_it_is_followed(size: float, radius: flo
     thick = max(radius, shipped)
     assert follow(thick) * thick == pytest.approx(follow(shipped) * shipped, rel=1e-3)
     assert follow(0.5 * shipped) == follow(shipped)  # thin feet: no slower than that
-    assert follow(shipped) == pytest.approx(ControllerConfig().foothold_time * size**0.5, rel=1e-3)
+    own = paper_robot().foot_radius * size  # the defaults are for the shipped robot
+    assert follow(own) == pytest.approx(ControllerConfig().foothold_time * size**0.5, rel=1e-3)
 
 
 def test_design_and_plan_agree_on_the_room() -> None:
@@ -156,7 +157,7 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
 
 def test_feedback_of_the_papers_robot_is_what_it_was_found_to_be() -> None:
     """Scaling by one changes nothing; a scenario's defaults are the same numbers."""
-    fields = control_fields(1.0, 1.0, FOUND_RADIUS)
+    fields = control_fields(1.0, 1.0, paper_robot().foot_radius)
     default = ControllerConfig()
     for name, value in fields.items():
         if name not in ("kind", "period"):
