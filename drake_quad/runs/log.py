@@ -132,8 +132,10 @@ def make_table(
     columns |= planned_figures(robot, phase, plans, massless_legs=massless_legs, share=share)
     columns["zmp_margin"] = logs["zmp_margin"][:, 0]
     if "least_margins" in logs:
-        columns["margin_least"] = logs["least_margins"][:, 0]
-        columns["zmp_margin_least"] = logs["least_margins"][:, 1]
+        # The monitor's own are of before this instant.
+        least = logs["least_margins"]
+        columns["margin_least"] = np.minimum(least[:, 0], logs["margin"][:, 0])
+        columns["zmp_margin_least"] = np.minimum(least[:, 1], logs["zmp_margin"][:, 0])
     columns |= margin_columns(logs, times, robot=robot, plans=plans, ground=ground)
     columns["nonfoot_contacts"] = logs["nonfoot"][:, 0].astype(np.int64)
     columns["nonfoot_force"] = logs["nonfoot"][:, 1]

@@ -59,6 +59,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         },
         "loop": {
             "control.gait_clock.run_on": (_V, _RM, _I, _F, _F, _V, _F),
+            "stability.support_polygon.judge": (_V, _V, _V, _V, _F, _V, _V),
             "stability.support_polygon.watch": (
                 _V, _I, _V, _V, _V, _V, _F, _B, _F, _F, _F, _V, _V, _V, _V, _V, _V,
             ),

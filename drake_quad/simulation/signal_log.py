@@ -9,7 +9,8 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLog, 
 from drake_quad.common import FloatArray
 from drake_quad.stability.equilibrium_region import HULL
 
-# What is logged: name of the log, system, port. All at the log period.
+# What is logged: name of the log, system, port. All at the log period. What is measured is of the
+# row's own instant; what is commanded is in force then.
 LOGS = (
     ("state", "plant", "state"),
     ("torque", "plant", "net_actuation"),
@@ -17,15 +18,15 @@ LOGS = (
     ("standing", "controller", "contact_state_desired"),
     ("body_desired", "controller", "body_desired"),
     ("feet_desired", "controller", "feet_desired"),
-    ("bearing", "contact_monitor", "contact_state_measured"),
-    ("force", "contact_monitor", "foot_force_measured"),
-    ("contact_position", "contact_monitor", "foot_contact_position"),
-    ("slip_speed", "contact_monitor", "foot_slip_speed"),
-    ("nonfoot", "contact_monitor", "nonfoot_contact"),
-    ("margin", "stability_monitor", "stability_margin"),
-    ("zmp_margin", "stability_monitor", "zmp_margin"),
+    ("bearing", "contact_monitor", "contact_state_now"),
+    ("force", "contact_monitor", "foot_force_now"),
+    ("contact_position", "contact_monitor", "foot_contact_position_now"),
+    ("slip_speed", "contact_monitor", "foot_slip_speed_now"),
+    ("nonfoot", "contact_monitor", "nonfoot_contact_now"),
+    ("margin", "stability_monitor", "stability_margin_now"),
+    ("zmp_margin", "stability_monitor", "zmp_margin_now"),
     ("least_margins", "stability_monitor", "least_margins"),
-    ("com", "stability_monitor", "com_position"),
+    ("com", "stability_monitor", "com_position_now"),
     ("push_force", "push_source", "push_force"),
     ("catch", "controller", "catch"),
 )

@@ -12,7 +12,25 @@ from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
-from drake_quad.systems.leaf_system import DeclareScratch, DeclareStateOutput, EvalScratch
+from drake_quad.systems.leaf_system import (
+    DeclareScratch,
+    DeclareStateOutput,
+    DeclareVectorOfEntry,
+    DeclareVectors,
+    EvalScratch,
+    EvalVectors,
+    Vectors,
+)
+
+# The outputs in the order that the kernel takes them: without their last word, and their sizes.
+OUTPUTS = (
+    ("contact_state", 4),
+    ("foot_force", 12),
+    ("foot_contact_position", 12),
+    ("foot_slip_speed", 4),
+    ("nonfoot_contact", 2),
+)
+PLACES = 2  # row of the contacts' positions in OUTPUTS
 
 
 class ContactMonitor(LeafSystem):
@@ -30,6 +48,9 @@ class ContactMonitor(LeafSystem):
         foot_slip_speed: (4,) tangential speed at the contact [m/s].
         nonfoot_contact: (2,) how many contacts of anything but a foot there are, and the
             greatest normal force among them [N].
+        contact_state_now, foot_force_now, foot_contact_position_now, foot_slip_speed_now,
+            nonfoot_contact_now: The same of this instant, computed when they are asked for; those
+            above are held from one measurement to the next, as a robot's sensors would.
     """
 
     def __init__(
@@ -56,19 +77,26 @@ class ContactMonitor(LeafSystem):
                 "plant_state", plant.num_positions() + plant.num_velocities()
             )
             self._scratch = DeclareScratch(self, plant)
-        # In the order that the kernel takes them.
+        held = ("contact_state_measured", "foot_force_measured", *(name for name, _ in OUTPUTS[2:]))
         self._outputs = [
-            DeclareStateOutput(self, "contact_state_measured", 4),
-            DeclareStateOutput(self, "foot_force_measured", 12),
-            DeclareStateOutput(self, "foot_contact_position", 12),
-            DeclareStateOutput(self, "foot_slip_speed", 4),
-            DeclareStateOutput(self, "nonfoot_contact", 2),
+            DeclareStateOutput(self, name, size)
+            for name, (_, size) in zip(held, OUTPUTS, strict=True)
         ]
+        depends = {self._input.ticket(), self.xd_ticket()}
+        if self._state_port is not None:
+            depends.add(self._state_port.ticket())
+        self._now = DeclareVectors(self, [size for _, size in OUTPUTS], self._measure, depends)
+        for row, (name, size) in enumerate(OUTPUTS):
+            DeclareVectorOfEntry(self, f"{name}_now", self._now, row, size)
         self.DeclareInitializationDiscreteUpdateEvent(self._update)
         # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
+        for index, vector in zip(self._outputs, EvalVectors(self._now, context), strict=True):
+            state.set_value(index, vector)
+
+    def _measure(self, context: Context, outputs: Vectors) -> None:
         results: ContactResults = self._input.Eval(context)
         feet, sums = self._feet, np.zeros(SUMS)
         for k in range(results.num_point_pair_contacts()):
@@ -84,10 +112,9 @@ class ContactMonitor(LeafSystem):
             )  # fmt: skip
         if self._state_port is not None and results.num_hydroelastic_contacts() > 0:
             self._add_surfaces(results, sums, self._state_port.Eval(context), context)
-        # In place: the positions begin as a copy of the Context's.
-        conclude(
-            sums, self._threshold, *[state.get_mutable_value(index) for index in self._outputs]
-        )
+        # Of a foot that touches nothing the last place known stays.
+        outputs[PLACES][:] = context.get_discrete_state(self._outputs[PLACES]).value()
+        conclude(sums, self._threshold, *outputs)
 
     def _add_surfaces(
         self, results: ContactResults, sums: FloatArray, state: FloatArray, context: Context

@@ -3,12 +3,20 @@
 State in a system's Context, never on `self`: two simulations of one Diagram must not share it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import CacheEntry, Context, LeafSystem, ValueProducer
+from pydrake.systems.framework import (
+    BasicVector,
+    CacheEntry,
+    Context,
+    DependencyTicket,
+    LeafSystem,
+    ValueProducer,
+)
 
 from drake_quad.common import FloatArray
 
@@ -67,3 +75,59 @@ def DeclareStateOutput(system: LeafSystem, name: str, value: int | FloatArray) -
     index = system.DeclareDiscreteState(value)
     system.DeclareStateOutputPort(name, index)
     return int(index)
+
+
+# ------------------------------------------------------------------------------------------------
+# Vectors computed together, once for an instant, each an output port.
+# ------------------------------------------------------------------------------------------------
+
+Vectors = list[FloatArray]
+
+
+def DeclareVectors(
+    system: LeafSystem,
+    sizes: Sequence[int],
+    calc: Callable[[Context, Vectors], object],
+    prerequisites: set[DependencyTicket],
+) -> CacheEntry:
+    """Declares a cache entry of vectors that are computed together; read it with EvalVectors.
+
+    Args:
+        system: The system that computes them.
+        sizes: Their lengths.
+        calc: Computes all of them into the vectors that it is given.
+        prerequisites: What they depend on.
+    """
+    return system.DeclareCacheEntry(
+        description="vectors of one instant",
+        value_producer=ValueProducer(
+            allocate=lambda: AbstractValue.Make([np.zeros(n) for n in sizes]),
+            calc=lambda context, value: calc(context, value.get_mutable_value()),
+        ),
+        prerequisites_of_calc=prerequisites,
+    )
+
+
+def EvalVectors(entry: CacheEntry, context: Context) -> Vectors:
+    """Returns the vectors of an entry; they are not to be changed."""
+    vectors: Vectors = entry.EvalAbstract(context).get_value()
+    return vectors
+
+
+def DeclareVectorOfEntry(
+    system: LeafSystem, name: str, entry: CacheEntry, row: int, size: int
+) -> None:
+    """Declares an output port that shows one of an entry's vectors.
+
+    Args:
+        system: The system of the entry.
+        name: The port's name.
+        entry: The entry, from DeclareVectors.
+        row: Which of its vectors.
+        size: That vector's length.
+    """
+
+    def copy(context: Context, output: BasicVector) -> None:
+        output.SetFromVector(EvalVectors(entry, context)[row])
+
+    system.DeclareVectorOutputPort(name, size, copy, {entry.ticket()})

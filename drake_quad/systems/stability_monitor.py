@@ -10,8 +10,15 @@ from drake_quad.common import FloatArray
 from drake_quad.robot.state import StateLayout
 from drake_quad.stability.equilibrium_region import AT_REST, HULL
 from drake_quad.stability.margins import FALL_TIME, FALLEN_TILT, Gauge, Margins, Posture, demand_of
-from drake_quad.stability.support_polygon import watch
-from drake_quad.systems.leaf_system import DeclareScratch, DeclareStateOutput, EvalScratch
+from drake_quad.stability.support_polygon import judge, watch
+from drake_quad.systems.leaf_system import (
+    DeclareScratch,
+    DeclareStateOutput,
+    DeclareVectorOfEntry,
+    DeclareVectors,
+    EvalScratch,
+    Vectors,
+)
 
 FIRST = 1.5  # periods, before which no contact is measured yet
 NO_SUPPORT = -9.0  # [m] logged instead of -inf where fewer feet than one bear
@@ -33,6 +40,8 @@ class StabilityMonitor(LeafSystem):
         least_margins: (2,) the smallest of both margins over the last `window` measurements [m]: no
             less frequent log passes one over. Infinite until contacts are measured.
         further_margins: See Margins; what the gauge does not measure is nan. Every `gauge_period`.
+        stability_margin_now, zmp_margin_now, com_position_now: The first three of this instant,
+            computed when they are asked for; those above are held from measurement to measurement.
     """
 
     def __init__(
@@ -66,11 +75,28 @@ class StabilityMonitor(LeafSystem):
         # When; then about the centre of mass, angular and linear. Nan until there is one.
         self._momentum = self.DeclareDiscreteState(np.full(7, np.nan))
         self._scratch = DeclareScratch(self, model)
+        inputs = (self._state_port, self._contact_port, self._position_port, self._force_port)
+        now = DeclareVectors(self, (1, 1, 3), self._calc_now, {port.ticket() for port in inputs})
+        for row, (name, size) in enumerate(
+            (("stability_margin", 1), ("zmp_margin", 1), ("com_position", 3))
+        ):
+            DeclareVectorOfEntry(self, f"{name}_now", now, row, size)
         self._period = period
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self._gauge = None if gauge is None or gauge.kind == HULL else gauge
         if self._gauge is not None:
             self.DeclarePeriodicDiscreteUpdateEvent(gauge_period, 0.0, self._measure)
+
+    def _calc_now(self, context: Context, outputs: Vectors) -> None:
+        margin, zmp_margin, com = outputs
+        scratch = EvalScratch(self._scratch, context)
+        x = self._state_port.Eval(context)
+        self._model.SetPositions(scratch, x[: self._layout.num_positions])
+        com[:] = self._model.CalcCenterOfMassPositionInWorld(scratch)
+        judge(
+            com, self._contact_port.Eval(context), self._position_port.Eval(context),
+            self._force_port.Eval(context), NO_SUPPORT, margin, zmp_margin,
+        )  # fmt: skip
 
     def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
         x = self._state_port.Eval(context)

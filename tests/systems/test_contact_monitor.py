@@ -247,6 +247,9 @@ def test_feet_are_found_by_the_files_names() -> None:
         find_feet(rig().plant, robot, by_id)  # type: ignore[arg-type]
 
 
-def test_outputs_are_held_state() -> None:
-    """No contact result reaches an output but by a tick."""
-    assert not rig().monitor.HasAnyDirectFeedthrough()
+def test_sensors_are_held_and_what_is_now_is_not() -> None:
+    """A contact result reaches a sensor's output by a tick alone, and what is of now at once."""
+    monitor = rig().monitor
+    for k in range(monitor.num_output_ports()):
+        now = monitor.get_output_port(k).get_name().endswith("_now")
+        assert monitor.HasDirectFeedthrough(k) == now
