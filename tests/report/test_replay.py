@@ -94,7 +94,7 @@ def test_meldis_receives_the_scene(tmp_path: Path) -> None:
     script = """
 import sys
 from pathlib import Path
-sys.path.insert(0, "tests")
+sys.path.insert(0, "tests/support")
 from report_run import make_log, short_scenario, write_run
 from drake_quad.runs.reader import read_run
 from drake_quad.report.lcm_replay import scene_messages
