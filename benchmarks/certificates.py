@@ -31,7 +31,7 @@ from benchmarks.certificate_plans import (
 from benchmarks.certificate_samples import sampled_minima
 from benchmarks.common import markdown_table, provenance
 from drake_quad.certificate.certify import CLAIMS, certify, digest
-from drake_quad.certificate.clearance import find_obstacles
+from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.kinematics import shank_of
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.config import RobotConfig
@@ -152,7 +152,7 @@ def study_falsehood(
         if told["plans"] % 10 == 0:
             print(dict(told), f"{time.perf_counter() - begun:.0f} s", file=sys.stderr, flush=True)
         certificate = certify(model, shank, plans, course.boxes)
-        obstacles = find_obstacles(course.boxes)
+        obstacles = find_box_obstacles(course.boxes)
         least = np.concatenate([sampled_minima(model, shank, p, obstacles, rate) for p in plans])
         sampled += sum(p.duration for p in plans)
         above = least[:, :5] - certificate.proof.claims
@@ -231,7 +231,7 @@ def _untrue(record: dict[str, Any], rate: float = 500.0) -> bool:
         Box(b["name"], np.array(b["centre"]), np.array(b["size"]), b["yaw"], 0, b["pitch"])
         for b in record["course"]
     ]
-    obstacles = find_obstacles(boxes)
+    obstacles = find_box_obstacles(boxes)
     for plan, task in zip(plans, record["tasks"], strict=True):
         claims = np.array([[s[c] for c in CLAIMS] for s in task["segments"]])
         least = sampled_minima(robot, shank, plan, obstacles, rate)

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.common import markdown_table, provenance
 from drake_quad.feasibility.chart import Span, chart_stairs
-from drake_quad.feasibility.check import ask_stairs
+from drake_quad.feasibility.check import check_flight
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"
 STAIRS = ((0.178, 0.28, 10), (0.15, 0.35, 10), (0.2, 0.3, 4), (0.1, 0.45, 4))  # rise, run, count
@@ -28,12 +28,12 @@ def measure_checks(
 ) -> list[dict[str, Any]]:
     """One row a staircase: medians of wall and processor time [s], after one that warms up."""
     rows = []
-    ask_stairs(model, rise=stairs[0][0], run=stairs[0][1], count=1)
+    check_flight(model, rise=stairs[0][0], run=stairs[0][1], count=1)
     for rise, run, count in stairs:
         wall, processor = [], []
         for _ in range(repeats):
             begun, used = time.perf_counter(), time.process_time()
-            check = ask_stairs(model, rise=rise, run=run, count=count)
+            check = check_flight(model, rise=rise, run=run, count=count)
             wall.append(time.perf_counter() - begun)
             processor.append(time.process_time() - used)
         rows.append(

@@ -133,11 +133,11 @@ def measure(case: Case) -> dict[str, Any]:
     from benchmarks.cenic import corrected
     from drake_quad.errors import DrakeQuadError
     from drake_quad.scenario.load import load_scenario
-    from drake_quad.simulation.run import run
+    from drake_quad.simulation.run import simulate
 
     try:
         with corrected() if case.solver == "cenic" else nullcontext():
-            summary = run(load_scenario(case.scenario, case.all_overrides)).summary
+            summary = simulate(load_scenario(case.scenario, case.all_overrides)).summary
     except DrakeQuadError as error:
         return {"outcome": "error", "reason": str(error)}
     return {key: value for key, value in summary.items() if key != "segments"}

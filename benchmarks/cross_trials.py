@@ -55,11 +55,11 @@ def work(trial: Trial) -> Result:
 def run_in_drake(base: Base, overrides: list[str]) -> Result:
     """Runs a scenario as it is."""
     from drake_quad.errors import DrakeQuadError, InputError
-    from drake_quad.simulation.run import run
+    from drake_quad.simulation.run import simulate
 
     try:
         scenario = base.load(overrides)
-        found = run(scenario, source=base.name)
+        found = simulate(scenario, source=base.name)
     except DrakeQuadError as error:
         outcome = "refused" if isinstance(error, InputError) else "stopped"
         return {"outcome": outcome, "reason": str(error)}

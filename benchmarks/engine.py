@@ -20,7 +20,7 @@ from benchmarks.study import Result
 from drake_quad.errors import InputError
 from drake_quad.sweep import provenance
 from drake_quad.sweep.command import Bar
-from drake_quad.sweep.executors import Work, carry_out
+from drake_quad.sweep.executors import Work, run_local
 from drake_quad.sweep.journal import Journal
 from drake_quad.sweep.run import SourcesChangedError
 from drake_quad.sweep.study import Base, Study
@@ -97,7 +97,7 @@ def carry_on(
             not journal.done[t.index]["success"] for t in trials if t.index in journal.done
         )
         bar.begin(done, failed, of)
-        for index, result in carry_out(
+        for index, result in run_local(
             pending, workers=options.workers, limits=limits, stop=ended.is_set, work=work
         ):
             if result["sources"] != before["sources"] or basis(libraries) != before:

@@ -32,8 +32,8 @@ from drake_quad.scenario.load import load_scenario
 ASKED = 0.1  # [s]
 # What is timed: name, where it is called from, and by which name.
 WATCHED = (
-    ("walks", plan_task, "lay_walk"),
-    ("spins", plan_task, "lay_spin"),
+    ("walks", plan_task, "plan_walk_footsteps"),
+    ("spins", plan_task, "plan_spin_footsteps"),
     ("transitions", plan_transition, "plan_transition"),
     ("swings", step_builder, "plan_swing"),
     ("body", plan_task, "plan_body"),

@@ -21,7 +21,7 @@ from drake_quad.simulation.diagram import MakeStairClimb
 from drake_quad.stability.actuation import joint_limits
 from drake_quad.stability.capture_point import SWING_BACK, Pendulum, find_pressure_area, push_budget
 from drake_quad.stability.equilibrium_region import find_region, make_contacts
-from drake_quad.stability.margins import leg_way
+from drake_quad.stability.margins import leg_stroke_left
 from drake_quad.systems.disturbances import Disturbances, Push
 from drake_quad.terrain.course import Course
 
@@ -128,7 +128,7 @@ def budgets(
     area = find_pressure_area(contacts, pendulum, limits=limits)
     free = push_budget(region, area, pendulum, way[None])
     # The body goes farther than the centre of mass, whose feet stay: looked after so far.
-    legs = leg_way(robot, R, q, everyone, way[None], 2.0 * free / pendulum.rate)
+    legs = leg_stroke_left(robot, R, q, everyone, way[None], 2.0 * free / pendulum.rate)
     held = push_budget(region, area, pendulum, way[None], legs, swing_back=SWING_BACK)
     return float(free[0]), float(held[0])
 

@@ -31,7 +31,7 @@ from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.scenario.build import disturbances_of
 from drake_quad.scenario.config import PushConfig
 from drake_quad.simulation.diagram import stair_climb_of
-from drake_quad.simulation.prepare import Preparation, prepare
+from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.sweep.study import Base
 from drake_quad.sweep.trials import Trial
 from drake_quad.systems.disturbances import Push
@@ -61,7 +61,7 @@ ASLANT = 0.03  # [m] between front and rear feet's mean heights: on stairs
 Given = dict[str, Any]  # a push, by the names of VALUES
 
 
-def prepare_undisturbed(base: Base, overrides: Sequence[str]) -> Preparation:
+def prepare_undisturbed(base: Base, overrides: Sequence[str]) -> PreparedScenario:
     """The run to be pushed, with room for one push.
 
     Raises:

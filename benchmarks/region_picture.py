@@ -23,7 +23,7 @@ from drake_quad.report.style import COM_COLOUR, GOOD, LEG_COLOURS
 from drake_quad.robot.loader import load_robot
 from drake_quad.stability.actuation import joint_limits
 from drake_quad.stability.capture_point import directions
-from drake_quad.stability.equilibrium_region import Demand, Region, find_region, make_contacts
+from drake_quad.stability.equilibrium_region import Region, WrenchDemand, find_region, make_contacts
 from drake_quad.stability.support_polygon import support_polygon
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"
@@ -48,7 +48,7 @@ def regions() -> list[list[tuple[FloatArray, Region, FloatArray]]]:
     places, R = feet - [0.0, 0.0, robot.foot_radius], rotations(body)
     nosing = np.tile([0.0, 0.0, 1.0], (4, 1))
     nosing[0] = [-1.0, 0.0, 1.0]
-    braking = Demand((BRAKING / 9.81, 0.0, 1.0), height=float(com[2]))
+    braking = WrenchDemand((BRAKING / 9.81, 0.0, 1.0), height=float(com[2]))
     found = []
     for row in ROWS:
         who = np.array(row)

@@ -16,7 +16,7 @@ from drake_quad.robot.contact_surface import SetContactFriction
 from drake_quad.robot.loader import AddRobot
 from drake_quad.scenario.build import control_settings
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
-from drake_quad.simulation.prepare import Preparation
+from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.terrain.drake_geometry import AddCourse
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
@@ -65,7 +65,7 @@ class Pair:
 
 
 def make_whole(
-    p: Preparation, *, visualize: Visualize | None = None
+    p: PreparedScenario, *, visualize: Visualize | None = None
 ) -> tuple[StairClimb, Simulator]:
     """The simulation as `drake-quad run` has it."""
     scenario = p.scenario
@@ -75,7 +75,7 @@ def make_whole(
     return climb, simulator
 
 
-def record(p: Preparation, *, duration: float) -> tuple[Commands, float]:
+def record(p: PreparedScenario, *, duration: float) -> tuple[Commands, float]:
     """Runs the whole for `duration` [s] or to its end: its commands, and its wall time [s]."""
     sinks = {}
     period = p.scenario.controller.period
@@ -97,7 +97,7 @@ def record(p: Preparation, *, duration: float) -> tuple[Commands, float]:
     return Commands(np.array(start), period, held), wall
 
 
-def make_bare(p: Preparation, commands: Commands) -> tuple[MultibodyPlant, Simulator]:
+def make_bare(p: PreparedScenario, commands: Commands) -> tuple[MultibodyPlant, Simulator]:
     """The same robot, course and gains, following `commands`; nothing in it is Python."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(p.scenario.simulation.plant, builder)
@@ -139,7 +139,7 @@ def make_bare(p: Preparation, commands: Commands) -> tuple[MultibodyPlant, Simul
     return plant, simulator
 
 
-def make_pair(p: Preparation, commands: Commands) -> Pair:
+def make_pair(p: PreparedScenario, commands: Commands) -> Pair:
     """Both, at time 0."""
     climb, whole = make_whole(p)
     plant, bare = make_bare(p, commands)

@@ -1,7 +1,7 @@
 """Compiles numeric kernels with numba, and keeps them on disk for later processes.
 
 The loop's mathematics is a few hundred scalar operations a tick, which cost far less than the
-interpreter that would carry them out. `compiled` keeps them plain Python to read and to test.
+interpreter that would carry them out. `jit` keeps them plain Python to read and to test.
 """
 
 import hashlib
@@ -170,7 +170,7 @@ R = TypeVar("R")
 FloatArray = NDArray[np.float64]
 
 
-def compiled(function: Callable[P, R]) -> Callable[P, R]:
+def jit(function: Callable[P, R]) -> Callable[P, R]:
     """Compiles `function` at its first call and keeps the result on disk for later processes.
 
     Args:
@@ -188,7 +188,7 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Makes `function` a part of each kernel that calls it; alone it is compiled for no later use.
 
     Args:
-        function: See `compiled`; a few lines.
+        function: See `jit`; a few lines.
     """
     return cast(Callable[P, R], numba.njit(error_model="numpy", inline="always")(function))
 

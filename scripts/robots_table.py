@@ -24,7 +24,7 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.result import RunResult
 from drake_quad.scenario.load import parse_scenario
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 
 ROBOTS = (
     "anymal_c", "anymal_b", "spot", "b1", "b2", "a2", "go1", "go2", "a1", "aliengo", "laikago",
@@ -50,7 +50,7 @@ def level_run(name: str) -> str:
     robot = load_robot(name)
     size = hip_length(robot) + leg_length(robot)
     text = LEVEL.format(name=name, length=2.0 + 3.0 * size, width=3.0 * size, start=1.2 * size)
-    return _told(run(parse_scenario(text, source=name)))
+    return _told(simulate(parse_scenario(text, source=name)))
 
 
 def stairs_run(name: str, rise: float, run_: float, *, physics: bool) -> str:
@@ -61,7 +61,7 @@ def stairs_run(name: str, rise: float, run_: float, *, physics: bool) -> str:
     planned = f"planned {check.designed.margin:.3f} m"
     if not physics:
         return planned
-    return f"{planned}; {_told(run(check.designed.scenario, source=name))}"
+    return f"{planned}; {_told(simulate(check.designed.scenario, source=name))}"
 
 
 def _told(result: RunResult) -> str:

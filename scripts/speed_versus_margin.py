@@ -24,7 +24,7 @@ from rich.progress import track
 from drake_quad.errors import DrakeQuadError
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 from drake_quad.stability.equilibrium_region import HULL, KINDS
 
 NAME = "speed_versus_margin"
@@ -98,7 +98,7 @@ def apart(rows: Sequence[Row], speed: float) -> list[Row]:
 
 def measure(row: Row, kind: str) -> Row:
     """A gait's run in physics: how it ended, and its least measured margin of that kind."""
-    summary = run(load_scenario("case_study", overrides(row, kind))).summary
+    summary = simulate(load_scenario("case_study", overrides(row, kind))).summary
     name = "margin" if kind == HULL else f"margin_{kind}"
     return {
         "outcome": summary["outcome"],

@@ -41,8 +41,8 @@ from drake_quad.robot.importer.overrides import read_overrides
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.sweep.compare import compare_sweeps
-from drake_quad.sweep.executors import carry_out
-from drake_quad.sweep.report import write_report, write_section
+from drake_quad.sweep.executors import run_local
+from drake_quad.sweep.report import write_section, write_sweep_report
 from drake_quad.sweep.run import run_study
 from drake_quad.sweep.study import Base, Limits, Study
 from drake_quad.sweep.study_loading import load_study, parse_study
@@ -61,7 +61,7 @@ def survive(case: Case, folder: Path) -> str:
 
     Returns:
         `refused`, `no plan`, `passed over` (long courses, designs: read and checked alone), or
-        `run`.
+        `simulate`.
 
     Raises:
         Exception: Whatever is no error on purpose: a finding.
@@ -124,7 +124,7 @@ def _sweep(study: Study, base: Base, folder: Path) -> None:
     """The study's first trials, made up: its tables, its report, and what is printed of it."""
     out = folder / "swept"
     told = run_study(study, base, out, rig.at_once, limit=4, work=rig.some_fell)
-    write_report(study, told, out)
+    write_sweep_report(study, told, out)
     write_section(folder / "page.md", told, "drake-quad sweep study.yaml", "study")
     print_sweep(told, out, Console(file=io.StringIO()))
     assert len(pq.read_table(out / "trials.parquet")) == min(4, count_trials(study))
@@ -132,7 +132,7 @@ def _sweep(study: Study, base: Base, folder: Path) -> None:
 
 def _run(text: str, folder: Path, overrides: tuple[str, ...], *, physics: bool) -> str:
     from drake_quad.runs.result import write_files
-    from drake_quad.simulation.run import run
+    from drake_quad.simulation.run import simulate
 
     scenario = parse_scenario(text, source="mine.yaml", base=folder, overrides=overrides)
     length = sum((e.length or 0.0) + (e.count or 0) * (e.run or 0.0) for e in scenario.course)
@@ -148,7 +148,7 @@ def _run(text: str, folder: Path, overrides: tuple[str, ...], *, physics: bool) 
         scenario.simulation.mode = "kinematic"
         scenario.simulation.log_period = max(scenario.simulation.log_period, 0.5)
     scenario.simulation.realtime_rate = 0.0  # who asks for a slow pace gets it
-    result = run(scenario, source="mine.yaml")
+    result = simulate(scenario, source="mine.yaml")
     fault = re.search(r"simulation failed: \w+(Error|Exception|Warning):", result.reason)
     assert not fault, result.reason
     write_files(result, result.scenario, folder / "run")
@@ -208,7 +208,7 @@ def fuzz_all(numbers: Sequence[int], workers: int = 2) -> Counter[tuple[str, str
         for k in numbers
     ]
     limits = Limits(recycle=400, retries=0)
-    found = dict(carry_out(trials, workers=workers, limits=limits, work=fuzz))
+    found = dict(run_local(trials, workers=workers, limits=limits, work=fuzz))
     bad = {
         k: f"{one['outcome']}: {one['reason']}" for k, one in found.items() if not one["success"]
     }

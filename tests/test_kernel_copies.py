@@ -9,7 +9,7 @@ import pytest
 
 import drake_quad
 from drake_quad.common import FloatArray
-from drake_quad.jit import compiled, copy_matrix, copy_stack, copy_vector
+from drake_quad.jit import copy_matrix, copy_stack, copy_vector, jit
 
 PACKAGE = Path(drake_quad.__file__).parent
 
@@ -19,7 +19,7 @@ def array_assignments(source: str) -> Iterator[str]:
     for function in ast.walk(ast.parse(source)):
         if not isinstance(function, ast.FunctionDef):
             continue
-        if "compiled" not in map(ast.unparse, function.decorator_list):
+        if "jit" not in map(ast.unparse, function.decorator_list):
             continue
         for node in ast.walk(function):
             if not isinstance(node, ast.Assign | ast.AugAssign):
@@ -43,17 +43,17 @@ def has_slice(index: ast.expr) -> bool:
 def test_no_kernel_assigns_an_array_to_a_slice(path: Path) -> None:
     """The loop's kernels took half as long again to compile while some did."""
     text = path.read_text(encoding="utf-8")
-    assert "@compiled" not in text or not list(array_assignments(text))
+    assert "@jit" not in text or not list(array_assignments(text))
 
 
 def test_such_an_assignment_is_found() -> None:
     """The rule above can be broken: by a slice, in a row, and by adding to one."""
     for line in ("a[:] = b", "a[2:4] += b", "x, a[0, :] = (1.0, b)"):
-        assert list(array_assignments(f"@compiled\ndef f(a, b):\n    {line}\n")) == [line]
-    assert not list(array_assignments("@compiled\ndef f(a, b):\n    a[1:] = 0.0\n"))
+        assert list(array_assignments(f"@jit\ndef f(a, b):\n    {line}\n")) == [line]
+    assert not list(array_assignments("@jit\ndef f(a, b):\n    a[1:] = 0.0\n"))
 
 
-@compiled
+@jit
 def _copy_all(v: FloatArray, m: FloatArray, s: FloatArray, to: FloatArray) -> None:
     copy_vector(to[0, 0, 1:], v)
     copy_matrix(to[1], m)

@@ -161,8 +161,8 @@ def test_an_import_upward_is_caught(parts: tuple[str, ...], source: str) -> None
     ("parts", "source"),
     [
         (("gait", "swing"), "import numpy as np\nfrom drake_quad.robot.legs import Leg"),
-        (("gait", "swing"), "from .schedule import wave_table\nfrom ..errors import InputError"),
-        (("gait", "swing"), "import numba\nfrom drake_quad.jit import compiled"),
+        (("gait", "swing"), "from .schedule import wave_schedule\nfrom ..errors import InputError"),
+        (("gait", "swing"), "import numba\nfrom drake_quad.jit import jit"),
         (("planning", "x"), "from drake_quad.robot.model import RobotModel"),
         (("scenario", "build"), "from drake_quad.planning.problem import PlanSettings"),
         (("cli", "main"), "from drake_quad import __version__"),

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.cells import Cells, IntArray, Pieces, join, make_cells, pick
+from drake_quad.certificate.cells import Cells, IntArray, Pieces, join_cells, make_cells, pick
 from drake_quad.certificate.clearance import (
     MOST_PAIRS,
     Obstacles,
     SwingRule,
-    feet_room,
+    enclose_foot_clearance,
+    enclose_shank_clearance,
     find_swing_rule,
-    shank_room,
 )
 from drake_quad.certificate.kinematics import (
     Legs,
@@ -117,7 +117,7 @@ def bound_cells(
         for first in range(0, len(cells.half), size):
             some = pick(cells, slice(first, first + size))
             parts.append(_bound(problem, some, best, tolerance, demand))
-    return join(parts)
+    return join_cells(parts)
 
 
 def _bound(
@@ -158,13 +158,13 @@ def _bound(
     put(TORQUE, np.stack(room, axis=-1).reshape(N, 12), np.stack(here, axis=-1).reshape(N, 12))
     stands = pieces.standing[cells.piece]
     put(SHARES, np.where(stands, statics.shares.lower, 1.0), np.where(stands, statics.witness, 1.0))
-    foot = feet_room(pieces, cells, problem.obstacles, problem.rule, robot.foot_radius)
+    foot = enclose_foot_clearance(pieces, cells, problem.obstacles, problem.rule, robot.foot_radius)
     low[:, FOOT], sample[:, FOOT], where[:, FOOT] = foot.low, foot.sample, foot.obstacle
     low[:, GROUND], sample[:, GROUND] = foot.ground_low, foot.ground_sample
     where[:, GROUND] = where[:, FOOT]
     known = best[:, SHANK].copy()
     knees, ahead = enclose_knees(robot, frame, legs), enclose_shank_axes(frame, legs)
-    shank = shank_room(
+    shank = enclose_shank_clearance(
         cells,
         make_chain(problem.shank, knees, feet, ahead),
         problem.obstacles,
@@ -270,9 +270,9 @@ def prove(problem: Problem, demand: FloatArray) -> Proof:
         todo = halves(problem, pick(todo, again))
     else:
         done.append((pick(last[0], last[2]), pick(last[1], last[2])))
-    cells = join([c for c, _ in done])
+    cells = join_cells([c for c, _ in done])
     order = np.lexsort((cells.middle, pieces.task[cells.piece]))
-    cells, bounds = pick(cells, order), pick(join([b for _, b in done]), order)
+    cells, bounds = pick(cells, order), pick(join_cells([b for _, b in done]), order)
     low = np.full((segments, COLUMNS), np.inf)
     np.minimum.at(low, pieces.segment[cells.piece], bounds.low)
     low -= ROUNDING

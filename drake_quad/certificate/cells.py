@@ -230,7 +230,7 @@ def pick(values: T, which: IntArray | BoolArray | slice) -> T:
     return type(values)(**{k: v[which] for k, v in vars(values).items()})
 
 
-def join(parts: list[T]) -> T:
+def join_cells(parts: list[T]) -> T:
     """All of them as one."""
     return type(parts[0])(
         **{k: np.concatenate([vars(part)[k] for part in parts]) for k in vars(parts[0])}

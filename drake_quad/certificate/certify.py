@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_quad.certificate.bounds import Proof, make_demand, pose_problem, prove
 from drake_quad.certificate.cells import Pieces, cut_pieces
-from drake_quad.certificate.clearance import find_obstacles
+from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.continuity import Joins, check_joins
 from drake_quad.certificate.failure import Failure, first_failure
 from drake_quad.certificate.kinematics import Shank
@@ -204,7 +204,7 @@ def certify(
         clearance: Room of feet and shanks that is asked for [m].
     """
     pieces = cut_pieces(plans)
-    problem = pose_problem(robot, shank, pieces, find_obstacles(boxes))
+    problem = pose_problem(robot, shank, pieces, find_box_obstacles(boxes))
     proof = prove(problem, make_demand(margin=margin, foot=clearance, shank=clearance))
     joins = check_joins(plans)
     found = [f for f in (joins.failure, first_failure(problem, proof)) if f is not None]

@@ -72,7 +72,7 @@ class Obstacles:
         return np.where(out, away, inside), np.einsum("ki,kij->kj", normal, axes)
 
 
-def find_obstacles(boxes: Sequence[Box]) -> Obstacles:
+def find_box_obstacles(boxes: Sequence[Box]) -> Obstacles:
     """The obstacles that a course's boxes make."""
     rows = [(b.centre, _axes(b), 0.5 * b.size, b.top, False) for b in boxes]
     middles = np.array([box.centre[:2] for box in boxes])
@@ -199,7 +199,7 @@ def _distances(points: FloatArray, obstacles: Obstacles) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class FeetRoom:
+class FootClearance:
     """Of each cell (N,): bounds below over the cell, and values in its middle [m].
 
     Attributes:
@@ -217,12 +217,12 @@ class FeetRoom:
     obstacle: IntArray
 
 
-def feet_room(
+def enclose_foot_clearance(
     pieces: Pieces, cells: Cells, obstacles: Obstacles, rule: SwingRule, radius: float
-) -> FeetRoom:
+) -> FootClearance:
     """The room of the swing feet's spheres over each cell."""
     count = len(cells.half)
-    room = FeetRoom(
+    room = FootClearance(
         low=np.full(count, CAP),
         sample=np.full(count, CAP),
         ground_low=np.full(count, CAP),
@@ -263,7 +263,7 @@ _HALVINGS = 24  # of a part of a shank, in search of its nearest point
 
 
 @dataclass(frozen=True, eq=False)
-class ShankRoom:
+class ShankClearance:
     """Of each cell (N,): a bound below over the cell, and a value in its middle [m]; the leg."""
 
     low: FloatArray
@@ -271,7 +271,7 @@ class ShankRoom:
     leg: IntArray
 
 
-def shank_room(
+def enclose_shank_clearance(
     cells: Cells,
     chain: Chain,
     obstacles: Obstacles,
@@ -280,7 +280,7 @@ def shank_room(
     best: FloatArray,
     tolerance: float,
     demand: float,
-) -> ShankRoom:
+) -> ShankClearance:
     """The room of all shanks over each cell, knees included.
 
     A shank is a chain of rounded parts, each as thick as the thicker of its ends.
@@ -295,7 +295,7 @@ def shank_room(
         demand: unless this is asked for, and is in between [m].
     """
     N = len(cells.half)
-    room = ShankRoom(np.full(N, CAP), np.full(N, CAP), np.zeros(N, dtype=int))
+    room = ShankClearance(np.full(N, CAP), np.full(N, CAP), np.zeros(N, dtype=int))
     low_end, high_end, thick = chain.parts()
     parts = thick.shape[1]
     K, F = chain.points.centre[:, :, 0], chain.points.centre[:, :, 1]

@@ -268,10 +268,10 @@ def _check_values(summary: dict[str, Any], source: str) -> None:
 def make_report(directory: Path, err: Console) -> None:
     """Writes report.html and scene.lcmlog of a finished run."""
     from drake_quad.report.lcm_replay import write_scene_log
-    from drake_quad.report.page import build_report
+    from drake_quad.report.page import write_report
 
     with err.status("writing report.html and scene.lcmlog"):
-        build_report(directory)
+        write_report(directory)
         write_scene_log(directory)
 
 

@@ -40,17 +40,17 @@ def inspect(
 ) -> None:
     """Tell what is read from a robot's file, and what is repaired or assumed."""
     from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
-    from drake_quad.feasibility.robot_picture import check_picture, save_picture
+    from drake_quad.feasibility.robot_picture import check_robot_picture, save_robot_picture
     from drake_quad.robot.loader import load_robot
 
-    check_picture(picture)
+    check_robot_picture(picture)
     claim_file(picture, "--picture")
     model = load_robot(robot)
     told = describe_robot(model, source=robot)
     if not as_json:
         print_robot(told, Console())
     if picture is not None:
-        save_picture(model, picture)
+        save_robot_picture(model, picture)
         told["picture"] = str(picture)
     if as_json:
         print(json.dumps(told))
@@ -103,9 +103,9 @@ def check(
 
     A no comes with its reason first; to find the nearest stairs that work takes minutes more.
     """
-    from drake_quad.feasibility.check_report import Asked, run_check
+    from drake_quad.feasibility.check_report import CheckRequest, run_check
 
-    asked = Asked(
+    asked = CheckRequest(
         robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin, width=width,
         landing=landing, turn=turn,
     )  # fmt: skip

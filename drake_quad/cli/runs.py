@@ -180,7 +180,7 @@ def run(
     """
     from drake_quad.runs.result import write_files
     from drake_quad.scenario.load import load_scenario
-    from drake_quad.simulation.run import run as simulate
+    from drake_quad.simulation.run import simulate as simulate
 
     fields = [*(overrides or []), *([] if seed is None else [f"simulation.seed={seed}"])]
     if (meshcat or meldis) and not any("realtime_rate" in field for field in fields):
@@ -280,9 +280,9 @@ def report(
 
 def _report_sweep(directory: Path, page: Path | None, *, as_json: bool) -> None:
     from drake_quad.cli.studies import print_sweep
-    from drake_quad.sweep.rebuild_report import tell_again
+    from drake_quad.sweep.rebuild_report import rebuild_report
 
-    told = tell_again(directory, page)
+    told = rebuild_report(directory, page)
     if as_json:
         print(json.dumps({"report": str(directory / "report.html")}))
     else:
@@ -302,12 +302,12 @@ def export(
     the trunk's pose.
     """
     from drake_quad.report.joint_table import write_joint_table
-    from drake_quad.runs.reader import read_run
+    from drake_quad.runs.reader import load_run
 
     path = csv if csv is not None else directory / "joints.csv"
     read_summary(directory)
     claim_file(path, "--csv")
-    rows = write_joint_table(read_run(directory), path)
+    rows = write_joint_table(load_run(directory), path)
     if as_json:
         print(json.dumps({"csv": str(path), "rows": rows}))
     else:

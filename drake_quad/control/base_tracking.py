@@ -22,7 +22,7 @@ import numpy as np
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.control.kernel_state import Pace
-from drake_quad.jit import compiled, copy_vector
+from drake_quad.jit import copy_vector, jit
 from drake_quad.math.rotations import yaw_pitch_rotation
 from drake_quad.robot.kinematics import leg_row
 from drake_quad.robot.model import LegGeometry
@@ -54,7 +54,7 @@ class Target(NamedTuple):
     load: FloatArray
 
 
-@compiled
+@jit
 def body_motion(
     body: FloatArray, rate: float, change: float, height: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -83,7 +83,7 @@ def body_motion(
     return pose, R, rate * body[1, :3], w, acceleration
 
 
-@compiled
+@jit
 def base_target(
     body: FloatArray,
     rate: float,
@@ -97,7 +97,7 @@ def base_target(
     return Target(pose, R, v, w, acceleration, feet_acceleration, load)
 
 
-@compiled
+@jit
 def rotation_error(R_desired: FloatArray, R: FloatArray) -> FloatArray:
     """The rotation vector, in W, that takes `R` to `R_desired` (small angles) (3,) [rad]."""
     error = np.zeros(3)
@@ -108,7 +108,7 @@ def rotation_error(R_desired: FloatArray, R: FloatArray) -> FloatArray:
     return error
 
 
-@compiled
+@jit
 def shorten(v: FloatArray, most: float) -> FloatArray:
     """The vector, no longer than `most`."""
     length = np.sqrt(np.sum(v * v))
@@ -137,7 +137,7 @@ class BaseGains(NamedTuple):
     most_acceleration: float
 
 
-@compiled
+@jit
 def wanted_acceleration(
     acceleration: FloatArray,
     shift: FloatArray,
@@ -172,7 +172,7 @@ def smooth(x: float) -> float:
     return x * x * (3.0 - 2.0 * x)
 
 
-smooth_step = compiled(smooth)
+smooth_step = jit(smooth)
 
 
 # ------------------------------------------------------------------------------------------------
@@ -184,13 +184,13 @@ LEAST_HEIGHT = 0.1  # [m] that a body over its feet is taken for: fallen, it has
 CATCH_UP = 2.0  # [1/s] of its lead by which the body is slower than a clock that runs
 
 
-@compiled
+@jit
 def pendulum_rate(height: float) -> float:
     """Of a point that is balanced at a height [m], as a linear inverted pendulum [1/s]."""
     return sqrt(GRAVITY / max(height, LEAST_HEIGHT))
 
 
-@compiled
+@jit
 def height_over(base: float, feet: FloatArray) -> float:
     """The base's height [m] over the mean of its feet (4, 3) in W [m].
 
@@ -200,7 +200,7 @@ def height_over(base: float, feet: FloatArray) -> float:
     return base - 0.25 * (feet[0, 2] + feet[1, 2] + feet[2, 2] + feet[3, 2])
 
 
-@compiled
+@jit
 def next_body_rate(
     body_rate: float, lead: float, rate: float, pendulum: float, period: float
 ) -> tuple[float, float, float]:
@@ -251,7 +251,7 @@ def longest_legs(geometry: LegGeometry, q_lower: FloatArray, q_upper: FloatArray
     return np.asarray(np.sqrt(a * a + b * b + 2.0 * a * b * np.cos(least)))
 
 
-@compiled
+@jit
 def shortage(
     legs: FloatArray,
     longest: FloatArray,
@@ -292,7 +292,7 @@ def shortage(
     return min(lower, MOST_LOWER)
 
 
-@compiled
+@jit
 def next_lower(lower: float, wanted: float, pace: Pace) -> float:
     """How much lower the body is a tick later: down as fast as feet search, back by and by [m].
 

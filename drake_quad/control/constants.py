@@ -8,8 +8,8 @@ from drake_quad.common import GRAVITY
 from drake_quad.control.base_tracking import BaseGains, longest_legs
 from drake_quad.control.joint_targets import Softness
 from drake_quad.control.kernel_state import ROBOT, Pace, Records, record_type
-from drake_quad.control.measurement import places_of
-from drake_quad.control.payload_observer import Learning
+from drake_quad.control.measurement import state_indices
+from drake_quad.control.payload_observer import PayloadUpdate
 from drake_quad.control.settings import ControlSettings
 from drake_quad.control.whole_body_qp import Weights
 from drake_quad.robot.kinematics import leg_array
@@ -51,7 +51,7 @@ CONSTANTS = np.dtype(
         ("weights", _numbers(Weights)),
         ("gains", _numbers(BaseGains)),
         ("softness", _numbers(Softness)),
-        ("learning", _numbers(Learning)),
+        ("learning", _numbers(PayloadUpdate)),
     ],
     align=True,
 )
@@ -78,7 +78,7 @@ def make_constants(
     c = constants[0]
     c["legs"], c["radius"] = leg_array(robot.geometry), robot.foot_radius
     c["longest"] = longest_legs(robot.geometry, robot.q_lower, robot.q_upper)
-    c["places"] = places_of(layout)
+    c["places"] = state_indices(layout)
     c["velocities"] = layout.v_joints - layout.num_positions
     c["order"] = np.argsort(layout.actuators)
     c["q_lower"], c["q_upper"] = robot.q_lower, robot.q_upper
@@ -112,7 +112,7 @@ def make_constants(
     )
     c["softness"] = Softness(stiffness, MOST_AWAY, MOST_FASTER)
     learn_time = max(control.load_time, control.period)
-    c["learning"] = Learning(
+    c["learning"] = PayloadUpdate(
         control.base_stiffness / learn_time,
         control.base_rotation_stiffness / learn_time,
         weight,

@@ -7,7 +7,7 @@ ground's tilt. On level ground the axes are W's own.
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import EDGE
 
@@ -27,7 +27,7 @@ def ground_table(course: Course | None) -> FloatArray:
     )
 
 
-@compiled
+@jit
 def normal_at(ground: FloatArray, x: float, y: float) -> tuple[float, float, float]:
     """The unit normal in W of the ground at a place [m]; upright off the course.
 
@@ -54,7 +54,7 @@ def normal_at(ground: FloatArray, x: float, y: float) -> tuple[float, float, flo
     return -gx / length, -gy / length, 1.0 / length
 
 
-@compiled
+@jit
 def contact_axes(normals: FloatArray) -> FloatArray:
     """The axes (4, 3, 3) in W, in columns, of the force on each foot: two along the ground, normal.
 

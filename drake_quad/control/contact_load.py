@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.base_tracking import smooth_step
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.planning.motion_plan import END, START, SWING, phase_index
 
 # ------------------------------------------------------------------------------------------------
@@ -27,7 +27,7 @@ LANDED_LOAD = 0.2  # how much of a full load a foot carries that has landed, as 
 LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
 
 
-@compiled
+@jit
 def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
     """How much each of the four feet may carry at a time: none in the air, all in mid-stance.
 
@@ -57,7 +57,7 @@ def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
     return np.maximum(load, 1e-4)
 
 
-@compiled
+@jit
 def correct_load(
     load: FloatArray, standing: BoolArray, bearing: FloatArray, landed: bool, regained: FloatArray
 ) -> None:
@@ -83,7 +83,7 @@ def correct_load(
                 load[k] = min(load[k], LOST_LOAD + (1.0 - LOST_LOAD) * back)
 
 
-@compiled
+@jit
 def caught_load(standing: BoolArray, bearing: FloatArray) -> FloatArray:
     """Loads (4,) while a push is caught: of the feet that are to stand, those that bear."""
     load, bears = np.zeros(4), False
@@ -109,8 +109,8 @@ LEAST_BORNE = 0.02  # that a foot is taken to bear at least
 LINE = 1e-8  # [m^4] determinant of feet that stand in a line, or nearly
 
 
-@compiled
-def rest_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> FloatArray:
+@jit
+def static_load_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> FloatArray:
     """What of the weight each foot would bear at rest (4,), the sum of squares by load the least.
 
     Of three feet under full load these are the centre of mass's barycentric coordinates. Zero
@@ -143,14 +143,14 @@ def rest_shares(places: FloatArray, load: FloatArray, x: float, y: float) -> Flo
     return shares
 
 
-@compiled
-def least_normals(
+@jit
+def min_normal_forces(
     shares: FloatArray, load: FloatArray, weight: float, always: float, most: float
 ) -> FloatArray:
     """The normal forces that the feet push with at least (4,) [N].
 
     Args:
-        shares: See `rest_shares`.
+        shares: See `static_load_shares`.
         load: How much each foot may carry, 0 to 1, (4,).
         weight: Of the robot [N].
         always: Of a foot under full load, whatever its share [N].
@@ -163,8 +163,8 @@ def least_normals(
     return least
 
 
-@compiled
-def along_prices(shares: FloatArray) -> FloatArray:
+@jit
+def tangential_prices(shares: FloatArray) -> FloatArray:
     """What each foot's force along the ground costs, over that of a foot with its even share (4,).
 
     By the least sum of squares all feet would give the same along the ground, and a light foot
@@ -172,7 +172,8 @@ def along_prices(shares: FloatArray) -> FloatArray:
     square of what a foot bears make it the sum of squares of the friction used, |f_t| / f_n.
 
     Args:
-        shares: See `rest_shares`. All zero, where they are not known: all feet cost the same.
+        shares: As `static_load_shares` gives them; all zero where they are not known: then all feet
+            cost the same.
     """
     prices = np.ones(4)
     if not shares.any():
@@ -195,8 +196,8 @@ LOSES = 0.1  # [s] in which it falls by a factor of e while the foot slips
 REGAINS = 30.0  # [s] in which it comes back, linearly, from nothing to all that is assumed
 
 
-@compiled
-def answer_slip(
+@jit
+def update_friction(
     friction: FloatArray,
     velocity: FloatArray,
     load: FloatArray,

@@ -20,7 +20,7 @@ from drake_quad.control.kernel_state import (
     REGAINED,
     Pace,
 )
-from drake_quad.jit import compiled, copy_vector
+from drake_quad.jit import copy_vector, jit
 from drake_quad.robot.legs import LEGS
 
 # ------------------------------------------------------------------------------------------------
@@ -40,7 +40,7 @@ MOST_MORE = 0.04
 REGAIN_TIME = 0.2  # [s]
 
 
-@compiled
+@jit
 def catch_foot(
     k: int,
     catch: FloatArray,
@@ -54,7 +54,7 @@ def catch_foot(
 
     Args:
         k: Its row.
-        catch: See `place_feet`.
+        catch: See `compute_foot_targets`.
         feet: As estimated (4, 3) [m].
         memory: Goes on a tick.
         place: Result.
@@ -80,7 +80,7 @@ def catch_foot(
     memory[LIFTED + 3 * k : LIFTED + 3 * k + 3] = 0.0
 
 
-@compiled
+@jit
 def swing_foot(
     k: int,
     planned: FloatArray,
@@ -105,7 +105,7 @@ def swing_foot(
 
     Args:
         k: The foot's row.
-        planned: See `place_feet`, and the next two.
+        planned: See `compute_foot_targets`, and the next two.
         planned_velocity: The same.
         planned_acceleration: The same.
         s: Of the swing, 0 to 1.
@@ -148,7 +148,7 @@ def swing_foot(
         place[k, i] = hold[i]
 
 
-@compiled
+@jit
 def higher_beside(
     k: int, planned: FloatArray, standing: BoolArray, memory: FloatArray, height: float
 ) -> float:
@@ -160,7 +160,7 @@ def higher_beside(
 
     Args:
         k: The foot's row.
-        planned: See `place_feet`.
+        planned: See `compute_foot_targets`.
         standing: The same.
         memory: Not changed.
         height: That all feet stand over their plan [m].
@@ -172,7 +172,7 @@ def higher_beside(
     return min(max(more, -MOST_MORE), MOST_MORE)
 
 
-@compiled
+@jit
 def stand_foot(
     k: int,
     planned: FloatArray,
@@ -188,10 +188,10 @@ def stand_foot(
 
     Args:
         k: Its row.
-        planned: See `place_feet`.
+        planned: See `compute_foot_targets`.
         feet: As estimated (4, 3) [m].
         bearing: 1 where a foot is sensed to bear (4,).
-        urgent: See `place_feet`.
+        urgent: See `compute_foot_targets`.
         follow: Share of the way to where it stands that its hold goes a tick.
         memory: Goes on a tick.
         place: Result.
@@ -220,8 +220,8 @@ def stand_foot(
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
-def place_feet(
+@jit
+def compute_foot_targets(
     planned: FloatArray,
     planned_velocity: FloatArray,
     planned_acceleration: FloatArray,

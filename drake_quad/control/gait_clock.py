@@ -8,7 +8,7 @@ from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.ports import Balance, GaitPhase, Mode
 from drake_quad.control.push_recovery import balance_margin
 from drake_quad.control.settings import ControlSettings
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.planning.motion_plan import END, START, SWING, MotionPlan, phase_index
 
 # ------------------------------------------------------------------------------------------------
@@ -22,8 +22,8 @@ TASK, TIME, RATE, SEGMENT, SWING_LEG, SWING_PHASE, WAITED, DONE, MODE, REVISION 
 RUN, ERROR = int(Mode.RUN), int(Balance.VELOCITY_ERROR)
 
 
-@compiled
-def run_on(
+@jit
+def advance_if_uneventful(
     phase: FloatArray,
     phases: FloatArray,
     task: int,
@@ -159,7 +159,7 @@ def clock_rate(
     return rate, "" if rate > 0.0 else f"beyond here the margin falls below {demanded:.3f} m"
 
 
-def is_shaken(balance: FloatArray, *, since: float, push_speed: float) -> bool:
+def is_off_plan(balance: FloatArray, *, since: float, push_speed: float) -> bool:
     """Whether the robot is too far from what is wanted of it for its plan to go on, after a push.
 
     It comes back to a plan that stands still without swinging past it.

@@ -14,7 +14,7 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.control.measurement import Feet, IntArray
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 
 SINGULAR = 1e-5  # [m^3] determinant of a leg's Jacobian below which it counts as just that
 
@@ -39,7 +39,7 @@ class Dynamics(NamedTuple):
     torque_offset: FloatArray
 
 
-@compiled
+@jit
 def _inverse(J: FloatArray) -> FloatArray:
     """Of a leg's Jacobian (3, 3), by its adjugate: large but finite where the leg is straight."""
     adjugate = np.empty((3, 3))
@@ -54,7 +54,7 @@ def _inverse(J: FloatArray) -> FloatArray:
     return adjugate / det
 
 
-@compiled
+@jit
 def reduce_dynamics(
     M: FloatArray,
     h: FloatArray,
@@ -136,7 +136,7 @@ def reduce_dynamics(
     )  # fmt: skip
 
 
-@compiled
+@jit
 def turn_forces(dynamics: Dynamics, axes: FloatArray) -> None:
     """Makes the maps, in place, those of forces that are told in axes of their own.
 
@@ -156,7 +156,7 @@ def turn_forces(dynamics: Dynamics, axes: FloatArray) -> None:
                     )
 
 
-@compiled
+@jit
 def _solve_in_place(A: FloatArray, right: FloatArray) -> None:
     """Solves A x = right, (n, n) and (n, m), by Gauss' elimination; both are used up.
 

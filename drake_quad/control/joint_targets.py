@@ -5,14 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.common import FloatArray, Matrix, Vector
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.math.rotations import solve_rates
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row, solve_leg
 
 LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
 
 
-@compiled
+@jit
 def joint_targets(
     legs: FloatArray,
     places: FloatArray,
@@ -73,7 +73,7 @@ def joint_targets(
     return q, qd
 
 
-@compiled
+@jit
 def keep_knee(J: Matrix, joints: Vector, least: float, most: float) -> Vector:
     """A leg's angles, or speeds, with the knee's within bounds, and the hip's so as that takes.
 
@@ -111,7 +111,7 @@ class Softness(NamedTuple):
     most_faster: float
 
 
-@compiled
+@jit
 def soften(
     q: FloatArray,
     qd: FloatArray,

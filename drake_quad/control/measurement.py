@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from drake_quad.common import FloatArray
 from drake_quad.control.contact_frames import ground_table, normal_at
 from drake_quad.control.kernel_state import MEASURED, ROBOT, Record, Records, fields_of, new_record
-from drake_quad.jit import compiled, copy_matrix, copy_stack, copy_vector
+from drake_quad.jit import copy_matrix, copy_stack, copy_vector, jit
 from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row
 from drake_quad.robot.state import StateLayout
@@ -44,7 +44,7 @@ class Feet(NamedTuple):
     normal: FloatArray
 
 
-@compiled
+@jit
 def measure_feet(
     legs: FloatArray,
     radius: float,
@@ -128,7 +128,7 @@ def measure_feet(
 # ------------------------------------------------------------------------------------------------
 
 
-class Measured(NamedTuple):
+class RobotMeasurement(NamedTuple):
     """One state of the robot. W world, B body.
 
     Attributes:
@@ -154,12 +154,12 @@ class Measured(NamedTuple):
     known: bool
 
 
-def places_of(layout: StateLayout) -> IntArray:
+def state_indices(layout: StateLayout) -> IntArray:
     """Where quaternion and angular velocity of the base, joint angles and speeds are (26,)."""
     return np.concatenate([[layout.q_base, layout.v_base], layout.q_joints, layout.v_joints])
 
 
-@compiled
+@jit
 def measure_into(
     measured: Record,
     estimated: FloatArray,
@@ -176,7 +176,7 @@ def measure_into(
         estimated: [q; v]. Where it has no numbers (a lost estimate), `last` serves instead: the
             model plant must not be given such a state.
         last: The last state with numbers; now that of these two that serves.
-        places: See `places_of`.
+        places: See `state_indices`.
         legs: See `leg_array`.
         radius: Of the foot spheres [m].
         ground: See `ground_table`.
@@ -219,7 +219,7 @@ def measure(
     estimated: FloatArray,
     last: FloatArray,
     ground: FloatArray | None = None,
-) -> Measured:
+) -> RobotMeasurement:
     """The same where there is no hurry; nothing that is given changes.
 
     Args:
@@ -233,14 +233,14 @@ def measure(
     ground = ground_table(None) if ground is None else ground
     record, state = new_record(MEASURED), np.array(last, dtype=np.float64)
     robot = np.zeros(1, dtype=ROBOT)
-    robot[0]["places"], robot[0]["legs"] = places_of(layout), legs
+    robot[0]["places"], robot[0]["legs"] = state_indices(layout), legs
     _measure_one(record, np.asarray(estimated, np.float64), state, robot, radius, ground)
     m = fields_of(record)
     feet = Feet(*(m.feet[name] for name in Feet._fields))
-    return Measured(state, m.p, m.R, m.w, m.v, m.q, m.qd, feet, bool(m.known))
+    return RobotMeasurement(state, m.p, m.R, m.w, m.v, m.q, m.qd, feet, bool(m.known))
 
 
-@compiled
+@jit
 def _measure_one(
     record: Records,
     estimated: FloatArray,

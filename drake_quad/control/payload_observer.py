@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 
 # Errors of the base beyond which it is being pushed, and nothing can be learned about its load.
 REST_SPEED = 0.06  # [m/s]
@@ -23,7 +23,7 @@ IGNORED = 0.005  # [m] of the centre of mass, which errors of other kinds make a
 MOST_SHIFT = 0.12  # [m] of the body
 
 
-class Learning(NamedTuple):
+class PayloadUpdate(NamedTuple):
     """How it is learned.
 
     Attributes:
@@ -39,7 +39,7 @@ class Learning(NamedTuple):
     period: float
 
 
-@compiled
+@jit
 def at_rest(speed: FloatArray, tilt: FloatArray, spin: FloatArray) -> bool:
     """Whether the base follows its plan well enough to learn from how it does not.
 
@@ -55,9 +55,9 @@ def at_rest(speed: FloatArray, tilt: FloatArray, spin: FloatArray) -> bool:
     )
 
 
-@compiled
-def learn(
-    carried: FloatArray, height_error: float, tilt: FloatArray, heading: float, how: Learning
+@jit
+def update_payload(
+    carried: FloatArray, height_error: float, tilt: FloatArray, heading: float, how: PayloadUpdate
 ) -> FloatArray:
     """The wrench that the load needs, a period later.
 
@@ -83,20 +83,22 @@ def learn(
     )
 
 
-@compiled
-def wrench_of(carried: FloatArray, heading: float) -> FloatArray:
+@jit
+def payload_wrench(carried: FloatArray, heading: float) -> FloatArray:
     """The load's part of the base's bias terms: moment about B, then force, in W, (6,)."""
     c, s = cos(heading), sin(heading)
     force, x, y = carried[0], carried[1], carried[2]
     return np.array([c * x - s * y, s * x + c * y, 0.0, 0.0, 0.0, force])
 
 
-@compiled
-def com_shift(carried: FloatArray, p_BScm: FloatArray, heading: float, weight: float) -> FloatArray:
+@jit
+def payload_com_shift(
+    carried: FloatArray, p_BScm: FloatArray, heading: float, weight: float
+) -> FloatArray:
     """How far the whole's centre of mass is from the model's, in W (2,) [m].
 
     Args:
-        carried: See `learn`.
+        carried: See `update_payload`.
         p_BScm: From B's origin to the model's centre of mass, in W, (2,) at least [m].
         heading: Of the body [rad].
         weight: The robot's own [N].
@@ -110,8 +112,8 @@ def com_shift(carried: FloatArray, p_BScm: FloatArray, heading: float, weight: f
     return shift * max(0.0, 1.0 - IGNORED / max(length, 1e-9))
 
 
-@compiled
-def body_shift(shift: FloatArray, gain: float) -> FloatArray:
+@jit
+def compensating_shift(shift: FloatArray, gain: float) -> FloatArray:
     """How far the body is to stand aside for a centre of mass `shift` (2,) from its place [m]."""
     wanted = -shift / gain
     return wanted * min(1.0, MOST_SHIFT / max(hypot(wanted[0], wanted[1]), 1e-9))

@@ -9,9 +9,9 @@ from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.control.base_tracking import LEAST_HEIGHT, pendulum_rate
 from drake_quad.control.ports import CATCH_SIZE, Balance, Catch
 from drake_quad.planning.contact_plan import Step
-from drake_quad.planning.recovery_step import LIFT, CatchGround, choose_catch
+from drake_quad.planning.recovery_step import LIFT, StepTargetMap, choose_recovery_step
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.capture_point import FallingBody
+from drake_quad.stability.capture_point import FallingPendulum
 from drake_quad.stability.support_polygon import margin_of_floats
 
 SHARE = 0.8  # of the base's velocity error that the whole robot's centre of mass has
@@ -30,7 +30,7 @@ class Reflex:
     """
 
     robot: RobotModel
-    ground: CatchGround
+    ground: StepTargetMap
     push_speed: float = 0.12
 
 
@@ -58,7 +58,7 @@ def capture_point(balance: FloatArray, support: BoolArray) -> tuple[tuple[float,
     return (x, y), omega
 
 
-def disturbed(
+def needs_recovery(
     reflex: Reflex, balance: FloatArray, bearing: FloatArray, standing: BoolArray
 ) -> bool:
     """Whether the robot would tip over the feet that stand or bear."""
@@ -67,7 +67,7 @@ def disturbed(
     return balance_margin(balance, np.asarray(standing, dtype=bool) | (bearing > 0.5)) < 0.0
 
 
-def calm(balance: FloatArray, bearing: FloatArray) -> bool:
+def has_settled(balance: FloatArray, bearing: FloatArray) -> bool:
     """Whether the robot stands on four feet, nearly at rest."""
     support = bearing > 0.5
     speed = hypot(*balance[Balance.VELOCITY_ERROR : Balance.FEET].tolist())
@@ -76,7 +76,7 @@ def calm(balance: FloatArray, bearing: FloatArray) -> bool:
     )
 
 
-def choose(
+def choose_swing_foot(
     reflex: Reflex, balance: FloatArray, standing: BoolArray, step: Step | None
 ) -> FloatArray:
     """Which foot to put down where: see Catch; leg 0 if standing still is all there is to do.
@@ -89,7 +89,7 @@ def choose(
     """
     x, y, z, yaw = balance[Balance.BODY : Balance.BODY + 4].tolist()
     capture, omega = capture_point(balance, standing)
-    body = FallingBody(
+    body = FallingPendulum(
         feet=balance[Balance.FEET : Balance.BODY].reshape(4, 3),
         standing=standing,
         p_WB=np.array([x, y, z]),
@@ -101,10 +101,12 @@ def choose(
     found, lift = None, 0.0
     if step is not None:
         end = step.swing.p_end
-        found = choose_catch(reflex.robot, reflex.ground, body, swing=step.leg.row, touchdown=end)
+        found = choose_recovery_step(
+            reflex.robot, reflex.ground, body, swing=step.leg.row, touchdown=end
+        )
     if found is None or found.margin < 0.0:
         # A foot that stands may be put where it helps more, the one in the air or not.
-        other = choose_catch(reflex.robot, reflex.ground, body)
+        other = choose_recovery_step(reflex.robot, reflex.ground, body)
         if other is not None and (found is None or other.margin > found.margin):
             found, lift = other, LIFT
     catch = np.zeros(CATCH_SIZE)

@@ -14,7 +14,7 @@ from drake_quad.control.base_tracking import (
     shortage,
 )
 from drake_quad.control.contact_load import caught_load, correct_load, foot_load
-from drake_quad.control.foot_targets import place_feet
+from drake_quad.control.foot_targets import compute_foot_targets
 from drake_quad.control.joint_targets import joint_targets, soften
 from drake_quad.control.kernel_state import (
     BODY_RATE,
@@ -28,7 +28,7 @@ from drake_quad.control.kernel_state import (
 )
 from drake_quad.control.measurement import measure_into
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
-from drake_quad.jit import compiled, copy_matrix, copy_vector
+from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.bspline import sample_body
 from drake_quad.planning.motion_plan import sample_feet
 
@@ -47,8 +47,8 @@ LEG, RUN, REPLAN = int(Catch.LEG), int(Mode.RUN), int(Mode.REPLAN)
 COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY, PLACE_ERROR = (int(b) for b in Balance)
 
 
-@compiled
-def follow(
+@jit
+def compute_targets(
     control_points: FloatArray,
     knot: float,
     phases: FloatArray,
@@ -95,7 +95,7 @@ def follow(
     if not running:
         for k in range(4):
             standing[k] = k + 1 != int(catch[LEG])
-    place, velocity, acceleration, new = place_feet(
+    place, velocity, acceleration, new = compute_foot_targets(
         feet, velocity, acceleration, standing, swing_phase, rate, found.measured.feet.place,
         bearing, catch, not running, memory, c.pace,
     )  # fmt: skip
@@ -142,8 +142,8 @@ def follow(
             found.soft[k] = 1.0
 
 
-@compiled
-def command(
+@jit
+def compute_commands(
     torque: FloatArray,
     com: FloatArray,
     constants: Records,

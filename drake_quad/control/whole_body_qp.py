@@ -34,17 +34,23 @@ from drake_quad.control.base_tracking import (
 from drake_quad.control.contact_frames import contact_axes
 from drake_quad.control.contact_load import (
     MOST_TIMES,
-    along_prices,
-    answer_slip,
-    least_normals,
-    rest_shares,
+    min_normal_forces,
+    static_load_shares,
+    tangential_prices,
+    update_friction,
 )
 from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics, turn_forces
 from drake_quad.control.joint_targets import LOOK_AHEAD
 from drake_quad.control.kernel_state import Records
 from drake_quad.control.measurement import IntArray
-from drake_quad.control.payload_observer import at_rest, body_shift, com_shift, learn, wrench_of
-from drake_quad.jit import compiled, copy_matrix, copy_vector
+from drake_quad.control.payload_observer import (
+    at_rest,
+    compensating_shift,
+    payload_com_shift,
+    payload_wrench,
+    update_payload,
+)
+from drake_quad.jit import copy_matrix, copy_vector, jit
 
 # ------------------------------------------------------------------------------------------------
 # The whole-body program: forces on the feet that move the base as wanted and can be made.
@@ -96,7 +102,7 @@ class Weights(NamedTuple):
     pressure_margin: float
 
 
-@compiled
+@jit
 def make_program(
     dynamics: Dynamics,
     wanted: FloatArray,
@@ -125,7 +131,7 @@ def make_program(
         least: Normal force that each foot pushes with at least (4,) [N].
         weights: See there.
         axes: Of each foot's force (4, 3, 3), see `contact_axes`.
-        along: Of each foot, what `weights.along` is multiplied by, see `along_prices` (4,).
+        along: Of each foot, what `weights.along` is multiplied by, see `tangential_prices` (4,).
 
     Returns:
         The program; its variables are the forces in these axes.
@@ -201,7 +207,7 @@ def make_program(
     return Program(H, g, A, lower, upper, sense)
 
 
-@compiled
+@jit
 def _support_sides(places: FloatArray, standing: IntArray) -> FloatArray:
     """Inward normals and offsets (m, 3) of the support polygon of three or four feet.
 
@@ -263,7 +269,7 @@ def _solve_once(
     return x if flag in SOLVED and isfinite(sum(x.tolist())) else None
 
 
-@compiled
+@jit
 def has_numbers(program: Program) -> bool:
     """Whether all of it is finite; bounds may be infinite, but not no numbers."""
     for part in (program.H, program.A):
@@ -281,8 +287,8 @@ def has_numbers(program: Program) -> bool:
     return True
 
 
-@compiled
-def spread(x: FloatArray, load: FloatArray) -> FloatArray:
+@jit
+def spread_variables(x: FloatArray, load: FloatArray) -> FloatArray:
     """The forces of all four feet (12,) from those of the loaded ones."""
     forces = np.zeros(12)
     i = 0
@@ -304,7 +310,7 @@ COM_PER_SHIFT = 0.8  # how much of a shift of the body the centre of mass makes,
 LEAST_SHARE = 0.1
 
 
-@compiled
+@jit
 def plan_forces(
     M: FloatArray,
     bias: FloatArray,
@@ -326,8 +332,8 @@ def plan_forces(
         constants: See CONSTANTS.
         work: See WORK. The target's body stands aside for what is carried; the torques' map and
             the shift of the centre of mass are results.
-        carried: See `learn`; goes on a tick.
-        friction: See `answer_slip`; goes on a tick.
+        carried: See `update_payload`; goes on a tick.
+        friction: See `update_friction`; goes on a tick.
         com: Result: the model's centre of mass in W (3,) [m].
 
     Returns:
@@ -339,23 +345,23 @@ def plan_forces(
     # The base's turning moves the whole mass by its arm: what couples the two holds the arm.
     com[0], com[1], com[2] = M[2, 4] / M[3, 3], M[0, 5] / M[3, 3], M[1, 3] / M[3, 3]
     com += m.p
-    shift = com_shift(carried, com - m.p, heading, c.learning.weight)
-    aside = body_shift(shift, COM_PER_SHIFT)
+    shift = payload_com_shift(carried, com - m.p, heading, c.learning.weight)
+    aside = compensating_shift(shift, COM_PER_SHIFT)
     for i in range(2):
         found.com_shift[i] = shift[i]
         t.body[i] += aside[i]
     h = np.empty(18)
     for i in range(18):
         h[i] = bias[i] + gravity * M[i, 5]  # weight is what an acceleration upwards would take
-    load = wrench_of(carried, heading)
+    load = payload_wrench(carried, heading)
     for i in range(6):
         h[i] += load[i]
     turn, speed, spin = rotation_error(t.R, m.R), t.v - m.v, t.w - m.w
     calm = running and at_rest(speed, turn, spin)
     if calm and m.known > 0.5 and c.load_time > 0.0:  # a push is no load
-        copy_vector(carried, learn(carried, t.body[2] - m.p[2], turn, heading, c.learning))
+        copy_vector(carried, update_payload(carried, t.body[2] - m.p[2], turn, heading, c.learning))
     if calm:
-        answer_slip(friction, m.feet.velocity, t.load, m.feet.normal, c.friction, c.pace.period)
+        update_friction(friction, m.feet.velocity, t.load, m.feet.normal, c.friction, c.pace.period)
     dynamics = reduce_dynamics(M, h, c.velocities, m.feet, t.feet_acceleration, m.p, c.radius)
     axes = contact_axes(m.feet.normal)
     turn_forces(dynamics, axes)
@@ -370,8 +376,8 @@ def plan_forces(
     # Where a pendulum comes to rest that moves as the body does beyond its plan.
     pendulum = pendulum_rate(height_over(m.p[2], m.feet.place))
     x, y = com[0] + shift[0] - speed[0] / pendulum, com[1] + shift[1] - speed[1] / pendulum
-    shares = rest_shares(m.feet.place, t.load, x, y)
-    least = least_normals(
+    shares = static_load_shares(m.feet.place, t.load, x, y)
+    least = min_normal_forces(
         shares, t.load, gravity * M[3, 3],
         c.least_force * (1.0 if calm else LEAST_SHARE), MOST_TIMES * c.least_force,
     )  # fmt: skip
@@ -381,16 +387,16 @@ def plan_forces(
     flat = np.full(4, c.weights.force / c.weights.along)
     program = make_program(
         dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights,
-        axes, along_prices(shares) if calm else flat,
+        axes, tangential_prices(shares) if calm else flat,
     )  # fmt: skip
     return program, m.known > 0.5 and has_numbers(program)
 
 
-@compiled
+@jit
 def torques_of(forces: FloatArray, work: Records, torque: FloatArray) -> None:
     """Writes the joints' torques (12,), leg by leg [Nm], of the solution of `plan_forces`."""
     found = work[0]
-    all_forces = spread(forces, found.target.load)
+    all_forces = spread_variables(forces, found.target.load)
     for i in range(12):
         total = found.torque_offset[i]
         for j in range(12):

@@ -1,7 +1,7 @@
 """What the contacts of one instant come to, foot by foot."""
 
 from drake_quad.common import FloatArray
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 
 # Columns of the sums, a row a foot: force in W (3) [N]; normal force times place in W (3) [N m];
 # normal force [N]; the greatest slip [m/s]. The last row is for all that is no foot: how many
@@ -11,7 +11,7 @@ SUMS = (5, 8)
 NO_FOOT = 4
 
 
-@compiled
+@jit
 def add_contact(
     sums: FloatArray,
     row: int,
@@ -44,7 +44,7 @@ def add_contact(
     sums[row, SLIP] = max(sums[row, SLIP], slip)
 
 
-@compiled
+@jit
 def conclude(
     sums: FloatArray,
     threshold: float,

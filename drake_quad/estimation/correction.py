@@ -43,7 +43,7 @@ from drake_quad.estimation.settings import (
     SETTLE_TIME,
     STILL_SPEED,
 )
-from drake_quad.jit import compiled, copy_matrix, copy_vector
+from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.rotations import left_jacobian, multiply, normalize, rotation_exp
 
 # ------------------------------------------------------------------------------------------------
@@ -51,7 +51,7 @@ from drake_quad.math.rotations import left_jacobian, multiply, normalize, rotati
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def innovation(m: FloatArray, p_BF: FloatArray, k: int) -> FloatArray:
     """Where leg k's joints have its foot, less where the filter does, in W (3,) [m]."""
     y = np.empty(3)
@@ -65,7 +65,7 @@ def innovation(m: FloatArray, p_BF: FloatArray, k: int) -> FloatArray:
     return y
 
 
-@compiled
+@jit
 def distance(m: FloatArray, y: FloatArray, k: int, noise: float) -> float:
     """Squared Mahalanobis distance of leg k's innovation `y`; `noise` [m^2] is a variance."""
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
@@ -87,7 +87,7 @@ def distance(m: FloatArray, y: FloatArray, k: int, noise: float) -> float:
     return total / det
 
 
-@compiled
+@jit
 def correct(m: FloatArray, p_BF: FloatArray, bears: FloatArray, s: FloatArray) -> FloatArray:
     """Corrects the memory by the firm feet that bear now; returns (4,) 1 where one was gated.
 
@@ -127,7 +127,7 @@ def correct(m: FloatArray, p_BF: FloatArray, bears: FloatArray, s: FloatArray) -
     return gated
 
 
-@compiled
+@jit
 def retract(m: FloatArray, delta: FloatArray) -> None:
     """X ← exp(-δ) X: takes the estimated error `delta` (27,) out of the state, in place."""
     x, y, z = -delta[0], -delta[1], -delta[2]
@@ -145,7 +145,7 @@ def retract(m: FloatArray, delta: FloatArray) -> None:
         m[ACCEL_BIAS + i] -= delta[E_ACCEL + i]
 
 
-@compiled
+@jit
 def move(
     m: FloatArray, at: int, turn: FloatArray, J: FloatArray, delta: FloatArray, error: int
 ) -> None:
@@ -163,7 +163,7 @@ def move(
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def feet_in_body(legs: FloatArray, joints: FloatArray, p: FloatArray, v: FloatArray) -> None:
     """Writes the feet's centres `p` (4, 3) [m] and velocities `v` (4, 3) [m/s] in B.
 
@@ -189,7 +189,7 @@ def feet_in_body(legs: FloatArray, joints: FloatArray, p: FloatArray, v: FloatAr
         v[k, 2] = y_up * da + ca * down
 
 
-@compiled
+@jit
 def roll(m: FloatArray, gyro: FloatArray, joints: FloatArray, dt: float, radius: float) -> None:
     """Moves the firm feet on as their shanks turned since the last good tick.
 
@@ -216,7 +216,7 @@ def roll(m: FloatArray, gyro: FloatArray, joints: FloatArray, dt: float, radius:
         m[FEET + i + 1] -= radius * x
 
 
-@compiled
+@jit
 def let_go(m: FloatArray, k: int) -> None:
     """Leg k's foot is held fixed no longer."""
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
@@ -227,7 +227,7 @@ def let_go(m: FloatArray, k: int) -> None:
             P[i, j] = P[j, i] = 0.0
 
 
-@compiled
+@jit
 def hold(m: FloatArray, p_BF: FloatArray, k: int, s: FloatArray) -> None:
     """Leg k's foot is fixed from now on where the joints have it.
 
@@ -250,7 +250,7 @@ def hold(m: FloatArray, p_BF: FloatArray, k: int, s: FloatArray) -> None:
         P[d, d] += s[FOOT_NOISE] ** 2
 
 
-@compiled
+@jit
 def track_contacts(
     m: FloatArray, p_BF: FloatArray, v_BF: FloatArray, bears: FloatArray, dt: float, s: FloatArray
 ) -> None:
@@ -284,7 +284,7 @@ def track_contacts(
             P[E_VELOCITY + i, E_VELOCITY + i] += s[DOUBT] ** 2 * dt
 
 
-@compiled
+@jit
 def foot_speed(m: FloatArray, p_BF: FloatArray, v_BF: FloatArray, k: int) -> float:
     """Speed of leg k's foot in W [m/s], by the joints' speeds."""
     r, v = np.empty(3), np.empty(3)

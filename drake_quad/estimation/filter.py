@@ -39,7 +39,7 @@ from drake_quad.estimation.filter_state import (
 )
 from drake_quad.estimation.prediction import predict
 from drake_quad.estimation.settings import GATE, LEVEL_START, LOST_VELOCITY, SHOCK
-from drake_quad.jit import compiled, copy_matrix, copy_vector
+from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.rotations import multiply, rotation_exp, write_quaternion
 
 # ------------------------------------------------------------------------------------------------
@@ -47,7 +47,7 @@ from drake_quad.math.rotations import multiply, rotation_exp, write_quaternion
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def level_start(m: FloatArray, s: FloatArray) -> None:
     """Once, when all four feet are firm for the first time: they stand at one height.
 
@@ -99,7 +99,7 @@ def level_start(m: FloatArray, s: FloatArray) -> None:
 RATE_LIMIT, FORCE_LIMIT, ANGLE_LIMIT, SPEED_LIMIT = 100.0, 5000.0, 100.0, 1000.0
 
 
-@compiled
+@jit
 def sound(values: FloatArray, first: float, second: float) -> bool:
     """Whether all of `values` are finite, the first half within `first`, the rest in `second`."""
     half = len(values) // 2
@@ -109,7 +109,7 @@ def sound(values: FloatArray, first: float, second: float) -> bool:
     return True
 
 
-@compiled
+@jit
 def step(
     m: FloatArray,
     imu: FloatArray,
@@ -170,7 +170,7 @@ def step(
     return joints_sound and contacts_sound and sqrt(variance) < s[LOST_VELOCITY]
 
 
-@compiled
+@jit
 def start(m: FloatArray, imu: FloatArray, joints: FloatArray) -> None:
     """Takes roll and pitch from the first specific force; place and heading stay as given.
 
@@ -195,7 +195,7 @@ def start(m: FloatArray, imu: FloatArray, joints: FloatArray) -> None:
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
-@compiled
+@jit
 def write_state(
     m: FloatArray, joints: FloatArray, places: IntArray, q_base: int, v_base: int, x: FloatArray
 ) -> None:
@@ -219,7 +219,7 @@ def write_state(
             x[places[i]] = joints[i]
 
 
-@compiled
+@jit
 def write_deviation(m: FloatArray, out: FloatArray) -> None:
     """Writes deviations (9,) of orientation [rad], velocity [m/s] and position [m], axes of W.
 
@@ -251,7 +251,7 @@ def write_deviation(m: FloatArray, out: FloatArray) -> None:
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def run_filter(
     m: FloatArray,
     imu: FloatArray,

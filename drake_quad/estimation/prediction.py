@@ -36,11 +36,11 @@ from drake_quad.estimation.settings import (
     GYRO_WALK,
     SHOCK,
 )
-from drake_quad.jit import compiled, copy_matrix
+from drake_quad.jit import copy_matrix, jit
 from drake_quad.math.rotations import multiply, normalize, rotation_exp
 
 
-@compiled
+@jit
 def predict(m: FloatArray, imu: FloatArray, dt: float, s: FloatArray) -> None:
     """Moves the memory `m` on by `dt` [s] with the mean rate and specific force `imu` (6,)."""
     R = m[ROTATION : ROTATION + 9].reshape(3, 3)
@@ -64,7 +64,7 @@ def predict(m: FloatArray, imu: FloatArray, dt: float, s: FloatArray) -> None:
         m[RATE + i] = R[i, 0] * rate[0] + R[i, 1] * rate[1] + R[i, 2] * rate[2]
 
 
-@compiled
+@jit
 def transition(M: FloatArray, T: FloatArray, firm: FloatArray, R: FloatArray, dt: float) -> None:
     """M ← Φ M, in place, for the rows of `M` (27, n): Φ = I + dt A.
 
@@ -108,13 +108,13 @@ def transition(M: FloatArray, T: FloatArray, firm: FloatArray, R: FloatArray, dt
         M[E_ROTATION + 2, j] -= b2
 
 
-@compiled
+@jit
 def at_end(reading: float, limit: float) -> bool:
     """Whether a reading is clipped: at its range, give or take a hundredth."""
     return abs(abs(reading) - limit) < 0.01 * limit
 
 
-@compiled
+@jit
 def predict_covariance(
     m: FloatArray, R: FloatArray, imu: FloatArray, dt: float, s: FloatArray
 ) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.filter import IntArray
-from drake_quad.jit import compiled, copy_vector
+from drake_quad.jit import copy_vector, jit
 from drake_quad.math.rotations import multiply, rotation_exp, rotation_log
 
 # ------------------------------------------------------------------------------------------------
@@ -228,7 +228,7 @@ class SensorErrors:
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def quaternion_matrix(q: FloatArray) -> FloatArray:
     """R (3, 3) of a quaternion w, x, y, z of any length but none."""
     w, x, y, z = q[0], q[1], q[2], q[3]
@@ -240,7 +240,7 @@ def quaternion_matrix(q: FloatArray) -> FloatArray:
     return R
 
 
-@compiled
+@jit
 def imu_increments(before: FloatArray, now: FloatArray, dt: float) -> FloatArray:
     """Mean rate [rad/s] and specific force [m/s^2] in B (6,) between two samples.
 
@@ -267,7 +267,7 @@ def imu_increments(before: FloatArray, now: FloatArray, dt: float) -> FloatArray
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def sense_imu(
     state: FloatArray,
     q_base: int,
@@ -309,7 +309,7 @@ def sense_imu(
         shown[i] = min(max(value, -limit[i]), limit[i])
 
 
-@compiled
+@jit
 def sense_joints(
     state: FloatArray,
     places: IntArray,

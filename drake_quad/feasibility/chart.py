@@ -7,12 +7,12 @@ from math import floor, inf
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import ask_stairs, check_numbers
+from drake_quad.feasibility.check import check_flight, check_flight_numbers
 from drake_quad.feasibility.check_report import LIMITS, limit_of
 from drake_quad.robot.loader import load_robot
 from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.terrain.elements import RISE_MAX, RUN_MAX
-from drake_quad.util.parallel import check_workers, judge_all
+from drake_quad.util.parallel import check_workers, map_in_processes
 
 # ------------------------------------------------------------------------------------------------
 # The grid of a chart: which rises and runs are looked at.
@@ -64,7 +64,7 @@ def grid_of(rises: Span, runs: Span, count: int) -> list[tuple[float, float]]:
         InputError: If there can be no such stairs, or they are too many.
     """
     up, along = rises.values("rise"), runs.values("run")
-    check_numbers(up[0], along[0], count)
+    check_flight_numbers(up[0], along[0], count)
     cells = len(up) * len(along)
     if cells > MOST_CELLS:
         remedy = f"{cells} cells are too many, more than {MOST_CELLS}: give a larger step"
@@ -125,7 +125,7 @@ def judge_cell(model: str, count: int, rise: float, run: float) -> Cell:
         InputError: If the robot cannot be used.
     """
     try:
-        check = ask_stairs(model, rise=rise, run=run, count=count, nearest=False)
+        check = check_flight(model, rise=rise, run=run, count=count, nearest=False)
     except InputError as error:
         if error.source not in ("--rise", "--run"):
             raise
@@ -158,8 +158,8 @@ def chart_stairs(
         count: Steps of a flight.
         workers: Processes.
         judge: Instead of `judge_cell`.
-        progress: As for `judge_all`.
-        stop: As for `judge_all`.
+        progress: As for `map_in_processes`.
+        stop: As for `map_in_processes`.
 
     Raises:
         InputError: If anything given cannot be used, before any long work.
@@ -169,7 +169,7 @@ def chart_stairs(
     robot = load_robot(model)  # once here, so that its import is made once and its faults told
     with precompiling(DESIGN) as wait:
         wait()
-    found = judge_all(
+    found = map_in_processes(
         judge or partial(judge_cell, model, count), cells,
         workers=workers, progress=progress, stop=stop,
     )  # fmt: skip

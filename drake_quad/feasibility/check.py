@@ -11,7 +11,7 @@ from drake_quad.gait_design.candidates import hip_length
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
-from drake_quad.robot.link_outline import read_shape
+from drake_quad.robot.link_outline import link_outline_of
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.config import CourseElement, RobotConfig, Scenario, StartConfig
@@ -48,7 +48,7 @@ AS_USUAL = Around()
 
 
 @dataclass(frozen=True, eq=False)
-class Check:
+class Feasibility:
     """What was found.
 
     Attributes:
@@ -69,7 +69,7 @@ class Check:
         return self.designed is not None
 
 
-def stairs_scenario(
+def make_stairs_scenario(
     robot: RobotModel,
     *,
     model: str,
@@ -133,7 +133,7 @@ def check_stairs(
     robot: RobotModel | None = None,
     margin: str = HULL,
     around: Around = AS_USUAL,
-) -> Check:
+) -> Feasibility:
     """Designs a gait for a flight up and down.
 
     Args:
@@ -152,15 +152,17 @@ def check_stairs(
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     robot = robot or load_robot(model)
-    scenario = stairs_scenario(robot, model=model, rise=rise, run=run, count=count, around=around)
+    scenario = make_stairs_scenario(
+        robot, model=model, rise=rise, run=run, count=count, around=around
+    )
     scenario.gait.margin = margin
     try:
         designed = design_scenario(
             scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
         )
     except PlanningError as error:
-        return Check(scenario, None, error.reason, dict(error.data))
-    return Check(scenario, designed, "", {})
+        return Feasibility(scenario, None, error.reason, dict(error.data))
+    return Feasibility(scenario, designed, "", {})
 
 
 def _up(length: float) -> float:
@@ -177,7 +179,7 @@ COUNT_MOST = 100
 LANDING_MOST = 100.0  # [m] of a landing, and of a width
 
 
-def check_numbers(rise: float, run: float, count: int) -> None:
+def check_flight_numbers(rise: float, run: float, count: int) -> None:
     """Makes sure that there can be such stairs.
 
     Raises:
@@ -210,7 +212,7 @@ def check_around(around: Around) -> None:
         raise InputError(source="--landing", field="landing", value=around.landing, remedy=remedy)
 
 
-def ask_stairs(
+def check_flight(
     model: str,
     *,
     rise: float,
@@ -220,7 +222,7 @@ def ask_stairs(
     thorough: bool = True,
     margin: str = HULL,
     around: Around = AS_USUAL,
-) -> Check:
+) -> Feasibility:
     """Whether a robot climbs a flight up and down.
 
     Args:
@@ -236,7 +238,7 @@ def ask_stairs(
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
-    check_numbers(rise, run, count)
+    check_flight_numbers(rise, run, count)
     check_around(around)
     robot = load_robot(model)
     model = whole_path(model)
@@ -263,7 +265,9 @@ def ask_stairs(
         ) from None
 
 
-def ask_course(model: str, scenario: str, *, margin: str = HULL, nearest: bool = True) -> Check:
+def check_course(
+    model: str, scenario: str, *, margin: str = HULL, nearest: bool = True
+) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
     Args:
@@ -290,9 +294,9 @@ def ask_course(model: str, scenario: str, *, margin: str = HULL, nearest: bool =
     asked.gait.margin = margin
     try:
         designed = design_scenario(asked, source=scenario, nearest=nearest, robot=robot)
-        return Check(asked, designed, "", {})
+        return Feasibility(asked, designed, "", {})
     except PlanningError as error:
-        return Check(asked, None, error.reason, dict(error.data))
+        return Feasibility(asked, None, error.reason, dict(error.data))
 
 
 def whole_path(model: str) -> str:
@@ -316,11 +320,11 @@ TRIES, TRIES_DEEP = 30, 2
 DEEPER = (1.15, 1.3, 1.5, 1.75, 2.0)  # times the run: what is tried if no rise works on it
 VERIFY = 3  # rises that are tried on the flight's real number of steps
 
-Judge = Callable[[float, float, int], Check]  # of rise, run and count
+Judge = Callable[[float, float, int], Feasibility]  # of rise, run and count
 
 
 def nearest_of(
-    check: Check,
+    check: Feasibility,
     robot: RobotModel,
     *,
     model: str,
@@ -350,12 +354,12 @@ def nearest_of(
     note("not these; looking for the nearest stairs that it can climb")
     if "slacks" in check.data and "run" in check.data and "nearest_rise" not in check.data:
         # No gait at all, not even on endless stairs: there a lower rise is soon judged.
-        highest = highest_rise(robot, read_shape(robot), run, below=rise)
+        highest = highest_rise(robot, link_outline_of(robot), run, below=rise)
         check = replace(check, data={**check.data, "nearest_rise": highest})
 
-    def judge(rise: float, run: float, count: int) -> Check:
+    def judge(rise: float, run: float, count: int) -> Feasibility:
         note(f"not these; trying {count} steps of {rise:g} m on treads of {run:g} m")
-        return ask_stairs(
+        return check_flight(
             model, rise=rise, run=run, count=count, nearest=False, thorough=False, margin=margin,
             around=around,
         )  # fmt: skip
@@ -364,7 +368,7 @@ def nearest_of(
 
 
 def nearest_stairs(
-    judge: Judge, check: Check, *, rise: float, run: float, count: int
+    judge: Judge, check: Feasibility, *, rise: float, run: float, count: int
 ) -> tuple[float, float] | None:
     """The nearest stairs that a robot climbs: a lower rise, or if none a deeper run.
 

@@ -16,7 +16,7 @@ from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Segment, evaluate
 from drake_quad.robot.kinematics import calc_knees
 from drake_quad.robot.legs import LEGS, SHORT_NAMES
-from drake_quad.robot.link_outline import SHANK_POINTS, Shape, read_shape
+from drake_quad.robot.link_outline import SHANK_POINTS, LinkOutline, link_outline_of
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.terrain.lane import Lane
@@ -33,7 +33,7 @@ FAR_FIRST = (0, 2, 1, 3)  # from its right the left legs are behind
 
 
 def draw_moment(
-    ax: Axes, robot: RobotModel, shape: Shape, lane: Lane, samples: PlanSamples, k: int
+    ax: Axes, robot: RobotModel, shape: LinkOutline, lane: Lane, samples: PlanSamples, k: int
 ) -> None:
     """Draws the robot at sample `k`, in the lane's (s, z) [m]."""
     body, feet, q = samples.body[k, 0], samples.feet[k], samples.q[k]
@@ -222,7 +222,7 @@ def save_picture(designed: Designed, robot: RobotModel, path: Path) -> None:
 def draw_check(designed: Designed, robot: RobotModel) -> Figure:
     """The figure: a row of moments each way, and below them the margin of the whole mission."""
     stretches = find_stretches(designed, robot)
-    shape = read_shape(robot)
+    shape = link_outline_of(robot)
     columns = max((len(s.times) for s in stretches), default=1)
     rows = len(stretches)
     with matplotlib.rc_context({"font.size": 9, "axes.spines.top": False}):

@@ -11,15 +11,15 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import (
     Around,
-    Check,
-    ask_course,
-    ask_stairs,
-    check_numbers,
+    Feasibility,
+    check_course,
+    check_flight,
+    check_flight_numbers,
     nearest_of,
 )
 from drake_quad.feasibility.check_picture import check_picture, save_picture
 from drake_quad.feasibility.inspect_robot import all_doubts
-from drake_quad.gait_design.objective import NAMES, wanted_for
+from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.loader import load_robot
@@ -51,13 +51,13 @@ LIMITS = {
 }
 
 
-def limit_of(check: Check, robot: RobotModel) -> str:
+def limit_of(check: Feasibility, robot: RobotModel) -> str:
     """Which of LIMITS is in the way; empty if nothing is."""
     if check.designed is not None:
         return ""
     data = check.data
     if "slacks" in data:
-        wanted = wanted_for(robot)  # what is short is told without any room for a map's errors
+        wanted = targets_for(robot)  # what is short is told without any room for a map's errors
         return min(NAMES, key=lambda name: data["slacks"][name] / getattr(wanted, name))
     if "room" in data:
         return "trunk" if "the trunk" in check.reason else "legs"
@@ -72,8 +72,8 @@ def limit_of(check: Check, robot: RobotModel) -> str:
     return "plan"
 
 
-def describe_check(
-    check: Check,
+def feasibility_report(
+    check: Feasibility,
     robot: RobotModel,
     *,
     source: str,
@@ -88,7 +88,7 @@ def describe_check(
         asked: `rise`, `run` and `count`, or `scenario`.
     """
     designed = check.designed
-    wanted = vars(wanted_for(robot)) if designed is None else designed.design.wanted
+    wanted = vars(targets_for(robot)) if designed is None else designed.design.wanted
     left = designed.design.slacks if designed is not None else check.data.get("slacks", {})
     on_course = {} if designed is None else _on_course(designed, robot)
     told = {
@@ -213,7 +213,7 @@ RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
 
 
 @dataclass(frozen=True)
-class Asked:
+class CheckRequest:
     """The question, as it was given.
 
     Attributes:
@@ -240,7 +240,7 @@ class Asked:
 
 
 def run_check(
-    asked: Asked,
+    asked: CheckRequest,
     *,
     save: Path | None = None,
     picture: Path | None = None,
@@ -248,7 +248,7 @@ def run_check(
     first: Callable[[dict[str, Any]], object] = lambda _: None,
     note: Callable[[str], object] = lambda _: None,
 ) -> dict[str, Any]:
-    """Answers the question; what is told is as `describe_check` has it.
+    """Answers the question; what is told is as `feasibility_report` has it.
 
     Args:
         asked: The question.
@@ -278,22 +278,22 @@ def run_check(
                 remedy = "leave it out: with --scenario the stairs are the scenario's"
                 raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
         question: dict[str, Any] = {"scenario": asked.scenario}
-        check = ask_course(asked.robot, asked.scenario, margin=asked.margin, nearest=nearest)
+        check = check_course(asked.robot, asked.scenario, margin=asked.margin, nearest=nearest)
     else:
         rise = RISE if asked.rise is None else asked.rise
         run = RUN if asked.run is None else asked.run
         count = COUNT if asked.count is None else asked.count
-        check_numbers(rise, run, count)
+        check_flight_numbers(rise, run, count)
         known = {name: value for name, value in own.items() if value is not None}
         around = Around(**known)
         question = {"rise": rise, "run": run, "count": count, **known}
-        check = ask_stairs(
+        check = check_flight(
             asked.robot, rise=rise, run=run, count=count, nearest=False, margin=asked.margin,
             around=around,
         )  # fmt: skip
     if asked.margin != HULL:
         question["margin"] = asked.margin
-    told = describe_check(check, robot, source=asked.robot, asked=question)
+    told = feasibility_report(check, robot, source=asked.robot, asked=question)
     first(told)
     if not check.feasible and asked.scenario is None and nearest:
         near = nearest_of(

@@ -195,7 +195,7 @@ def draw_robot(robot: RobotModel) -> Figure:
     return figure
 
 
-def check_picture(path: Path | None) -> None:
+def check_robot_picture(path: Path | None) -> None:
     """Makes sure before any work that a picture can be of the path's kind.
 
     Raises:
@@ -206,7 +206,7 @@ def check_picture(path: Path | None) -> None:
         raise InputError(source="--picture", field="picture", value=str(path), remedy=remedy)
 
 
-def save_picture(robot: RobotModel, path: Path) -> None:
+def save_robot_picture(robot: RobotModel, path: Path) -> None:
     """Writes the picture, in the format of the path's ending.
 
     Raises:

@@ -24,7 +24,7 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class ContactTable:
+class GaitSchedule:
     """A periodic gait's contact schedule with at most one leg in the air.
 
     Args:
@@ -105,7 +105,7 @@ class ContactTable:
         return None
 
 
-def wave_table(*, duty_factor: float, cycle_time: float, heading: int = 1) -> ContactTable:
+def wave_schedule(*, duty_factor: float, cycle_time: float, heading: int = 1) -> GaitSchedule:
     """Returns the continuous wave gait: 1-4-2-3, equally spaced (section II-A).
 
     Args:
@@ -121,7 +121,7 @@ def wave_table(*, duty_factor: float, cycle_time: float, heading: int = 1) -> Co
     return _table(order, (0.0, 0.25, 0.5, 0.75), duty_factor, cycle_time)
 
 
-def spin_table(*, duty_factor: float, cycle_time: float, sense: int = 1) -> ContactTable:
+def spin_schedule(*, duty_factor: float, cycle_time: float, sense: int = 1) -> GaitSchedule:
     """Returns the spinning gait: lifts at the paper's t0, t2, t3, t5 (section II-B).
 
     The two intervals on four feet, [t1, t2] and [t4, t5], last (2 beta - 3/2) T each.
@@ -141,13 +141,13 @@ def spin_table(*, duty_factor: float, cycle_time: float, sense: int = 1) -> Cont
 
 def _table(
     order: tuple[Leg, ...], lifts: tuple[float, ...], duty_factor: float, cycle_time: float
-) -> ContactTable:
+) -> GaitSchedule:
     """Returns the table in which the legs of `order` lift at `lifts`."""
     _check(cycle_time, duty_factor)
     lift_off = np.zeros(4)
     for leg, lift in zip(order, lifts, strict=True):
         lift_off[leg.row] = lift
-    return ContactTable(cycle_time, duty_factor, lift_off, order)
+    return GaitSchedule(cycle_time, duty_factor, lift_off, order)
 
 
 def _check(cycle_time: float, duty_factor: float) -> None:

@@ -20,9 +20,9 @@ from drake_quad.gait.transition_search import (
     LiftRules,
     Places,
     Plan,
+    apply_lift,
+    apply_lift_to_goal,
     best_direct,
-    follow,
-    follow_to_goal,
     sequences,
 )
 from drake_quad.gait.workspace import Workspace
@@ -155,7 +155,7 @@ def _in_order(
     # A leg that stands at its goal already and is not needed elsewhere stays there.
     sequence = tuple(leg.row for leg in order if leg.row in rows or order.count(leg) > 1)
     if len(sequence) == len(set(sequence)):
-        plan: Plan | None = follow_to_goal(rules, sequence)
+        plan: Plan | None = apply_lift_to_goal(rules, sequence)
     else:
         # As the paper draws it, feet go straight ahead or back where they can.
         plan = plan_sequence(rules, sequence, max(required, 0.0), straight=True)
@@ -192,7 +192,7 @@ def enumerate_transitions(
     """
     rules, rows = _pose(start, goal, mode, com, max_shift, workspace, None, 0.0)
     if steps == len(rows):
-        plans = [follow_to_goal(rules, order) for order in permutations(sorted(rows))]
+        plans = [apply_lift_to_goal(rules, order) for order in permutations(sorted(rows))]
     else:
         found = (plan_sequence(rules, order, 0.0) for order in sequences(rows, steps))
         plans = [plan for plan in found if plan is not None]
@@ -209,7 +209,7 @@ def follow_transition(
     """Returns given moves (leg, place) with their margins, the body being still."""
     feet = _places(start)
     rules = LiftRules(_point(com), 0.0, feet, feet, (0.0, 0.0), None)
-    return _transition(rules, follow(rules, [(leg.row, _point(place)) for leg, place in moves]))
+    return _transition(rules, apply_lift(rules, [(leg.row, _point(place)) for leg, place in moves]))
 
 
 def _pose(

@@ -19,8 +19,8 @@ from drake_quad.gait.transition_search import (
     LiftRules,
     Plan,
     Sequence,
-    better,
-    follow,
+    apply_lift,
+    is_better,
     sequences,
 )
 from drake_quad.math.polygon import Point, nearest_on_segment
@@ -184,7 +184,7 @@ def best_detour(rules: LiftRules, rows: frozenset[int], count: int, required: fl
     floor = max(required, 0.0)
     for sequence in sequences(rows, count):
         plan = plan_sequence(rules, sequence, floor)
-        if plan is not None and better(plan, best):
+        if plan is not None and is_better(plan, best):
             best, floor = plan, max(floor, plan.key[0])
     return best
 
@@ -204,7 +204,7 @@ def plan_sequence(
     best: Plan | None = None
     for beginning in detour.beginnings(floor):
         plan = detour.improved(beginning, floor)
-        if plan is not None and plan.reaches(floor) and better(plan, best):
+        if plan is not None and plan.reaches(floor) and is_better(plan, best):
             best = plan
     return best
 
@@ -245,7 +245,7 @@ class _Detour:
     def plan(self, chosen: Chosen) -> Plan:
         """Returns the plan by way of the chosen places."""
         targets = (self.involved(step)[-1] for step in range(len(self.sequence)))
-        return follow(self.rules, [(visit[0], self.place(visit, chosen)) for visit in targets])
+        return apply_lift(self.rules, [(visit[0], self.place(visit, chosen)) for visit in targets])
 
     def fixed_lifts_reach(self, floor: float) -> bool:
         """Returns whether the lifts that no free place affects have the margin `floor`."""
@@ -300,7 +300,7 @@ class _Detour:
                     return best
                 chosen = {**chosen, visit: found[1]}
             plan = self.plan(chosen)
-            if best is not None and not better(plan, best):
+            if best is not None and not is_better(plan, best):
                 break
             best = plan
         return best

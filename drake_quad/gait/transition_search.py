@@ -202,7 +202,7 @@ class Plan:
         return all(lift.margin >= margin - ROUNDING for *_, lift in self.lifts)
 
 
-def better(plan: Plan, other: Plan | None) -> bool:
+def is_better(plan: Plan, other: Plan | None) -> bool:
     """Returns whether a plan is to be taken before another of as many lifts."""
     if other is None or plan.key != other.key:
         return other is None or plan.key > other.key
@@ -227,7 +227,7 @@ def sequences(rows: frozenset[int], count: int) -> Iterator[Sequence]:
             yield sequence
 
 
-def follow(rules: LiftRules, moves: Iterable[tuple[int, Point]]) -> Plan:
+def apply_lift(rules: LiftRules, moves: Iterable[tuple[int, Point]]) -> Plan:
     """Returns the plan that moves feet (row, place), one after another, from the rules' start."""
     places = rules.start
     lifts = []
@@ -240,9 +240,9 @@ def follow(rules: LiftRules, moves: Iterable[tuple[int, Point]]) -> Plan:
     return Plan(tuple(lifts))
 
 
-def follow_to_goal(rules: LiftRules, sequence: Sequence) -> Plan:
+def apply_lift_to_goal(rules: LiftRules, sequence: Sequence) -> Plan:
     """Returns the plan that moves each leg of a sequence, once, to its goal."""
-    return follow(rules, ((row, rules.goal[row]) for row in sequence))
+    return apply_lift(rules, ((row, rules.goal[row]) for row in sequence))
 
 
 def best_direct(rules: LiftRules, rows: frozenset[int]) -> Plan:
@@ -257,8 +257,8 @@ def best_direct(rules: LiftRules, rows: frozenset[int]) -> Plan:
         grown: dict[frozenset[int], Plan] = {}
         for moved, plan in best.items():
             for row in sorted(rows - moved):
-                candidate = follow_to_goal(rules, (*plan.sequence, row))
-                if better(candidate, grown.get(moved | {row})):
+                candidate = apply_lift_to_goal(rules, (*plan.sequence, row))
+                if is_better(candidate, grown.get(moved | {row})):
                     grown[moved | {row}] = candidate
         best = grown
     return best[rows]

@@ -10,7 +10,7 @@ from math import acos, asin, atan2, ceil, cos, hypot, pi, sin, sqrt, tau
 import numpy as np
 
 from drake_quad.common import FloatArray, read_only
-from drake_quad.gait.schedule import spin_table, wave_table
+from drake_quad.gait.schedule import spin_schedule, wave_schedule
 from drake_quad.robot.legs import SIGNS
 
 _ROUNDING = 1e-9
@@ -77,7 +77,7 @@ def wave_desired_configuration(
         duty_factor: beta.
         heading: +1 walks forward, -1 backward.
     """
-    table = wave_table(duty_factor=duty_factor, cycle_time=1.0, heading=heading)
+    table = wave_schedule(duty_factor=duty_factor, cycle_time=1.0, heading=heading)
     feet = np.array(workspace.centres)
     feet[:, 0] += heading * stroke * (table.lift_off / duty_factor - 0.5)
     return read_only(feet)
@@ -187,7 +187,7 @@ def spin_desired_configuration(
         duty_factor: beta.
         sense: +1 turns the body counterclockwise, -1 clockwise.
     """
-    table = spin_table(duty_factor=duty_factor, cycle_time=1.0, sense=sense)
+    table = spin_schedule(duty_factor=duty_factor, cycle_time=1.0, sense=sense)
     angles = spin_middles(workspace) + sense * phi * (table.lift_off / duty_factor - 0.5)
     radius = hypot(workspace.P_x, workspace.P_y) / 2.0
     return read_only(radius * np.column_stack([np.cos(angles), np.sin(angles)]))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.math.quintic import quintic
 from drake_quad.planning.body_reference import body_pitch
-from drake_quad.planning.footholds import LIFT_OFF, Pattern
+from drake_quad.planning.footholds import LIFT_OFF, FootholdPattern
 from drake_quad.robot.legs import LEGS, SIGNS, WAVE_ORDER
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.terrain.course import Course
@@ -38,7 +38,7 @@ SHIFTS = [SHIFT_UP, SHIFT_DOWN]
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class CandidateBatch:
     """C candidates of one pattern, in the robot's own measures [m], arrays (C,).
 
     Attributes:
@@ -57,7 +57,7 @@ class Grid:
         stance_length: Between front and rear feet where the ground does not decide.
     """
 
-    pattern: Pattern
+    pattern: FootholdPattern
     height: FloatArray
     share: FloatArray
     width: FloatArray
@@ -74,7 +74,7 @@ class Grid:
     def __len__(self) -> int:
         return len(self.height)
 
-    def take(self, which: BoolArray) -> "Grid":
+    def take(self, which: BoolArray) -> "CandidateBatch":
         """Those candidates of which `which` (C,) is true."""
         arrays = {f.name: getattr(self, f.name) for f in fields(self)}
         return replace(self, **{k: v[which] for k, v in arrays.items() if np.ndim(v) == 1})
@@ -85,7 +85,7 @@ class Grid:
         return np.asarray(most * (self.phase_up if up else self.phase_down))
 
 
-def bounds(pattern: Pattern) -> FloatArray:
+def candidate_bounds(pattern: FootholdPattern) -> FloatArray:
     """Least, greatest and usual values of a pattern's free parameters, (3, 7 or 9)."""
     found = np.stack([LOWER, UPPER, USUAL])
     if pattern.per_tread == 1:
@@ -107,14 +107,16 @@ def hip_width(robot: RobotModel) -> float:
     return float(2.0 * np.mean(y))
 
 
-def make_grid(robot: RobotModel, pattern: Pattern, parameters: FloatArray) -> Grid:
-    """Candidates from their free parameters (C, 7 or 9), see `bounds`."""
+def make_candidates(
+    robot: RobotModel, pattern: FootholdPattern, parameters: FloatArray
+) -> CandidateBatch:
+    """Candidates from their free parameters (C, 7 or 9), see `candidate_bounds`."""
     leg = leg_length(robot)
     hips = robot.geometry.p_BH[:, 2] + robot.geometry.raised
     drop = -float(np.mean(hips))  # of the hip pitch axes below B
-    p = np.asarray(parameters, dtype=np.float64).reshape(-1, bounds(pattern).shape[1])
+    p = np.asarray(parameters, dtype=np.float64).reshape(-1, candidate_bounds(pattern).shape[1])
     more = p[:, LIFT_DOWN:] if pattern.per_tread > 1 else np.zeros((len(p), 2))
-    return Grid(
+    return CandidateBatch(
         pattern=pattern,
         height=p[:, HEIGHT] * leg + drop + robot.foot_radius,
         share=p[:, SHARE],
@@ -131,7 +133,9 @@ def make_grid(robot: RobotModel, pattern: Pattern, parameters: FloatArray) -> Gr
     )
 
 
-def make_patterns(robot: RobotModel, runs: list[float], per_tread: int = 1) -> list[Pattern]:
+def make_foothold_patterns(
+    robot: RobotModel, runs: list[float], per_tread: int = 1
+) -> list[FootholdPattern]:
     """The patterns whose stance fits the robot on treads of all of these runs [m].
 
     Args:
@@ -144,7 +148,9 @@ def make_patterns(robot: RobotModel, runs: list[float], per_tread: int = 1) -> l
         return []
     return [
         pattern
-        for pattern in (Pattern(treads, lag, per_tread) for treads in TREADS for lag in LAGS)
+        for pattern in (
+            FootholdPattern(treads, lag, per_tread) for treads in TREADS for lag in LAGS
+        )
         if all(
             STANCES[0] * hips <= pattern.stance * run / per_tread <= STANCES[1] * hips
             for run in runs
@@ -210,7 +216,7 @@ class Cycle:
 
 
 def make_cycle(
-    grid: Grid,
+    grid: CandidateBatch,
     stairs: Staircase,
     *,
     foot_radius: float,
@@ -258,7 +264,7 @@ def make_cycle(
     return Cycle(body, feet, ~swings.T, swing, _landed(cycles))
 
 
-def _body(grid: Grid, stairs: Staircase, at: FloatArray, per: int) -> FloatArray:
+def _body(grid: CandidateBatch, stairs: Staircase, at: FloatArray, per: int) -> FloatArray:
     """The bodies (C, N, 5) at times (N,) [cycles], with no height yet."""
     pattern = grid.pattern
     treads = (pattern.treads * at + pattern.ahead(grid.duty_factor) - 0.5 * (per - 1)) / per

@@ -26,15 +26,15 @@ from drake_quad.gait_design.plan_candidates import (
 from drake_quad.gait_design.search import (
     NEARLY,
     QUICK,
-    WAYS,
+    SEARCH_SETTINGS,
     Design,
-    Way,
+    SearchSettings,
     choose_gaits,
+    describe_shortage,
     highest_rise,
     swing_clearance,
-    what_is_short,
 )
-from drake_quad.robot.link_outline import Shape, read_shape
+from drake_quad.robot.link_outline import LinkOutline, link_outline_of
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.build import course_of
@@ -239,14 +239,14 @@ def _design_for(
     thorough: bool,
 ) -> Designed:
     """See `_design`, for risers that may be off by `map_error` [m]."""
-    shape = read_shape(robot)
+    shape = link_outline_of(robot)
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course, scenario.gait.deep_tread)
     best: Designed | None = None
     refused: PlanningError | None = None
     nearest_gait: Design | None = None
 
-    def gaits(way: Way) -> Iterator[Gait]:
+    def gaits(way: SearchSettings) -> Iterator[Gait]:
         nonlocal nearest_gait
         for design in choose_gaits(robot, shape, flights, way, map_error=map_error):
             if nearest_gait is None or design.score > nearest_gait.score:
@@ -259,7 +259,7 @@ def _design_for(
     leg = leg_length(robot)
     if not thorough:
         best, refused = plan_any(gaits(QUICK), leg)
-    for way in WAYS if thorough else ():
+    for way in SEARCH_SETTINGS if thorough else ():
         for gait in gaits(way):
             if best is not None and best.quality >= max(POOR, gait.score):
                 continue  # what leaves less room on endless stairs is mostly not the better gait
@@ -302,10 +302,15 @@ def fill_in(
 
 
 def _hopeless(
-    robot: RobotModel, shape: Shape, flights: list[Staircase], design: Design, *, nearest: bool
+    robot: RobotModel,
+    shape: LinkOutline,
+    flights: list[Staircase],
+    design: Design,
+    *,
+    nearest: bool,
 ) -> PlanningError:
     """Says what is short, and which stairs would work."""
-    reason = what_is_short(design)
+    reason = describe_shortage(design)
     if not flights:
         return PlanningError(f"not even on level ground: {reason}", slacks=design.slacks)
     steepest = max(flights, key=lambda s: abs(s.slope))

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.jit import compiled, copy_vector
+from drake_quad.jit import copy_vector, jit
 from drake_quad.math.distance import (
-    from_box,
-    from_stairs,
-    line_from_stairs,
+    line_over_nosings,
+    line_to_stairs,
     line_with_ends,
-    over_nosings,
+    point_to_box,
+    point_to_stairs,
 )
-from drake_quad.robot.link_outline import ROOM_WORTH, SHANK_POINTS
+from drake_quad.robot.link_outline import CLEARANCE_WEIGHTS, SHANK_POINTS
 
 # ------------------------------------------------------------------------------------------------
 # What a candidate's three feet and joints bear in one pose, and the margin that it keeps.
@@ -29,7 +29,7 @@ SWAYS = 9  # that are tried, evenly from side to side
 LEAST_AREA = 1e-9
 
 
-@compiled
+@jit
 def _others(air: int, k: int) -> tuple[int, int]:
     """The other two of three feet that stand."""
     i, j = -1, -1
@@ -42,7 +42,7 @@ def _others(air: int, k: int) -> tuple[int, int]:
     return i, j
 
 
-@compiled
+@jit
 def best_sway(
     com: FloatArray, feet: FloatArray, air: int, widest: float, wanted: float
 ) -> tuple[float, float]:
@@ -71,8 +71,8 @@ def best_sway(
     return best, best_margin
 
 
-@compiled
-def share_weight(
+@jit
+def static_foot_loads(
     x: float, y: float, feet: FloatArray, air: int, weight: float, forces: FloatArray
 ) -> None:
     """Writes the vertical forces (4,) of three feet that carry the weight at x, y [N]."""
@@ -90,7 +90,7 @@ def share_weight(
         forces[k] = weight * area / (whole if abs(whole) > LEAST_AREA else LEAST_AREA)
 
 
-@compiled
+@jit
 def torque_used(
     leg: FloatArray, q: FloatArray, force: float, cp: float, sp: float, effort: FloatArray
 ) -> float:
@@ -115,7 +115,7 @@ def torque_used(
 SHANK, THIGH = len(SHANK_POINTS), 3  # points of a leg that are looked at
 
 
-@compiled
+@jit
 def to_body(
     points: FloatArray, b: FloatArray, sway: float, cp: float, sp: float, into: FloatArray
 ) -> None:
@@ -131,15 +131,15 @@ def to_body(
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
-def tilt(leg: FloatArray, b: FloatArray, foot: FloatArray, q: FloatArray) -> float:
+@jit
+def pitch_of_slope(leg: FloatArray, b: FloatArray, foot: FloatArray, q: FloatArray) -> float:
     """How far a shank leans ahead [rad], the body not swaying; writes its leg's angles."""
-    angles(leg, b, foot, 0.0, cos(b[3]), sin(b[3]), q)
+    joint_angles(leg, b, foot, 0.0, cos(b[3]), sin(b[3]), q)
     return b[3] + q[1] + q[2]
 
 
-@compiled
-def angles(
+@jit
+def joint_angles(
     leg: FloatArray, b: FloatArray, foot: FloatArray, sway: float, cp: float, sp: float,
     q: FloatArray,
 ) -> float:  # fmt: skip
@@ -163,8 +163,8 @@ def angles(
     return room if across > 0.0 else min(room, -sqrt(-across))
 
 
-@compiled
-def centre(
+@jit
+def centre_of_mass(
     b: FloatArray, q: FloatArray, legs: FloatArray, masses: FloatArray, coms: FloatArray,
     cp: float, sp: float, com: FloatArray,
 ) -> None:  # fmt: skip
@@ -193,7 +193,7 @@ def centre(
     com[0], com[1], com[2] = b[0] + cp * mx + sp * mz, b[1] + my, b[2] - sp * mx + cp * mz
 
 
-@compiled
+@jit
 def place_points(
     leg: FloatArray, q: FloatArray, b: FloatArray, sway: float, cp: float, sp: float,
     foot: FloatArray, offsets: FloatArray, points: FloatArray,
@@ -232,8 +232,10 @@ def place_points(
 SURE = 1e-9  # [m] by which a bound may be wrong, for rounding
 
 
-@compiled
-def leg_room(points: FloatArray, radii: FloatArray, rise: float, run: float, least: float) -> float:
+@jit
+def pose_leg_clearance(
+    points: FloatArray, radii: FloatArray, rise: float, run: float, least: float
+) -> float:
     """Between a shank's points (SHANK, 3), with the lines between them, and the stairs [m].
 
     Args:
@@ -245,21 +247,23 @@ def leg_room(points: FloatArray, radii: FloatArray, rise: float, run: float, lea
     """
     before = 0.0
     for i in range(SHANK):
-        x, z, radius, worth = points[i, 0], points[i, 2], radii[i], ROOM_WORTH[i]
-        bound = min(over_nosings(x, z, rise, run), run) - SURE
+        x, z, radius, worth = points[i, 0], points[i, 2], radii[i], CLEARANCE_WEIGHTS[i]
+        bound = min(line_over_nosings(x, z, rise, run), run) - SURE
         if (bound - radius) * worth < least:
-            least = min(least, (from_stairs(x, z, rise, run) - radius) * worth)
+            least = min(least, (point_to_stairs(x, z, rise, run) - radius) * worth)
         if i > 0:
             thick = min(radius, radii[i - 1])
             if (min(bound, before) - thick) * worth < least:
-                line = line_from_stairs(points[i - 1], points[i], rise, run)
+                line = line_to_stairs(points[i - 1], points[i], rise, run)
                 least = min(least, (line - thick) * worth)
         before = bound
     return least
 
 
-@compiled
-def trunk_room(points: FloatArray, radii: FloatArray, boxes: FloatArray, least: float) -> float:
+@jit
+def pose_trunk_clearance(
+    points: FloatArray, radii: FloatArray, boxes: FloatArray, least: float
+) -> float:
     """Between a shank's points (SHANK, 3) in B, with their lines, and the trunk [m].
 
     Args:
@@ -292,7 +296,7 @@ def trunk_room(points: FloatArray, radii: FloatArray, boxes: FloatArray, least: 
             continue
         before = 0.0
         for i in range(SHANK):
-            here = from_box(points[i], lower, upper)
+            here = point_to_box(points[i], lower, upper)
             least = min(least, here - radii[i])
             if i > 0:
                 thick = min(radii[i], radii[i - 1])
@@ -304,8 +308,8 @@ def trunk_room(points: FloatArray, radii: FloatArray, boxes: FloatArray, least: 
     return least
 
 
-@compiled
-def room_apart(
+@jit
+def clearance_between_legs(
     front: FloatArray,
     rear: FloatArray,
     front_radii: FloatArray,
@@ -328,18 +332,18 @@ def room_apart(
     return least
 
 
-@compiled
-def room_under(points: FloatArray, rise: float, run: float, least: float) -> float:
+@jit
+def clearance_under_line(points: FloatArray, rise: float, run: float, least: float) -> float:
     """Between points under the trunk (M, 3) in W, in a line, and the stairs, the line too [m]."""
     last = len(points) - 1
-    bound = over_nosings(points[0, 0], points[0, 2], rise, run)
-    bound = min(bound, over_nosings(points[last, 0], points[last, 2], rise, run))
+    bound = line_over_nosings(points[0, 0], points[0, 2], rise, run)
+    bound = min(bound, line_over_nosings(points[last, 0], points[last, 2], rise, run))
     if min(bound, run) - SURE >= least:
         return least
     for i in range(len(points)):
-        least = min(least, from_stairs(points[i, 0], points[i, 2], rise, run))
+        least = min(least, point_to_stairs(points[i, 0], points[i, 2], rise, run))
         if i > 0:
-            least = min(least, line_from_stairs(points[i - 1], points[i], rise, run))
+            least = min(least, line_to_stairs(points[i - 1], points[i], rise, run))
     return least
 
 
@@ -350,14 +354,15 @@ def room_under(points: FloatArray, rise: float, run: float, least: float) -> flo
 
 UNDER = 7  # points under the trunk that are looked at
 STRIDE = 7  # between moments looked at in turn: unlike ones sooner tell what is in the way
-LEAST_SHARE = 0.7  # of what counts in `lacking` that is the least over all: the rest is their mean
+# Weight of the smallest slack in `objective_of_slacks`; the rest is that of their mean.
+LEAST_SHARE = 0.7
 # Columns of the result.
 REACH, JOINTS, TORQUE, MARGIN, LEGS, APART, TRUNK = range(7)
 COLUMNS = 7
 
 
-@compiled
-def lacking(row: FloatArray, wanted: FloatArray) -> float:
+@jit
+def objective_of_slacks(row: FloatArray, wanted: FloatArray) -> float:
     """What slacks (COLUMNS,) lack of the room wanted: less is better, and it only grows with more.
 
     Mostly the least share of the room wanted that there is, a little their mean.
@@ -370,16 +375,16 @@ def lacking(row: FloatArray, wanted: FloatArray) -> float:
     return -(LEAST_SHARE * least + (1.0 - LEAST_SHARE) * mean)
 
 
-@compiled
-def lacking_each(rows: FloatArray, wanted: FloatArray) -> FloatArray:
-    """See `lacking`, for slacks in rows (C, COLUMNS): (C,)."""
+@jit
+def objectives_of_slacks(rows: FloatArray, wanted: FloatArray) -> FloatArray:
+    """See `objective_of_slacks`, for slacks in rows (C, COLUMNS): (C,)."""
     lacks = np.empty(len(rows))
     for c in range(len(rows)):
-        lacks[c] = lacking(rows[c], wanted)
+        lacks[c] = objective_of_slacks(rows[c], wanted)
     return lacks
 
 
-@compiled
+@jit
 def slacks(
     body: FloatArray,
     feet: FloatArray,
@@ -420,8 +425,8 @@ def slacks(
         widest: Sway to either side [m].
         wanted: (COLUMNS,) the room that is enough; no sway is added for more margin.
         found: Result; what it holds already (of other stairs) counts.
-        enough: (C,) what a candidate may lack to be of interest (see `lacking`): of one that lacks
-            more no further moments are looked at.
+        enough: (C,) what a candidate may lack to be of interest (see `objective_of_slacks`). Where
+            one lacks more, no further moments are looked at.
     """
     q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
     in_body, under = np.empty((SHANK, 3)), np.zeros((UNDER, 3))
@@ -433,23 +438,23 @@ def slacks(
         for n in range(body.shape[1]):
             for k in range(4):
                 if landed[n, k] == n:
-                    tilts[n, k] = tilt(legs[k], body[c, n], feet[c, n, k], q[k])
+                    tilts[n, k] = pitch_of_slope(legs[k], body[c, n], feet[c, n, k], q[k])
         for moment in range(body.shape[1]):
             n = moment * STRIDE % body.shape[1]
             b, air = body[c, n], int(swing[n])
             cp, sp = cos(b[3]), sin(b[3])
             for k in range(4):
                 # A foot is a ball, which its shank rolls on.
-                leant = tilt(legs[k], b, feet[c, n, k], q[k])
+                leant = pitch_of_slope(legs[k], b, feet[c, n, k], q[k])
                 copy_vector(f[k], feet[c, n, k])
                 if k != air:
                     f[k, 0] += foot_radius * (leant - tilts[landed[n, k], k])
-            centre(b, q, legs, masses, coms, cp, sp, com)
+            centre_of_mass(b, q, legs, masses, coms, cp, sp, com)
             sway, margin = best_sway(com, f, air, widest, wanted[MARGIN])
             row[MARGIN] = min(row[MARGIN], margin)
-            share_weight(com[0], com[1] + sway, f, air, weight, forces)
+            static_foot_loads(com[0], com[1] + sway, f, air, weight, forces)
             for k in range(4):
-                reach = angles(legs[k], b, f[k], sway, cp, sp, q[k])
+                reach = joint_angles(legs[k], b, f[k], sway, cp, sp, q[k])
                 row[REACH] = min(row[REACH], reach)
                 for j in range(3):
                     i = 3 * k + j
@@ -457,20 +462,20 @@ def slacks(
                     row[JOINTS] = min(row[JOINTS], room)
                 used = torque_used(legs[k], q[k], forces[k], cp, sp, limits[2, 3 * k : 3 * k + 3])
                 row[TORQUE] = min(row[TORQUE], 1.0 - used)
-            if lacking(row, wanted) > enough[c]:
+            if objective_of_slacks(row, wanted) > enough[c]:
                 break  # before what takes longest
             for k in range(4):
                 place_points(legs[k], q[k], b, sway, cp, sp, f[k], shanks[0, k], points[k])
-                row[LEGS] = leg_room(points[k], shanks[1, k], rise, run, row[LEGS])
+                row[LEGS] = pose_leg_clearance(points[k], shanks[1, k], rise, run, row[LEGS])
                 to_body(points[k], b, sway, cp, sp, in_body)
-                row[APART] = trunk_room(in_body, shanks[1, k], trunk, row[APART])
+                row[APART] = pose_trunk_clearance(in_body, shanks[1, k], trunk, row[APART])
             for k in range(2):
-                row[APART] = room_apart(
+                row[APART] = clearance_between_legs(
                     points[k], points[2 + k], shanks[1, k], shanks[1, 2 + k], row[APART]
                 )
             for i in range(UNDER):
                 x, low = whole[0, 0] + i / (UNDER - 1.0) * (whole[1, 0] - whole[0, 0]), whole[0, 2]
                 under[i, 0], under[i, 2] = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
-            row[TRUNK] = room_under(under, rise, run, row[TRUNK])
-            if lacking(row, wanted) > enough[c]:
+            row[TRUNK] = clearance_under_line(under, rise, run, row[TRUNK])
+            if objective_of_slacks(row, wanted) > enough[c]:
                 break

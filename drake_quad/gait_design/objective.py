@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.gait_design.candidates import Grid, Staircase, make_cycle
-from drake_quad.gait_design.kernels import lacking_each, slacks
+from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
+from drake_quad.gait_design.kernels import objectives_of_slacks, slacks
 from drake_quad.robot.kinematics import leg_array
-from drake_quad.robot.link_outline import Shape
+from drake_quad.robot.link_outline import LinkOutline
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.stability.safety import planned_margin
 
@@ -20,7 +20,7 @@ NAMES = ("reach", "joints", "torque", "margin", "legs", "apart", "trunk")
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Targets:
     """How much room is enough, in the order of NAMES.
 
     Attributes:
@@ -42,7 +42,7 @@ class Wanted:
     trunk: float
 
 
-def wanted_for(robot: RobotModel, map_error: float = 0.0) -> Wanted:
+def targets_for(robot: RobotModel, map_error: float = 0.0) -> Targets:
     """What is enough for a robot of its size.
 
     Args:
@@ -51,16 +51,16 @@ def wanted_for(robot: RobotModel, map_error: float = 0.0) -> Wanted:
             the way, and to a shank that leans by 45° by LEANING of it.
     """
     leg = leg_length(robot)
-    return Wanted(
+    return Targets(
         reach=0.05 * leg, joints=0.2, torque=0.15, margin=planned_margin(robot),
         legs=0.02 * leg + LEANING * map_error, apart=0.02 * leg, trunk=0.03 * leg,
     )  # fmt: skip
 
 
-def evaluate(
+def evaluate_candidates(
     robot: RobotModel,
-    shape: Shape,
-    grid: Grid,
+    shape: LinkOutline,
+    grid: CandidateBatch,
     stairs: Staircase,
     *,
     clearance: float,
@@ -82,15 +82,15 @@ def evaluate(
         clearance: Of swing feet [m].
         stance_length: On level ground, see `make_cycle`.
         found: (C, 7) the room on other stairs, which counts too.
-        enough: (C,) what candidates may lack (see `lacking_room`): the room of one that lacks more
+        enough: (C,) what candidates may lack (see `objective`): the room of one that lacks more
             is not looked at to the end, and lacks more than that.
-        wanted: (7,) by NAMES; `wanted_room` of the robot unless given.
+        wanted: (7,) by NAMES; `wanted_with_tolerance` of the robot unless given.
     """
     cycle = make_cycle(
         grid, stairs, foot_radius=robot.foot_radius, clearance=clearance,
         stance_length=stance_length,
     )  # fmt: skip
-    wanted = wanted_room(robot) if wanted is None else wanted
+    wanted = wanted_with_tolerance(robot) if wanted is None else wanted
     room = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
     slacks(
         cycle.body,
@@ -114,12 +114,12 @@ def evaluate(
     return room
 
 
-def wanted_room(robot: RobotModel, map_error: float = 0.0) -> FloatArray:
-    """The room that is enough, (7,) by NAMES; see `wanted_for`."""
-    wanted = wanted_for(robot, map_error)
+def wanted_with_tolerance(robot: RobotModel, map_error: float = 0.0) -> FloatArray:
+    """The room that is enough, (7,) by NAMES; see `targets_for`."""
+    wanted = targets_for(robot, map_error)
     return np.array([getattr(wanted, name) for name in NAMES])
 
 
-def lacking_room(room: FloatArray, wanted: FloatArray) -> FloatArray:
+def objective(room: FloatArray, wanted: FloatArray) -> FloatArray:
     """What room (C, 7) lacks of the room wanted (7,): (C,), less is better, -1 if nothing does."""
-    return lacking_each(room, wanted)
+    return objectives_of_slacks(room, wanted)

@@ -9,7 +9,12 @@ from math import inf
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.search import Design
-from drake_quad.planning.clearance import Room, find_room, refuse_thighs, refuse_touching
+from drake_quad.planning.clearance import (
+    Clearance,
+    check_self_collision,
+    check_thighs,
+    find_clearance,
+)
 from drake_quad.planning.contact_forces import torque_ratio
 from drake_quad.planning.contact_plan import swing_times
 from drake_quad.planning.mission import (
@@ -21,7 +26,7 @@ from drake_quad.planning.mission import (
     plan_tasks,
 )
 from drake_quad.planning.motion_plan import evaluate
-from drake_quad.robot.link_outline import Shape
+from drake_quad.robot.link_outline import LinkOutline
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
@@ -60,7 +65,7 @@ class Designed:
     design: Design
     plan: MissionPlan
     margin: float
-    room: Room
+    room: Clearance
     torque: float
 
     @property
@@ -79,7 +84,7 @@ def plan_design(
     *,
     design: Design,
     robot: RobotModel,
-    shape: Shape,
+    shape: LinkOutline,
     source: str,
     beat: Designed | None,
 ) -> Designed | None:
@@ -101,12 +106,12 @@ def plan_design(
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
     begun, plans = time.perf_counter(), []
-    room, margin, torque = Room(inf, inf, "", "", 0.0), inf, 1.0
+    room, margin, torque = Clearance(inf, inf, "", "", 0.0), inf, 1.0
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
         swings = evaluate(robot, plan, swing_times(plan.contacts, PER_SWING))
-        here = find_room(robot, shape, course, [task, task], [samples, swings])
+        here = find_clearance(robot, shape, course, [task, task], [samples, swings])
         if here.distance <= 0.0:
             raise PlanningError(
                 f"{here.part} would be {-here.distance:.3f} m inside the stairs at "
@@ -117,9 +122,9 @@ def plan_design(
         if plan.margin == plan.margin:  # standing still has none
             _refuse_waiting(scenario, task.name, plan.margin)
             margin = min(margin, plan.margin)
-        refuse_thighs(robot, course, task, samples.every(THIGHS_EVERY))
-        refuse_touching(robot, task, samples)
-        refuse_touching(robot, task, swings)
+        check_thighs(robot, course, task, samples.every(THIGHS_EVERY))
+        check_self_collision(robot, task, samples)
+        check_self_collision(robot, task, swings)
         here_left = 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max())
         if here_left < 0.0:
             check_torques(robot, plan, samples)
@@ -146,7 +151,9 @@ def _refuse_waiting(scenario: Scenario, task: str, margin: float) -> None:
         )
 
 
-def _quality(scenario: Scenario, design: Design, margin: float, room: Room, torque: float) -> float:
+def _quality(
+    scenario: Scenario, design: Design, margin: float, room: Clearance, torque: float
+) -> float:
     """See Designed; of the tasks that are planned, more can only make it less."""
     wanted = design.wanted
     return min(

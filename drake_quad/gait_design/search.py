@@ -8,16 +8,21 @@ from scipy.optimize import OptimizeResult, differential_evolution
 
 from drake_quad.common import FloatArray
 from drake_quad.gait_design.candidates import (
-    Grid,
+    CandidateBatch,
     Staircase,
-    bounds,
+    candidate_bounds,
     hip_length,
-    make_grid,
-    make_patterns,
+    make_candidates,
+    make_foothold_patterns,
 )
-from drake_quad.gait_design.objective import NAMES, evaluate, lacking_room, wanted_room
-from drake_quad.planning.footholds import Pattern
-from drake_quad.robot.link_outline import Shape
+from drake_quad.gait_design.objective import (
+    NAMES,
+    evaluate_candidates,
+    objective,
+    wanted_with_tolerance,
+)
+from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.robot.link_outline import LinkOutline
 from drake_quad.robot.model import RobotModel, leg_length
 
 # ------------------------------------------------------------------------------------------------
@@ -37,7 +42,7 @@ HOPELESS, AFTER = 0.6, 0.4
 
 
 @dataclass(frozen=True)
-class Way:
+class SearchSettings:
     """A way of differential evolution (Storn and Price 1997).
 
     Attributes:
@@ -53,11 +58,11 @@ class Way:
     members: int
 
 
-QUICK = Way(1, "best1bin", 0.7, 40)
-AGAIN = Way(2, "best1bin", 0.7, 40)
+QUICK = SearchSettings(1, "best1bin", 0.7, 40)
+AGAIN = SearchSettings(2, "best1bin", 0.7, 40)
 # Settles later: finds more where a robot is at its limits (eleven such searches, four seeds each).
-THOROUGH = Way(2, "currenttobest1bin", 0.9, 60)
-WAYS = (QUICK, AGAIN, THOROUGH)  # in turn, until one leads to a good gait
+THOROUGH = SearchSettings(2, "currenttobest1bin", 0.9, 60)
+SEARCH_SETTINGS = (QUICK, AGAIN, THOROUGH)  # in turn, until one leads to a good gait
 
 
 def swing_clearance(robot: RobotModel) -> float:
@@ -76,28 +81,28 @@ class Search:
     def __init__(
         self,
         robot: RobotModel,
-        shape: Shape,
-        pattern: Pattern,
+        shape: LinkOutline,
+        pattern: FootholdPattern,
         flights: Sequence[Staircase],
         wanted: FloatArray | None = None,
     ) -> None:
         self._robot, self._shape, self._pattern, self._flights = robot, shape, pattern, flights
-        self._wanted = wanted_room(robot) if wanted is None else wanted
+        self._wanted = wanted_with_tolerance(robot) if wanted is None else wanted
         self.rivals: FloatArray | None = None
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """What is lacking (C,), for parameters in columns (7 or 9, C)."""
-        grid = make_grid(self._robot, self._pattern, x.T)
-        lower, upper, usual = bounds(self._pattern)
+        grid = make_candidates(self._robot, self._pattern, x.T)
+        lower, upper, usual = candidate_bounds(self._pattern)
         unusual = UNUSUAL * np.mean(((x.T - usual) / (upper - lower)) ** 2, axis=1)
         enough = None if self.rivals is None else self.rivals - unusual + ROUNDING
-        room = least_room(self._robot, self._shape, grid, self._flights, enough, self._wanted)
-        return np.asarray(unusual + lacking_room(room, self._wanted))
+        room = least_clearance(self._robot, self._shape, grid, self._flights, enough, self._wanted)
+        return np.asarray(unusual + objective(room, self._wanted))
 
     def least(
         self,
         first: FloatArray,
-        way: Way,
+        way: SearchSettings,
         *,
         enough: float = -np.inf,
         hopeless: float = np.inf,
@@ -122,7 +127,7 @@ class Search:
         self.rivals = None
         result = differential_evolution(
             self,
-            bounds(self._pattern)[:2].T.tolist(),
+            candidate_bounds(self._pattern)[:2].T.tolist(),
             init=first,
             maxiter=most,
             rng=np.random.default_rng(way.seed),
@@ -136,22 +141,25 @@ class Search:
         return np.asarray(result.x)
 
 
-def least_room(
+def least_clearance(
     robot: RobotModel,
-    shape: Shape,
-    grid: Grid,
+    shape: LinkOutline,
+    grid: CandidateBatch,
     flights: Sequence[Staircase],
     enough: FloatArray | None = None,
     wanted: FloatArray | None = None,
 ) -> FloatArray:
-    """The least room on any of the flights, (C, 7) by NAMES; `enough`, `wanted`: see `evaluate`."""
+    """Smallest slacks on any of the flights, (C, 7) by NAMES.
+
+    `enough` and `wanted` are those of `evaluate_candidates`.
+    """
     room = np.full((len(grid), len(NAMES)), np.inf)
-    wanted = wanted_room(robot) if wanted is None else wanted
+    wanted = wanted_with_tolerance(robot) if wanted is None else wanted
     enough = np.full(len(grid), np.inf) if enough is None else enough
     for stairs in flights:
         length = grid.stance_length if stairs.rise == 0.0 else None
-        on = lacking_room(room, wanted) <= enough
-        room[on] = evaluate(
+        on = objective(room, wanted) <= enough
+        room[on] = evaluate_candidates(
             robot, shape, grid.take(on), stairs, clearance=swing_clearance(robot),
             stance_length=length, found=room[on], enough=enough[on], wanted=wanted,
         )  # fmt: skip
@@ -163,7 +171,7 @@ def least_room(
 # ------------------------------------------------------------------------------------------------
 
 
-LEVEL_PATTERNS = [Pattern(2, 1), Pattern(1, 1), Pattern(2, 2)]
+LEVEL_PATTERNS = [FootholdPattern(2, 1), FootholdPattern(1, 1), FootholdPattern(2, 2)]
 SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
 LEVEL_SCORE = 0.8  # with which the longest of them is taken
@@ -187,7 +195,7 @@ class Design:
         limit: The name of what leaves the least of what is wanted.
     """
 
-    gait: Grid
+    gait: CandidateBatch
     score: float
     slacks: dict[str, float]
     wanted: dict[str, float]
@@ -202,9 +210,9 @@ class Design:
 
 def choose_gaits(
     robot: RobotModel,
-    shape: Shape,
+    shape: LinkOutline,
     flights: Sequence[Staircase],
-    way: Way = QUICK,
+    way: SearchSettings = QUICK,
     *,
     map_error: float = 0.0,
 ) -> Iterator[Design]:
@@ -223,9 +231,9 @@ def choose_gaits(
     """
     runs = [stairs.run for stairs in flights]
     one, two = PLACES
-    patterns = make_patterns(robot, runs, one) if flights else LEVEL_PATTERNS
+    patterns = make_foothold_patterns(robot, runs, one) if flights else LEVEL_PATTERNS
     hopeless = np.inf if way is QUICK else HOPELESS
-    wanted = wanted_room(robot, map_error)
+    wanted = wanted_with_tolerance(robot, map_error)
     searches = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
     # Where the map may be wrong, room is worth more than pace: all are compared by it alone.
     bonus = SPEED_BONUS if map_error == 0.0 else 0.0
@@ -240,10 +248,8 @@ def choose_gaits(
         return sorted(found, key=worth, reverse=True)
 
     found = [*([] if early is None else [early]), *searches]
-    two_places = _search(
-        robot, shape, make_patterns(robot, runs, two) if flights else [], flights, way, wanted,
-        hopeless=hopeless,
-    )  # fmt: skip
+    patterns = make_foothold_patterns(robot, runs, two) if flights else []
+    two_places = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
     if way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH:
         found += two_places
     yield from (d for d in best_first(found) if d is not early or d.score < ENOUGH)
@@ -252,17 +258,17 @@ def choose_gaits(
     yield from best_first(list(two_places))
 
 
-def _pace(pattern: Pattern) -> float:
+def _pace(pattern: FootholdPattern) -> float:
     """How many treads more than one a cycle takes."""
     return pattern.treads / pattern.per_tread - 1
 
 
 def _search(
     robot: RobotModel,
-    shape: Shape,
-    patterns: Sequence[Pattern],
+    shape: LinkOutline,
+    patterns: Sequence[FootholdPattern],
     flights: Sequence[Staircase],
-    way: Way,
+    way: SearchSettings,
     wanted: FloatArray,
     *,
     enough: float = -np.inf,
@@ -282,7 +288,7 @@ def _search(
     ]
     from scipy.stats import qmc  # half a second, which runs that design nothing need not wait
 
-    lower, upper, _ = bounds(patterns[0])
+    lower, upper, _ = candidate_bounds(patterns[0])
     first = lower + qmc.LatinHypercube(len(lower), rng=way.seed).random(way.members) * (
         upper - lower
     )
@@ -290,17 +296,19 @@ def _search(
     ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
     ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))
     for _, pattern, search in ranked:
-        best = make_grid(robot, pattern, search.least(first, way, enough=enough, hopeless=hopeless))
+        best = make_candidates(
+            robot, pattern, search.least(first, way, enough=enough, hopeless=hopeless)
+        )
         yield _with_level(robot, shape, best, flights, wanted)
 
 
-def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) -> bool:
+def _any_works(robot: RobotModel, shape: LinkOutline, flights: Sequence[Staircase]) -> bool:
     """Whether a quick search finds a gait of any pattern; it ends with the first."""
     runs = [stairs.run for stairs in flights]
     for per_tread in PLACES:
-        patterns = make_patterns(robot, runs, per_tread)
+        patterns = make_foothold_patterns(robot, runs, per_tread)
         found = _search(
-            robot, shape, patterns, flights, QUICK, wanted_room(robot),
+            robot, shape, patterns, flights, QUICK, wanted_with_tolerance(robot),
             enough=SURELY, hopeless=HOPELESS,
         )  # fmt: skip
         if any(design.feasible for design in found):
@@ -309,7 +317,12 @@ def _any_works(robot: RobotModel, shape: Shape, flights: Sequence[Staircase]) ->
 
 
 def highest_rise(
-    robot: RobotModel, shape: Shape, run: float, *, below: float, going: Sequence[int] = (1, -1)
+    robot: RobotModel,
+    shape: LinkOutline,
+    run: float,
+    *,
+    below: float,
+    going: Sequence[int] = (1, -1),
 ) -> float | None:
     """The highest rise below another for which a quick search finds a gait, to 10 mm [m].
 
@@ -336,19 +349,19 @@ def highest_rise(
 
 def _with_level(
     robot: RobotModel,
-    shape: Shape,
-    gait: Grid,
+    shape: LinkOutline,
+    gait: CandidateBatch,
     flights: Sequence[Staircase],
     wanted: FloatArray,
 ) -> Design:
     """Adds the longest stride on level ground that leaves nearly all of the room wanted."""
     leg = leg_length(robot)
-    row = least_room(robot, shape, gait, flights)[0]
+    row = least_clearance(robot, shape, gait, flights)[0]
     best: tuple[float, float, FloatArray] | None = None
     for share in LEVEL_PLACES:
         stride = min(share * leg, 1.2 * hip_length(robot))
         level = Staircase(0.0, stride / gait.pattern.treads)
-        table = least_room(robot, shape, gait, [level])[0]
+        table = least_clearance(robot, shape, gait, [level])[0]
         score = float(np.min(np.minimum(table / wanted, 1.0)))
         if best is None or score > best[0] + 1e-9:
             best = score, stride, table
@@ -383,7 +396,7 @@ _WORDS = {
 }
 
 
-def what_is_short(design: Design) -> str:
+def describe_shortage(design: Design) -> str:
     """The limit that is missed by most, for the best gait that was found, and that gait."""
     lack = -design.slacks[design.limit]
     short = _WORDS[design.limit].format(lack, 100.0 * (1.0 + lack))

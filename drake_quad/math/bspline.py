@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drake_quad.common import FloatArray, read_only
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.math.quintic import quintic
 
 # ------------------------------------------------------------------------------------------------
@@ -125,7 +125,7 @@ class BodySpline:
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def sample_body(control: FloatArray, knot: float, t: float) -> FloatArray:
     """A `BodySpline` at time `t` [s]: (3, 5) value, velocity, acceleration; at rest outside.
 

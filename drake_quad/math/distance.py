@@ -8,7 +8,7 @@ from math import inf, sqrt
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 
 # ------------------------------------------------------------------------------------------------
 # Signed distance of points from boxes, and of the lines between them, compiled.
@@ -19,8 +19,8 @@ ROUNDS = 12  # of golden sections: to less than a hundredth of a line
 GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
 
 
-@compiled
-def from_box(p: FloatArray, lower: FloatArray, upper: FloatArray) -> float:
+@jit
+def point_to_box(p: FloatArray, lower: FloatArray, upper: FloatArray) -> float:
     """Distance of a point (3,) from a box in the same frame, inside negative [m]."""
     ax = max(lower[0] - p[0], p[0] - upper[0])
     ay = max(lower[1] - p[1], p[1] - upper[1])
@@ -29,7 +29,7 @@ def from_box(p: FloatArray, lower: FloatArray, upper: FloatArray) -> float:
     return sqrt(ox * ox + oy * oy + oz * oz) + min(max(ax, max(ay, az)), 0.0)
 
 
-@compiled
+@jit
 def _between(
     p: FloatArray, q: FloatArray, share: float, lower: FloatArray, upper: FloatArray
 ) -> float:
@@ -44,7 +44,7 @@ def _between(
     return sqrt(ox * ox + oy * oy + oz * oz) + min(max(ax, max(ay, az)), 0.0)
 
 
-@compiled
+@jit
 def line_with_ends(
     p: FloatArray, q: FloatArray, at_low: float, at_high: float,
     lower: FloatArray, upper: FloatArray, enough: float,
@@ -79,8 +79,8 @@ def line_with_ends(
     return min(best, min(a, b))
 
 
-@compiled
-def from_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> FloatArray:
+@jit
+def points_to_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> FloatArray:
     """Least distances from boxes (B, 2, 3), inside negative, of those below `enough` [m].
 
     Of rows of points (M, K, 3), then of the lines that join these: (M, 2 K - 1). What is farther
@@ -107,7 +107,7 @@ def from_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> FloatArr
                 least = min(least, square)
                 continue
             for j in range(count):
-                here[j] = from_box(p[j], lower, upper)
+                here[j] = point_to_box(p[j], lower, upper)
                 row[j] = min(row[j], here[j])
             for j in range(count - 1):
                 bound = min(enough, row[count + j])
@@ -123,7 +123,7 @@ def from_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> FloatArr
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def ground_distance(
     s: FloatArray, z: FloatArray, ends: FloatArray, heights: FloatArray
 ) -> FloatArray:
@@ -160,7 +160,7 @@ def ground_distance(
 FAR = 1.0  # [m]: lines that are farther from any nosing are as good as there
 
 
-@compiled
+@jit
 def from_nosing(
     s0: float, z0: float, s1: float, z1: float, edge: float, low: float, high: float, far: float
 ) -> float:
@@ -192,7 +192,7 @@ def from_nosing(
     return min(distance, far)
 
 
-@compiled
+@jit
 def nosing_distance(
     s: FloatArray, z: FloatArray, ends: FloatArray, heights: FloatArray
 ) -> FloatArray:
@@ -225,8 +225,8 @@ PAIRS = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])  # of legs, b
 TINY = 1e-12
 
 
-@compiled
-def between_lines(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> float:
+@jit
+def line_to_line(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> float:
     """Distance of the line from p to q from that from r to s, all (3,) [m].
 
     Ericson, "Real-Time Collision Detection" (2005), section 5.1.9.
@@ -259,8 +259,8 @@ def between_lines(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) ->
     return sqrt(total)
 
 
-@compiled
-def legs_apart(points: FloatArray, radii: FloatArray, enough: float) -> FloatArray:
+@jit
+def distance_between_legs(points: FloatArray, radii: FloatArray, enough: float) -> FloatArray:
     """Room between the legs of each of PAIRS (N, 6) [m], negative where they would touch.
 
     Pairs that surely have `enough` [m] are told to have just that.
@@ -293,7 +293,7 @@ def legs_apart(points: FloatArray, radii: FloatArray, enough: float) -> FloatArr
                         continue  # thighs turn beside the trunk, where there is room for both
                     thick = max(radii[one, i], radii[one, max(i - 1, 0)])
                     thick += max(radii[two, j], radii[two, max(j - 1, 0)])
-                    away = between_lines(
+                    away = line_to_line(
                         points[n, one, i], points[n, one, i + 1],
                         points[n, two, j], points[n, two, j + 1],
                     )  # fmt: skip
@@ -309,8 +309,8 @@ def legs_apart(points: FloatArray, radii: FloatArray, enough: float) -> FloatArr
 NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
 
 
-@compiled
-def from_stairs(s: float, z: float, rise: float, run: float) -> float:
+@jit
+def point_to_stairs(s: float, z: float, rise: float, run: float) -> float:
     """Signed distance of a point from a Staircase [m], negative inside it.
 
     Exact for what is nearer than two treads; beyond, it may be less far than it says.
@@ -326,8 +326,8 @@ def from_stairs(s: float, z: float, rise: float, run: float) -> float:
     return inside if inside < 0.0 else sqrt(square)
 
 
-@compiled
-def over_nosings(s: float, z: float, rise: float, run: float) -> float:
+@jit
+def line_over_nosings(s: float, z: float, rise: float, run: float) -> float:
     """How far a point is above the plane through a Staircase's nosings [m]; -inf below it.
 
     All of the staircase is below that plane, so that what is above it is at least as far from any
@@ -337,8 +337,8 @@ def over_nosings(s: float, z: float, rise: float, run: float) -> float:
     return height * run / sqrt(run * run + rise * rise) if height > 0.0 else -np.inf
 
 
-@compiled
-def line_from_stairs(p: FloatArray, q: FloatArray, rise: float, run: float) -> float:
+@jit
+def line_to_stairs(p: FloatArray, q: FloatArray, rise: float, run: float) -> float:
     """Signed distance of the line from p to q from the nosing of a Staircase next to it [m]."""
     k = np.floor(0.5 * (p[0] + q[0]) / run)
     edge = (k + 0.5) * run

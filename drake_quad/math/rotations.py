@@ -10,7 +10,7 @@ from math import atan2, cos, sin, sqrt
 import numpy as np
 
 from drake_quad.common import FloatArray, Matrix, Vector
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 
 # ------------------------------------------------------------------------------------------------
 # Rotations as the filter's kernels need them: small, allocation-light, compiled.
@@ -20,7 +20,7 @@ from drake_quad.jit import compiled
 SMALL = 1e-5  # [rad] below it the series are exact to the last digit
 
 
-@compiled
+@jit
 def rotation_exp(x: float, y: float, z: float) -> FloatArray:
     """The rotation matrix (3, 3) of a rotation vector [rad] (Rodrigues)."""
     a2 = x * x + y * y + z * z
@@ -39,7 +39,7 @@ def rotation_exp(x: float, y: float, z: float) -> FloatArray:
     return R
 
 
-@compiled
+@jit
 def left_jacobian(x: float, y: float, z: float) -> FloatArray:
     """J (3, 3) with exp((φ, u)) = (exp(φ), J u) in SE(3), for the rotation vector φ [rad]."""
     a2 = x * x + y * y + z * z
@@ -58,7 +58,7 @@ def left_jacobian(x: float, y: float, z: float) -> FloatArray:
     return J
 
 
-@compiled
+@jit
 def rotation_log(R: FloatArray) -> FloatArray:
     """The rotation vector (3,) [rad] of a rotation matrix well short of half a turn."""
     v = np.empty(3)
@@ -72,7 +72,7 @@ def rotation_log(R: FloatArray) -> FloatArray:
     return v
 
 
-@compiled
+@jit
 def multiply(A: FloatArray, B: FloatArray) -> FloatArray:
     """A B of two (3, 3) matrices; a call of BLAS would cost more than the products."""
     C = np.empty((3, 3))
@@ -82,7 +82,7 @@ def multiply(A: FloatArray, B: FloatArray) -> FloatArray:
     return C
 
 
-@compiled
+@jit
 def normalize(R: FloatArray) -> None:
     """Makes `R` (3, 3), a rotation but for rounding, orthonormal again, in place (Gram-Schmidt)."""
     n = sqrt(R[0, 0] ** 2 + R[1, 0] ** 2 + R[2, 0] ** 2)
@@ -99,7 +99,7 @@ def normalize(R: FloatArray) -> None:
     R[2, 2] = R[0, 0] * R[1, 1] - R[1, 0] * R[0, 1]
 
 
-@compiled
+@jit
 def write_quaternion(R: FloatArray, out: FloatArray) -> None:
     """Writes the unit quaternion w, x, y, z of `R` to `out` (4,), with w >= 0 (Shepperd 1978)."""
     trace = R[0, 0] + R[1, 1] + R[2, 2]
@@ -134,7 +134,7 @@ def write_quaternion(R: FloatArray, out: FloatArray) -> None:
 # ------------------------------------------------------------------------------------------------
 
 
-@compiled
+@jit
 def solve_rates(J: Matrix, v: Vector) -> Vector:
     """Joint speeds that move the foot at `v`, by Cramer's rule; zero for a singular leg."""
     (a, b, c), (d, e, f), (g, h, i) = J
@@ -150,7 +150,7 @@ def solve_rates(J: Matrix, v: Vector) -> Vector:
     )
 
 
-@compiled
+@jit
 def rotate(R: Matrix, v: Vector) -> Vector:
     """R v."""
     x, y, z = v
@@ -161,7 +161,7 @@ def rotate(R: Matrix, v: Vector) -> Vector:
     )
 
 
-@compiled
+@jit
 def rotate_back(R: Matrix, v: Vector) -> Vector:
     """R transposed, times v."""
     x, y, z = v
@@ -172,14 +172,14 @@ def rotate_back(R: Matrix, v: Vector) -> Vector:
     )
 
 
-@compiled
+@jit
 def yaw_pitch_rotation(pitch: float, yaw: float) -> Matrix:
     """R_WB of a body turned about z by `yaw`, then about its y by `pitch` [rad]."""
     cp, sp, cy, sy = cos(pitch), sin(pitch), cos(yaw), sin(yaw)
     return ((cy * cp, -sy, cy * sp), (sy * cp, cy, sy * sp), (-sp, 0.0, cp))
 
 
-@compiled
+@jit
 def quaternion_rotation(w: float, x: float, y: float, z: float) -> Matrix:
     """R_WB of a quaternion of any length."""
     n = 2.0 / (w * w + x * x + y * y + z * z)

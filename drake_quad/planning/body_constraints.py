@@ -24,7 +24,7 @@ from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.math.bspline import BodySpline
 from drake_quad.math.rotations import rotations
-from drake_quad.planning.clearance import WORTH, shank_room, trunk_room
+from drake_quad.planning.clearance import WORTH, shank_clearance, trunk_clearance
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.stance_margin import Footing, Stances
@@ -237,7 +237,7 @@ NEAR = 0.12  # of a leg's length: limits that are farther away are let be
 SHANK_NEAR = 0.03  # the same of shanks' room
 TRUNK_SHARE = 0.5  # of the room between shanks and stairs, that there is to be to the trunk
 SHANK_SAFE = 0.002  # the same of the room between shanks and stairs
-LIMITS = 6  # of a leg: see `leg_room`
+LIMITS = 6  # of a leg: see `reach_left`
 STEP = 1e-5  # [m] of the differences
 WEIGHT = 0.5  # of a leg's length, that a radian counts as
 
@@ -276,7 +276,7 @@ class Shanks:
     room: float
 
 
-def leg_room(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArray:
+def reach_left(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArray:
     """Room of every leg to each of its limits, negative beyond it, (N, 4, 6) [m].
 
     To its most stretched and most folded; to the ends of abduction and of hip pitch, a radian
@@ -335,17 +335,17 @@ def find_limits(
 
     def room_at(poses: FloatArray, feet: FloatArray) -> FloatArray:
         """Room beyond what is to be kept (N, 4, 6), or with the shanks' (N, 4, 21 or 36) [m]."""
-        room = [leg_room(robot, poses, feet)]
+        room = [reach_left(robot, poses, feet)]
         if shanks is None:
             return room[0]
         q, _, _ = pose_robot(robot, poses, feet)
         if shanks.lane is not None:
-            clear = shank_room(robot, shanks.lane, poses, feet, q)
+            clear = shank_clearance(robot, shanks.lane, poses, feet, q)
             room.append(clear * WORTH - shanks.room)
         p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
         keep = TRUNK_SHARE * shanks.room
         far = keep + SHANK_NEAR * float(reach.max()) + STEP  # what is farther off is let be
-        room.append(trunk_room(robot, p_BF, q, enough=far) - keep)
+        room.append(trunk_clearance(robot, p_BF, q, enough=far) - keep)
         return np.concatenate(room, axis=-1)
 
     reach = robot.geometry.reach

@@ -30,7 +30,7 @@ from drake_quad.planning.body_qp import (
     solve_body,
     with_sides,
 )
-from drake_quad.planning.body_reference import ROUNDING, Route, body_pitch
+from drake_quad.planning.body_reference import ROUNDING, BodyReference, body_pitch
 from drake_quad.planning.contact_plan import SAMPLE_PERIOD, ContactPlan, sample_times, swing_times
 from drake_quad.planning.foot_rolling import roll_along
 from drake_quad.planning.motion_plan import pose_robot
@@ -65,7 +65,7 @@ PER_SWING = 12  # moments of every swing at which legs' limits are looked at, be
 LEAST_TILT = 0.02  # [rad] that is free all the same
 
 
-class BodySearch:
+class BodyPathOptimizer:
     """A path over a contact plan, and the program that makes it better.
 
     Attributes:
@@ -78,7 +78,7 @@ class BodySearch:
         self,
         robot: RobotModel,
         contacts: ContactPlan,
-        route: Route,
+        route: BodyReference,
         settings: PlanSettings,
         footing: Footing | None,
         rolled: FloatArray,
@@ -256,7 +256,7 @@ DAMPED = 0.6  # of the way to the next path, in these
 def plan_body(
     robot: RobotModel,
     contacts: ContactPlan,
-    route: Route,
+    route: BodyReference,
     settings: PlanSettings,
     footing: Footing | None = None,
     rolled: FloatArray | None = None,
@@ -282,14 +282,14 @@ def plan_body(
         PlanningError: If there is no such path.
     """
     begin = np.zeros((4, 2)) if rolled is None else rolled
-    search = BodySearch(robot, contacts, route, settings, footing, begin)
+    search = BodyPathOptimizer(robot, contacts, route, settings, footing, begin)
     if not settings.uniform_body:
         _search(search, settings, feasible=footing is not None and footing.drives)
         search.settle_feet()
     return search.spline, search.contacts, search.margin()
 
 
-def _search(search: BodySearch, settings: PlanSettings, *, feasible: bool) -> None:
+def _search(search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool) -> None:
     """Solves the program until the legs' share is right, and then within the legs' limits."""
     passes = DYNAMIC_PASSES if settings.dynamic else FEASIBLE_PASSES if feasible else PASSES
     for k in range(passes):

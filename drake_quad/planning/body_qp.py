@@ -209,7 +209,7 @@ def make_basis(times: FloatArray, knot: float, count: int) -> Basis:
     return Basis(i, weights(np.clip(r - i, 0.0, 1.0), knot), count)
 
 
-def join(parts: list[Rows]) -> Rows:
+def join_rows(parts: list[Rows]) -> Rows:
     """All of them, in order."""
     return Rows(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Rows)))
 
@@ -228,7 +228,7 @@ def margin_rows(p: BodyProblem, sides: Sides) -> Rows:
         parts.append(Rows(k, normal, zero, which, -sides.weight, sides.offset - given))
     which = np.full(size, ZMP_MARGIN)
     parts.append(Rows(k, normal, lean, which, -sides.weight, sides.offset - leant))
-    return join(parts)
+    return join_rows(parts)
 
 
 def reach_rows(p: BodyProblem) -> list[Rows]:
@@ -342,7 +342,7 @@ def make_frame(problem: BodyProblem) -> BodyFrame:
     p = problem
     basis = make_basis(p.times, p.knot, knot_count(p.contacts.duration, p.knot))
     P, c = _cost(p, basis)
-    limits = join([*reach_rows(p), *shift_rows(p)])
+    limits = join_rows([*reach_rows(p), *shift_rows(p)])
     ends = np.array([0, 1, 2, basis.count - 3, basis.count - 2, basis.count - 1])
     columns = (p.axes * ends[:, None] + np.arange(p.axes)).ravel()
     many = len(columns)
@@ -380,7 +380,7 @@ def solve_body(
     parts = [margin_rows(problem, frame.sides), frame.limits]
     if problem.limits is not None:
         parts.append(limit_rows(problem.limits))
-    rows = join([part.with_axes(problem.axes) for part in parts])
+    rows = join_rows([part.with_axes(problem.axes) for part in parts])
     if start is None:
         chosen = np.zeros(len(rows.sample), dtype=bool)
         chosen[: len(frame.sides.sample)] = frame.sides.sample % SEED_STRIDE == 0

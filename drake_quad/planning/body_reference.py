@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.common import FloatArray
-from drake_quad.planning.footholds import Lattice
+from drake_quad.planning.footholds import FootholdGrid
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.stability.margins import FALLEN_TILT
 from drake_quad.terrain.lane import Lane
@@ -20,7 +20,7 @@ from drake_quad.terrain.lane import Lane
 ROUNDING = 1e-9  # [m], [rad] by which a body that begins as the ground asks for may be off that
 
 
-class Ground(Protocol):
+class GroundProfile(Protocol):
     """Mean height of the ground under the body [m] and its slope, along places (N, 2) in W."""
 
     def __call__(self, p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -29,7 +29,7 @@ class Ground(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Route:
+class BodyReference:
     """Where the body is to be if margins did not matter: piecewise linear in time.
 
     Attributes:
@@ -45,7 +45,7 @@ class Route:
     times: FloatArray
     xy: FloatArray
     yaw: FloatArray
-    ground: Ground
+    ground: GroundProfile
     lane: Lane | None = None
     start: FloatArray | None = None
     joined: float = 0.0
@@ -102,7 +102,7 @@ OVER_EDGES = 0.3  # how far the body goes down for feet behind an edge: more fol
 EARLY = 0.15  # from which the body is shifted as there: before the first foot is on it
 
 
-def steepness(lattice: Lattice, s: FloatArray, reach: float) -> FloatArray:
+def steepness(lattice: FootholdGrid, s: FloatArray, reach: float) -> FloatArray:
     """The slope around `s` (N,), by the steepest on the way: 1 up, -1 down, 0 on level ground.
 
     Averaged over `reach` [m] to either side, so that it comes and goes as feet reach the flight.
@@ -116,7 +116,7 @@ def steepness(lattice: Lattice, s: FloatArray, reach: float) -> FloatArray:
     return np.asarray(np.clip(slope / steepest, -1.0, 1.0))
 
 
-def half_window(lattice: Lattice, settings: PlanSettings) -> float:
+def half_window(lattice: FootholdGrid, settings: PlanSettings) -> float:
     """How far ahead of and behind the body its feet are, at most: half a stance, half a stride [m].
 
     On the flights' places; on level ground alone, half the gait's stance.
@@ -131,7 +131,7 @@ def half_window(lattice: Lattice, settings: PlanSettings) -> float:
 
 
 def tilting_ground(
-    lattice: Lattice, s: FloatArray, settings: PlanSettings
+    lattice: FootholdGrid, s: FloatArray, settings: PlanSettings
 ) -> tuple[FloatArray, FloatArray]:
     """Height (N,) [m] and slope (N,) of the ground for a body that tilts with the stairs.
 
@@ -148,7 +148,7 @@ def tilting_ground(
     return near + share * (far - near), near_slope + share * (far_slope - near_slope)
 
 
-def tread_offset(lattice: Lattice, i: int, spacing: float, settings: PlanSettings) -> float:
+def tread_offset(lattice: FootholdGrid, i: int, spacing: float, settings: PlanSettings) -> float:
     """How far ahead of place `i` the feet stand there [m], places being `spacing` [m] apart."""
     if settings.tread_phase_up == settings.tread_phase_down == 0.0:
         return 0.0
@@ -159,7 +159,7 @@ def tread_offset(lattice: Lattice, i: int, spacing: float, settings: PlanSetting
     return phase * spacing * settings.pattern.per_tread * min(abs(share) / FULL, 1.0)
 
 
-def body_shift(lattice: Lattice, s: FloatArray, settings: PlanSettings) -> FloatArray:
+def sideways_shift(lattice: FootholdGrid, s: FloatArray, settings: PlanSettings) -> FloatArray:
     """How far ahead of its places (N,) the body goes besides [m]."""
     share = steepness(lattice, s, half_window(lattice, settings))
     shift = np.where(share > 0.0, settings.body_shift_up, settings.body_shift_down)
@@ -168,7 +168,7 @@ def body_shift(lattice: Lattice, s: FloatArray, settings: PlanSettings) -> Float
     return np.asarray(shift * np.minimum(np.abs(share) / whole, 1.0))
 
 
-def body_lift(lattice: Lattice, s: FloatArray, settings: PlanSettings) -> FloatArray:
+def body_lift(lattice: FootholdGrid, s: FloatArray, settings: PlanSettings) -> FloatArray:
     """How much higher the body goes at `s` (N,) than its height on level ground [m]."""
     if settings.lift_down == 0.0:
         return np.zeros_like(s)

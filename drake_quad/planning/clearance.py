@@ -8,14 +8,20 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.jit import compiled
-from drake_quad.math.distance import PAIRS, from_boxes, ground_distance, legs_apart, nosing_distance
+from drake_quad.jit import jit
+from drake_quad.math.distance import (
+    PAIRS,
+    distance_between_legs,
+    ground_distance,
+    nosing_distance,
+    points_to_boxes,
+)
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import PlanSamples
 from drake_quad.planning.problem import Task
 from drake_quad.robot.kinematics import calc_knees
 from drake_quad.robot.legs import LEGS
-from drake_quad.robot.link_outline import ROOM_WORTH, SHANK_POINTS, Shape
+from drake_quad.robot.link_outline import CLEARANCE_WEIGHTS, SHANK_POINTS, LinkOutline
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
@@ -58,11 +64,11 @@ def _profile(
 
 
 FAR = 0.1  # [m]: room beyond which nobody asks how much it is
-# By which room at `shank_room`'s places is multiplied where it is weighed, see ROOM_WORTH.
-WORTH = np.concatenate([ROOM_WORTH, ROOM_WORTH[1:]])
+# By which room at `shank_clearance`'s places is multiplied where it is weighed, see ROOM_WORTH.
+WORTH = np.concatenate([CLEARANCE_WEIGHTS, CLEARANCE_WEIGHTS[1:]])
 
 
-def shank_room(
+def shank_clearance(
     robot: RobotModel, lane: Lane, body: FloatArray, feet: FloatArray, q: FloatArray
 ) -> FloatArray:
     """Between knees and shanks and a lane's ground, negative inside (N, 4, 15) [m].
@@ -85,7 +91,7 @@ def shank_room(
     return np.concatenate([from_ground(lane, middles) - radii, lines], axis=-1)
 
 
-def trunk_room(
+def trunk_clearance(
     robot: RobotModel, p_BF: FloatArray, q: FloatArray, *, enough: float = FAR
 ) -> FloatArray:
     """Between knees and shanks and the trunk's boxes, negative inside (N, 4, 15) [m].
@@ -102,7 +108,7 @@ def trunk_room(
     middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
     rows = np.ascontiguousarray(middles.reshape(-1, *middles.shape[-2:]))
     radii = robot.shank_radii
-    apart = from_boxes(rows, robot.trunk_boxes, enough + float(radii.max()))
+    apart = points_to_boxes(rows, robot.trunk_boxes, enough + float(radii.max()))
     thick = np.concatenate([radii, np.minimum(radii[:, :-1], radii[:, 1:])], axis=1)
     return np.asarray(apart.reshape(*middles.shape[:-2], -1) - thick)
 
@@ -123,7 +129,7 @@ def shank_middles(
     return _middles(offsets, *flat).reshape(*shape[:-1], len(SHANK_POINTS), 3)
 
 
-@compiled
+@jit
 def _middles(
     offsets: FloatArray, knees: FloatArray, feet: FloatArray, across: FloatArray
 ) -> FloatArray:
@@ -153,7 +159,7 @@ def knee_axes(q: FloatArray) -> FloatArray:
 # ------------------------------------------------------------------------------------------------
 
 
-def thigh_room(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -> FloatArray:
+def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -> FloatArray:
     """Between thighs and a lane's ground, negative inside (N, 4) [m].
 
     Args:
@@ -192,7 +198,7 @@ def thigh_room(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -
 ENOUGH = 0.02  # [m]: nobody asks how much more it is
 
 
-def room_between_legs(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
+def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
     """Room between the legs of each of PAIRS (N, 6), at most ENOUGH, negative where they touch [m].
 
     Args:
@@ -204,7 +210,7 @@ def room_between_legs(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> Flo
     middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
     hips = np.broadcast_to(robot.geometry.p_BH, knees.shape)[:, :, None]
     points = np.concatenate([hips, middles], axis=2)
-    return legs_apart(points, robot.shank_radii, ENOUGH)
+    return distance_between_legs(points, robot.shank_radii, ENOUGH)
 
 
 # ------------------------------------------------------------------------------------------------
@@ -216,7 +222,7 @@ TRUNK_POINTS = 7
 
 
 @dataclass(frozen=True)
-class Room:
+class Clearance:
     """The least room of a plan, and where it is.
 
     Attributes:
@@ -235,22 +241,22 @@ class Room:
     time: float
 
 
-def find_room(
+def find_clearance(
     robot: RobotModel,
-    shape: Shape,
+    shape: LinkOutline,
     course: Course,
     tasks: Sequence[Task],
     samples: Sequence[PlanSamples],
-) -> Room:
+) -> Clearance:
     """The least room over all samples of a mission's plans."""
-    least = Room(np.inf, np.inf, "", "", 0.0)
+    least = Clearance(np.inf, np.inf, "", "", 0.0)
     for task, s in zip(tasks, samples, strict=True):
         lane, body = course.lanes[task.lane], s.body[:, 0]
         R = rotations(body)
         x = np.linspace(shape.trunk_lower[0], shape.trunk_upper[0], TRUNK_POINTS)
         under = np.column_stack([x, np.zeros(len(x)), np.full(len(x), shape.trunk_lower[2])])
         trunk = body[:, None, :3] + np.einsum("nij,kj->nki", R, under)
-        legs = shank_room(robot, lane, body, s.feet, s.q)
+        legs = shank_clearance(robot, lane, body, s.feet, s.q)
         parts = [(f"the knee or shank of {leg.short}", legs[:, leg.row], WORTH) for leg in LEGS]
         below = np.concatenate([from_ground(lane, trunk), from_nosings(lane, trunk)], axis=-1)
         parts.append(("the trunk", below, np.ones(2 * TRUNK_POINTS - 1)))
@@ -259,7 +265,7 @@ def find_room(
             here = float(away[k, point])
             worth = float(here * weight[point])
             if worth < least.worth:
-                least = Room(worth, here, part, task.name, float(s.times[k]))
+                least = Clearance(worth, here, part, task.name, float(s.times[k]))
     return least
 
 
@@ -273,7 +279,7 @@ NAMES = tuple(leg.short for leg in LEGS)
 PAIRED = tuple(" and ".join(NAMES[row] for row in pair) for pair in PAIRS)
 
 
-def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None:
+def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) -> None:
     """Refuses a task's plan in which a shank comes into the trunk, or two legs into each other.
 
     Raises:
@@ -281,10 +287,10 @@ def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None
     """
     body = samples.body[:, 0]
     p_BF = np.einsum("nji,nlj->nli", rotations(body), samples.feet - body[:, None, :3])
-    shanks = trunk_room(robot, p_BF, samples.q).min(axis=-1)
+    shanks = trunk_clearance(robot, p_BF, samples.q).min(axis=-1)
     first, second = (p_BF[:, rows] for rows in PAIRS.T)
     feet = np.linalg.norm(first - second, axis=-1) - 2.0 * robot.foot_radius - FEET_APART
-    legs = room_between_legs(robot, p_BF, samples.q)
+    legs = leg_clearance(robot, p_BF, samples.q)
     for room, names, words in (
         (shanks, NAMES, "the shank of {} would be {:.3f} m inside the trunk"),
         (feet, PAIRED, "the feet {} would be {:.3f} m too near each other"),
@@ -293,13 +299,13 @@ def refuse_touching(robot: RobotModel, task: Task, samples: PlanSamples) -> None
         _refuse(room, names, words, samples, task)
 
 
-def refuse_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
+def check_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
     """Refuses a task's plan in which a thigh comes into the ground.
 
     Raises:
         PlanningError: With which, where and how far.
     """
-    room = thigh_room(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
+    room = thigh_clearance(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
     _refuse(room, NAMES, "the thigh of {} would be {:.3f} m inside the stairs", samples, task)
 
 

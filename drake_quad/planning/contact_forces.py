@@ -25,7 +25,7 @@ UPRIGHT: tuple[Vector, ...] = ((0.0, 0.0, 1.0),) * 4
 _OTHERS = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
-def distribute(
+def distribute_wrench(
     force: Vector,
     moment: Vector,
     arms: Sequence[Vector],
@@ -168,7 +168,9 @@ RIDGE = 1e-9  # for three feet in a line
 Share = Callable[[float, FloatArray, FloatArray, BoolArray], FloatArray]
 
 
-def share_weight(weight: float, feet: FloatArray, com: FloatArray, who: BoolArray) -> FloatArray:
+def share_vertical_load(
+    weight: float, feet: FloatArray, com: FloatArray, who: BoolArray
+) -> FloatArray:
     """Forces on the feet (N, 4, 3) in W that hold the robot still, as `IkController` shares them.
 
     Args:
@@ -179,14 +181,14 @@ def share_weight(weight: float, feet: FloatArray, com: FloatArray, who: BoolArra
     """
     up, still = (0.0, 0.0, weight), (0.0, 0.0, 0.0)
     arms, load = (feet - com[:, None]).tolist(), who.astype(float).tolist()
-    return np.array([distribute(up, still, *pose) for pose in zip(arms, load, strict=True)])
+    return np.array([distribute_wrench(up, still, *pose) for pose in zip(arms, load, strict=True)])
 
 
-def least_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolArray) -> FloatArray:
+def min_norm_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolArray) -> FloatArray:
     """The same as `WholeBodyController` shares them: the sum of all forces squared is least.
 
     Feet that stand at different heights then push against each other, within friction. Where none
-    hold the robot so they are `share_weight`'s.
+    hold the robot so they are `share_vertical_load`'s.
     """
     flat = _grasps(feet - com[:, None], who)
     square = flat @ flat.transpose(0, 2, 1) + RIDGE * np.eye(6)
@@ -197,7 +199,7 @@ def least_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolArra
     for n in np.flatnonzero(slips):
         within = _least_within(flat[n], wanted, weight)
         if within is None:
-            within = share_weight(weight, feet[n : n + 1], com[n : n + 1], who[n : n + 1])[0]
+            within = share_vertical_load(weight, feet[n : n + 1], com[n : n + 1], who[n : n + 1])[0]
         force[n] = within
     return force
 
@@ -218,7 +220,10 @@ def _grasps(arms: FloatArray, who: BoolArray) -> FloatArray:
     return np.asarray((grasp * who[:, None, :, None]).reshape(-1, 6, 12))
 
 
-SHARES: dict[str, Share] = {"ik": share_weight, "whole_body": least_forces}  # by controller.kind
+SHARES: dict[str, Share] = {
+    "ik": share_vertical_load,
+    "whole_body": min_norm_forces,
+}  # by controller.kind
 
 
 def _least_within(
@@ -241,8 +246,8 @@ def _least_within(
     return weight * np.asarray(force).reshape(4, 3) if status in SOLVED else None
 
 
-def standing_torques(
-    robot: RobotModel, samples: PlanSamples, share: Share = least_forces
+def static_joint_torques(
+    robot: RobotModel, samples: PlanSamples, share: Share = min_norm_forces
 ) -> FloatArray:
     """Torques of the joints (N, 4, 3) that hold the robot still in the poses of a plan [Nm].
 
@@ -261,10 +266,10 @@ def standing_torques(
 
 
 def torque_ratio(
-    robot: RobotModel, samples: PlanSamples, share: Share = least_forces
+    robot: RobotModel, samples: PlanSamples, share: Share = min_norm_forces
 ) -> FloatArray:
     """The greatest of these over their limits, sample by sample (N,)."""
-    ratio = np.abs(standing_torques(robot, samples, share)) / robot.effort.reshape(4, 3)
+    ratio = np.abs(static_joint_torques(robot, samples, share)) / robot.effort.reshape(4, 3)
     return np.asarray(ratio.max(axis=(1, 2)))
 
 
@@ -288,7 +293,7 @@ def find_overload(robot: RobotModel, samples: PlanSamples) -> Overload | None:
 
     Forces may be shared among the feet in any way within friction (FRICTION).
     """
-    ratio = np.abs(standing_torques(robot, samples)) / robot.effort.reshape(4, 3)
+    ratio = np.abs(static_joint_torques(robot, samples)) / robot.effort.reshape(4, 3)
     worst = ratio.reshape(-1, 12).max(axis=1)
     order = np.argsort(-worst, kind="stable")
     weight = GRAVITY * robot.mass

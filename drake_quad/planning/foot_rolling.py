@@ -13,7 +13,7 @@ from math import cos, sin
 import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.math.bspline import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
 from drake_quad.planning.motion_plan import pose_robot
@@ -46,7 +46,7 @@ def roll_feet(
     return FootRoll(times, offset)
 
 
-@compiled
+@jit
 def _roll(
     radius: float,
     times: FloatArray,
@@ -78,7 +78,7 @@ def _roll(
             offset[n, k, 0], offset[n, k, 1] = x, y
 
 
-@compiled
+@jit
 def _goes(
     body0: FloatArray, body1: FloatArray, q0: FloatArray, q1: FloatArray
 ) -> tuple[float, float]:

@@ -47,7 +47,7 @@ class Obstacle:
     room: float
 
 
-def find_obstacles(lane: Lane, spacing: float, deep: float = inf) -> list[Obstacle]:
+def find_foothold_obstacles(lane: Lane, spacing: float, deep: float = inf) -> list[Obstacle]:
     """The curbs and blocks of a lane: single risers, two that are near each other as one.
 
     Args:
@@ -67,7 +67,7 @@ def find_obstacles(lane: Lane, spacing: float, deep: float = inf) -> list[Obstac
     return found
 
 
-def pin_obstacles(
+def snap_to_obstacles(
     obstacles: list[Obstacle],
     *,
     until: float,
@@ -114,7 +114,7 @@ SHORTEST_LANDING = 0.4  # of a tread: on a shorter one between two flights there
 
 
 @dataclass(frozen=True, eq=False)
-class Lattice:
+class FootholdGrid:
     """Places along a lane.
 
     Attributes:
@@ -132,7 +132,7 @@ class Lattice:
     behind: int
     cycles: int
     on_tread: tuple[bool, ...]
-    line: "Lattice | None" = None
+    line: "FootholdGrid | None" = None
 
     @property
     def knots(self) -> tuple[FloatArray, FloatArray]:
@@ -144,7 +144,7 @@ class Lattice:
         return np.asarray(np.interp(s, *self.knots))
 
 
-def make_lattice(
+def make_foothold_grid(
     lane: Lane,
     *,
     start: float,
@@ -155,7 +155,7 @@ def make_lattice(
     per_cycle: int = 2,
     per_tread: int = 1,
     deep: float = np.inf,
-) -> Lattice:
+) -> FootholdGrid:
     """Lays the lattice for a walk of the body from `start` to `goal` along `lane`.
 
     Args:
@@ -175,14 +175,16 @@ def make_lattice(
     pins: list[float] = [start]
     end = start  # of the flight before
     level: list[bool] = []  # whether the span after pin k is level
-    obstacles = find_obstacles(lane, spacing, deep)
+    obstacles = find_foothold_obstacles(lane, spacing, deep)
     flights = lane.close_flights(deep)
     for flight in flights:
         treads = lane.treads(flight)
         first, last = treads[0], treads[-1]
         if last[1] < start or first[0] > goal:
             continue
-        end = pin_obstacles(obstacles, until=first[0], goal=goal, end=end, pins=pins, level=level)
+        end = snap_to_obstacles(
+            obstacles, until=first[0], goal=goal, end=end, pins=pins, level=level
+        )
         before = first[0] - 0.5 * (first[1] - first[0]) / per_tread
         if before >= pins[-1] - 1e-6:
             pins.append(before)
@@ -206,7 +208,7 @@ def make_lattice(
         end = last[1]
         pins.append(end + 0.5 * (end - last[0]) / per_tread)
         level.append(False)
-    pin_obstacles(obstacles, until=goal, goal=goal, end=end, pins=pins, level=level)
+    snap_to_obstacles(obstacles, until=goal, goal=goal, end=end, pins=pins, level=level)
     if goal < pins[-1] - 1e-6:
         raise PlanningError(
             f"the walk ends {goal - start:.2f} m on, too near behind a flight or before its start",
@@ -246,9 +248,9 @@ def make_lattice(
     kinds = [lane.kinds[i] == "block" or i in steps for i in lane.interval(places).tolist()]
     line = None
     if per_tread > 1:
-        line = make_lattice(lane, start=start, goal=goal, spacing=per_tread * spacing,
+        line = make_foothold_grid(lane, start=start, goal=goal, spacing=per_tread * spacing,
                             behind=0, ahead=0, per_cycle=1, deep=deep)  # fmt: skip
-    return Lattice(
+    return FootholdGrid(
         s=read_only(places),
         z=read_only(z),
         behind=behind,
@@ -268,7 +270,7 @@ LIFT_OFF = {Leg(1): 0.0, Leg(4): 0.25, Leg(2): 0.5, Leg(3): 0.75}
 
 
 @dataclass(frozen=True)
-class Pattern:
+class FootholdPattern:
     """Footprints of a wave gait.
 
     Attributes:

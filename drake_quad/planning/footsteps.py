@@ -4,19 +4,19 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.gait.schedule import spin_table, wave_table
+from drake_quad.gait.schedule import spin_schedule, wave_schedule
 from drake_quad.gait.transition import plan_transition
 from drake_quad.gait.workspace import spin_cycles, spin_desired_configuration, spin_phi_max
 from drake_quad.planning.body_reference import (
-    Route,
+    BodyReference,
     body_lift,
-    body_shift,
     robot_stance,
+    sideways_shift,
     tilting_ground,
     tread_offset,
 )
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.footholds import Lattice, make_lattice
+from drake_quad.planning.footholds import FootholdGrid, make_foothold_grid
 from drake_quad.planning.motion_plan import Segment, Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.step_builder import StepBuilder
@@ -30,7 +30,7 @@ from drake_quad.terrain.lane import Lane
 # ------------------------------------------------------------------------------------------------
 
 
-def lay_transition(
+def plan_transition_footsteps(
     builder: StepBuilder,
     goal: FloatArray,
     settings: PlanSettings,
@@ -116,9 +116,9 @@ STRIDE_SLACK = 1e-4
 EDGE_CLEARANCE = 0.01  # [m] between the foot's sphere and a nosing or riser
 
 
-def lay_walk(
+def plan_walk_footsteps(
     robot: RobotModel, course: Course, settings: PlanSettings, task: Task, stance: Stance
-) -> tuple[ContactPlan, Route, tuple[Segment, ...]]:
+) -> tuple[ContactPlan, BodyReference, tuple[Segment, ...]]:
     """Returns the steps, the body's nominal route and the segments of a walk.
 
     Raises:
@@ -128,7 +128,7 @@ def lay_walk(
     start = float(lane.coordinates(stance.body[:2])[0])
     pattern = settings.pattern
     n = pattern.treads
-    lattice = make_lattice(
+    lattice = make_foothold_grid(
         lane,
         start=start,
         goal=task.goal,
@@ -159,16 +159,16 @@ def lay_walk(
 
     if settings.via_centres:
         centres = lane.point(start + robot_stance(settings)[:, 0], robot_stance(settings)[:, 1])
-        segments.append(lay_transition(builder, centres, settings, body=stance.body,
+        segments.append(plan_transition_footsteps(builder, centres, settings, body=stance.body,
                                        name="transition to the centres"))  # fmt: skip
     desired = np.stack([place(leg, pattern.first(leg)) for leg in LEGS])
-    segments.append(lay_transition(builder, desired, settings, body=stance.body,
+    segments.append(plan_transition_footsteps(builder, desired, settings, body=stance.body,
                                    name="transition to the wave gait",
                                    gait="wave"))  # fmt: skip
     moved = builder.time
     builder.wait(settings.shift_time)
     begin = builder.time
-    table = wave_table(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
+    table = wave_schedule(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
     half_cycle = 0.5 * table.cycle_time + settings.switch_wait
     for cycle in range(lattice.cycles):
         for beat, (leg, lift_off, _) in enumerate(table.swing_intervals()):
@@ -215,12 +215,12 @@ def lay_walk(
 
     yaw = np.concatenate([[stance.body[4]], np.full(len(times) - 1, lane.yaw)])
     yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
-    route = Route(times, xy, yaw, ground, lane, start=stance.body[:4], joined=begin)
+    route = BodyReference(times, xy, yaw, ground, lane, start=stance.body[:4], joined=begin)
     return builder.finish(), route, tuple(s for s in segments if s is not None)
 
 
 def _nominal(
-    lattice: Lattice,
+    lattice: FootholdGrid,
     settings: PlanSettings,
     start: tuple[float, float],
     half_cycle: float,
@@ -246,7 +246,7 @@ def _nominal(
     ahead += _recentred(settings)
     places = lattice.behind + np.concatenate([[0.0], at + ahead, [at[-1]]])
     s = np.interp(places, np.arange(len(lattice.s)), lattice.s)
-    shift = body_shift(lattice, s, settings)
+    shift = sideways_shift(lattice, s, settings)
     shift[[0, 1, -2, -1]] = 0.0  # walks begin and end at rest over their places
     s += shift
     if settings.uniform_body:  # it stays where it is through the transition
@@ -273,7 +273,7 @@ def _waits(settings: PlanSettings) -> dict[str, float]:
 
 
 def foothold(
-    lane: Lane, lattice: Lattice, leg: Leg, k: int, settings: PlanSettings, foot_radius: float
+    lane: Lane, lattice: FootholdGrid, leg: Leg, k: int, settings: PlanSettings, foot_radius: float
 ) -> float:
     """Where along the lane `leg` stands for place `k` of the lattice (0: under the body's start).
 
@@ -323,9 +323,9 @@ def _level_stretch(lane: Lane, s: float) -> tuple[float, float]:
 # ------------------------------------------------------------------------------------------------
 
 
-def lay_spin(
+def plan_spin_footsteps(
     robot: RobotModel, course: Course, settings: PlanSettings, task: Task, stance: Stance
-) -> tuple[ContactPlan, Route, tuple[Segment, ...]]:
+) -> tuple[ContactPlan, BodyReference, tuple[Segment, ...]]:
     """Returns the steps, the body's nominal route and the segments of a spin."""
     lane = course.lanes[task.lane]
     builder = StepBuilder(
@@ -341,7 +341,7 @@ def lay_spin(
     beta = settings.spin_duty_factor
     boxes = settings.spin_workspace or settings.workspace
     cycles, phi = spin_cycles(abs(task.angle), beta, spin_phi_max(boxes))
-    table = spin_table(duty_factor=beta, cycle_time=settings.spin_cycle_time, sense=sense)
+    table = spin_schedule(duty_factor=beta, cycle_time=settings.spin_cycle_time, sense=sense)
     segments = []
 
     def to_world(p_B: FloatArray, angle: float) -> FloatArray:
@@ -350,12 +350,19 @@ def lay_spin(
 
     if settings.via_centres:
         centres = to_world(robot_stance(settings), yaw)
-        segments.append(lay_transition(builder, centres, settings, body=stance.body,
+        segments.append(plan_transition_footsteps(builder, centres, settings, body=stance.body,
                                        name="transition to the centres"))  # fmt: skip
     desired = spin_desired_configuration(boxes, phi=phi, duty_factor=beta, sense=sense)
-    segments.append(lay_transition(builder, to_world(desired, yaw), settings, body=stance.body,
-                                   name="transition to the spinning gait",
-                                   gait="spin"))  # fmt: skip
+    segments.append(
+        plan_transition_footsteps(
+            builder,
+            to_world(desired, yaw),
+            settings,
+            body=stance.body,
+            name="transition to the spinning gait",
+            gait="spin",
+        )
+    )
     moved = builder.time
     builder.wait(settings.shift_time)
     begin = builder.time
@@ -387,5 +394,5 @@ def lay_spin(
     times = np.array([0.0, begin, end, builder.time])
     yaws = yaw + np.array([0.0, 0.0, task.angle, task.angle])
     start = stance.body[:4]
-    route = Route(times, np.tile(pivot, (4, 1)), yaws, level, start=start, joined=begin)
+    route = BodyReference(times, np.tile(pivot, (4, 1)), yaws, level, start=start, joined=begin)
     return builder.finish(), route, tuple(s for s in segments if s is not None)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray, read_only
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.math.bspline import BodySpline, sample_body
 from drake_quad.math.quintic import quintic, quintic_acceleration, quintic_rate
 from drake_quad.planning.contact_plan import ContactPlan
@@ -33,9 +33,7 @@ START, END, STANDING, FEET, SWING, FROM, TO, DURATION, APEX_TIME, APEX_Z, PIVOT,
 )  # fmt: skip
 COLUMNS = 32
 
-_quintic, _rate, _acceleration = (
-    compiled(f) for f in (quintic, quintic_rate, quintic_acceleration)
-)
+_quintic, _rate, _acceleration = (jit(f) for f in (quintic, quintic_rate, quintic_acceleration))
 
 
 def phase_table(contacts: ContactPlan) -> FloatArray:
@@ -54,7 +52,7 @@ def phase_table(contacts: ContactPlan) -> FloatArray:
     return read_only(table)
 
 
-@compiled
+@jit
 def phase_index(phases: FloatArray, t: float) -> int:
     """Index of the phase at time `t` [s]; the first or last one outside of the plan."""
     low, high = 0, len(phases)
@@ -67,7 +65,7 @@ def phase_index(phases: FloatArray, t: float) -> int:
     return max(low - 1, 0)
 
 
-@compiled
+@jit
 def sample_feet(
     phases: FloatArray, t: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, float]:
@@ -114,7 +112,7 @@ def sample_feet(
     return place, velocity, acceleration, standing, (t - row[START]) / (row[END] - row[START])
 
 
-@compiled
+@jit
 def _round_pivot(
     row: FloatArray,
     s: float,

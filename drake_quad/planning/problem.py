@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from drake_quad.gait.workspace import Workspace
-from drake_quad.planning.footholds import Pattern
+from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.robot.legs import Leg
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.course import Course
@@ -74,7 +74,7 @@ class PlanSettings:
     cycle_time: float = 8.0
     switch_wait: float = 0.0
     stride: float = 1.0
-    pattern: Pattern = field(default_factory=Pattern)
+    pattern: FootholdPattern = field(default_factory=FootholdPattern)
     deep_tread: float = 100.0
     body_ahead: float = 0.0
     tread_phase_up: float = 0.0

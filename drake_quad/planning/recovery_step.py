@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray, read_only
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.legs import LEGS, SIGNS, Leg
 from drake_quad.robot.model import LegGeometry, RobotModel
-from drake_quad.stability.capture_point import FallingBody, com_shift, fall, nearest_support
+from drake_quad.stability.capture_point import FallingPendulum, fall, ground_reach, nearest_support
 from drake_quad.stability.support_polygon import stability_margin, stability_margins
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import EDGE
@@ -32,7 +32,7 @@ RING = np.array([[np.cos(a), np.sin(a)] for a in 2.0 * np.pi * np.arange(8) / 8.
 ALONG = np.linspace(0.0, 1.0, 13)[1:]  # samples on the way
 
 
-class CatchGround:
+class StepTargetMap:
     """The course as a foot that must be put down at once sees it: made once, asked at any time.
 
     Args:
@@ -94,7 +94,7 @@ class CatchGround:
         return np.asarray(np.all((there >= APART) & ~near, axis=1))
 
 
-@compiled
+@jit
 def _heights(points: FloatArray, boxes: FloatArray, edge: float) -> FloatArray:
     """`Course.height` of points (N, 2).
 
@@ -141,7 +141,7 @@ PRICE = 0.02  # [m] of margin that a metre of distance must bring
 
 
 @dataclass(frozen=True, eq=False)
-class Catch:
+class RecoveryStep:
     """A foot to be put down at once.
 
     Attributes:
@@ -157,14 +157,14 @@ class Catch:
     margin: float
 
 
-def choose_catch(
+def choose_recovery_step(
     robot: RobotModel,
-    ground: CatchGround,
-    state: FallingBody,
+    ground: StepTargetMap,
+    state: FallingPendulum,
     *,
     swing: int | None = None,
     touchdown: FloatArray | None = None,
-) -> Catch | None:
+) -> RecoveryStep | None:
     """Chooses which foot to put down where.
 
     Args:
@@ -195,7 +195,7 @@ def choose_catch(
     return best
 
 
-def _worth(catch: Catch) -> tuple[float, float, float]:
+def _worth(catch: RecoveryStep) -> tuple[float, float, float]:
     """Margin as far as it counts, then haste, then margin: rounded, so that frames don't matter."""
     enough = min(catch.margin, MARGIN_ENOUGH)
     return round(enough, 6), round(-catch.duration, 6), round(catch.margin, 6)
@@ -203,13 +203,13 @@ def _worth(catch: Catch) -> tuple[float, float, float]:
 
 def _best(
     robot: RobotModel,
-    ground: CatchGround,
-    state: FallingBody,
+    ground: StepTargetMap,
+    state: FallingPendulum,
     row: int,
     touchdown: FloatArray | None,
     *,
     lifted: bool,
-) -> Catch | None:
+) -> RecoveryStep | None:
     """The best place for one leg."""
     foot = state.feet[row]
     bears = np.array(state.standing)
@@ -235,7 +235,7 @@ def _best(
     score = np.round(np.minimum(margins, MARGIN_ENOUGH) - PRICE * distance, 9)
 
     p_W = np.column_stack([places, z])
-    moved = com_shift(state, pivot, durations)
+    moved = ground_reach(state, pivot, durations)
     others = np.delete(state.feet, row, axis=0)
     ranked = np.argsort(-score, kind="stable")
     for first in range(0, len(ranked), BATCH):  # the best ones mostly do
@@ -247,7 +247,7 @@ def _best(
         if ok.any():
             best = int(k[np.argmax(ok)])
             found = float(durations[best]), float(margins[best])
-            return Catch(LEGS[row], read_only(p_W[best]), *found)
+            return RecoveryStep(LEGS[row], read_only(p_W[best]), *found)
     return None
 
 
@@ -264,7 +264,7 @@ def _fan(foot: FloatArray, yaw: float, side: float, touchdown: FloatArray | None
 
 def _reachable(
     robot: RobotModel,
-    state: FallingBody,
+    state: FallingPendulum,
     row: int,
     p_W: FloatArray,
     moved: FloatArray,

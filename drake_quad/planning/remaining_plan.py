@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_quad.common import FloatArray, read_only
 from drake_quad.math.bspline import BodySpline, greville, join_weights
-from drake_quad.planning.body_reference import Ground, Route
+from drake_quad.planning.body_reference import BodyReference, GroundProfile
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance
 from drake_quad.planning.problem import PlanSettings
@@ -22,7 +22,7 @@ ON_GROUND = 0.02  # [m] of height within which a footprint counts as on a lane's
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
+class RemainingPlan:
     """What a plan has left.
 
     Attributes:
@@ -36,7 +36,7 @@ class Rest:
     steps: tuple[Step, ...]
 
 
-def rest_of(plan: MotionPlan, t: float) -> Rest:
+def remaining_plan(plan: MotionPlan, t: float) -> RemainingPlan:
     """What `plan` has left at gait time `t` [s]; the step under way counts as done.
 
     A step that the clock stands at the very lift-off of is not under way.
@@ -48,9 +48,9 @@ def rest_of(plan: MotionPlan, t: float) -> Rest:
         feet[phase.step.leg.row] = phase.step.swing.p_end
         time = phase.step.touchdown
     if time > plan.duration - 1e-9:
-        return Rest(plan.duration, plan.contacts.final_feet, ())
+        return RemainingPlan(plan.duration, plan.contacts.final_feet, ())
     steps = tuple(s for s in plan.contacts.steps if s.lift_off >= time - JUST_LIFTED)
-    return Rest(time, read_only(feet), steps)
+    return RemainingPlan(time, read_only(feet), steps)
 
 
 def find_lane(course: Course, plan: MotionPlan, foot_radius: float) -> Lane:
@@ -67,7 +67,9 @@ def find_lane(course: Course, plan: MotionPlan, foot_radius: float) -> Lane:
     return max(course.lanes, key=fits)
 
 
-def rest_segments(plan: MotionPlan, rest: Rest, recovery: Segment) -> tuple[Segment, ...]:
+def remaining_segments(
+    plan: MotionPlan, rest: RemainingPlan, recovery: Segment
+) -> tuple[Segment, ...]:
     """The recovery and the plan's remaining segments after it, in the new plan's time.
 
     What is left of an earlier recovery becomes part of this one.
@@ -93,16 +95,16 @@ def rest_segments(plan: MotionPlan, rest: Rest, recovery: Segment) -> tuple[Segm
     return (recovery, *left)
 
 
-def rest_route(
+def remaining_route(
     plan: MotionPlan,
-    rest: Rest,
+    rest: RemainingPlan,
     lane: Lane,
     stance: Stance,
     settings: PlanSettings,
     *,
     join: float,
     duration: float,
-) -> Route:
+) -> BodyReference:
     """From the stance's body to where the plan has it, and on as the plan's body goes.
 
     Args:
@@ -121,7 +123,7 @@ def rest_route(
     times = np.concatenate([[0.0], join + at - rest.time, [max(duration, join + 1e-3)]])
     xy = np.concatenate([stance.body[None, :2], body[:, :2], body[-1:, :2]])
     yaw = np.concatenate([stance.body[4:], body[:, 4] + turns, body[-1:, 4] + turns])
-    return Route(times, xy, yaw, _ground_of(plan, lane, settings), lane)
+    return BodyReference(times, xy, yaw, _ground_of(plan, lane, settings), lane)
 
 
 def join_pose(spline: BodySpline, stance: Stance, *, duration: float, join: float) -> BodySpline:
@@ -140,7 +142,7 @@ def join_pose(spline: BodySpline, stance: Stance, *, duration: float, join: floa
     return BodySpline(knot, control)
 
 
-def _ground_of(plan: MotionPlan, lane: Lane, settings: PlanSettings) -> Ground:
+def _ground_of(plan: MotionPlan, lane: Lane, settings: PlanSettings) -> GroundProfile:
     """The mean ground under the body, read off the plan's own body, along the lane.
 
     The body's height is a function of the place along the lane, but for a recovery's, and until a

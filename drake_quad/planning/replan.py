@@ -16,17 +16,17 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.transition import enumerate_transitions
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.contact_plan import Step, sample_times
-from drake_quad.planning.footsteps import lay_transition
+from drake_quad.planning.footsteps import plan_transition_footsteps
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.planning.remaining_plan import (
     RECOVERY,
-    Rest,
+    RemainingPlan,
     find_lane,
     join_pose,
-    rest_of,
-    rest_route,
-    rest_segments,
+    remaining_plan,
+    remaining_route,
+    remaining_segments,
 )
 from drake_quad.planning.stance_margin import footing_of
 from drake_quad.planning.step_builder import StepBuilder
@@ -57,9 +57,9 @@ def in_place(
     return np.asarray(near & np.all(level, axis=0))
 
 
-def lay_recovery(
+def plan_recovery_footsteps(
     builder: StepBuilder,
-    rest: Rest,
+    rest: RemainingPlan,
     stance: Stance,
     settings: PlanSettings,
     *,
@@ -90,13 +90,15 @@ def lay_recovery(
         if in_turn:
             steps += _lay_in_turn(builder, places, stance, settings)
             continue
-        part = lay_transition(builder, places, settings, body=stance.body, name=RECOVERY)
+        part = plan_transition_footsteps(builder, places, settings, body=stance.body, name=RECOVERY)
         steps += part.details["steps"] if part is not None else []
     builder.wait(max(settings.shift_time, LEAST_JOIN))
     return Segment(RECOVERY, "transition", 0.0, builder.time, {"steps": steps})
 
 
-def lay_rest(builder: StepBuilder, rest: Rest, *, join: float, duration: float) -> None:
+def plan_remaining_footsteps(
+    builder: StepBuilder, rest: RemainingPlan, *, join: float, duration: float
+) -> None:
     """Adds the remaining steps from time `join` on, in their old rhythm.
 
     A swing that begins where it was to begin is the old one; any other is planned anew.
@@ -208,7 +210,7 @@ _WAYS = (
 )
 
 
-def resume_task(
+def replan_task(
     robot: RobotModel,
     course: Course,
     settings: PlanSettings,
@@ -281,7 +283,7 @@ def _resume(
 ) -> tuple[float, MotionPlan]:
     """One way back: its margin [m], less what is out of a leg's reach and limits, and the plan."""
     lane = find_lane(course, plan, robot.foot_radius)
-    rest = rest_of(plan, t)
+    rest = remaining_plan(plan, t)
     builder = StepBuilder(
         lane,
         stance.feet,
@@ -290,17 +292,24 @@ def _resume(
         map_error_place=settings.map_error_place,
         map_error_height=settings.map_error_height,
     )
-    recovery = lay_recovery(builder, rest, stance, settings, foot_radius=robot.foot_radius,
-                            tolerance=way.tolerance, in_turn=way.in_turn)  # fmt: skip
+    recovery = plan_recovery_footsteps(
+        builder,
+        rest,
+        stance,
+        settings,
+        foot_radius=robot.foot_radius,
+        tolerance=way.tolerance,
+        in_turn=way.in_turn,
+    )
     join = recovery.end
     duration = join + plan.duration - rest.time
-    lay_rest(builder, rest, join=join, duration=duration)
+    plan_remaining_footsteps(builder, rest, join=join, duration=duration)
     contacts = builder.finish()
-    route = rest_route(plan, rest, lane, stance, settings, join=join, duration=duration)
+    route = remaining_route(plan, rest, lane, stance, settings, join=join, duration=duration)
     footing = footing_of(robot, course, settings)
     body, contacts, believed = plan_body(robot, contacts, route, settings, footing)
     body = join_pose(body, stance, duration=duration, join=join)
-    segments = rest_segments(plan, rest, recovery)
+    segments = remaining_segments(plan, rest, recovery)
     resumed = MotionPlan(
         plan.index, contacts, body, segments, np.nan, plan.revision + 1, settings.margin
     )
@@ -323,7 +332,7 @@ def _resume(
 NEGLIGIBLE = 0.005  # [m]: what feet sink in, and maps are off by
 
 
-def on_map(course: Course, feet: FloatArray, foot_radius: float) -> FloatArray:
+def project_to_map(course: Course, feet: FloatArray, foot_radius: float) -> FloatArray:
     """The feet (4, 3) in W, all as much higher or lower as puts them on the map's ground [m].
 
     By the median of the feet, for one may stand beyond an edge that is not where the map has it. A

@@ -132,7 +132,9 @@ def kind_of(footing: Footing | None) -> str:
     return FEASIBLE if footing.drives else FRICTION
 
 
-def refuse(footing: Footing, margin: float, standing: BoolArray, where: str) -> PlanningError:
+def refuse_stance(
+    footing: Footing, margin: float, standing: BoolArray, where: str
+) -> PlanningError:
     """The error of a plan without a margin, or of a robot that cannot even stand.
 
     Args:

@@ -11,12 +11,12 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.math.bspline import BodySpline, knot_count
 from drake_quad.planning.body_path import plan_body
-from drake_quad.planning.body_reference import Route
+from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
-from drake_quad.planning.footsteps import EDGE_CLEARANCE, lay_spin, lay_walk
+from drake_quad.planning.footsteps import EDGE_CLEARANCE, plan_spin_footsteps, plan_walk_footsteps
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.stance_margin import Footing, footing_of, refuse
+from drake_quad.planning.stance_margin import Footing, footing_of, refuse_stance
 from drake_quad.planning.zmp import ZmpSamples, sample_zmp
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
@@ -34,12 +34,12 @@ ENOUGH = 0.001  # [m] with which no plan is made anew
 ROLLS = 0.6  # of its radius, that a foot mostly rolls forward in a stance
 
 
-def likely_setback(foot_radius: float) -> float:
+def initial_setback(foot_radius: float) -> float:
     """What footprints keep from a riser ahead, beyond EDGE_CLEARANCE, at a first guess [m]."""
     return max(ROLLS * foot_radius + KEPT - EDGE_CLEARANCE, 0.0)
 
 
-def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[float, float]:
+def riser_gap(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[float, float]:
     """The least room that feet have that a plan sets down, and the setback that they need.
 
     Of the riser ahead alone: that is where feet roll to. One whose centre is beyond it, by more
@@ -67,14 +67,14 @@ def riser_room(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[f
     for k, step in enumerate(steps):
         end = next((t.lift_off for t in steps[k + 1 :] if t.leg is step.leg), inf)
         mine = s[(times >= step.touchdown) & (times < end), step.leg.row]
-        room = room_at(lane, mine, foot_radius)
+        room = gap_to_riser(lane, mine, foot_radius)
         if len(room) and room.min() < ENOUGH:
             rolled = max(rolled, float(room[0] - room.min()))
         least = min(least, float(room.min(initial=inf)))
     return least, max(rolled + KEPT - EDGE_CLEARANCE, 0.0)
 
 
-def room_at(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
+def gap_to_riser(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
     """From feet at `s` (n,) along a lane to the riser ahead of each that leads up (n,) [m]."""
     at, rise = lane.risers()
     room = np.full(len(s), inf)
@@ -94,7 +94,7 @@ KNOT = 0.2  # [s]
 ZMP_PERIOD = 0.01  # [s]
 MARGIN_ENOUGH = 0.06  # [m] below which another way is tried
 BLEED = 1.0  # [s] after a transition, in which the body's path still is as the transition left it
-Laid = tuple[ContactPlan, Route, tuple[Segment, ...]]
+Laid = tuple[ContactPlan, BodyReference, tuple[Segment, ...]]
 
 
 def plan_task(
@@ -156,7 +156,7 @@ def plan_task(
 def _lay(
     robot: RobotModel, course: Course, settings: PlanSettings, *, task: Task, stance: Stance
 ) -> Laid:
-    lay = lay_walk if task.kind == "walk" else lay_spin
+    lay = plan_walk_footsteps if task.kind == "walk" else plan_spin_footsteps
     return lay(robot, course, settings, task, stance)
 
 
@@ -182,21 +182,21 @@ def _off_risers(
         return asked, laid, finish(asked, laid)
 
     least = settings.riser_setback
-    setback = max(least, likely_setback(foot_radius))
+    setback = max(least, initial_setback(foot_radius))
     try:
         first = make(setback)
     except PlanningError:
         if setback == least:
             raise
         return make(least)
-    room, needed = riser_room(lane, first[2].contacts, foot_radius)
+    room, needed = riser_gap(lane, first[2].contacts, foot_radius)
     if room >= ENOUGH:
         return first
     try:
         second = make(max(setback, needed))
     except PlanningError:
         return first
-    return second if riser_room(lane, second[2].contacts, foot_radius)[0] > room else first
+    return second if riser_gap(lane, second[2].contacts, foot_radius)[0] > room else first
 
 
 def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:
@@ -255,7 +255,7 @@ def _check(footing: Footing, plan: MotionPlan) -> None:
     if margins[k] <= 0.0:
         t = float(times[k])
         where = f"in '{plan.segments[plan.segment_index(t)].name}', {t:.1f} s into its task"
-        raise refuse(footing, float(margins[k]), standing[k], where)
+        raise refuse_stance(footing, float(margins[k]), standing[k], where)
 
 
 def _with_zmp(segments: tuple[Segment, ...], zmp: ZmpSamples) -> tuple[Segment, ...]:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_quad.common import FloatArray
-from drake_quad.report.derived import MODES, PushMark, mode_bands, push_marks
+from drake_quad.report.derived import MODES, PushEvent, clock_stops, push_events
 from drake_quad.report.style import (
     BAND_OPACITY,
     MODE_COLOURS,
@@ -19,7 +19,7 @@ from drake_quad.report.style import (
     WIDTH,
     kind_colour,
 )
-from drake_quad.runs.reader import Band, Run
+from drake_quad.runs.reader import Interval, RecordedRun
 
 # ------------------------------------------------------------------------------------------------
 # What the figures share: axes over time with the segments behind them, and thinned lines.
@@ -71,7 +71,9 @@ def draw_line(axes: Axes, t: FloatArray, y: FloatArray, **style: Any) -> None:
         axes.plot(*thin(t, y), **style)
 
 
-def draw_bands(axes: Sequence[Axes], bands: Sequence[Band], *, label: Axes | None = None) -> None:
+def draw_bands(
+    axes: Sequence[Axes], bands: Sequence[Interval], *, label: Axes | None = None
+) -> None:
     """Colours the segments behind all `axes`, and names them along the top of `label`.
 
     A name that is wider than its segment gives way to the segment's kind, then to nothing: the
@@ -159,7 +161,9 @@ STRIP = 0.03  # of the axes' height, along their top
 ABOVE = 13  # [pt] over the axes, clear of the segments' names
 
 
-def draw_background(axes: Sequence[Axes], run: Run, *, label: Axes | None = None) -> None:
+def draw_event_shading(
+    axes: Sequence[Axes], run: RecordedRun, *, label: Axes | None = None
+) -> None:
     """Draws it on axes over time.
 
     Args:
@@ -169,7 +173,7 @@ def draw_background(axes: Sequence[Axes], run: Run, *, label: Axes | None = None
     """
     bands = run.log.bands()
     draw_bands(axes, bands, label=label)
-    standstill, pushes = mode_bands(run), push_marks(run)
+    standstill, pushes = clock_stops(run), push_events(run)
     for axis in axes:
         for mode in MODES:
             spans = [
@@ -193,7 +197,7 @@ def draw_background(axes: Sequence[Axes], run: Run, *, label: Axes | None = None
         _name_pushes(label, pushes, bands[-1].end - bands[0].start)
 
 
-def _name_pushes(axis: Axes, pushes: Sequence[PushMark], length: float) -> None:
+def _name_pushes(axis: Axes, pushes: Sequence[PushEvent], length: float) -> None:
     """Size and direction over each push's line, or the direction alone where the next is near.
 
     Args:

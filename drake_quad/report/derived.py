@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.robot.kinematics import calc_feet
-from drake_quad.runs.reader import Run, runs_of
+from drake_quad.runs.reader import RecordedRun, runs_of
 from drake_quad.scenario.build import disturbances_of
 
 # ------------------------------------------------------------------------------------------------
@@ -33,7 +33,7 @@ class BaseMotion:
     rpy: FloatArray
 
 
-def base_motion(run: Run) -> BaseMotion:
+def base_motion(run: RecordedRun) -> BaseMotion:
     """The body as measured."""
     first = run.layout.q_base
     w, x, y, z = run.positions[:, first : first + 4].T
@@ -54,7 +54,7 @@ def base_motion(run: Run) -> BaseMotion:
     return BaseMotion(run.positions[:, first + 4 : first + 7], R, rpy)
 
 
-def calc_foot_centres(run: Run) -> FloatArray:
+def calc_foot_centres(run: RecordedRun) -> FloatArray:
     """The foot spheres' centres as measured, (N, 4, 3) in W [m], by forward kinematics."""
     base = base_motion(run)
     q = run.positions[:, run.layout.q_joints].reshape(-1, 4, 3)
@@ -62,18 +62,18 @@ def calc_foot_centres(run: Run) -> FloatArray:
     return np.asarray(base.p_WB[:, None] + np.einsum("nij,nlj->nli", base.R_WB, p_BF))
 
 
-def margins(run: Run, name: str = "margin") -> FloatArray:
+def margins(run: RecordedRun, name: str = "margin") -> FloatArray:
     """A margin of the log, (N,) [m]; nan where no foot bears, for then it is none."""
     values = run.log.number(name)
     return np.asarray(np.where(values > NO_SUPPORT, values, np.nan))
 
 
-def has_massless_legs(run: Run) -> bool:
+def has_massless_legs(run: RecordedRun) -> bool:
     """Whether the margin is the paper's, of a robot whose legs have no mass."""
     return run.kinematic and run.scenario.body.path == "uniform"
 
 
-def margin_points(run: Run) -> FloatArray:
+def margin_points(run: RecordedRun) -> FloatArray:
     """What the margin is of, (N, 3) in W [m]: the centre of mass, or B's origin if massless."""
     return base_motion(run).p_WB if has_massless_legs(run) else run.log.vector("com")
 
@@ -93,7 +93,7 @@ class Touchdown:
     p_WF: FloatArray
 
 
-def touchdowns(run: Run, *, shortest: float = 0.1) -> list[Touchdown]:
+def touchdowns(run: RecordedRun, *, shortest: float = 0.1) -> list[Touchdown]:
     """The footprints: every stance longer than `shortest` [s], leg by leg, in time order."""
     bearing, places, t = run.log.flags("bearing"), run.log.feet("position"), run.log.t
     found = []
@@ -136,7 +136,7 @@ MODES = (WAIT, "catch", "settle", "replan")
 
 
 @dataclass(frozen=True)
-class PushMark:
+class PushEvent:
     """A push that the run came to.
 
     Attributes:
@@ -155,7 +155,7 @@ class PushMark:
 
 
 @dataclass(frozen=True)
-class ModeBand:
+class ClockStop:
     """A stretch in which the gait clock stood still: one of MODES, from start to end [s]."""
 
     mode: str
@@ -163,7 +163,7 @@ class ModeBand:
     end: float
 
 
-def push_marks(run: Run) -> list[PushMark]:
+def push_events(run: RecordedRun) -> list[PushEvent]:
     """The pushes that the run came to, in order of time; none in a kinematic replay."""
     if run.kinematic or not len(run.log):
         return []
@@ -171,11 +171,11 @@ def push_marks(run: Run) -> list[PushMark]:
     for push in disturbances_of(run.scenario, run.robot).pushes:
         if push.time <= run.log.t[-1]:
             arrow, words = _direction(*push.force_H)
-            marks.append(PushMark(push.time, push.duration, push.speed, arrow, words))
+            marks.append(PushEvent(push.time, push.duration, push.speed, arrow, words))
     return sorted(marks, key=lambda mark: mark.time)
 
 
-def mode_bands(run: Run) -> list[ModeBand]:
+def clock_stops(run: RecordedRun) -> list[ClockStop]:
     """The stretches in which the clock stood still and why, in order of time."""
     log = run.log
     if len(log) < 2:
@@ -186,7 +186,7 @@ def mode_bands(run: Run) -> list[ModeBand]:
     recovering = off | np.concatenate([[False], off[:-1]])
     waits = ~recovering & (np.diff(log.number("gait_waited"), prepend=np.nan) > 0.0)
     found = [
-        ModeBand(name, float(log.t[first]), float(log.t[min(past, len(log) - 1)]))
+        ClockStop(name, float(log.t[first]), float(log.t[min(past, len(log) - 1)]))
         for name, flags in ((WAIT, waits), *((word, mode == word) for word in MODES[1:]))
         for first, past in runs_of(_flags(flags))
     ]

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from drake_quad.common import FloatArray
-from drake_quad.report.axes import draw_background, draw_line, label_time, make_axes, signed
+from drake_quad.report.axes import draw_event_shading, draw_line, label_time, make_axes, signed
 from drake_quad.report.derived import (
     base_motion,
     calc_foot_centres,
@@ -31,7 +31,7 @@ from drake_quad.report.style import (
     WIDTH,
 )
 from drake_quad.robot.legs import Leg
-from drake_quad.runs.reader import Run
+from drake_quad.runs.reader import RecordedRun
 from drake_quad.stability.support_polygon import support_polygon
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
@@ -65,7 +65,7 @@ def lane_starts(course: Course) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
 
 
-def unroll(run: Run) -> SideView:
+def arc_length(run: RecordedRun) -> SideView:
     """The centre of mass and the feet of a run, seen from the side."""
     base, com, feet = base_motion(run), run.log.vector("com"), calc_foot_centres(run)
     cost = np.stack(
@@ -109,7 +109,7 @@ TALLEST = 8.0  # [in] of the view from above
 MARKERS = ("o", "s", "o", "s")  # left feet round, right feet square
 
 
-def draw_footprints(run: Run) -> Figure:
+def draw_footprints(run: RecordedRun) -> Figure:
     """The course from above with footprints, paths, and the support polygon of least margin."""
     low, high = _walked(run)
     size = high - low
@@ -140,7 +140,7 @@ def draw_footprints(run: Run) -> Figure:
     return figure
 
 
-def draw_side(run: Run) -> Figure:
+def draw_side(run: RecordedRun) -> Figure:
     """The course from the side, its lanes one after another, with feet and centre of mass."""
     figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     axis = figure.subplots()
@@ -153,7 +153,7 @@ def draw_side(run: Run) -> Figure:
             axis.annotate("turn", (start, 1.0), xycoords=("data", "axes fraction"), ha="center")
     if run.world is not run.course:
         _draw_map_profile(axis, run.course)
-    view = unroll(run)
+    view = arc_length(run)
     for row, colour in enumerate(LEG_COLOURS):
         label = f"foot {LEG_NAMES[row]}"
         _draw_side_path(axis, view.feet[:, row], view.lane, color=colour, lw=0.9, label=label)
@@ -166,7 +166,7 @@ def draw_side(run: Run) -> Figure:
     return figure
 
 
-def _walked(run: Run) -> tuple[FloatArray, FloatArray]:
+def _walked(run: RecordedRun) -> tuple[FloatArray, FloatArray]:
     """The corners (2,), (2,) of the part of the course to show [m]: where the robot has been."""
     low, high = run.world.bounds()[:, :2] + np.array([[-BEYOND], [BEYOND]])
     places = base_motion(run).p_WB[:, :2]
@@ -228,7 +228,7 @@ def _draw_side_path(axis: Axes, p: np.ndarray, lane: np.ndarray, **style: object
         axis.plot(p[keep, 0], p[keep, 1], **style)
 
 
-def _draw_least(axis: Axes, run: Run) -> None:
+def _draw_least(axis: Axes, run: RecordedRun) -> None:
     """The support polygon and the centre of mass at the moment of the least margin."""
     margin = margins(run)
     if not np.any(np.isfinite(margin)):
@@ -263,7 +263,7 @@ def _draw_least(axis: Axes, run: Run) -> None:
 TRACKED = (Leg.FRONT_LEFT, Leg.FRONT_RIGHT)  # legs 1 and 2, as in the paper's Fig. 11
 
 
-def draw_trajectories(run: Run) -> Figure:
+def draw_trajectories(run: RecordedRun) -> Figure:
     """x, y, z of the body, of leg 1 and of leg 2 in W over time, planned and measured.
 
     Feet are their spheres' centres. Source: the paper's Fig. 11.
@@ -283,7 +283,7 @@ def draw_trajectories(run: Run) -> Figure:
             draw_line(axis, log.t, measured[:, k], color=colour, lw=1.4, label=word)
             style = {"color": MUTED, "lw": 0.9, "ls": (0, (4, 2)), "label": "planned"}
             draw_line(axis, log.t, planned[:, k], **style)
-        draw_background(list(column), run)
+        draw_event_shading(list(column), run)
     for axis, name in zip(axes[:, 0], "xyz", strict=True):
         axis.set_ylabel(f"{name} [m]")
     handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -293,7 +293,7 @@ def draw_trajectories(run: Run) -> Figure:
     return figure
 
 
-def draw_base_error(run: Run) -> Figure:
+def draw_base_error(run: RecordedRun) -> Figure:
     """Measured less planned: the body's place [mm] and its attitude [deg] over time."""
     log, base = run.log, base_motion(run)
     figure, axes = make_axes(2, height=3.6)
@@ -310,7 +310,7 @@ def draw_base_error(run: Run) -> Figure:
         if axis.lines:
             axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         axis.axhline(0.0, color=MUTED, lw=0.7)
-    draw_background(list(axes[:, 0]), run, label=axes[0, 0])
+    draw_event_shading(list(axes[:, 0]), run, label=axes[0, 0])
     axes[0, 0].set_ylabel("place [mm]")
     axes[1, 0].set_ylabel("attitude [deg]")
     label_time(axes[-1])

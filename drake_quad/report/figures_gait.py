@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
-from drake_quad.report.axes import draw_background, draw_line, label_time, make_axes
-from drake_quad.report.derived import MODES, mode_bands
+from drake_quad.report.axes import draw_event_shading, draw_line, label_time, make_axes
+from drake_quad.report.derived import MODES, clock_stops
 from drake_quad.report.style import (
     BAD,
     INK,
@@ -19,7 +19,7 @@ from drake_quad.report.style import (
     THREE_COLOURS,
     WIDTH,
 )
-from drake_quad.runs.reader import Run, RunLog, runs_of
+from drake_quad.runs.reader import RecordedRun, RunLog, runs_of
 
 # ------------------------------------------------------------------------------------------------
 # The gait diagram: which foot was to stand when, and which one did.
@@ -31,15 +31,15 @@ TOLERANCE = 0.1  # [s] of delay at a touchdown or a lift-off that is no loss of 
 LONGEST_ZOOM = 12.0  # [s] shown of the run where it holds no whole cycle
 
 
-def draw_gait(run: Run) -> Figure:
+def draw_gait(run: RecordedRun) -> Figure:
     """Bars while a foot stands: framed as planned, filled as sensed; the whole run and a cycle."""
     log = run.log
     figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
     whole, zoom = figure.subplots(2, 1)
     for axis in (whole, zoom):
         _draw_bars(axis, log, frames=axis is zoom)
-    draw_background([whole], run, label=whole)
-    draw_background([zoom], run)
+    draw_event_shading([whole], run, label=whole)
+    draw_event_shading([zoom], run)
     start, end = find_cycle(log)
     if end > start:
         zoom.set_xlim(start, end)
@@ -137,17 +137,17 @@ NAMES = {
 }
 
 
-def stood_still(run: Run) -> bool:
+def stood_still(run: RecordedRun) -> bool:
     """Whether there is anything to show."""
-    return bool(mode_bands(run))
+    return bool(clock_stops(run))
 
 
-def draw_clock(run: Run) -> Figure:
+def draw_clock(run: RecordedRun) -> Figure:
     """All that the clock has waited over time [s], and bands by what it did instead of running."""
     figure, grid = make_axes(1, height=2.6)
     axis = grid[0, 0]
-    draw_background([axis], run, label=axis)
-    bands = mode_bands(run)
+    draw_event_shading([axis], run, label=axis)
+    bands = clock_stops(run)
     for mode in MODES:
         spans = [(band.start, band.end - band.start) for band in bands if band.mode == mode]
         if spans:
@@ -181,29 +181,29 @@ def draw_clock(run: Run) -> Figure:
 JOINTS = ("abduction", "hip pitch", "knee")
 
 
-def torque_ratios(run: Run) -> FloatArray:
+def torque_ratios(run: RecordedRun) -> FloatArray:
     """Joint torques over their limits, signed, (N, 4, 3)."""
     torque = run.log.numbers([f"tau_{name}" for name in run.robot.joint_names])
     return np.asarray(torque / run.robot.effort).reshape(-1, 4, 3)
 
 
-def speed_ratios(run: Run) -> FloatArray:
+def speed_ratios(run: RecordedRun) -> FloatArray:
     """Joint speeds over their limits, signed, (N, 4, 3)."""
     joints = run.layout.v_joints - run.layout.num_positions
     return np.asarray(run.velocities[:, joints] / run.robot.speed).reshape(-1, 4, 3)
 
 
-def draw_torques(run: Run) -> Figure:
+def draw_torques(run: RecordedRun) -> Figure:
     """Torque over limit of the joints, a panel a leg."""
     return _draw_ratios(run, torque_ratios(run), "torque / limit")
 
 
-def draw_speeds(run: Run) -> Figure:
+def draw_speeds(run: RecordedRun) -> Figure:
     """Speed over limit of the joints, a panel a leg."""
     return _draw_ratios(run, speed_ratios(run), "speed / limit")
 
 
-def draw_forces(run: Run) -> Figure:
+def draw_forces(run: RecordedRun) -> Figure:
     """The vertical force on each foot [N], and what a quarter of the weight is."""
     force = run.log.feet("force")[..., 2]
     figure, axes = make_axes(2, 2, height=3.8, share_y=True)
@@ -217,14 +217,14 @@ def draw_forces(run: Run) -> Figure:
         # A touchdown's spike of one sample would flatten all that matters.
         top = 1.3 * float(np.quantile(known, 0.999))
         axes[0, 0].set_ylim(-0.02 * top, max(top, 0.5 * weight))
-    draw_background(list(axes.ravel()), run)
+    draw_event_shading(list(axes.ravel()), run)
     for axis in axes[:, 0]:
         axis.set_ylabel("vertical force [N]")
     label_time(axes[-1])
     return figure
 
 
-def _draw_ratios(run: Run, ratios: FloatArray, label: str) -> Figure:
+def _draw_ratios(run: RecordedRun, ratios: FloatArray, label: str) -> Figure:
     """(N, 4, 3) ratios over time with their limits ±1 and the greatest marked."""
     figure, axes = make_axes(2, 2, height=4.6, share_y=True)
     bound = float(np.nanmax(np.abs(ratios), initial=0.0)) if np.any(np.isfinite(ratios)) else 0.0
@@ -237,7 +237,7 @@ def _draw_ratios(run: Run, ratios: FloatArray, label: str) -> Figure:
         for limit in (-1.0, 1.0):
             axis.axhline(limit, color=BAD, lw=1.0, ls=(0, (5, 2)))
         axis.set_title(_greatest(run, ratios[:, row], f"leg {LEG_NAMES[row]}"))
-    draw_background(list(axes.ravel()), run)
+    draw_event_shading(list(axes.ravel()), run)
     _mark_greatest(run, ratios, list(axes.ravel()))
     for axis in axes[:, 0]:
         axis.set_ylabel(label)
@@ -248,7 +248,7 @@ def _draw_ratios(run: Run, ratios: FloatArray, label: str) -> Figure:
     return figure
 
 
-def _greatest(run: Run, ratios: FloatArray, name: str) -> str:
+def _greatest(run: RecordedRun, ratios: FloatArray, name: str) -> str:
     """A panel's title: which of the leg's joints came nearest to its limit, and when."""
     if not np.any(np.isfinite(ratios)):
         return f"{name}: not in the log"
@@ -256,7 +256,7 @@ def _greatest(run: Run, ratios: FloatArray, name: str) -> str:
     return f"{name}: {abs(ratios[k, joint]):.2f} at most, {JOINTS[joint]}, {run.log.t[k]:.1f} s"
 
 
-def _mark_greatest(run: Run, ratios: FloatArray, axes: list[Axes]) -> None:
+def _mark_greatest(run: RecordedRun, ratios: FloatArray, axes: list[Axes]) -> None:
     """Rings the greatest of all."""
     if np.any(np.isfinite(ratios)):
         k, row, joint = np.unravel_index(int(np.nanargmax(np.abs(ratios))), ratios.shape)

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from drake_quad.common import FloatArray
 from drake_quad.report.axes import (
-    draw_background,
+    draw_event_shading,
     draw_line,
     label_time,
     make_axes,
@@ -15,7 +15,7 @@ from drake_quad.report.axes import (
 )
 from drake_quad.report.derived import NO_SUPPORT, base_motion, has_massless_legs, margins
 from drake_quad.report.style import BAD, INK, LEG_COLOURS, LESS_COLOUR, MUTED, PAPER, WARN
-from drake_quad.runs.reader import Run, runs_of
+from drake_quad.runs.reader import RecordedRun, runs_of
 from drake_quad.stability.safety import safe_margin
 
 # ------------------------------------------------------------------------------------------------
@@ -26,7 +26,7 @@ from drake_quad.stability.safety import safe_margin
 LOWEST = -0.15  # [m] what lies deeper is cut off: the figure is of margins, not of falls
 
 
-def draw_margin(run: Run) -> Figure:
+def draw_margin(run: RecordedRun) -> Figure:
     """Static margin planned and measured, zero-moment-point margin, and the least of them.
 
     Source: the paper's Fig. 12; measured is of the whole robot's centre of mass over the feet
@@ -36,7 +36,7 @@ def draw_margin(run: Run) -> Figure:
     figure, grid = make_axes(1, height=3.6)
     axis = grid[0, 0]
     measured, planned, zmp = (margins(run, n) for n in ("margin", "margin_planned", "zmp_margin"))
-    draw_background([axis], run, label=axis)
+    draw_event_shading([axis], run, label=axis)
     draw_line(axis, log.t, zmp, color=LESS_COLOUR, lw=0.7, alpha=0.8, label="zero-moment point")
     names = ("static, planned", "static, measured")
     if run.kinematic:
@@ -80,16 +80,16 @@ LINES = (
 )
 
 
-def was_measured(run: Run) -> bool:
+def was_measured(run: RecordedRun) -> bool:
     """Whether the run measured any of it."""
     return bool(np.any(np.isfinite(run.log.number("margin_friction"))))
 
 
-def draw_regions(run: Run) -> Figure:
+def draw_regions(run: RecordedRun) -> Figure:
     """The margins of the regions over bands of their worth, planned beside measured; pushes."""
     figure, grid = make_axes(2, height=5.4, height_ratios=[3, 2])
     top, below = grid[:, 0]
-    draw_background([top, below], run, label=top)
+    draw_event_shading([top, below], run, label=top)
     found = {name: margins(run, name) for name, _, _ in LINES}
     for name, label, style in LINES:
         draw_line(top, run.log.t, found[name], label=label, **style)
@@ -138,12 +138,12 @@ def _legend(axis: Axes) -> None:
 FLAGS = 0.025  # of the axes' height, for each leg's row of flags
 
 
-def was_estimated(run: Run) -> bool:
+def was_estimated(run: RecordedRun) -> bool:
     """Whether there is anything to show."""
     return bool(np.any(np.isfinite(run.log.number("base_estimated_x"))))
 
 
-def estimate_errors(run: Run) -> FloatArray:
+def estimate_errors(run: RecordedRun) -> FloatArray:
     """Errors of place [m], heading and tilt [rad], (N, 3); all but the heading are sizes."""
     base = base_motion(run)
     place = np.linalg.norm(run.log.vector("base_estimated") - base.p_WB, axis=1)
@@ -158,20 +158,20 @@ def estimate_errors(run: Run) -> FloatArray:
     return np.stack([place, turn, tilt], axis=-1)
 
 
-def believed_errors(run: Run) -> FloatArray:
+def believed_errors(run: RecordedRun) -> FloatArray:
     """What the filter believes the same to be, (N, 3): one standard deviation."""
     turn = run.log.vector("deviation_turn")
     place = np.linalg.norm(run.log.vector("deviation_base"), axis=1)
     return np.stack([place, turn[:, 2], np.hypot(turn[:, 0], turn[:, 1])], axis=-1)
 
 
-def draw_estimate(run: Run) -> Figure:
+def draw_estimate(run: RecordedRun) -> Figure:
     """Errors of place [mm], of heading and of tilt [deg] over time; slips along the bottom."""
     figure, axes = make_axes(3, height=5.0)
     scale = np.array([1e3, *np.degrees([1.0, 1.0])])
     errors, believed = scale * estimate_errors(run), scale * believed_errors(run)
     names = ("place [mm]", "heading [deg]", "tilt [deg]")
-    draw_background(list(axes[:, 0]), run, label=axes[0, 0])
+    draw_event_shading(list(axes[:, 0]), run, label=axes[0, 0])
     for k, (axis, name) in enumerate(zip(axes[:, 0], names, strict=True)):
         style = {"color": LESS_COLOUR, "lw": 1.0, "ls": (0, (4, 2))}
         draw_line(axis, run.log.t, believed[:, k], label="believed, one deviation", **style)

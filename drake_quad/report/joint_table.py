@@ -12,7 +12,7 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
 from drake_quad.feasibility.inspect_robot import read_mapping
-from drake_quad.runs.reader import LOG, Run
+from drake_quad.runs.reader import LOG, RecordedRun
 from drake_quad.util.files import write_whole
 
 POSITION, SPEED, TORQUE = "", "_velocity", "_effort"  # after a joint's name
@@ -20,7 +20,7 @@ BASE = ("base_x", "base_y", "base_z", "base_qw", "base_qx", "base_qy", "base_qz"
 DIGITS = 9
 
 
-def joint_table(run: Run) -> tuple[list[str], FloatArray]:
+def joint_table(run: RecordedRun) -> tuple[list[str], FloatArray]:
     """The columns' names, and a row a sample (N, columns).
 
     Time [s]; of each joint its angle [rad], speed [rad/s] and the torque of its drive [Nm], about
@@ -51,7 +51,7 @@ def joint_table(run: Run) -> tuple[list[str], FloatArray]:
     return [*names, *BASE], np.concatenate([*parts, _trunk_poses(run, mapping)], axis=1)
 
 
-def write_joint_table(run: Run, path: Path, *, option: str = "--csv") -> int:
+def write_joint_table(run: RecordedRun, path: Path, *, option: str = "--csv") -> int:
     """Writes the table as CSV, and returns how many rows it has.
 
     Raises:
@@ -70,7 +70,7 @@ def write_joint_table(run: Run, path: Path, *, option: str = "--csv") -> int:
     return len(values)
 
 
-def _trunk_poses(run: Run, mapping: dict[str, object]) -> FloatArray:
+def _trunk_poses(run: RecordedRun, mapping: dict[str, object]) -> FloatArray:
     """Place and attitude (N, 7) of the trunk's link as the robot's own file has its frame.
 
     B's origin is amid the hips, at p_TB in the trunk's frame T, and B is turned about T's z by yaw.

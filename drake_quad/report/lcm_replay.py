@@ -17,7 +17,7 @@ from pydrake.lcm import DrakeLcm
 from drake_quad.errors import InputError
 from drake_quad.report.replay import AddReplay, quiet_meshcat
 from drake_quad.report.scene import MakeReplayScene, shown_samples
-from drake_quad.runs.reader import Run, read_run
+from drake_quad.runs.reader import RecordedRun, load_run
 from drake_quad.util.files import write_whole
 
 # ------------------------------------------------------------------------------------------------
@@ -43,7 +43,7 @@ class Message:
     data: bytes
 
 
-def scene_messages(run: Run, *, fps: float = 30.0) -> Iterator[Message]:
+def scene_messages(run: RecordedRun, *, fps: float = 30.0) -> Iterator[Message]:
     """Yields the run's messages in time order; the first loads the scene.
 
     A run without samples gives none.
@@ -79,7 +79,7 @@ SCENE_LOG = "scene.lcmlog"
 SYNC_WORD = 0xEDA1DA01  # each event of an LCM log begins with it
 
 
-def write_scene_log(run: Run | str | Path, *, fps: float = 30.0) -> Path:
+def write_scene_log(run: RecordedRun | str | Path, *, fps: float = 30.0) -> Path:
     """Writes `scene.lcmlog` beside the run's other files, and returns its path.
 
     Meldis plays it, given the file as its LCM:
@@ -88,7 +88,7 @@ def write_scene_log(run: Run | str | Path, *, fps: float = 30.0) -> Path:
     Raises:
         InputError: The directory holds no run.
     """
-    run = run if isinstance(run, Run) else read_run(run)
+    run = run if isinstance(run, RecordedRun) else load_run(run)
     path = run.directory / SCENE_LOG
     write_whole(path, lambda p: write_lcm_log(p, scene_messages(run, fps=fps)))
     return path
@@ -132,7 +132,7 @@ def say(text: str) -> None:
 
 
 def play(
-    directory: Run | str | Path,
+    directory: RecordedRun | str | Path,
     viewer: str = "meshcat",
     *,
     speed: float = 1.0,
@@ -164,7 +164,7 @@ def play(
         raise _refuse("speed", speed, "must be positive")
     if not fps > 0.0:
         raise _refuse("fps", fps, "must be positive")
-    run = directory if isinstance(directory, Run) else read_run(directory)
+    run = directory if isinstance(directory, RecordedRun) else load_run(directory)
     if not len(run.log):
         raise _refuse("log", str(run.directory), "holds no sample to replay")
     try:
@@ -213,7 +213,7 @@ def publish_in_time(
 
 
 def _serve(
-    run: Run,
+    run: RecordedRun,
     *,
     speed: float,
     loop: bool,

@@ -12,7 +12,7 @@ from drake_quad.common import FloatArray
 from drake_quad.report.derived import BaseMotion, base_motion, touchdowns
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.reader import Run
+from drake_quad.runs.reader import RecordedRun
 from drake_quad.stability.actuation import joint_limits
 from drake_quad.stability.equilibrium_region import (
     FEASIBLE,
@@ -23,7 +23,7 @@ from drake_quad.stability.equilibrium_region import (
     static_region,
     stricter,
 )
-from drake_quad.stability.margins import Gauge, Posture
+from drake_quad.stability.margins import MarginEstimator, Posture
 from drake_quad.stability.safety import safe_margin
 from drake_quad.stability.support_polygon import support_polygon
 from drake_quad.terrain.boxes import Box
@@ -38,7 +38,7 @@ LIFT = 0.006  # [m] above the ground: level with it, the two would flicker
 EDGE_WIDTH = 0.02  # [m] of what two feet give: a line, which would not be seen
 
 
-def drape(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
+def drape_polygon(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The convex hull of feet, cut along the course's boxes and put on top of each.
 
     Args:
@@ -55,7 +55,7 @@ def drape(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
     triangles: list[list[int]] = []
     count = 0
     for box in course.boxes if len(hull) > 2 else ():
-        piece = clip(hull, box)
+        piece = clip_polygon(hull, box)
         if len(piece) < 3:
             continue
         z = box.top + box.gradient * ((piece - box.middle) @ box.axes[0])
@@ -67,7 +67,7 @@ def drape(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.concatenate(vertices), np.array(triangles, dtype=np.float64)
 
 
-def clip(polygon: FloatArray, box: Box) -> FloatArray:
+def clip_polygon(polygon: FloatArray, box: Box) -> FloatArray:
     """The part of a convex polygon (n, 2) within a box's footprint (Sutherland and Hodgman)."""
     for axis, half in zip(box.axes, 0.5 * box.extent, strict=True):
         for normal in (axis, -axis):
@@ -113,7 +113,7 @@ class Regions:
         run: The run. What it did not measure is not shown: then it is the hull of the feet.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: RecordedRun) -> None:
         self._run = run
         asked = stricter(run.scenario.monitor.margins, run.scenario.gait.margin)
         wanted = HULL if run.kinematic else asked
@@ -145,7 +145,7 @@ class Regions:
             q=self._run.positions[sample, self._run.layout.q_joints].reshape(4, 3),
         )
         friction = self._run.scenario.simulation.friction
-        gauge = Gauge(robot, self.kind, friction, robot.mass, robot.effort)
+        gauge = MarginEstimator(robot, self.kind, friction, robot.mass, robot.effort)
         contacts = gauge.contacts(posture)
         if self.kind == FRICTION:
             return static_region(contacts)
@@ -185,7 +185,7 @@ class Overlay:
         samples: Those that will be shown, in order.
     """
 
-    def __init__(self, meshcat: Meshcat, run: Run, samples: Sequence[int]) -> None:
+    def __init__(self, meshcat: Meshcat, run: RecordedRun, samples: Sequence[int]) -> None:
         self._meshcat, self._run = meshcat, run
         log = run.log
         self._force, self._place = log.feet("force"), log.feet("position")
@@ -232,7 +232,7 @@ class Overlay:
             state = (*bearing[k].tolist(), colour, t[k] // REDRAWN if moves else 0.0)
             if state != last:
                 last = state
-                vertices, triangles = drape(self._run.world, regions.corners(k))
+                vertices, triangles = drape_polygon(self._run.world, regions.corners(k))
                 path = f"{OVERLAY}/support/{k}" if len(triangles) else ""
                 if path:
                     self._meshcat.SetTriangleMesh(

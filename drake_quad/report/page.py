@@ -7,7 +7,7 @@ from pathlib import Path
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from drake_quad.report.derived import mode_bands, push_marks
+from drake_quad.report.derived import clock_stops, push_events
 from drake_quad.report.figures_course import (
     draw_base_error,
     draw_footprints,
@@ -34,8 +34,8 @@ from drake_quad.report.html import pack, read_css, render, report_style, round_r
 from drake_quad.report.replay import make_replay_html
 from drake_quad.report.style import KIND_COLOURS, LEG_COLOURS, LEG_NAMES, MODE_COLOURS, PUSH_COLOUR
 from drake_quad.report.tables import bounds, push_rows, recovery_rows, segment_rows, summary_rows
-from drake_quad.report.verdict import judge
-from drake_quad.runs.reader import SCENARIO, Run, read_run
+from drake_quad.report.verdict import grade_run
+from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
 from drake_quad.stability.safety import safe_margin
 from drake_quad.util.files import write_whole
 from drake_quad.util.input_files import MOST_YAML, read_given_text
@@ -61,9 +61,9 @@ class FigureKind:
     name: str
     title: str
     caption: str
-    draw: Callable[[Run], Figure]
+    draw: Callable[[RecordedRun], Figure]
     physics: bool = False
-    wanted: Callable[[Run], bool] = lambda _: True
+    wanted: Callable[[RecordedRun], bool] = lambda _: True
 
 
 FIGURES = (
@@ -172,7 +172,7 @@ FIGURES = (
 REPORT = "report.html"
 
 
-def build_report(directory: Run | str | Path, *, replay: bool = True) -> Path:
+def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) -> Path:
     """Writes `report.html` beside a finished run's files.
 
     It needs nothing else: no network, no other file. What the run's files lack, it leaves out.
@@ -187,12 +187,12 @@ def build_report(directory: Run | str | Path, *, replay: bool = True) -> Path:
     Raises:
         InputError: The directory holds no run.
     """
-    run = directory if isinstance(directory, Run) else read_run(directory)
+    run = directory if isinstance(directory, RecordedRun) else load_run(directory)
     page = render(
         "report.html",
         css=Markup(read_css("report.css")),
         run=run,
-        verdict=judge(run),
+        verdict=grade_run(run),
         bounds=bounds(run),
         figures=_draw_figures(run),
         replay=pack(round_recording(make_replay_html(run))) if replay and len(run.log) else "",
@@ -213,14 +213,14 @@ def build_report(directory: Run | str | Path, *, replay: bool = True) -> Path:
     return path
 
 
-def _marks(run: Run) -> list[tuple[str, str]]:
+def _marks(run: RecordedRun) -> list[tuple[str, str]]:
     """What the page has to explain of its figures over time: names and colours."""
-    there = {band.mode for band in mode_bands(run)}
+    there = {band.mode for band in clock_stops(run)}
     marks = [(NAMES[mode], colour) for mode, colour in MODE_COLOURS.items() if mode in there]
-    return [*marks, ("push", PUSH_COLOUR)] if push_marks(run) else marks
+    return [*marks, ("push", PUSH_COLOUR)] if push_events(run) else marks
 
 
-def _draw_figures(run: Run) -> list[tuple[FigureKind, Markup]]:
+def _draw_figures(run: RecordedRun) -> list[tuple[FigureKind, Markup]]:
     """The figures that the run's files can fill, as SVG."""
     if not len(run.log):
         return []

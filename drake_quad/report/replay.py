@@ -19,16 +19,16 @@ from pydrake.geometry import (
 from drake_quad.report.derived import margins
 from drake_quad.report.html import render
 from drake_quad.report.overlay import OVERLAY, Overlay
-from drake_quad.report.scene import MakeReplayScene, set_stage, shown_samples
+from drake_quad.report.scene import MakeReplayScene, set_camera_and_lights, shown_samples
 from drake_quad.report.style import kind_colour
-from drake_quad.runs.reader import Run, read_run
+from drake_quad.runs.reader import RecordedRun, load_run
 from drake_quad.stability.safety import safe_margin
 
 PREFIX = "scene"
 
 
 def AddReplay(
-    meshcat: Meshcat, run: Run | str | Path, *, fps: float = 10.0, speed: float = 1.0,
+    meshcat: Meshcat, run: RecordedRun | str | Path, *, fps: float = 10.0, speed: float = 1.0,
     loop: bool = False,
 ) -> int:  # fmt: skip
     """Publishes a run to Meshcat as a recording that plays in real time.
@@ -46,10 +46,10 @@ def AddReplay(
     Raises:
         InputError: The directory holds no run.
     """
-    run = run if isinstance(run, Run) else read_run(run)
+    run = run if isinstance(run, RecordedRun) else load_run(run)
     meshcat.Delete(PREFIX)
     meshcat.Delete(OVERLAY)
-    set_stage(meshcat, run.world)
+    set_camera_and_lights(meshcat, run.world)
     samples = recorded_samples(run, fps)
     parameters = MeshcatVisualizerParams(
         role=Role.kIllustration, prefix=PREFIX, publish_period=1.0 / fps
@@ -79,7 +79,7 @@ def AddReplay(
     return len(samples)
 
 
-def make_replay_html(run: Run | str | Path, *, fps: float = 10.0) -> str:
+def make_replay_html(run: RecordedRun | str | Path, *, fps: float = 10.0) -> str:
     """Returns one HTML page, without need of a network, that replays the run in 3D.
 
     Below Meshcat's view is a bar: play, speed, time with the segments, the margin, a jump to the
@@ -88,7 +88,7 @@ def make_replay_html(run: Run | str | Path, *, fps: float = 10.0) -> str:
     Raises:
         InputError: The directory holds no run.
     """
-    run = run if isinstance(run, Run) else read_run(run)
+    run = run if isinstance(run, RecordedRun) else load_run(run)
     with quiet_meshcat():
         meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     frames = AddReplay(meshcat, run, fps=fps)
@@ -100,7 +100,7 @@ def make_replay_html(run: Run | str | Path, *, fps: float = 10.0) -> str:
     return f"{head}{bar}{end}{tail}"
 
 
-def recorded_samples(run: Run, fps: float) -> list[int]:
+def recorded_samples(run: RecordedRun, fps: float) -> list[int]:
     """The samples of a recording's frames: `fps` a second, and in any case that of least margin.
 
     A foot that loses the ground for less than a frame would not be seen otherwise.
@@ -114,7 +114,7 @@ def recorded_samples(run: Run, fps: float) -> list[int]:
     return samples
 
 
-def frame_numbers(run: Run, samples: Sequence[int], fps: float) -> list[int]:
+def frame_numbers(run: RecordedRun, samples: Sequence[int], fps: float) -> list[int]:
     """The frame that shows each sample, counted from the first sample's."""
     t = run.log.t[list(samples)]
     return [int(frame) for frame in np.round((t - t[0]) * fps)]
@@ -132,7 +132,7 @@ def quiet_meshcat() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _bar_data(run: Run, fps: float) -> dict[str, Any]:
+def _bar_data(run: RecordedRun, fps: float) -> dict[str, Any]:
     """What the bar tells: per frame the time, the segment and the margin."""
     samples = recorded_samples(run, fps)
     margin, segment = margins(run), run.log.text("segment")

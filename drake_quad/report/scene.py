@@ -14,7 +14,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from drake_quad.common import FloatArray
 from drake_quad.report.style import COM_COLOUR
 from drake_quad.robot.loader import AddRobot
-from drake_quad.runs.reader import Run
+from drake_quad.runs.reader import RecordedRun
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.drake_geometry import AddCourse
 
@@ -41,7 +41,7 @@ class ReplayScene:
         com: The ball.
     """
 
-    run: Run
+    run: RecordedRun
     diagram: Diagram
     context: Context
     plant: MultibodyPlant
@@ -61,7 +61,7 @@ class ReplayScene:
         self.diagram.ForcedPublish(self.context)
 
 
-def MakeReplayScene(run: Run, add_viewer: AddViewer) -> ReplayScene:
+def MakeReplayScene(run: RecordedRun, add_viewer: AddViewer) -> ReplayScene:
     """Builds the scene of a run with the viewer that `add_viewer` puts beside it."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
@@ -89,7 +89,7 @@ def frame_samples(t: FloatArray, fps: float) -> list[int]:
     return [int(k) for k in np.unique(np.append(found, len(t) - 1))]
 
 
-def shown_samples(run: Run, fps: float) -> list[int]:
+def shown_samples(run: RecordedRun, fps: float) -> list[int]:
     """The samples of a run to show at `fps`: those whose positions are all known."""
     known = np.all(np.isfinite(run.positions), axis=1).tolist()
     return [k for k in frame_samples(run.log.t, fps) if known[k]]
@@ -110,7 +110,7 @@ TALL, SHOWN = 1.1, 0.2  # [m] of robot over each tread, and of the box under it
 SUN, SKY = 2.0, 1.1  # intensities of the two lights
 
 
-def set_stage(meshcat: Meshcat, course: Course) -> None:
+def set_camera_and_lights(meshcat: Meshcat, course: Course) -> None:
     """A plain background, even light, and the camera where the whole course shows."""
     for path in ("/Grid", "/Axes"):
         meshcat.SetProperty(path, "visible", False)

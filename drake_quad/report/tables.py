@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from drake_quad.report.axes import signed
-from drake_quad.report.derived import push_marks
+from drake_quad.report.derived import push_events
 from drake_quad.report.style import kind_colour
-from drake_quad.runs.reader import Run
+from drake_quad.runs.reader import RecordedRun
 from drake_quad.stability.safety import MOST_SLIP, safe_margin
 
 # ------------------------------------------------------------------------------------------------
@@ -121,7 +121,7 @@ def entries_of(summary: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
     return [e for e in listed if isinstance(e, Mapping)] if isinstance(listed, list) else []
 
 
-def bounds(run: Run) -> list[Bound]:
+def bounds(run: RecordedRun) -> list[Bound]:
     """The figures that the summary holds beside their bounds, in the order of weight."""
     found = []
     for row in _ROWS:
@@ -193,7 +193,7 @@ class SegmentRow:
     negative: bool
 
 
-def segment_rows(run: Run) -> list[SegmentRow]:
+def segment_rows(run: RecordedRun) -> list[SegmentRow]:
     """The summary's segments; those of the log where it has none."""
     entries = entries_of(run.summary, "segments")
     rows = []
@@ -287,12 +287,12 @@ class RecoveryRow:
     duration: str
 
 
-def push_rows(run: Run) -> list[PushRow]:
+def push_rows(run: RecordedRun) -> list[PushRow]:
     """The pushes that the run came to, and how the robot took them."""
     rows = []
     # The summary has them in the same order, those that the run did not come to at the end.
     told = entries_of(run.summary, "pushes")
-    for k, mark in enumerate(push_marks(run)):
+    for k, mark in enumerate(push_events(run)):
         entry = told[k] if k < len(told) else {}
         time, recovered = look_up(entry, "recovery_time"), entry.get("recovered")
         outcome = f"in {time:.1f} s" if math.isfinite(time) else "no" if recovered is False else "–"
@@ -309,7 +309,7 @@ def push_rows(run: Run) -> list[PushRow]:
     return rows
 
 
-def recovery_rows(run: Run) -> list[RecoveryRow]:
+def recovery_rows(run: RecordedRun) -> list[RecoveryRow]:
     """The summary's recoveries."""
     rows = []
     for entry in entries_of(run.summary, "recoveries"):

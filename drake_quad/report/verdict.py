@@ -8,12 +8,12 @@ import numpy as np
 from drake_quad.report.axes import signed
 from drake_quad.report.derived import margins
 from drake_quad.report.tables import entries_of, look_up
-from drake_quad.runs.reader import Run
+from drake_quad.runs.reader import RecordedRun
 from drake_quad.stability.safety import Safety, judge_safety, safe_margin
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RunVerdict:
     """The head of the page.
 
     Attributes:
@@ -29,7 +29,7 @@ class Verdict:
     least_time: float | None
 
 
-def judge(run: Run) -> Verdict:
+def grade_run(run: RecordedRun) -> RunVerdict:
     """The verdict on a run, from its summary and its log."""
     outcome = str(run.summary.get("outcome", ""))
     grade, word = {
@@ -56,7 +56,7 @@ def judge(run: Run) -> Verdict:
     if run.kinematic:
         word = f"{word}: kinematic replay, no physics"
     sentence += text + _pushed(run) + _told(safety)
-    return Verdict(grade, word, signed(sentence.strip()), time)
+    return RunVerdict(grade, word, signed(sentence.strip()), time)
 
 
 def _told(safety: Safety) -> str:
@@ -64,7 +64,7 @@ def _told(safety: Safety) -> str:
     return f" {safety.words[0].upper()}{safety.words[1:]}." if safety.safe is not None else ""
 
 
-def _pushed(run: Run) -> str:
+def _pushed(run: RecordedRun) -> str:
     """How often the robot was pushed, and in what time it recovered, in words; maybe none."""
     # Of a push that the run did not come to the summary says nothing.
     told = [e for e in entries_of(run.summary, "pushes") if e.get("recovered") is not None]
@@ -79,7 +79,7 @@ def _pushed(run: Run) -> str:
     return f" Pushed {often}, {'; '.join(parts)}."
 
 
-def _least(run: Run) -> tuple[str, float | None, float]:
+def _least(run: RecordedRun) -> tuple[str, float | None, float]:
     """The least margin: in words, when [s], and how much [m]."""
     margin, noun = margins(run), "planned" if run.kinematic else "measured"
     if not np.any(np.isfinite(margin)):

@@ -68,7 +68,7 @@ class LegRead:
     sides: FloatArray
 
 
-def find_legs(
+def find_leg_links(
     plant: MultibodyPlant, context: Context, trunk: RigidBody, tolerance: Tolerance, refuse: Refuse
 ) -> list[Chain]:
     """The legs' joints, leg by leg in the order of LEGS; which is which follows from the hips.
@@ -241,7 +241,7 @@ def read_model(
             "robot.model", len(bases), "has this many floating bodies; one trunk is needed"
         )
     trunk, context = plant.get_body(bases[0]), plant.CreateDefaultContext()
-    chains = find_legs(plant, context, trunk, tolerance, refuse)
+    chains = find_leg_links(plant, context, trunk, tolerance, refuse)
     inspector = scene_graph.model_inspector()
     legs = [
         read_leg(plant, inspector, chain, leg, tolerance, refuse)

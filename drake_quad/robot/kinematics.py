@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.common import FloatArray, Matrix, Vector
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 from drake_quad.robot.model import LegGeometry, RobotModel
 
 # ------------------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ def leg_array(geometry: LegGeometry) -> FloatArray:
     return np.column_stack(lengths).astype(float)
 
 
-@compiled
+@jit
 def leg_row(legs: FloatArray, k: int) -> LegConstants:
     """Row `k` of `leg_array`."""
     return LegConstants(
@@ -156,7 +156,7 @@ def leg_row(legs: FloatArray, k: int) -> LegConstants:
     )
 
 
-@compiled
+@jit
 def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tuple[Vector, Matrix]:
     """The foot's centre in B [m] and its Jacobian [m/rad] at three joint angles [rad]."""
     sa, ca = sin(a), cos(a)
@@ -176,7 +176,7 @@ def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tup
     )
 
 
-@compiled
+@jit
 def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
     """Joint angles [rad] that put the foot's centre at (x, y, z) in B [m], or as near as can be."""
     x, y, z = x - c.x, y - c.y, z - c.z
@@ -243,7 +243,7 @@ def constants(robot: RobotModel) -> tuple[FloatArray, FloatArray]:
     return legs, np.array([robot.trunk_mass, *robot.trunk_com, robot.mass])
 
 
-@compiled
+@jit
 def pose(
     legs: FloatArray, trunk: FloatArray, body: FloatArray, feet: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from drake_quad.robot.model import RobotModel
 SHANK_POINTS = np.append(0.14 * np.arange(7), 0.93)
 # By which a distance at them is multiplied where it is weighed against the room wanted: the end
 # is always near to what its foot is on, and a third of that will do.
-ROOM_WORTH = np.append(np.ones(7), 3.0)
+CLEARANCE_WEIGHTS = np.append(np.ones(7), 3.0)
 
 
 # ------------------------------------------------------------------------------------------------
@@ -25,11 +25,11 @@ ROOM_WORTH = np.append(np.ones(7), 3.0)
 # ------------------------------------------------------------------------------------------------
 
 
-__all__ = ["SHANK_POINTS", "Shape", "read_shape"]
+__all__ = ["SHANK_POINTS", "LinkOutline", "link_outline_of"]
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class LinkOutline:
     """A robot's outline.
 
     Attributes:
@@ -48,9 +48,9 @@ class Shape:
     shank_radii: FloatArray
 
 
-def read_shape(robot: RobotModel) -> Shape:
+def link_outline_of(robot: RobotModel) -> LinkOutline:
     """The outline of a robot's collision geometry; of its hips where the trunk has none."""
-    return Shape(
+    return LinkOutline(
         trunk_lower=robot.trunk_box[0],
         trunk_upper=robot.trunk_box[1],
         trunk_parts=robot.trunk_boxes,

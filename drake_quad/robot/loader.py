@@ -17,7 +17,7 @@ from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
 from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
-from drake_quad.robot.importer.pipeline import MAPPING, find_given, import_robot
+from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
 from drake_quad.robot.importer.sanitize import HEAVY
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
@@ -70,7 +70,7 @@ def load_robot(url: str) -> RobotModel:
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     instance = _parse(plant, file)
     plant.Finalize()
-    frictional = links_with_friction(read_xml(find_given(file).found.path, url))
+    frictional = links_with_friction(read_xml(find_source(file).found.path, url))
     return read_model(
         plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
     )
@@ -90,7 +90,7 @@ def normal_form(url: str) -> str:
         return kind(source=url, field="robot.model", value=value, remedy=remedy)
 
     try:
-        given = find_given(url)
+        given = find_source(url)
         path = given.found.path
         check_given(path, most=MOST_TEXT)
         for named in files_named_in(path):
@@ -193,7 +193,7 @@ def robot_digest(model: str) -> str:
     Raises:
         InputError: If it is not there.
     """
-    given = find_given(model)
+    given = find_source(model)
     digest = hashlib.sha256(read_given(given.found.path, most=MOST_TEXT))
     digest.update(repr(replace(given.overrides, model="")).encode())
     for path in files_named_in(given.found.path):

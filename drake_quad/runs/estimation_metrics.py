@@ -30,7 +30,7 @@ def estimate_figures(c: Columns) -> dict[str, Any] | None:
     rpy = [c[f"base_estimated_{k}"] for k in ("roll", "pitch", "yaw")]
     attitude = angle_between(base_quaternion(c), quaternion_of(*rpy))
     settled = c["t"] >= SETTLED
-    way = way_of(c)
+    way = distance_walked(c)
     flags = np.stack([c[f"{leg}_slip_estimated"] for leg in SHORT_NAMES], axis=-1)
     return {
         "drift": float(error[-1]),
@@ -51,7 +51,7 @@ def yaw_error(c: Columns) -> FloatArray:
     return np.asarray(np.remainder(c["base_estimated_yaw"] - yaw + np.pi, 2.0 * np.pi) - np.pi)
 
 
-def way_of(c: Columns) -> float:
+def distance_walked(c: Columns) -> float:
     """How far the base went over ground [m]: each task from its beginning straight to its end.
 
     Tasks go from rest to rest along a lane or on the spot, so that swaying is left out.
@@ -62,7 +62,7 @@ def way_of(c: Columns) -> float:
     return float(np.sum(np.hypot(*np.diff(place[rows], axis=0).T)))
 
 
-def carried_figures(c: Columns) -> dict[str, Any] | None:
+def payload_figures(c: Columns) -> dict[str, Any] | None:
     """The unknown load as learned by the end; None where nothing learns of it.
 
     Returns:

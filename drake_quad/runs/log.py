@@ -8,7 +8,7 @@ import pyarrow as pa
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import Catch, GaitPhase, Mode
 from drake_quad.math.rotations import roll_pitch_yaw
-from drake_quad.planning.contact_forces import Share, least_forces
+from drake_quad.planning.contact_forces import Share, min_norm_forces
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
@@ -84,14 +84,14 @@ def program_columns(logs: Mapping[str, FloatArray]) -> Columns:
 __all__ = [
     "Ground",
     "kinematic_logs",
-    "make_table",
+    "log_table",
     "plan_margin",
     "planned_figures",
     "state_names",
 ]
 
 
-def make_table(
+def log_table(
     robot: RobotModel,
     layout: StateLayout,
     *,
@@ -100,7 +100,7 @@ def make_table(
     plans: Sequence[MotionPlan],
     state_names: Sequence[str],
     massless_legs: bool = False,
-    share: Share = least_forces,
+    share: Share = min_norm_forces,
     ground: Ground | None = None,
 ) -> pa.Table:
     """Puts the loggers' arrays into one table.

@@ -10,7 +10,7 @@ from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.base_pose import Columns, base_error
-from drake_quad.runs.estimation_metrics import carried_figures, estimate_figures, least_friction
+from drake_quad.runs.estimation_metrics import estimate_figures, least_friction, payload_figures
 from drake_quad.runs.event_metrics import push_figures, recovery_figures, wait_figures
 
 # ------------------------------------------------------------------------------------------------
@@ -148,7 +148,7 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "qp_unsolved": int(c["qp_unsolved"][-1]) if "qp_unsolved" in c else None,
         "estimate": _plain(estimate_figures(c) or {}) or None,
         "friction_estimated_min": least_friction(c),
-        "carried": _plain(carried_figures(c) or {}) or None,
+        "carried": _plain(payload_figures(c) or {}) or None,
     }
     return {**_plain(figures), "segments": segment_figures(c)}
 

@@ -8,7 +8,7 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.math.rotations import rotations
-from drake_quad.planning.contact_forces import Share, least_forces, torque_ratio
+from drake_quad.planning.contact_forces import Share, min_norm_forces, torque_ratio
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
 from drake_quad.robot.model import RobotModel, contact_friction
 from drake_quad.runs.schema import Columns
@@ -61,7 +61,7 @@ def planned_figures(
     plans: Sequence[MotionPlan],
     *,
     massless_legs: bool = False,
-    share: Share = least_forces,
+    share: Share = min_norm_forces,
 ) -> dict[str, FloatArray]:
     """What the plan had at each sample's gait time: static margin [m] and torque ratio, (N,) each.
 

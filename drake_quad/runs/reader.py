@@ -30,7 +30,7 @@ ObjectArray = np.ndarray[Any, np.dtype[np.object_]]
 
 
 @dataclass(frozen=True)
-class Band:
+class Interval:
     """A stretch of a run in which one segment of the plan is under way.
 
     Attributes:
@@ -98,7 +98,7 @@ class RunLog:
         """A column of words, N long; empty words where the file lacks it."""
         return [str(word) for word in self.words(name)]
 
-    def bands(self) -> list[Band]:
+    def bands(self) -> list[Interval]:
         """The segments in the order in which they were walked."""
         if not len(self):
             return []
@@ -109,7 +109,7 @@ class RunLog:
         starts = [0, *(np.flatnonzero(changes) + 1).tolist()]
         ends = [*starts[1:], len(self) - 1]
         return [
-            Band(str(names[a]), str(kinds[a]), float(t[a]), float(t[b]))
+            Interval(str(names[a]), str(kinds[a]), float(t[a]), float(t[b]))
             for a, b in zip(starts, ends, strict=True)
         ]
 
@@ -133,7 +133,7 @@ LARGEST = 1e9  # of a figure, in SI units: what is beyond is no measurement
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class RecordedRun:
     """A finished run, as its files have it.
 
     Attributes:
@@ -174,7 +174,7 @@ class Run:
         return _is_kinematic(self.summary, self.scenario)
 
 
-def read_run(directory: str | Path) -> Run:
+def load_run(directory: str | Path) -> RecordedRun:
     """Reads a run's `scenario.yaml`, `log.parquet` and `summary.json`.
 
     The scenario is needed; a missing or cut log or summary only makes a notice.
@@ -206,7 +206,7 @@ def read_run(directory: str | Path) -> Run:
     lacking = [name for name in (*positions, *velocities) if name not in log.columns]
     if len(log) and lacking:
         notices.append(f"The log lacks {len(lacking)} of the robot's states, such as {lacking[0]}.")
-    return Run(
+    return RecordedRun(
         directory=directory,
         summary=summary,
         log=log,

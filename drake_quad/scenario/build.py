@@ -17,7 +17,7 @@ from drake_quad.estimation.sensor_models import (
     SensorErrors,
 )
 from drake_quad.gait.workspace import Workspace
-from drake_quad.planning.footholds import Pattern
+from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.problem import PlanSettings, Task, derive_mission
 from drake_quad.robot.legs import Leg
 from drake_quad.robot.loader import MakeModelPlant, load_robot
@@ -25,7 +25,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.robot.point_feet import with_point_feet
 from drake_quad.scenario.config import PushConfig, Scenario
 from drake_quad.systems.disturbances import Disturbances, Push, Vector
-from drake_quad.terrain.as_built import WorldErrors, build_world
+from drake_quad.terrain.as_built import MapErrors, build_as_built
 from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.elements import Element
 
@@ -67,7 +67,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         cycle_time=gait.cycle_time,
         switch_wait=gait.switch_wait,
         stride=gait.stride,
-        pattern=Pattern(treads=gait.treads, lag=gait.lag, per_tread=gait.places_per_tread),
+        pattern=FootholdPattern(treads=gait.treads, lag=gait.lag, per_tread=gait.places_per_tread),
         deep_tread=gait.deep_tread,
         body_ahead=gait.body_ahead,
         tread_phase_up=gait.tread_phase_up,
@@ -220,7 +220,7 @@ def world_of(scenario: Scenario, course: Course, *, source: str = "scenario") ->
         InputError: If no such course can be built.
     """
     world = scenario.world
-    errors = WorldErrors(
+    errors = MapErrors(
         rise=world.rise_error,
         run=world.run_error,
         position=world.position_error,
@@ -228,7 +228,7 @@ def world_of(scenario: Scenario, course: Course, *, source: str = "scenario") ->
         tread=world.tread_error,
         random=world.random,
     )
-    return build_world(course, errors, generator=generator_of(scenario, "world"), source=source)
+    return build_as_built(course, errors, generator=generator_of(scenario, "world"), source=source)
 
 
 def disturbances_of(

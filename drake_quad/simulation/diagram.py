@@ -30,10 +30,10 @@ from drake_quad.simulation.plant import (
     SimulatedPlant,
     feedforward_strength,
 )
-from drake_quad.simulation.prepare import Preparation
+from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.simulation.signal_log import AddLoggers, PartLogger, logs_of
 from drake_quad.stability.equilibrium_region import HULL, stricter
-from drake_quad.stability.margins import Gauge
+from drake_quad.stability.margins import MarginEstimator
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.delay import Delay
@@ -96,7 +96,7 @@ def AddMonitors(
     )
     model = MakeTrueModel(robot, disturbances)
     strength = [disturbances.motor_strength.get(name, 1.0) for name in robot.joint_names]
-    gauge = Gauge(
+    gauge = MarginEstimator(
         robot=robot,
         kind=margins,
         friction=friction,
@@ -189,7 +189,7 @@ def AddSensors(
     }
 
 
-def at_rest(q: FloatArray) -> dict[str, FloatArray]:
+def velocities_at_rest(q: FloatArray) -> dict[str, FloatArray]:
     """What they say of a robot at rest on level ground with joint angles `q` (12,) [rad]."""
     return {
         "imu_measured": np.array([0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY]),
@@ -413,7 +413,7 @@ def MakeStairClimb(
             errors=sensors,
             period=control.period,
         )
-        initial |= at_rest(start[layout.q_joints])
+        initial |= velocities_at_rest(start[layout.q_joints])
     ConnectSenses(
         builder,
         controller,
@@ -460,7 +460,7 @@ def monitor_period(control_period: float) -> float:
 
 
 def stair_climb_of(
-    preparation: Preparation,
+    preparation: PreparedScenario,
     *,
     visualize: Visualize | None = None,
     tracking: str | MakeTracking | None = None,

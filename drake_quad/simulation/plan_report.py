@@ -19,7 +19,7 @@ from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
 from drake_quad.planning.stance_margin import Footing, kind_of
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.planned_columns import plan_margin
-from drake_quad.simulation.prepare import Preparation
+from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.util.files import Write, write_together
 
 # ------------------------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ def describe_failure(error: PlanningError) -> dict[str, Any]:
 FILE, PLAN = "certificate.json", "plan.json"
 
 
-def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate | None]:
+def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | None]:
     """Certifies a prepared scenario's plan.
 
     Returns:
@@ -178,7 +178,7 @@ def certify_plan(p: Preparation) -> tuple[dict[str, Any], Certificate | None]:
     return told, certificate
 
 
-def _first_arc(p: Preparation) -> tuple[float, str] | None:
+def _first_arc(p: PreparedScenario) -> tuple[float, str] | None:
     """When and in which segment a plan has its first swing along an arc, if it has one."""
     for plan, start in zip(p.plan.plans, p.plan.starts, strict=True):
         for step in plan.contacts.steps:

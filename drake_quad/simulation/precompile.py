@@ -46,10 +46,10 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "control.measurement._measure_one": (
                 measured, _V, _V, typeof(np.zeros(1, ROBOT)), _F, _M,
             ),
-            "control.tracking.follow": (
+            "control.tracking.compute_targets": (
                 _RM, _F, _RM, _F, _I, _I, _V, _V, _V, _V, constants, _V, _V, work, _M,
             ),
-            "control.tracking.command": (_V, _V, constants, work, _V, _V, _V, _V, _V),
+            "control.tracking.compute_commands": (_V, _V, constants, work, _V, _V, _V, _V, _V),
         },
         "forces": {
             "control.whole_body_qp.plan_forces": (
@@ -58,9 +58,9 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "control.whole_body_qp.torques_of": (_V, work, _V),
         },
         "loop": {
-            "control.gait_clock.run_on": (_V, _RM, _I, _F, _F, _V, _F),
-            "stability.support_polygon.judge": (_V, _V, _V, _V, _F, _V, _V),
-            "stability.support_polygon.watch": (
+            "control.gait_clock.advance_if_uneventful": (_V, _RM, _I, _F, _F, _V, _F),
+            "stability.support_polygon.measure_margins": (_V, _V, _V, _V, _F, _V, _V),
+            "stability.support_polygon.watch_margins": (
                 _V, _I, _V, _V, _V, _V, _F, _B, _F, _F, _F, _V, _V, _V, _V, _V, _V,
             ),
             # contacts.add_contact is left to its first call: the versions of Drake differ in which
@@ -85,11 +85,11 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "planning.clearance._middles": (_RM, _T, _T, _T),
             "math.distance.nosing_distance": (_M, _M, _V, _V),
             "math.distance.ground_distance": (_V, _V, _V, _V),
-            "math.distance.from_boxes": (_T, _RT, _F),
-            "math.distance.legs_apart": (_Q, _RM, _F),
+            "math.distance.points_to_boxes": (_T, _RT, _F),
+            "math.distance.distance_between_legs": (_Q, _RM, _F),
         },
         "design": {
-            "gait_design.kernels.lacking_each": (_M, _V),
+            "gait_design.kernels.objectives_of_slacks": (_M, _V),
             "gait_design.kernels.slacks": (
                 _T, _Q, _V, _IM, _F, _F, _F, _M, _M, _V, _M, _T, _T, _F, _V, _M, _V,
             ),

@@ -32,7 +32,7 @@ LOW_RISE = 0.005  # [m]
 
 
 @dataclass(frozen=True, eq=False)
-class Preparation:
+class PreparedScenario:
     """A scenario made into the values that planning and simulation take.
 
     Attributes:
@@ -58,7 +58,7 @@ class Preparation:
     disturbances: Disturbances
 
 
-def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
+def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario:
     """Reads the robot, lays the course and plans the whole mission on paper.
 
     Args:
@@ -79,10 +79,12 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> Preparation:
         check_mission(robot, plan, uniform_body=settings.uniform_body)
     except PlanningError as error:
         raise _blame(scenario, error, source=source) from None
-    return Preparation(scenario, robot, course, settings, tasks, stance, plan, world, disturbances)
+    return PreparedScenario(
+        scenario, robot, course, settings, tasks, stance, plan, world, disturbances
+    )
 
 
-def judge_plan(p: Preparation) -> None:
+def judge_plan(p: PreparedScenario) -> None:
     """Checks that a prepared plan can be carried out: by the gait's clock, and by the joints.
 
     What can be planned at all `prepare` has seen to, and a run may try it. The paper's own path,

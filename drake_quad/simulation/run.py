@@ -23,7 +23,7 @@ from drake_quad.robot.state import make_layout
 from drake_quad.runs.base_pose import base_error
 from drake_quad.runs.event_metrics import push_figures
 from drake_quad.runs.kinematic_log import kinematic_logs
-from drake_quad.runs.log import make_table, state_names
+from drake_quad.runs.log import log_table, state_names
 from drake_quad.runs.metrics import summarize
 from drake_quad.runs.planned_columns import Ground
 from drake_quad.runs.result import RunResult, write_files, write_log
@@ -31,7 +31,7 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.kinematic_contacts import find_touches
 from drake_quad.simulation.precompile import kernels_for, precompiling
-from drake_quad.simulation.prepare import Preparation, prepare
+from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.stability.safety import judge_safety, safe_margin
 from drake_quad.systems.controller import MakeTracking
 
@@ -45,7 +45,13 @@ INTERRUPTED = "interrupted"  # the reason of a run that a person ended
 
 
 def result_of(
-    p: Preparation, outcome: str, reason: str, table: pa.Table, *, simulated: float, wall: float
+    p: PreparedScenario,
+    outcome: str,
+    reason: str,
+    table: pa.Table,
+    *,
+    simulated: float,
+    wall: float,
 ) -> RunResult:
     """The result of a run with its summary.
 
@@ -90,7 +96,7 @@ def result_of(
     return RunResult(outcome, reason, summary, table, p.scenario)
 
 
-def _friction(p: Preparation) -> float | None:
+def _friction(p: PreparedScenario) -> float | None:
     """The coefficient between feet and ground, of the least foot; None of a replay."""
     if p.scenario.simulation.mode != "physics":
         return None
@@ -137,7 +143,7 @@ def outcome_of(message: str) -> tuple[str, str]:
 LISTED = 10  # overlaps that a summary holds
 
 
-def replay_plan(p: Preparation) -> RunResult:
+def replay_plan(p: PreparedScenario) -> RunResult:
     """The plan of what was prepared, sampled as a run is logged."""
     begun = time.perf_counter()
     plant = MakeModelPlant(p.robot.url)
@@ -153,7 +159,7 @@ def replay_plan(p: Preparation) -> RunResult:
     touches = find_touches(p.robot, p.course, times, logs["state"])
     logs["nonfoot"][:, 0], logs["nonfoot_depth"] = touches.count, touches.depth[:, None]
     logs["foot_depth"] = touches.foot_depth
-    table = make_table(
+    table = log_table(
         p.robot,
         layout,
         times=times,
@@ -176,11 +182,11 @@ def replay_plan(p: Preparation) -> RunResult:
 
 
 __all__ = [
-    "Preparation",
+    "PreparedScenario",
     "Progress",
     "RunResult",
     "prepare",
-    "run",
+    "simulate",
     "write_files",
     "write_log",
 ]
@@ -191,7 +197,7 @@ CHUNK = 0.25  # [s] simulated between looks at the clock and at Ctrl-C
 Progress = Callable[[float, float], None]
 
 
-def run(
+def simulate(
     scenario: Scenario,
     *,
     source: str = "scenario",
@@ -226,7 +232,7 @@ def run(
 
 
 def _simulate(
-    p: Preparation,
+    p: PreparedScenario,
     progress: Progress | None,
     stop: Callable[[], bool],
     visualize: Visualize | None,
@@ -274,7 +280,7 @@ def _simulate(
     return result_of(p, outcome, reason, table, simulated=float(context.get_time()), wall=wall)
 
 
-def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
+def _collect(p: PreparedScenario, climb: StairClimb, context: Any) -> pa.Table:
     logs = {name: sink.FindLog(context) for name, sink in climb.loggers.items()}
     times = logs["state"].sample_times()
     planner = climb.diagram.GetSubsystemByName("controller").GetSubsystemByName(
@@ -284,7 +290,7 @@ def _collect(p: Preparation, climb: StairClimb, context: Any) -> pa.Table:
     # Contact results exist once the plant has taken a step and the monitors have seen it.
     first = int(np.searchsorted(times, 2.5 * climb.monitor_period))
     count = min(log.num_samples() for log in logs.values())
-    return make_table(
+    return log_table(
         p.robot,
         climb.layout,
         times=times[first:count],

@@ -48,7 +48,7 @@ from drake_quad.stability.equilibrium_region import (
     Z,
     force_rows,
 )
-from drake_quad.stability.projection import Shadow, outline
+from drake_quad.stability.projection import PolytopeProjection, project_polygon
 from drake_quad.stability.support_polygon import stability_margin, support_polygon
 
 # ------------------------------------------------------------------------------------------------
@@ -126,7 +126,7 @@ def find_pressure_area(
     lower[-4:] = upper[-4:] = [1.0, 0.0, 0.0, 0.0]
     C = np.zeros((2, 3 * len(contacts)))
     C[0, X] = C[1, Y] = -body.height
-    corners = outline(Shadow(A, lower, upper, C, np.array([body.x, body.y])))
+    corners = project_polygon(PolytopeProjection(A, lower, upper, C, np.array([body.x, body.y])))
     return Region(read_only(np.array(corners).reshape(-1, 2)))
 
 
@@ -224,7 +224,7 @@ def capture_margin(region: Region, area: Region, body: Pendulum) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class FallingBody:
+class FallingPendulum:
     """The robot at the moment that it is pushed. All in W.
 
     Attributes:
@@ -264,7 +264,7 @@ def fall(capture: FloatArray, pivot: FloatArray, omega: float, times: FloatArray
     return np.asarray(pivot + np.exp(omega * times)[:, None] * (capture - pivot))
 
 
-def com_shift(state: FallingBody, pivot: FloatArray, times: FloatArray) -> FloatArray:
+def ground_reach(state: FallingPendulum, pivot: FloatArray, times: FloatArray) -> FloatArray:
     """How far the centre of mass, and the body with it, will have moved at `times`, (N, 2) [m]."""
     growth = state.omega * times[:, None]
     lean, speed = state.com - pivot, state.capture - state.com

@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.common import BoolArray, FloatArray, read_only
-from drake_quad.stability.projection import NONE, Shadow, outline
+from drake_quad.stability.projection import NONE, PolytopeProjection, project_polygon
 from drake_quad.stability.support_polygon import margin_of_floats, support_polygon
 
 # ------------------------------------------------------------------------------------------------
@@ -145,7 +145,7 @@ LEAST_LIFT = 0.05  # of the weight; with less the robot is falling and has no re
 
 
 @dataclass(frozen=True)
-class Demand:
+class WrenchDemand:
     """What the feet's forces are to come to, in units of the weight, in W.
 
     Attributes:
@@ -159,7 +159,7 @@ class Demand:
     height: float = 0.0
 
 
-AT_REST = Demand()
+AT_REST = WrenchDemand()
 X, Y, Z = (slice(k, None, 3) for k in range(3))  # of the forces (3 n,)
 
 
@@ -202,7 +202,7 @@ def find_region(
     contacts: Contacts,
     *,
     limits: ForceLimits | None = None,
-    demand: Demand = AT_REST,
+    demand: WrenchDemand = AT_REST,
     pyramid: Pyramid | None = None,
 ) -> Region:
     """The region of balance over contacts.
@@ -215,16 +215,16 @@ def find_region(
     """
     if not len(contacts) or demand.force[2] < LEAST_LIFT:
         return Region(read_only(np.zeros((0, 2))))
-    corners = outline(make_shadow(contacts, limits, demand, pyramid))
+    corners = project_polygon(com_projection(contacts, limits, demand, pyramid))
     return Region(read_only(np.array(corners).reshape(-1, 2)))
 
 
-def make_shadow(
+def com_projection(
     contacts: Contacts,
     limits: ForceLimits | None = None,
-    demand: Demand = AT_REST,
+    demand: WrenchDemand = AT_REST,
     pyramid: Pyramid | None = None,
-) -> Shadow:
+) -> PolytopeProjection:
     """The forces (3 n,) that meet a demand, and where the centre of mass is by them.
 
     With F, L the demand and M the moment of the forces about a point at height z: M = c × F + L.
@@ -245,7 +245,7 @@ def make_shadow(
     A[-1, X], A[-1, Y] = -y, x
     A[-1] += Fx * C[1] - Fy * C[0]
     lower[-4:] = upper[-4:] = [*demand.force, demand.moment[2] + Fy * d[0] - Fx * d[1]]
-    return Shadow(A, lower, upper, C, d + middle[:2])
+    return PolytopeProjection(A, lower, upper, C, d + middle[:2])
 
 
 def force_rows(

@@ -31,7 +31,7 @@ from drake_quad.stability.equilibrium_region import (
     HULL,
     NEARLY,
     Contacts,
-    Demand,
+    WrenchDemand,
     find_region,
     make_contacts,
     static_region,
@@ -46,7 +46,7 @@ STEPS = 6  # of the way that are looked at, and
 HALVINGS = 5  # of the step in which a leg comes to its limit
 
 
-def leg_way(
+def leg_stroke_left(
     robot: RobotModel,
     R_WB: FloatArray,
     q: FloatArray,
@@ -145,7 +145,7 @@ class Posture:
 
 
 @dataclass(frozen=True, eq=False)
-class Gauge:
+class MarginEstimator:
     """Measures margins.
 
     Attributes:
@@ -164,7 +164,7 @@ class Gauge:
     effort: FloatArray
     none: float = -inf
 
-    def measure(self, posture: Posture, demand: Demand) -> FloatArray:
+    def measure(self, posture: Posture, demand: WrenchDemand) -> FloatArray:
         """The margins, see Margins.
 
         Args:
@@ -184,7 +184,7 @@ class Gauge:
         area = find_pressure_area(contacts, body)
         free = push_budget(region, area, body, WAYS)
         ahead = WAYS @ (np.array(body.capture) - [x, y])
-        legs = leg_way(
+        legs = leg_stroke_left(
             self.robot,
             posture.R_WB,
             posture.q,
@@ -240,7 +240,7 @@ class Gauge:
 
 def demand_of(
     momentum: FloatArray, before: FloatArray, time: float, *, mass: float, height: float
-) -> Demand:
+) -> WrenchDemand:
     """What a change of momentum asks of the feet, if nothing else pushes.
 
     Args:
@@ -252,7 +252,7 @@ def demand_of(
     """
     weight = GRAVITY * mass
     mx, my, mz, fx, fy, fz = ((momentum - before) / (time * weight)).tolist()
-    return Demand((fx, fy, 1.0 + fz), (mx, my, mz), height)
+    return WrenchDemand((fx, fy, 1.0 + fz), (mx, my, mz), height)
 
 
 # ------------------------------------------------------------------------------------------------

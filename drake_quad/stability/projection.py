@@ -33,7 +33,7 @@ BROKEN = 1e-8
 AXES: tuple[Point, ...] = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
-class Shadow:
+class PolytopeProjection:
     """A polytope and how it is looked at; asks DAQP, and SciPy's HiGHS where DAQP finds nothing.
 
     Args:
@@ -105,7 +105,7 @@ class Shadow:
         return np.asarray(found.x) if found.status == 0 else None
 
 
-def outline(shadow: Shadow, *, exact: float = EXACT) -> list[Point]:
+def project_polygon(shadow: PolytopeProjection, *, exact: float = EXACT) -> list[Point]:
     """The shadow's corners counterclockwise; two for a line, one for a point, none if empty.
 
     Args:
@@ -125,7 +125,9 @@ def outline(shadow: Shadow, *, exact: float = EXACT) -> list[Point]:
     return _apart(corners, exact)
 
 
-def _split(shadow: Shadow, a: Point, b: Point, exact: float, corners: list[Point]) -> None:
+def _split(
+    shadow: PolytopeProjection, a: Point, b: Point, exact: float, corners: list[Point]
+) -> None:
     """Adds the corners between a and b, which follow one another counterclockwise."""
     pending = [b]
     while pending:

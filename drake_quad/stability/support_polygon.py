@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_quad.common import BoolArray, FloatArray, read_only
-from drake_quad.jit import compiled, copy_vector
+from drake_quad.jit import copy_vector, jit
 from drake_quad.math.polygon import Point, _hull
 
 # ------------------------------------------------------------------------------------------------
@@ -152,7 +152,7 @@ BEARING = 0.5  # above it a foot bears
 LEAST_WEIGHT = 1.0  # [N] on the feet for there to be a centre of pressure
 
 
-@compiled
+@jit
 def margin_over(x: float, y: float, feet: FloatArray, standing: BoolArray) -> float:
     """The signed static margin of (x, y) over the standing feet [m]; -inf over none.
 
@@ -179,7 +179,7 @@ def margin_over(x: float, y: float, feet: FloatArray, standing: BoolArray) -> fl
     return margin if count > 0 else -inf
 
 
-@compiled
+@jit
 def _extent(x: FloatArray, y: FloatArray, count: int, ux: float, uy: float) -> tuple[float, float]:
     """How far points reach along a direction, at most and at least; +x if it has no length."""
     norm = sqrt(ux * ux + uy * uy)
@@ -192,8 +192,8 @@ def _extent(x: FloatArray, y: FloatArray, count: int, ux: float, uy: float) -> t
     return high, low
 
 
-@compiled
-def judge(
+@jit
+def measure_margins(
     com: FloatArray,
     bearing: FloatArray,
     place: FloatArray,
@@ -235,8 +235,8 @@ def judge(
     return lowest_bearing if np.isfinite(lowest_bearing) else lowest
 
 
-@compiled
-def watch(
+@jit
+def watch_margins(
     state: FloatArray,
     base: int,
     com: FloatArray,
@@ -261,7 +261,7 @@ def watch(
         state: The robot's [q; v].
         base: Index of the base's quaternion in it; its position follows.
         com: The robot's centre of mass in W (3,) [m].
-        bearing: See `judge`, as place, force, none, margin and zmp_margin.
+        bearing: See `measure_margins`, as place, force, none, margin and zmp_margin.
         place: See above.
         force: See above.
         none: See above.
@@ -279,7 +279,7 @@ def watch(
     Returns:
         The cosine of the trunk's tilt.
     """
-    ground = judge(com, bearing, place, force, none, margin, zmp_margin)
+    ground = measure_margins(com, bearing, place, force, none, margin, zmp_margin)
     copy_vector(com_position, com)
     if counts:
         n = len(recent)

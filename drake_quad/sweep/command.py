@@ -13,9 +13,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from drake_quad.errors import InputError
 from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.sweep.commands import sweep_command
-from drake_quad.sweep.executors import carry_out
+from drake_quad.sweep.executors import run_local
 from drake_quad.sweep.replays import make_replays, otherwise, replayable, replays_in
-from drake_quad.sweep.report import check_page, write_report, write_section
+from drake_quad.sweep.report import check_page, write_section, write_sweep_report
 from drake_quad.sweep.run import CarryOut, run_study
 from drake_quad.sweep.study import Base, Limits, Study
 from drake_quad.sweep.study_loading import load_study
@@ -141,12 +141,12 @@ def run_sweep(
 
     def finish(told: dict[str, Any], trials: pa.Table) -> None:
         bar.end()
-        write_report(study, told, asked.out)
+        write_sweep_report(study, told, asked.out)
         if asked.page is not None:
             _write_section(asked, told, console, stop)
         if asked.replays and not stop():
             _replay(asked, study, base, trials, console, stop)
-            write_report(study, told, asked.out)  # with links to them
+            write_sweep_report(study, told, asked.out)  # with links to them
 
     try:
         told = run_study(
@@ -199,16 +199,16 @@ def _replay(
 
 
 def _crew(asked: Asked, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
-    return lambda trials, work: carry_out(
+    return lambda trials, work: run_local(
         trials, workers=asked.workers, limits=limits, stop=stop, work=work
     )
 
 
 def _cluster(address: str, limits: Limits, console: Console, stop: Callable[[], bool]) -> CarryOut:
-    from drake_quad.sweep.dask_executor import carry_out_on, connect
+    from drake_quad.sweep.dask_executor import connect, run_on_dask
 
     client = connect(address)
     if not client.scheduler_info()["workers"]:
         words = f"{address} has no worker yet: waiting for one (dask worker {address})"
         console.print(words, markup=False, highlight=False, soft_wrap=True)
-    return lambda trials, work: carry_out_on(client, trials, limits=limits, stop=stop, work=work)
+    return lambda trials, work: run_on_dask(client, trials, limits=limits, stop=stop, work=work)

@@ -12,7 +12,14 @@ from rich.console import Console
 from rich.table import Table
 
 from drake_quad.errors import InputError, printable
-from drake_quad.sweep.findings import ENDED, given_up, is_fixed, rate_told, repeats, shared_by
+from drake_quad.sweep.findings import (
+    ENDED,
+    count_duplicates,
+    count_skipped,
+    draws_shared,
+    is_fixed,
+    rate_as_dict,
+)
 from drake_quad.sweep.provenance import bearing
 from drake_quad.sweep.results import (
     FINDINGS,
@@ -64,7 +71,7 @@ class Swept:
     @property
     def sharing(self) -> int:
         """How many trials share each draw: the grid's cells, if draws are common; else 1."""
-        return shared_by(self.study)
+        return draws_shared(self.study)
 
     def success(self) -> dict[int, bool]:
         """Whether each trial succeeded, by index."""
@@ -96,7 +103,7 @@ def swept(table: pa.Table, definition: dict[str, Any]) -> Swept:
     raise ValueError("no study's definition")
 
 
-def differing(one: Swept, other: Swept) -> list[str]:
+def differing_figures(one: Swept, other: Swept) -> list[str]:
     """The fields in which the studies differ, of those that bear on their trials."""
     before, after = (bearing(side.definition) for side in (one, other))
     # A field that one does not have is of a later program, whose default is what was done before.
@@ -128,7 +135,7 @@ def why_apart(one: Swept, other: Swept) -> str:
     return ""
 
 
-def pair(one: Swept, other: Swept) -> tuple[dict[str, Any], Finding]:
+def compare_paired(one: Swept, other: Swept) -> tuple[dict[str, Any], Finding]:
     """The trials that both have and that changed; and whether that could be chance."""
     before, after = one.success(), other.success()
     both = sorted(before.keys() & after.keys())
@@ -149,7 +156,7 @@ def pair(one: Swept, other: Swept) -> tuple[dict[str, Any], Finding]:
     return paired, paired_draws(list(draws.values()))
 
 
-def apart(one: Swept, other: Swept) -> Finding | None:
+def compare_unpaired(one: Swept, other: Swept) -> Finding | None:
     """Whether the rates differ by more than chance; None where no test can tell."""
     sides = [side.success() for side in (one, other)]
     if one.sharing != other.sharing:
@@ -189,9 +196,11 @@ def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
     """
     (one, one_told), (other, other_told) = _side(before), _side(after)
     told: dict[str, Any] = {"before": one_told, "after": other_told}
-    told["differ"] = differing(one, other)
+    told["differ"] = differing_figures(one, other)
     told["unpaired"] = why = why_apart(one, other) or None
-    told["paired"], found = (None, apart(one, other)) if why else pair(one, other)
+    told["paired"], found = (
+        (None, compare_unpaired(one, other)) if why else compare_paired(one, other)
+    )
     told |= {name: getattr(found, name, None) for name in ("test", "unit", "units", "p")}
     told["sharing"] = max(one.sharing, other.sharing)
     told["verdict"] = "cannot be told" if found is None else found.verdict
@@ -305,10 +314,10 @@ def _side(directory: Path) -> tuple[Swept, dict[str, Any]]:
         **{key: found[key] for key in KEPT},
         "trials": len(table),
         "asked": count_trials(whole.study),
-        "given_up": given_up(table),
+        "given_up": count_skipped(table),
         "kinematic": "mode" in table.column_names and "kinematic" in table["mode"].to_pylist(),
         "sharing": whole.sharing,
-        "repeats": repeats(whole.study, table),
-        "rate": rate_told(rate_of(sum(table["success"].to_pylist()), len(table))),
+        "repeats": count_duplicates(whole.study, table),
+        "rate": rate_as_dict(rate_of(sum(table["success"].to_pylist()), len(table))),
         "causes": causes_of(table["outcome"].to_pylist(), table["reason"].to_pylist()),
     }

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from drake_quad.errors import DrakeQuadError, InputError
-from drake_quad.sweep.executors import LOOK_PERIOD, Isolated, Work
+from drake_quad.sweep.executors import LOOK_PERIOD, IsolatedWorker, Work
 from drake_quad.sweep.study import Limits
 from drake_quad.sweep.trials import Trial, lost, work
 
@@ -55,7 +55,7 @@ def connect(address: str) -> Any:
     raise _error(address, f"no scheduler answers: {reason}")
 
 
-def carry_out_on(
+def run_on_dask(
     client: Any,
     trials: Iterable[Trial],
     *,
@@ -133,7 +133,7 @@ def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
     Each sweep has a process of its own: since the last one drake_quad may have been changed. One
     that has had no trial for a while is ended, for nobody tells a worker that a sweep is over.
     """
-    isolated: Isolated | None = getattr(_own, "isolated", None)
+    isolated: IsolatedWorker | None = getattr(_own, "isolated", None)
     idle: threading.Timer | None = getattr(_own, "idle", None)
     if idle is not None:
         idle.cancel()
@@ -144,7 +144,7 @@ def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
         multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
         if isolated is not None:
             isolated.end()
-        isolated = Isolated(recycle=limits.recycle, retries=limits.retries, work=work)
+        isolated = IsolatedWorker(recycle=limits.recycle, retries=limits.retries, work=work)
         _own.isolated, _own.of = isolated, sweep
     result = isolated.run(trial, _given_up())
     _own.idle = threading.Timer(IDLE, isolated.end)

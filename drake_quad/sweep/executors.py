@@ -42,7 +42,7 @@ class ProcessLost(Exception):  # noqa: N818  (whose fault it is is told by the c
         self.code = code
 
 
-class Process:
+class Worker:
     """A process that does trials, seen from outside: what it is told, what it says, how it ended.
 
     All that is known of it comes through one pipe and its exit code, and one thread asks for both,
@@ -142,7 +142,7 @@ def serve(pipe: Connection) -> None:
 # ------------------------------------------------------------------------------------------------
 
 
-__all__ = ["Interrupted", "Isolated", "Work"]
+__all__ = ["Interrupted", "IsolatedWorker", "Work"]
 
 # The signals by which a process ends itself. Any other comes from outside, and is no trial's fault.
 OWN_END = (signal.SIGABRT, signal.SIGSEGV, signal.SIGFPE, signal.SIGBUS, signal.SIGILL)
@@ -157,7 +157,7 @@ class NoTrialsHereError(DrakeQuadError):
     """This machine can do no trial: that is no trial's fault, and the sweep's end."""
 
 
-class Isolated:
+class IsolatedWorker:
     """A process that does trials, one after the other, and is replaced when it is lost or old.
 
     Args:
@@ -168,7 +168,7 @@ class Isolated:
 
     def __init__(self, *, recycle: int, retries: int, work: Work = work) -> None:
         self._recycle, self._retries, self._work = recycle, retries, work
-        self._process: Process | None = None
+        self._process: Worker | None = None
         self._basis: Result | None = None  # of the process, once it has the trial
 
     def run(self, trial: Trial, stop: Callable[[], bool] = lambda: False) -> Result:
@@ -215,7 +215,7 @@ class Isolated:
     def _try(self, trial: Trial, stop: Callable[[], bool]) -> tuple[Result | None, str]:
         """What came of it; or None and why, if the process was ended from outside."""
         if self._process is None:
-            self._process = Process()
+            self._process = Worker()
         process, late = self._process, f"not done after {trial.wall_time:g} s of wall time"
         try:
             process.give(self._work, trial)
@@ -267,7 +267,7 @@ class Isolated:
 # ------------------------------------------------------------------------------------------------
 
 
-def carry_out(
+def run_local(
     trials: Iterable[Trial],
     *,
     workers: int,
@@ -295,7 +295,7 @@ def carry_out(
         return ended.is_set() or stop()
 
     def serve() -> None:
-        isolated = Isolated(recycle=limits.recycle, retries=limits.retries, work=work)
+        isolated = IsolatedWorker(recycle=limits.recycle, retries=limits.retries, work=work)
         try:
             while not halt():
                 with lock:

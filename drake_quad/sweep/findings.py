@@ -11,7 +11,7 @@ import pyarrow as pa
 import yaml
 
 from drake_quad.sweep.results import values_of
-from drake_quad.sweep.sampling import GRID, Draws, axis_values, draw, way_of
+from drake_quad.sweep.sampling import GRID, Draws, axis_values, distribution_of, draw
 from drake_quad.sweep.statistics import Rate, causes_of, rate_of
 from drake_quad.sweep.study import Study, Vary
 from drake_quad.sweep.trials import RANKED_BY, count_trials
@@ -25,7 +25,7 @@ DIGITS = 17  # that tell any two numbers apart
 
 
 @dataclass(frozen=True)
-class Band:
+class Bin:
     """The trials whose value lies within a band, or is one of a grid's.
 
     Attributes:
@@ -43,15 +43,15 @@ class Band:
     rate: Rate
 
 
-def places_of(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarray, list[Any]]:
+def bin_indices(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarray, list[Any]]:
     """Parts values into bands.
 
     Returns:
         The bands' labels; of each value the band's number; of each band its ends, or its value
         twice, or None twice of what is no number.
     """
-    if way_of(vary) in (*GRID, "choice"):
-        known = axis_values(vary) if way_of(vary) in GRID else list(vary.choice or [])
+    if distribution_of(vary) in (*GRID, "choice"):
+        known = axis_values(vary) if distribution_of(vary) in GRID else list(vary.choice or [])
         numbers = all(type(value) in (int, float) for value in known)
         # A table has numbers alone as numbers; beside anything else true, 1 and 1.0 are three.
         keys = [value if numbers else json.dumps(value) for value in known]
@@ -88,9 +88,9 @@ def _whole_bands(
     return [f"{a}" if a == b else f"{a} to {b}" for a, b in ends], places, ends
 
 
-def bands_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list[Band]:
+def bins_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list[Bin]:
     """The rate in each band of what varies."""
-    labels, places, ends = places_of(vary, values)
+    labels, places, ends = bin_indices(vary, values)
     # By band, each in one piece: bands may be ten thousands, and trials a million.
     order = np.argsort(places, kind="stable")
     starts = np.searchsorted(places[order], np.arange(1, len(labels)))
@@ -99,7 +99,7 @@ def bands_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list
         numbers = low is not None and len(own) > 0
         middle = float(np.median([values[k] for k in own])) if numbers else None
         rate = rate_of(sum(success[k] for k in own), len(own))
-        bands.append(Band(label, low, high, middle, rate))
+        bands.append(Bin(label, low, high, middle, rate))
     return bands
 
 
@@ -137,9 +137,9 @@ def worst_of(study: Study, table: pa.Table) -> list[dict[str, Any]]:
     margins, names = _margins(table), ("index", "outcome", "reason", "command")
     labels = []
     for vary in study.vary:
-        if way_of(vary) in GRID:
-            words, places, _ = places_of(vary, values_of(vary, table))
-            before = "" if way_of(vary) == "cases" else f"{vary.title} "
+        if distribution_of(vary) in GRID:
+            words, places, _ = bin_indices(vary, values_of(vary, table))
+            before = "" if distribution_of(vary) == "cases" else f"{vary.title} "
             labels.append([before + words[place] for place in places])
     return [
         {name: table[name][k].as_py() for name in names}
@@ -164,7 +164,7 @@ ENDED = ("timeout", "memory", "killed")  # outcomes of trials that did not end b
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def given_up(table: pa.Table) -> int:
+def count_skipped(table: pa.Table) -> int:
     """How many trials are not done that come before one that is.
 
     Trials begin in order. Of those under way when a sweep is stopped the ones that end early are
@@ -174,7 +174,7 @@ def given_up(table: pa.Table) -> int:
     return max(indices, default=-1) + 1 - len(indices)
 
 
-def repeats(study: Study, table: pa.Table) -> int:
+def count_duplicates(study: Study, table: pa.Table) -> int:
     """How many trials are another one of their cell over again, but for a seed that nothing reads.
 
     Of a study that draws anything there are none: a draw that comes twice is evidence as others.
@@ -217,7 +217,7 @@ def _reads_seed(scenario: str) -> bool:
 # ------------------------------------------------------------------------------------------------
 
 
-def shared_by(study: Study) -> int:
+def draws_shared(study: Study) -> int:
     """How many trials share each of its draws."""
     return Draws(study).cells if study.draws == "common" else 1
 
@@ -227,7 +227,7 @@ def shared_by(study: Study) -> int:
 # ------------------------------------------------------------------------------------------------
 
 
-def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
+def summarize_sweep(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
     """The findings of a sweep.
 
     Args:
@@ -251,11 +251,11 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
         "trials": len(success),
         "asked": asked,
         "complete": complete,
-        "given_up": given_up(table),
-        "repeats": repeats(study, table),
-        "sharing": shared_by(study),
+        "given_up": count_skipped(table),
+        "repeats": count_duplicates(study, table),
+        "sharing": draws_shared(study),
         "kinematic": "kinematic" in table["mode"].to_pylist(),
-        "rate": rate_told(total),
+        "rate": rate_as_dict(total),
         "gate": gate,
         "gate_each": each,
         "gate_untried": untried if complete else [],
@@ -277,7 +277,7 @@ def tell(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
     }
 
 
-def rate_told(rate: Rate) -> dict[str, Any]:
+def rate_as_dict(rate: Rate) -> dict[str, Any]:
     """A rate as plain values."""
     return {**asdict(rate), "rate": None if not rate.trials else rate.rate, "text": rate.text()}
 
@@ -287,16 +287,16 @@ def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
     by_name = study.by_name()
     if study.maps:
         return [(by_name[one], by_name[other]) for one, other in study.maps]
-    axes = [vary for vary in study.vary if way_of(vary) in GRID]
+    axes = [vary for vary in study.vary if distribution_of(vary) in GRID]
     return [(axes[0], axes[1])] if len(axes) > 1 else []
 
 
-def _bands(vary: Vary, table: pa.Table) -> list[Band]:
-    return bands_of(vary, values_of(vary, table), table["success"].to_pylist())
+def _bands(vary: Vary, table: pa.Table) -> list[Bin]:
+    return bins_of(vary, values_of(vary, table), table["success"].to_pylist())
 
 
-def _band(band: Band) -> dict[str, Any]:
-    told = rate_told(band.rate)
+def _band(band: Bin) -> dict[str, Any]:
+    told = rate_as_dict(band.rate)
     bounds = {"bound_low": told.pop("low"), "bound_high": told.pop("high")}
     ends = {"low": band.low, "high": band.high, "middle": band.middle}
     return {"label": band.label, **ends, **told, **bounds}
@@ -304,7 +304,9 @@ def _band(band: Band) -> dict[str, Any]:
 
 def _map(study: Study, pair: tuple[Vary, Vary], table: pa.Table) -> dict[str, Any]:
     """Good and all trials of each cell; rows are the second's bands."""
-    (x_labels, x, _), (y_labels, y, _) = (places_of(vary, values_of(vary, table)) for vary in pair)
+    (x_labels, x, _), (y_labels, y, _) = (
+        bin_indices(vary, values_of(vary, table)) for vary in pair
+    )
     good = np.asarray(table["success"].to_pylist(), dtype=bool)
     cells, size = y * len(x_labels) + x, len(x_labels) * len(y_labels)
     shape = len(y_labels), len(x_labels)

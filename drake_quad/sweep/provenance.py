@@ -13,7 +13,7 @@ from typing import Any
 
 import drake_quad
 from drake_quad.robot.loader import robot_digest
-from drake_quad.sweep.sampling import extremes
+from drake_quad.sweep.sampling import support_of
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.study_loading import as_plain, overrides_of
 
@@ -82,7 +82,7 @@ def robots_of(study: Study, base: Base) -> list[str]:
     """The digests of all robots that a checked study has."""
     models = {base.load(study.set).robot.model}
     for vary in study.vary:
-        for value in extremes(vary):
+        for value in support_of(vary):
             own = overrides_of(vary, value)
             if any(text.lstrip().startswith("robot") for text in own):
                 models.add(base.load([*study.set, *own]).robot.model)

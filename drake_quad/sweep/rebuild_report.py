@@ -8,9 +8,9 @@ import pyarrow as pa
 
 from drake_quad.errors import InputError
 from drake_quad.sweep.commands import base_in, study_in, sweep_command, with_commands
-from drake_quad.sweep.findings import tell
+from drake_quad.sweep.findings import summarize_sweep
 from drake_quad.sweep.journal import NAME as JOURNAL
-from drake_quad.sweep.report import check_page, write_report, write_section
+from drake_quad.sweep.report import check_page, write_section, write_sweep_report
 from drake_quad.sweep.results import (
     CLOCK,
     CLOCK_COLUMNS,
@@ -21,10 +21,10 @@ from drake_quad.sweep.results import (
     TRIALS,
     Kind,
     check_column,
-    check_told,
     read_definition,
     read_plain,
     read_table,
+    validate_results,
 )
 from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import study_from
@@ -47,7 +47,7 @@ COMMAND: dict[str, Kind] = {  # which findings of before 3f6ff50 do not have
 }
 
 
-def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
+def rebuild_report(directory: Path, page: Path | None = None) -> dict[str, Any]:
     """Writes report.html of a finished sweep again, and its section of a page.
 
     What is told is of its tables and of the commit that made them, whatever the program is now.
@@ -74,10 +74,10 @@ def tell_again(directory: Path, page: Path | None = None) -> dict[str, Any]:
     base = base_in(read_plain(directory, STUDY, {}), str(directory / STUDY))
     clock = _read_clock(directory)
     table = read_table(directory)
-    check_told(study, table, str(directory / TRIALS))
+    validate_results(study, table, str(directory / TRIALS))
     table = with_commands(table, base, str(directory / TRIALS))
-    told = {**kept, **tell(study, table, clock)}
-    write_report(study, told, directory)
+    told = {**kept, **summarize_sweep(study, table, clock)}
+    write_sweep_report(study, told, directory)
     if page is not None:
         write_section(
             page, told, told.get("command", sweep_command(f"studies/{name}.yaml", None)), name

@@ -8,9 +8,9 @@ import pyarrow as pa
 
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.report.lcm_replay import write_scene_log
-from drake_quad.report.page import REPORT, build_report
+from drake_quad.report.page import REPORT, write_report
 from drake_quad.runs.result import write_files
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 from drake_quad.sweep.findings import worst_first
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.trials import TRIALS_DIRECTORY, directory_of, make_trials
@@ -76,7 +76,7 @@ def make_replays(
             continue
         (trial,) = make_trials(study, base, first=index, last=index + 1)
         try:
-            result = run(base.load(list(trial.overrides)), source=base.name, stop=stop)
+            result = simulate(base.load(list(trial.overrides)), source=base.name, stop=stop)
         except (InputError, PlanningError) as error:
             without[index] = str(error)
             continue
@@ -86,6 +86,6 @@ def make_replays(
         directory.mkdir(parents=True, exist_ok=True)
         write_files(result, result.scenario, directory)
         write_scene_log(directory)
-        build_report(directory)  # the last: by it the files are taken for whole
+        write_report(directory)  # the last: by it the files are taken for whole
         made.append(index)
     return made, without

@@ -27,7 +27,7 @@ from drake_quad.util.input_files import MOST_TEXT, read_given_text
 # ------------------------------------------------------------------------------------------------
 
 
-def write_report(study: Study, told: dict[str, Any], out: Path) -> None:
+def write_sweep_report(study: Study, told: dict[str, Any], out: Path) -> None:
     """Writes report.html into `out`, the sweep's directory, where its table is.
 
     Trials that were run again into the directory that their command names are linked.

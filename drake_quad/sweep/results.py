@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from drake_quad.errors import InputError, brief
 from drake_quad.scenario.load import scenario_text
 from drake_quad.sweep.journal import NAME as JOURNAL
-from drake_quad.sweep.sampling import GRID, extremes, way_of
+from drake_quad.sweep.sampling import GRID, distribution_of, support_of
 from drake_quad.sweep.study import Base, Study, Vary
 from drake_quad.sweep.study_loading import FREE, LONGEST_AXIS, MOST_WHOLE
 from drake_quad.sweep.trials import RANKED_BY, Trial, count_trials, figures_of, make_trials, repeat
@@ -61,7 +61,7 @@ def fitting(study: Study) -> Callable[[Result], bool]:
     return fits
 
 
-def make_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
+def trials_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
     """One row a trial that is done, by index, of nothing that another run would have otherwise.
 
     Args:
@@ -99,7 +99,7 @@ def make_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
     )
 
 
-def make_clock(done: dict[int, Result]) -> pa.Table:
+def clock_table(done: dict[int, Result]) -> pa.Table:
     """Seconds, memory [GiB], process and tries of each trial: of this sweep alone.
 
     What a journal of an older program does not have is missing.
@@ -129,7 +129,7 @@ def write_tables(
                 remedy="the line of that index is no result of the study: remove it, and go on "
                 "with --resume",
             )
-    trials, clock = make_table(study, base, done), make_clock(done)
+    trials, clock = trials_table(study, base, done), clock_table(done)
     for name, table in ((CLOCK, clock), (TRIALS, trials)):
         write_whole(out / name, partial(pq.write_table, table, compression="zstd"))
     return trials, clock
@@ -145,7 +145,7 @@ def _scenario_of(trial: Trial) -> str | None:
 
 def type_of(vary: Vary) -> pa.DataType:
     """Of the column; what is not a number is written as JSON."""
-    way = way_of(vary)
+    way = distribution_of(vary)
     if way in ("uniform", "log_uniform", "normal", "linspace"):
         return pa.float64()
     if way == "integers":
@@ -362,7 +362,7 @@ def values_of(vary: Vary, table: pa.Table) -> list[Any]:
 # ------------------------------------------------------------------------------------------------
 
 
-def check_told(study: Study, table: pa.Table, source: str) -> None:
+def validate_results(study: Study, table: pa.Table, source: str) -> None:
     """Sees that a table that was read is the study's, in all that `tell` reads.
 
     Args:
@@ -399,8 +399,8 @@ def check_told(study: Study, table: pa.Table, source: str) -> None:
 
 def _check_varied(vary: Vary, table: pa.Table, name: str, source: str) -> None:
     """Sees that the values of a column are such as the study has."""
-    values, known = table[name].to_pylist(), extremes(vary)
-    if way_of(vary) in (*GRID, "choice"):
+    values, known = table[name].to_pylist(), support_of(vary)
+    if distribution_of(vary) in (*GRID, "choice"):
         keys = {json.dumps(one) for one in known} if type_of(vary) == pa.string() else {*known}
         wrong = [value for value in values if value not in keys]
         what = f"must be one of {brief(known)}"

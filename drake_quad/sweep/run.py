@@ -12,7 +12,7 @@ import pyarrow as pa
 from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.robot.loader import robot_digest
 from drake_quad.sweep.executors import Work
-from drake_quad.sweep.findings import tell
+from drake_quad.sweep.findings import summarize_sweep
 from drake_quad.sweep.journal import Journal
 from drake_quad.sweep.provenance import MODELS, commit, describe, own_versions, robots_of
 from drake_quad.sweep.results import CLOCK, FINDINGS, REPORT, STUDY, TRIALS, fitting, write_tables
@@ -119,7 +119,7 @@ def run_study(
             note(index, result, len(journal.done), max(of, len(journal.done)))
         trials, clock = write_tables(study, base, journal.done, out)
         findings = {
-            **tell(study, trials, clock),
+            **summarize_sweep(study, trials, clock),
             "elapsed": time.perf_counter() - begun,
             "commit": made_of,
             "command": command,

@@ -14,7 +14,7 @@ GRID = ("values", "linspace", "cases")
 Value = Any  # what a scenario's field can hold: a number, text, a list, ...
 
 
-def way_of(vary: Vary) -> str:
+def distribution_of(vary: Vary) -> str:
     """Which of DRAWN and GRID is given; of a checked one there is just one."""
     return next(way for way in (*DRAWN, *GRID) if getattr(vary, way) is not None)
 
@@ -72,11 +72,11 @@ def multiples_within(ends: Sequence[float], step: float) -> range:
     return range(ceil(low), floor(high) + 1)
 
 
-def extremes(vary: Vary) -> list[Value]:
+def support_of(vary: Vary) -> list[Value]:
     """Values that stand for all that it can have: both ends, or each of a list."""
     if vary.choice is not None:
         return list(vary.choice)
-    if way_of(vary) in GRID:
+    if distribution_of(vary) in GRID:
         return axis_values(vary)
     return [draw(vary, 0.0), draw(vary, 1.0 - 2.0**-53)]
 
@@ -93,8 +93,8 @@ class Draws:
 
     def __init__(self, study: Study) -> None:
         self.study = study
-        self.axes = [vary for vary in study.vary if way_of(vary) in GRID]
-        self.drawn = [vary for vary in study.vary if way_of(vary) in DRAWN]
+        self.axes = [vary for vary in study.vary if distribution_of(vary) in GRID]
+        self.drawn = [vary for vary in study.vary if distribution_of(vary) in DRAWN]
         self._values = [axis_values(vary) for vary in self.axes]
         self.cells = int(np.prod([len(v) for v in self._values], dtype=np.int64))
         self.count = self.cells * study.trials  # of all trials

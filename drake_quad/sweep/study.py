@@ -60,7 +60,7 @@ class Vary:
 
 
 @dataclass
-class Bound:
+class SuccessBound:
     """A bound on a figure that a trial must keep to count as a success.
 
     Attributes:
@@ -132,7 +132,7 @@ class Study:
     seed: int = 0
     sampling: str = "random"
     draws: str = "independent"
-    success: list[Bound] = field(default_factory=list)
+    success: list[SuccessBound] = field(default_factory=list)
     figures: list[str] = field(default_factory=list)
     maps: list[list[str]] = field(default_factory=list)
     limits: Limits = field(default_factory=Limits)

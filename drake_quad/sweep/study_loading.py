@@ -21,11 +21,11 @@ from drake_quad.sweep.sampling import (
     Draws,
     Value,
     axis_values,
-    extremes,
+    distribution_of,
     multiples_within,
-    way_of,
+    support_of,
 )
-from drake_quad.sweep.study import Base, Bound, Gate, Limits, Study, Vary, find_base
+from drake_quad.sweep.study import Base, Gate, Limits, Study, SuccessBound, Vary, find_base
 from drake_quad.util.files import user_path
 from drake_quad.util.input_files import MOST_YAML, read_given_text
 from drake_quad.util.schema import conform
@@ -230,7 +230,7 @@ def _check_counts(study: Study, fail: Fail) -> None:
     """Trials are neither none nor too many, nor all the same."""
     if study.trials < 1:
         raise fail("trials", study.trials, "must be 1 or more")
-    grid = [vary for vary in study.vary if way_of(vary) in GRID]
+    grid = [vary for vary in study.vary if distribution_of(vary) in GRID]
     if len(grid) > MOST_AXES:
         raise fail("vary", f"{len(grid)} axes", f"a grid has at most {MOST_AXES}")
     if study.trials > 1 and len(grid) == len(study.vary) and _seeds(study):
@@ -329,7 +329,7 @@ def parse_study(text: str, *, source: str) -> Study:
     varies = plain.pop("vary", [])
     study = Study(
         vary=[Vary(**{**one, **more}) for one, more in zip(varies, free, strict=True)],
-        success=[Bound(**bound) for bound in plain.pop("success", [])],
+        success=[SuccessBound(**bound) for bound in plain.pop("success", [])],
         limits=Limits(**plain.pop("limits", {})),
         gate=Gate(**plain.pop("gate", {})),
         **plain,
@@ -349,7 +349,7 @@ def check_against(study: Study, base: Base, *, source: str) -> None:
     """
     base.load(study.set)
     for k, vary in enumerate(study.vary):
-        for value in _spread(extremes(vary), MOST_TRIED // len(study.vary)):
+        for value in _spread(support_of(vary), MOST_TRIED // len(study.vary)):
             try:
                 base.load([*study.set, *overrides_of(vary, value)])
             except InputError as error:
@@ -402,7 +402,7 @@ def study_from(plain: dict[str, Any], *, source: str) -> Study:
     try:
         more = {
             "vary": [Vary(**one) for one in plain["vary"]],
-            "success": [Bound(**one) for one in plain["success"]],
+            "success": [SuccessBound(**one) for one in plain["success"]],
             "limits": Limits(**plain["limits"]),
             "gate": Gate(**plain["gate"]),
         }

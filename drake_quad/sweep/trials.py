@@ -20,7 +20,7 @@ from drake_quad.gait_design.designer import design_scenario
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import parse_override, scenario_text
 from drake_quad.sweep.sampling import Draws
-from drake_quad.sweep.study import Base, Bound, Study
+from drake_quad.sweep.study import Base, Study, SuccessBound
 from drake_quad.sweep.study_loading import overrides_of
 
 # ------------------------------------------------------------------------------------------------
@@ -66,7 +66,7 @@ class Trial:
     base: Base
     overrides: tuple[str, ...]
     figures: tuple[str, ...]
-    success: tuple[Bound, ...]
+    success: tuple[SuccessBound, ...]
     wall_time: float
     memory: float
 
@@ -248,7 +248,7 @@ def work(trial: Trial) -> Result:
     # Here: a process that only reads results need not wait for these.
     from drake_quad.robot.loader import robot_digest
     from drake_quad.scenario.load import scenario_text
-    from drake_quad.simulation.run import run
+    from drake_quad.simulation.run import simulate
 
     begun = time.perf_counter()
     summary: dict[str, Any] = {}
@@ -260,7 +260,7 @@ def work(trial: Trial) -> Result:
         source = trial.base.name
         scenario = designed(scenario, source)
         text = scenario_text(scenario)  # with the gait that walks
-        result = run(scenario, source=source)
+        result = simulate(scenario, source=source)
         summary, outcome, reason = result.summary, result.outcome, result.reason
         if outcome == "stopped" and any(word in reason for word in NO_MEMORY):
             outcome = "memory"

@@ -13,11 +13,11 @@ from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.systems.leaf_system import (
-    DeclareScratch,
+    DeclareModelContext,
     DeclareStateOutput,
     DeclareVectorOfEntry,
     DeclareVectors,
-    EvalScratch,
+    EvalModelContext,
     EvalVectors,
     Vectors,
 )
@@ -76,7 +76,7 @@ class ContactMonitor(LeafSystem):
             self._state_port = self.DeclareVectorInputPort(
                 "plant_state", plant.num_positions() + plant.num_velocities()
             )
-            self._scratch = DeclareScratch(self, plant)
+            self._scratch = DeclareModelContext(self, plant)
         held = ("contact_state_measured", "foot_force_measured", *(name for name, _ in OUTPUTS[2:]))
         self._outputs = [
             DeclareStateOutput(self, name, size)
@@ -120,7 +120,7 @@ class ContactMonitor(LeafSystem):
         self, results: ContactResults, sums: FloatArray, state: FloatArray, context: Context
     ) -> None:
         """Adds the hydroelastic contacts: of each its force, at its surface's centroid."""
-        feet, plant, scratch = self._feet, self._plant, EvalScratch(self._scratch, context)
+        feet, plant, scratch = self._feet, self._plant, EvalModelContext(self._scratch, context)
         plant.SetPositionsAndVelocities(scratch, state)
         for k in range(results.num_hydroelastic_contacts()):
             info = results.hydroelastic_contact_info(k)

@@ -15,7 +15,7 @@ from drake_quad.errors import InputError
 from drake_quad.estimation.settings import EstimatorSettings
 from drake_quad.planning.motion_plan import Stance, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.recovery_step import CatchGround
+from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.systems.gait_scheduler import GaitScheduler
@@ -94,7 +94,7 @@ def MakeController(
     """
     layout = make_layout(model, robot)
     builder = DiagramBuilder()
-    ground = CatchGround(course, robot.foot_radius)
+    ground = StepTargetMap(course, robot.foot_radius)
     reflex = Reflex(robot=robot, ground=ground, push_speed=control.push_speed)
     scheduler = builder.AddNamedSystem(
         "gait_scheduler",

@@ -7,14 +7,14 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.gait_clock import (
     SEGMENT,
+    advance_if_uneventful,
     begin_task,
     clock_rate,
-    is_shaken,
-    run_on,
+    is_off_plan,
     set_clock,
 )
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Catch, GaitPhase, Mode
-from drake_quad.control.push_recovery import Reflex, calm, choose, disturbed
+from drake_quad.control.push_recovery import Reflex, choose_swing_foot, has_settled, needs_recovery
 from drake_quad.control.settings import ControlSettings
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
@@ -83,7 +83,7 @@ class GaitScheduler(LeafSystem):
         until = plan.segments[segment].end
         balance = self._balance_port.Eval(context)
         guarded = self._control.margin_demanded > 0.0
-        if not guarded and run_on(
+        if not guarded and advance_if_uneventful(
             values, plan.phases, plan.index, until, self._period, balance, self._control.push_speed
         ):
             return EventStatus.Succeeded()
@@ -118,7 +118,7 @@ class GaitScheduler(LeafSystem):
         if (
             self._may_pause
             and shaken <= self._control.patience
-            and is_shaken(balance, since=shaken, push_speed=self._control.push_speed)
+            and is_off_plan(balance, since=shaken, push_speed=self._control.push_speed)
         ):
             phase[GaitPhase.WAITED] += self._period
             state.set_value(self._shaken, [shaken + self._period])
@@ -166,7 +166,7 @@ class GaitScheduler(LeafSystem):
         balance = self._balance_port.Eval(context)
         bearing = self._contact_port.Eval(context)
         current = plan.contacts.phase(phase[GaitPhase.TIME])
-        if not disturbed(self._reflex, balance, bearing, current.standing):
+        if not needs_recovery(self._reflex, balance, bearing, current.standing):
             return False
         self._catch_with(state, phase, balance, current.standing, current.step)
         return True
@@ -180,7 +180,7 @@ class GaitScheduler(LeafSystem):
         step: Step | None,
     ) -> None:
         assert self._reflex is not None
-        catch = choose(self._reflex, balance, standing, step)
+        catch = choose_swing_foot(self._reflex, balance, standing, step)
         state.set_value(self._catch, catch)
         phase[GaitPhase.MODE] = float(Mode.CATCH if catch[Catch.LEG] else Mode.SETTLE)
         phase[GaitPhase.RATE] = 0.0
@@ -210,11 +210,11 @@ class GaitScheduler(LeafSystem):
             state.set_value(self._phase, phase)
             return EventStatus.Succeeded()
         everyone = np.ones(4, dtype=bool)
-        if disturbed(self._reflex, balance, bearing, everyone):
+        if needs_recovery(self._reflex, balance, bearing, everyone):
             self._catch_with(state, phase, balance, everyone, None)
             if phase[GaitPhase.MODE] == Mode.CATCH:
                 return EventStatus.Succeeded()
-        waiting = waiting + self._period if calm(balance, bearing) else 0.0
+        waiting = waiting + self._period if has_settled(balance, bearing) else 0.0
         catch[Catch.ELAPSED] += self._period
         state.set_value(self._catch, catch)
         # One that never comes quite to rest, a foot in the air perhaps, is to go on all the same.

@@ -8,7 +8,7 @@ from drake_quad.common import GRAVITY, Vector
 from drake_quad.control.base_tracking import rotation_error
 from drake_quad.control.kernel_state import Record, fields_of
 from drake_quad.control.settings import ControlSettings
-from drake_quad.planning.contact_forces import distribute
+from drake_quad.planning.contact_forces import distribute_wrench
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.tracking_controller import Effort, Tick, TrackingController
@@ -46,7 +46,7 @@ class IkController(TrackingController):
         feet, load = measured.feet, target.load
         # The shares need three feet: thrown off some of them, all are to be ready.
         load = load if np.sum(load > LEAST_LOAD) > 2 else np.ones(4)
-        forces = distribute(
+        forces = distribute_wrench(
             self._force(measured, target),
             self._moment(measured, target),
             [(fx - cx, fy - cy, fz - cz) for fx, fy, fz in feet.place.tolist()],

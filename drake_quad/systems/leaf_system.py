@@ -25,7 +25,7 @@ from drake_quad.common import FloatArray
 # ------------------------------------------------------------------------------------------------
 
 
-def DeclareScratch(
+def DeclareModelContext(
     system: LeafSystem, model: MultibodyPlant, more: Callable[[], Any] | None = None
 ) -> CacheEntry:
     """Declares the cache entry; read it with EvalScratch.
@@ -47,7 +47,7 @@ def DeclareScratch(
     )
 
 
-def EvalScratch(entry: CacheEntry, context: Context) -> Any:
+def EvalModelContext(entry: CacheEntry, context: Context) -> Any:
     """Returns the model plant's Context that belongs to `context`; its contents are anyone's.
 
     With `more` the two of them.

@@ -9,14 +9,21 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_quad.common import FloatArray
 from drake_quad.robot.state import StateLayout
 from drake_quad.stability.equilibrium_region import AT_REST, HULL
-from drake_quad.stability.margins import FALL_TIME, FALLEN_TILT, Gauge, Margins, Posture, demand_of
-from drake_quad.stability.support_polygon import judge, watch
+from drake_quad.stability.margins import (
+    FALL_TIME,
+    FALLEN_TILT,
+    MarginEstimator,
+    Margins,
+    Posture,
+    demand_of,
+)
+from drake_quad.stability.support_polygon import measure_margins, watch_margins
 from drake_quad.systems.leaf_system import (
-    DeclareScratch,
+    DeclareModelContext,
     DeclareStateOutput,
     DeclareVectorOfEntry,
     DeclareVectors,
-    EvalScratch,
+    EvalModelContext,
     Vectors,
 )
 
@@ -52,7 +59,7 @@ class StabilityMonitor(LeafSystem):
         period: float = 0.005,
         tilt_limit: float = FALLEN_TILT,
         height_limit: float = 0.25,
-        gauge: Gauge | None = None,
+        gauge: MarginEstimator | None = None,
         gauge_period: float = 0.1,
         window: int = 1,
     ) -> None:
@@ -74,7 +81,7 @@ class StabilityMonitor(LeafSystem):
         self._fallen = int(self.DeclareDiscreteState(2))
         # When; then about the centre of mass, angular and linear. Nan until there is one.
         self._momentum = self.DeclareDiscreteState(np.full(7, np.nan))
-        self._scratch = DeclareScratch(self, model)
+        self._scratch = DeclareModelContext(self, model)
         inputs = (self._state_port, self._contact_port, self._position_port, self._force_port)
         now = DeclareVectors(self, (1, 1, 3), self._calc_now, {port.ticket() for port in inputs})
         for row, (name, size) in enumerate(
@@ -89,11 +96,11 @@ class StabilityMonitor(LeafSystem):
 
     def _calc_now(self, context: Context, outputs: Vectors) -> None:
         margin, zmp_margin, com = outputs
-        scratch = EvalScratch(self._scratch, context)
+        scratch = EvalModelContext(self._scratch, context)
         x = self._state_port.Eval(context)
         self._model.SetPositions(scratch, x[: self._layout.num_positions])
         com[:] = self._model.CalcCenterOfMassPositionInWorld(scratch)
-        judge(
+        measure_margins(
             com, self._contact_port.Eval(context), self._position_port.Eval(context),
             self._force_port.Eval(context), NO_SUPPORT, margin, zmp_margin,
         )  # fmt: skip
@@ -102,12 +109,12 @@ class StabilityMonitor(LeafSystem):
         x = self._state_port.Eval(context)
         if not isfinite(x.sum()):  # what is not spoils the sum
             return EventStatus.ReachedTermination(self, "stopped: the robot's state is not finite")
-        scratch = EvalScratch(self._scratch, context)
+        scratch = EvalModelContext(self._scratch, context)
         self._model.SetPositions(scratch, x[: self._layout.num_positions])
         com = self._model.CalcCenterOfMassPositionInWorld(scratch)
         value = state.get_mutable_value  # begins as a copy of the Context's: the kernel goes on
         fallen = value(self._fallen)
-        upright = watch(
+        upright = watch_margins(
             x, self._base, com, self._contact_port.Eval(context),
             self._position_port.Eval(context), self._force_port.Eval(context), NO_SUPPORT,
             context.get_time() > FIRST * self._period, self._period, self._tilt, self._height,
@@ -130,7 +137,7 @@ class StabilityMonitor(LeafSystem):
         if not isfinite(x.sum()) or t < FIRST * self._period:
             return
         assert self._gauge is not None
-        model, scratch = self._model, EvalScratch(self._scratch, context)
+        model, scratch = self._model, EvalModelContext(self._scratch, context)
         model.SetPositionsAndVelocities(scratch, x)
         com = model.CalcCenterOfMassPositionInWorld(scratch)
         whole = model.CalcSpatialMomentumInWorldAboutPoint(scratch, com)

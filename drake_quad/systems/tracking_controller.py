@@ -14,12 +14,12 @@ from drake_quad.control.kernel_state import MEMORY_SIZE, WORK, Records, new_memo
 from drake_quad.control.measurement import measure
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
 from drake_quad.control.settings import ControlSettings
-from drake_quad.control.tracking import MODE, RUN, command, follow
+from drake_quad.control.tracking import MODE, RUN, compute_commands, compute_targets
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
-from drake_quad.systems.leaf_system import DeclareScratch, DeclareStateOutput, EvalScratch
+from drake_quad.systems.leaf_system import DeclareModelContext, DeclareStateOutput, EvalModelContext
 from drake_quad.terrain.course import Course
 
 
@@ -112,7 +112,7 @@ class TrackingController(LeafSystem):
         self._memory = int(self.DeclareDiscreteState(MEMORY_SIZE))
         default = model.GetPositionsAndVelocities(model.CreateDefaultContext())
         self._last = int(self.DeclareDiscreteState(default))
-        self._scratch = DeclareScratch(self, model, lambda: new_record(WORK))
+        self._scratch = DeclareModelContext(self, model, lambda: new_record(WORK))
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
         self.DeclarePeriodicDiscreteUpdateEvent(control.period, 0.0, self._update)
 
@@ -140,12 +140,12 @@ class TrackingController(LeafSystem):
     def _update(self, context: Context, state: DiscreteValues) -> None:
         plan: MotionPlan = self._plan_port.Eval(context)
         phase = self._phase_port.Eval(context)
-        scratch, work = EvalScratch(self._scratch, context)
+        scratch, work = EvalModelContext(self._scratch, context)
         constants, model, body = self._constants, self._model, plan.body
         # `state` begins as a copy of the Context's values: the kernels go on from it in place.
         value = state.get_mutable_value
         last = value(self._last)
-        follow(
+        compute_targets(
             body.control, body.knot, plan.phases, plan.duration, plan.index, plan.revision, phase,
             self._catch_port.Eval(context), self._contact_port.Eval(context),
             self._state_port.Eval(context), constants, value(self._memory), last, work,
@@ -154,7 +154,7 @@ class TrackingController(LeafSystem):
         model.SetPositionsAndVelocities(scratch, last)
         tick = Tick(scratch, bool(phase[MODE] == RUN), work)
         torque, com = self._calc_torque(context, state, tick)
-        command(
+        compute_commands(
             torque, com, constants, work, value(self._target),
             value(self._torque), value(self._body), value(self._feet), value(self._balance),
         )  # fmt: skip

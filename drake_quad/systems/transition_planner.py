@@ -11,7 +11,7 @@ from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.errors import PlanningError
 from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.replan import on_map, resume_task
+from drake_quad.planning.replan import project_to_map, replan_task
 from drake_quad.planning.task import plan_task
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.model import RobotModel
@@ -122,7 +122,7 @@ class TransitionPlanner(LeafSystem):
         for body in (told, amidst):
             try:
                 stance = Stance(body, feet)
-                return resume_task(self._robot, self._course, self._settings, plan, t, stance)
+                return replan_task(self._robot, self._course, self._settings, plan, t, stance)
             except PlanningError as problem:
                 first = first or problem
         assert first is not None
@@ -136,7 +136,7 @@ class TransitionPlanner(LeafSystem):
 
     def _feet_on_map(self, context: Context) -> FloatArray:
         """The same, had the map's ground been found where they stand."""
-        return on_map(self._course, self._feet(context), self._robot.foot_radius)
+        return project_to_map(self._course, self._feet(context), self._robot.foot_radius)
 
     def _keep(self, context: Context, state: State, plan: MotionPlan) -> None:
         """Makes `plan` the one that is followed, and history."""

@@ -33,7 +33,7 @@ LEVEL_MIN = 0.3  # [m] of level ground that must be left between flights
 
 
 @dataclass(eq=False)
-class Group:
+class RiserGroup:
     """Flights of one lane with no level ground between: intervals `first` to `last`.
 
     Attributes:
@@ -55,10 +55,10 @@ class Group:
     yaw: float = 0.0
 
 
-def find_groups(course: Course) -> list[Group]:
+def find_groups(course: Course) -> list[RiserGroup]:
     """The flights in walking order, those that meet put together."""
     elements = list(dict.fromkeys(box.element for box in course.boxes if "_tread_" in box.name))
-    groups: list[Group] = []
+    groups: list[RiserGroup] = []
     for index, lane in enumerate(course.lanes):
         for k, flight in enumerate(lane.flights):
             element = elements.pop(0)
@@ -68,7 +68,7 @@ def find_groups(course: Course) -> list[Group]:
                 before.flights.append(k)
                 before.elements.append(element)
             else:
-                groups.append(Group(index, flight.first, flight.last, [k], [element]))
+                groups.append(RiserGroup(index, flight.first, flight.last, [k], [element]))
     return groups
 
 
@@ -78,7 +78,7 @@ def aside(lane: Lane, interval: int, yaw: float) -> float:
 
 
 def moved_breaks(
-    lane: Lane, index: int, groups: list[Group], run: float, source: str
+    lane: Lane, index: int, groups: list[RiserGroup], run: float, source: str
 ) -> FloatArray:
     """The breaks of lane `index` with its risers where they cross the middle line [m].
 
@@ -95,7 +95,7 @@ def moved_breaks(
         new = old - middle + run * (np.arange(n + 1) - 0.5 * n)
         if np.min(np.diff(new)) < RUN_MIN:
             remedy = f"leaves a tread less than {RUN_MIN} m deep"
-            raise world_error(source, "run_error", float(np.min(np.diff(new))), remedy)
+            raise map_error(source, "run_error", float(np.min(np.diff(new))), remedy)
         straight[part] = middle + group.position + new
         breaks[part] = middle + group.position + new / np.cos(group.yaw)
     for group in own:
@@ -112,12 +112,12 @@ def _check_left(field: str, left: float, least: float, source: str) -> None:
     """Raises if less level ground is left straight than the least, on which aprons lie."""
     if left < least:
         remedy = f"leaves {max(left, 0.0):.2f} m of level ground beside a flight"
-        raise world_error(source, field, left, f"{remedy}: at least {least:.2f} m")
+        raise map_error(source, field, left, f"{remedy}: at least {least:.2f} m")
 
 
 def moved_heights(
     course: Course,
-    groups: list[Group],
+    groups: list[RiserGroup],
     rise: float,
     tread: float,
     generator: np.random.Generator,
@@ -146,7 +146,7 @@ def moved_heights(
             if least < RISE_MIN + flight.thickness:
                 field = "rise_error" if tread == 0.0 else "tread_error"
                 remedy = f"leaves a step with a rise of {least:.3f} m"
-                raise world_error(source, field, least, remedy)
+                raise map_error(source, field, least, remedy)
             offset, done = float(own[-1]), flight.last + 1
             after[next(elements)] = offset
         new[done:] += offset
@@ -155,7 +155,7 @@ def moved_heights(
     return heights, {k: after[max(e for e in after if e < k)] for k in others}
 
 
-def refuse_slopes(course: Course, groups: list[Group], source: str) -> None:
+def refuse_slopes(course: Course, groups: list[RiserGroup], source: str) -> None:
     """Raises where a flight has a slope right beside it: no level ground that can give way."""
     for group in groups:
         kinds = course.lanes[group.lane].kinds
@@ -170,7 +170,7 @@ def refuse_slopes(course: Course, groups: list[Group], source: str) -> None:
                 )
 
 
-def world_error(source: str, field: str, value: float, remedy: str) -> InputError:
+def map_error(source: str, field: str, value: float, remedy: str) -> InputError:
     """The error at a field of the world, with the figure that it leads to."""
     return InputError(source=source, field=f"world.{field}", value=round(value, 4), remedy=remedy)
 
@@ -184,7 +184,7 @@ def world_error(source: str, field: str, value: float, remedy: str) -> InputErro
 def laid_boxes(
     course: Course,
     lanes: tuple[Lane, ...],
-    groups: list[Group],
+    groups: list[RiserGroup],
     offsets: dict[int, float],
     bottom: float,
 ) -> list[Box]:
@@ -246,7 +246,7 @@ def _flight_slabs(lane: Lane, flight: Flight, element: int) -> list[Slab]:
     return slabs
 
 
-def _join_before(boxes: list[Box], old: Lane, lane: Lane, group: Group, bottom: float) -> None:
+def _join_before(boxes: list[Box], old: Lane, lane: Lane, group: RiserGroup, bottom: float) -> None:
     """Makes the ground before a flight meet its first nosing.
 
     Below a first riser it reaches under the tread. Above one its own edge is the nosing: it ends
@@ -264,7 +264,7 @@ def _join_before(boxes: list[Box], old: Lane, lane: Lane, group: Group, bottom: 
         boxes.append(_apron(boxes, lane, group, element, edge, bottom, sign=-1.0))
 
 
-def _join_after(boxes: list[Box], old: Lane, lane: Lane, group: Group, bottom: float) -> None:
+def _join_after(boxes: list[Box], old: Lane, lane: Lane, group: RiserGroup, bottom: float) -> None:
     """Makes the ground after a flight meet its last tread: level with it, by an apron too."""
     k = group.last + 1
     edge = float(lane.breaks[k])
@@ -278,7 +278,7 @@ def _join_after(boxes: list[Box], old: Lane, lane: Lane, group: Group, bottom: f
 def _apron(
     boxes: list[Box],
     lane: Lane,
-    group: Group,
+    group: RiserGroup,
     element: int,
     edge: float,
     bottom: float,
@@ -326,7 +326,7 @@ YAW_MIN = 1e-6  # [rad] what is less is no turn: no slivers of ground a micron l
 
 
 @dataclass(frozen=True, kw_only=True)
-class WorldErrors:
+class MapErrors:
     """How the real course differs from the map.
 
     Attributes:
@@ -349,9 +349,9 @@ class WorldErrors:
     random: bool = False
 
 
-def build_world(
+def build_as_built(
     course: Course,
-    errors: WorldErrors,
+    errors: MapErrors,
     *,
     generator: np.random.Generator,
     source: str = "scenario",
@@ -376,7 +376,7 @@ def build_world(
             slope right beside stairs.
     """
     groups = find_groups(course)
-    if errors == replace(WorldErrors(), random=errors.random) or not groups:
+    if errors == replace(MapErrors(), random=errors.random) or not groups:
         return course
     refuse_slopes(course, groups, source)
     rise, run = _draw(groups, errors, generator)
@@ -397,7 +397,7 @@ def build_world(
 
 
 def _draw(
-    groups: list[Group], errors: WorldErrors, generator: np.random.Generator
+    groups: list[RiserGroup], errors: MapErrors, generator: np.random.Generator
 ) -> tuple[float, float]:
     """What is added to every rise and to every run [m]; sets the groups' place and yaw."""
     n = len(groups)

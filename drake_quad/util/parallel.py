@@ -20,7 +20,7 @@ LOOK_PERIOD = 0.3  # [s] between looks at whether to stop
 Result = TypeVar("Result")
 
 
-def judge_all(
+def map_in_processes(
     judge: Callable[[float, float], Result],
     cells: Sequence[tuple[float, float]],
     *,

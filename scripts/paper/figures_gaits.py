@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
-from drake_quad.gait.schedule import spin_table
+from drake_quad.gait.schedule import spin_schedule
 from drake_quad.gait.transition import Transition
 from drake_quad.gait.workspace import (
     Workspace,
@@ -277,7 +277,7 @@ def spin_cycle() -> Figure:
     parts: Any = figure.subfigures(2, 1, height_ratios=[2.0, 1.15])
     upper, lower = parts
     _, phi = spin_cycles(QUARTER_TURN, BETA_DRAWN, spin_phi_max(WORKSPACE))
-    table = spin_table(duty_factor=BETA_DRAWN, cycle_time=1.0)
+    table = spin_schedule(duty_factor=BETA_DRAWN, cycle_time=1.0)
     swings = table.swing_intervals()
     ends = [swings[0][1], swings[0][2], swings[1][1], swings[1][2], swings[2][2], swings[3][1], 1.0]
     turns = np.degrees(body_turn(BETA_DRAWN, phi))
@@ -333,7 +333,7 @@ def _draw_angles(axes: Axes, beta: float) -> None:
         axes.axhline(sign * room, color=BODY, lw=0.9)
     axes.text(0.1, room + 1.5, "the box's edge, ±φ_max/2".replace("φ_max", r"$\varphi_{max}$"),
               fontsize=7.5)  # fmt: skip
-    ends = np.unique(np.round(np.ravel([t[1:] for t in spin_table(
+    ends = np.unique(np.round(np.ravel([t[1:] for t in spin_schedule(
         duty_factor=beta, cycle_time=TABLE_I.T).swing_intervals()]), 9))  # fmt: skip
     for t in ends:
         axes.axvline(t, color="#CCCCCC", lw=0.7)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_quad.common import FloatArray
-from drake_quad.gait.schedule import wave_table
+from drake_quad.gait.schedule import wave_schedule
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import pose_robot
@@ -191,7 +191,7 @@ def treads(*_: object) -> Figure:
     parts: Any = figure.subfigures(3, 1, height_ratios=[1.0, 1.0, 1.25])
     for part, gait, letter in zip(parts, (TWO, ONE), "ab", strict=False):
         part.suptitle(f"({letter}) {gait.name}", fontsize=10, x=0.01, ha="left")
-        table = wave_table(duty_factor=TABLE_I.beta, cycle_time=1.0)
+        table = wave_schedule(duty_factor=TABLE_I.beta, cycle_time=1.0)
         for axes, (leg, start, end) in zip(
             part.subplots(1, 4), table.swing_intervals(), strict=True
         ):
@@ -222,7 +222,7 @@ def _draw_support(axes: Axes, gait: TreadGait, start: float, end: float) -> None
     """Draws the feet and who stands in the middle of a swing, and the way of the body meanwhile."""
     middle = 0.5 * (start + end)
     feet = gait.feet(TABLE_I.beta, [middle])[0]
-    table = wave_table(duty_factor=TABLE_I.beta, cycle_time=1.0)
+    table = wave_schedule(duty_factor=TABLE_I.beta, cycle_time=1.0)
     standing = table.standing(middle)
     top_view(axes, labels=False)
     axes.set(xlim=(-0.75, 1.0), ylim=(-0.46, 0.46))

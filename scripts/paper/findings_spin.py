@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_quad.gait.schedule import spin_table
+from drake_quad.gait.schedule import spin_schedule
 from drake_quad.gait.workspace import (
     Workspace,
     body_turn,
@@ -86,7 +86,7 @@ def _equations() -> Finding:
 def _chord() -> Finding:
     _, phi = quarter_turn_arc()
     s_x, s_y = spin_stroke(WORKSPACE, phi, sum(spin_arc(WORKSPACE)) / 2.0 - phi / 2.0)
-    table = spin_table(duty_factor=TABLE_I.beta, cycle_time=1.0)
+    table = spin_schedule(duty_factor=TABLE_I.beta, cycle_time=1.0)
     moved = {
         leg: np.diff(
             spin_feet(WORKSPACE, phi=phi, duty_factor=TABLE_I.beta, phases=[start, end])[

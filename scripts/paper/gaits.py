@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.common import BoolArray, FloatArray
-from drake_quad.gait.schedule import ContactTable, spin_table, wave_table
+from drake_quad.gait.schedule import GaitSchedule, spin_schedule, wave_schedule
 from drake_quad.gait.swing import Swing, paper_swing
 from drake_quad.gait.transition import (
     Transition,
@@ -50,7 +50,7 @@ def wave_feet(
         duty_factor: β.
         phases: (N,) times as fractions of the cycle.
     """
-    table = wave_table(duty_factor=duty_factor, cycle_time=1.0)
+    table = wave_schedule(duty_factor=duty_factor, cycle_time=1.0)
     since, swings = _since_lift_off(table, phases)
     air = 1.0 - duty_factor
     swing_x = stride * (quintic(np.minimum(since / air, 1.0)) - since)
@@ -72,7 +72,7 @@ def spin_angles(*, phi: float, duty_factor: float, phases: ArrayLike, sense: int
         phases: (N,) times as fractions of the cycle.
         sense: +1 turns the body counterclockwise, -1 clockwise.
     """
-    table = spin_table(duty_factor=duty_factor, cycle_time=1.0, sense=sense)
+    table = spin_schedule(duty_factor=duty_factor, cycle_time=1.0, sense=sense)
     since, swings = _since_lift_off(table, phases)
     air = 1.0 - duty_factor
     forward = phi / duty_factor * (quintic(np.minimum(since / air, 1.0)) - since)
@@ -93,26 +93,26 @@ def spin_feet(
 
 def wave_margin(workspace: Workspace, *, stride: float, duty_factor: float) -> float:
     """Returns the least static margin of a cycle of the wave gait [m], legs massless, no sway."""
-    phases, standing = _switches(wave_table(duty_factor=duty_factor, cycle_time=1.0))
+    phases, standing = _switches(wave_schedule(duty_factor=duty_factor, cycle_time=1.0))
     feet = wave_feet(workspace, stride=stride, duty_factor=duty_factor, phases=phases)
     return _least_margin(feet, standing)
 
 
 def spin_margin(workspace: Workspace, *, phi: float, duty_factor: float) -> float:
     """Returns the least static margin of a cycle of the spinning gait [m], legs massless."""
-    phases, standing = _switches(spin_table(duty_factor=duty_factor, cycle_time=1.0))
+    phases, standing = _switches(spin_schedule(duty_factor=duty_factor, cycle_time=1.0))
     feet = spin_feet(workspace, phi=phi, duty_factor=duty_factor, phases=phases)
     return _least_margin(feet, standing)
 
 
-def _since_lift_off(table: ContactTable, phases: ArrayLike) -> tuple[FloatArray, BoolArray]:
+def _since_lift_off(table: GaitSchedule, phases: ArrayLike) -> tuple[FloatArray, BoolArray]:
     """Returns (N, 4) each: time since each leg's last lift-off, and whether it still swings."""
     since = (np.asarray(phases, dtype=float).reshape(-1, 1) - table.lift_off) % 1.0
     since = np.where(since > 1.0 - _EITHER_SIDE / 2.0, 0.0, since)
     return since, since < 1.0 - table.duty_factor
 
 
-def _switches(table: ContactTable) -> tuple[FloatArray, BoolArray]:
+def _switches(table: GaitSchedule) -> tuple[FloatArray, BoolArray]:
     """Returns phases (N,) through a cycle, dense at the switches, and who stands then (N, 4)."""
     switches = np.ravel([[start, end] for _, start, end in table.swing_intervals()])
     phases = np.concatenate(

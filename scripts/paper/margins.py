@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.common import FloatArray
-from drake_quad.gait.schedule import ContactTable, wave_table
-from drake_quad.planning.footholds import Pattern
+from drake_quad.gait.schedule import GaitSchedule, wave_schedule
+from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.robot.legs import LEGS, SIGNS
 from drake_quad.stability.support_polygon import stability_margins
 from paper.gaits import WORKSPACE, wave_margin
@@ -94,7 +94,7 @@ class TreadGait:
         if self.spread:
             feet[:, 0] += self.stride * (_table(beta).lift_off - 0.5 * beta)
         else:
-            pattern = Pattern(treads=self.treads)
+            pattern = FootholdPattern(treads=self.treads)
             places = np.array([pattern.first(leg) for leg in LEGS]) - pattern.ahead(beta)
             feet[:, 0] = places * _W + 0.5 * (_P_X - pattern.stance * _W) * SIGNS[:, 0]
         return feet
@@ -142,5 +142,5 @@ def dense_phases(beta: float) -> FloatArray:
     return np.unique(phases[(phases >= 0.0) & (phases < 1.0)])
 
 
-def _table(beta: float) -> ContactTable:
-    return wave_table(duty_factor=beta, cycle_time=1.0)
+def _table(beta: float) -> GaitSchedule:
+    return wave_schedule(duty_factor=beta, cycle_time=1.0)

@@ -228,7 +228,9 @@ def test_benchmark_of_checks_gives_the_checks_answers(
 ) -> None:
     """One row a staircase, with its answer and times that are not nothing."""
     check = load("check")
-    monkeypatch.setattr(check, "ask_stairs", partial(check.ask_stairs, nearest=False))  # is slow
+    monkeypatch.setattr(
+        check, "check_flight", partial(check.check_flight, nearest=False)
+    )  # is slow
     rows = check.measure_checks(check.ROBOT, [(0.1, 0.3, 1), (0.6, 0.2, 1)], repeats=1)
     assert [row["feasible"] for row in rows] == [True, False]
     assert all(row["wall"] > 0.0 and row["processor"] > 0.0 for row in rows)

@@ -10,7 +10,7 @@ from rig import flat_course, paper_robot, stairs_course, walk_plan
 from drake_quad.certificate.bounds import TOLERANCE, make_demand, pose_problem, prove
 from drake_quad.certificate.cells import cut_pieces
 from drake_quad.certificate.certify import CLAIMS, Certificate, certify
-from drake_quad.certificate.clearance import find_obstacles
+from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.continuity import check_joins
 from drake_quad.certificate.failure import first_failure
 from drake_quad.planning.contact_plan import ContactPlan
@@ -145,7 +145,7 @@ def test_a_swing_too_low_for_the_nosing_fails() -> None:
     left = float(certificate_of(spoiled, course).proof.claims[:, 1].min())
     assert left < clearance - 5e-3
     pieces = cut_pieces([spoiled])
-    problem = pose_problem(paper_robot(), paper_shank(), pieces, find_obstacles(course.boxes))
+    problem = pose_problem(paper_robot(), paper_shank(), pieces, find_box_obstacles(course.boxes))
     failure = first_failure(problem, prove(problem, make_demand(foot=left + 2e-3)))
     assert failure is not None and "swing foot" in failure.reason
     assert step.lift_off < failure.time < step.touchdown
@@ -185,7 +185,7 @@ def test_what_is_asked_for_is_proven_if_it_is_true() -> None:
 
 def test_faces_are_the_sides_without_ground_before_them() -> None:
     """A flight of three has the fronts of three treads, not where ground of its height goes on."""
-    obstacles = find_obstacles(stairs_course().boxes)
+    obstacles = find_box_obstacles(stairs_course().boxes)
     across = obstacles.face & (obstacles.half[:, 0] == 0.0) & (obstacles.centre[:, 0] > 0.1)
     ends = across & (obstacles.centre[:, 0] < 7.0)
     assert np.allclose(np.sort(obstacles.centre[ends, 0]), [3.0, 3.5, 4.0])
@@ -200,7 +200,7 @@ def test_distance_is_that_of_a_dense_cloud() -> None:
             Element("floor", length=3.0),
         ]
     )
-    obstacles = find_obstacles(course.boxes)
+    obstacles = find_box_obstacles(course.boxes)
     rng = np.random.default_rng(7)
     box = int(np.flatnonzero(~obstacles.face)[-1])
     points = obstacles.centre[box] + rng.uniform(-2.5, 2.5, (200, 3))

@@ -10,7 +10,7 @@ from drake_quad.certificate import bounds as cell_bounds
 from drake_quad.certificate import clearance as feet_room
 from drake_quad.certificate.bounds import TOLERANCE
 from drake_quad.certificate.certify import certify
-from drake_quad.certificate.clearance import _faces, find_obstacles
+from drake_quad.certificate.clearance import _faces, find_box_obstacles
 from drake_quad.terrain.course import build_course
 from drake_quad.terrain.elements import Element
 
@@ -32,7 +32,7 @@ def test_the_distances_from_all_obstacles_are_found_in_parts() -> None:
     flights = [Element(kind="stairs", going="up", rise=0.1, run=0.3, count=25),
                Element(kind="landing", length=1.0)] * 4  # fmt: skip
     course = build_course([Element(kind="floor", length=3.0), *flights])
-    obstacles = find_obstacles(course.boxes)
+    obstacles = find_box_obstacles(course.boxes)
     points = np.random.default_rng(0).uniform(-1.0, 30.0, (40_000, 3))
     tracemalloc.start()
     try:
@@ -48,7 +48,7 @@ def test_the_distances_from_all_obstacles_are_found_in_parts() -> None:
 def test_faces_are_those_of_all_boxes_seen_at_once() -> None:
     """A box far away covers no part of another's side: passing over it changes nothing."""
     p = prepared("case_study")
-    found = find_obstacles(p.course.boxes)
+    found = find_box_obstacles(p.course.boxes)
     faces = [face for box in p.course.boxes for face in _faces(box, p.course.boxes)]
     assert len(faces) == int(found.face.sum())
     for (centre, axes, half), k in zip(faces, np.flatnonzero(found.face), strict=True):

@@ -31,8 +31,8 @@ from drake_quad.errors import InputError
 from drake_quad.feasibility import chart as chart_grid
 from drake_quad.feasibility import check_report as check_command
 from drake_quad.feasibility.chart import Span, grid_of
-from drake_quad.feasibility.check import Check
-from drake_quad.feasibility.check_report import Asked, run_check
+from drake_quad.feasibility.check import Feasibility
+from drake_quad.feasibility.check_report import CheckRequest, run_check
 from drake_quad.feasibility.inspect_robot import describe_robot, doubts, print_robot
 from drake_quad.robot.importer.pipeline import MAPPING
 from drake_quad.robot.loader import load_robot
@@ -89,9 +89,9 @@ def test_a_disk_that_fills_while_it_is_designed_loses_no_answer(
 ) -> None:
     """The yes is told before anything is written; the line names the option that asked for it."""
     designed = SimpleNamespace(scenario=Scenario())
-    yes: Any = Check(Scenario(), designed, "", {})  # type: ignore[arg-type]
-    monkeypatch.setattr(check_command, "ask_stairs", lambda *_, **__: yes)
-    monkeypatch.setattr(check_command, "describe_check", lambda *_, **__: {"answer": "Yes"})
+    yes: Any = Feasibility(Scenario(), designed, "", {})  # type: ignore[arg-type]
+    monkeypatch.setattr(check_command, "check_flight", lambda *_, **__: yes)
+    monkeypatch.setattr(check_command, "feasibility_report", lambda *_, **__: {"answer": "Yes"})
     monkeypatch.setattr(
         "drake_quad.feasibility.check_picture.draw_check", lambda *_: SimpleNamespace()
     )
@@ -99,7 +99,7 @@ def test_a_disk_that_fills_while_it_is_designed_loses_no_answer(
     told: list[dict[str, Any]] = []
     path = tmp_path / "file" / "x.svg"
     with pytest.raises(InputError) as caught:
-        run_check(Asked(URL), first=told.append, **{option: path})  # type: ignore[arg-type]
+        run_check(CheckRequest(URL), first=told.append, **{option: path})  # type: ignore[arg-type]
     assert told == [{"answer": "Yes"}]
     assert caught.value.source == f"--{option}" and f"with --{option}" in caught.value.remedy
     assert "--out" not in str(caught.value)

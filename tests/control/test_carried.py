@@ -11,16 +11,16 @@ from drake_quad.control.payload_observer import (
     MOST_ARM,
     MOST_FORCE,
     MOST_SHIFT,
-    Learning,
+    PayloadUpdate,
     at_rest,
-    body_shift,
-    com_shift,
-    learn,
-    wrench_of,
+    compensating_shift,
+    payload_com_shift,
+    payload_wrench,
+    update_payload,
 )
 
 WEIGHT = 60.0 * GRAVITY
-HOW = Learning(force_rate=6000.0, moment_rate=2000.0, weight=WEIGHT, period=0.002)
+HOW = PayloadUpdate(force_rate=6000.0, moment_rate=2000.0, weight=WEIGHT, period=0.002)
 angles = st.floats(-3.0, 3.0)
 places = st.floats(-0.4, 0.4)
 
@@ -45,7 +45,7 @@ def test_centre_of_mass_moves_as_that_of_two_bodies(
     p_BScm = np.array([cx, cy, 0.0])
     p_load = turned(heading) @ [x, y]
     expected = mass * (p_load - p_BScm[:2]) / (60.0 + mass)
-    found = com_shift(load_of(mass, x, y), p_BScm, heading, WEIGHT)
+    found = payload_com_shift(load_of(mass, x, y), p_BScm, heading, WEIGHT)
     assert np.linalg.norm(found - expected) <= IGNORED + 1e-9
     assert np.linalg.norm(found) <= np.linalg.norm(expected) + 1e-9
 
@@ -56,8 +56,8 @@ def test_wrench_turns_with_the_heading(
     mass: float, x: float, y: float, heading: float, more: float
 ) -> None:
     """A load on the robot turns with it, and its weight stays what it is."""
-    before = wrench_of(load_of(mass, x, y), heading)
-    after = wrench_of(load_of(mass, x, y), heading + more)
+    before = payload_wrench(load_of(mass, x, y), heading)
+    after = payload_wrench(load_of(mass, x, y), heading + more)
     np.testing.assert_allclose(after[:2], turned(more) @ before[:2], atol=1e-9)
     assert after[5] == before[5] == pytest.approx(mass * GRAVITY)
 
@@ -68,17 +68,17 @@ def test_what_is_learned_counters_the_error(height: float, tilt: float, heading:
     """Too low asks for a force up; a tilt asks for a moment about the way it has to be righted."""
     axis = turned(heading) @ [1.0, 0.0]
     tilts = np.array([*(tilt * axis), 0.0])
-    found = learn(np.zeros(3), height, tilts, heading, HOW)
+    found = update_payload(np.zeros(3), height, tilts, heading, HOW)
     expected = [HOW.force_rate * height, HOW.moment_rate * tilt, 0.0]
     np.testing.assert_allclose(found, np.array(expected) * HOW.period, atol=1e-9)
-    np.testing.assert_array_equal(learn(np.zeros(3), 0.0, np.zeros(3), heading, HOW), 0.0)
+    np.testing.assert_array_equal(update_payload(np.zeros(3), 0.0, np.zeros(3), heading, HOW), 0.0)
 
 
 def test_what_is_learned_is_bounded() -> None:
     """However long an error lasts, no load is believed that no robot could carry."""
     carried = np.zeros(3)
     for _ in range(20000):
-        carried = learn(carried, 0.5, np.array([0.5, -0.5, 0.0]), 0.0, HOW)
+        carried = update_payload(carried, 0.5, np.array([0.5, -0.5, 0.0]), 0.0, HOW)
     limit = [MOST_FORCE * WEIGHT, MOST_ARM * WEIGHT, -MOST_ARM * WEIGHT]
     np.testing.assert_allclose(carried, limit)
 
@@ -87,7 +87,7 @@ def test_what_is_learned_is_bounded() -> None:
 @settings(max_examples=30)
 def test_body_stands_aside_by_as_much_but_not_too_far(x: float, y: float) -> None:
     """Against the shift, as far as makes up for it, and never farther than the legs may."""
-    found, gain = body_shift(np.array([x, y]), 0.8), 0.8
+    found, gain = compensating_shift(np.array([x, y]), 0.8), 0.8
     wanted = -np.array([x, y]) / gain
     assert np.linalg.norm(found) == pytest.approx(min(np.linalg.norm(wanted), MOST_SHIFT), abs=1e-9)
     assert found @ wanted >= -1e-12

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from rig import flat_walk
 
 from drake_quad.common import FloatArray
-from drake_quad.control.gait_clock import run_on
+from drake_quad.control.gait_clock import advance_if_uneventful
 from drake_quad.control.ports import BALANCE_SIZE, Balance, GaitPhase, Mode
 
 PERIOD, PUSH = 0.002, 0.12
@@ -20,7 +20,7 @@ def ran(phase: FloatArray, *, speed: float = 0.0, until: float = PLAN.duration) 
     """Whether the clock went on by itself."""
     balance = np.zeros(BALANCE_SIZE)
     balance[Balance.VELOCITY_ERROR + 1] = speed
-    return run_on(phase, PLAN.phases, PLAN.index, until, PERIOD, balance, PUSH)
+    return advance_if_uneventful(phase, PLAN.phases, PLAN.index, until, PERIOD, balance, PUSH)
 
 
 @given(share)

@@ -10,7 +10,7 @@ from drake_quad.control.gait_clock import (
     CALM_SPEED,
     begin_task,
     clock_rate,
-    is_shaken,
+    is_off_plan,
     set_clock,
 )
 from drake_quad.control.ports import BALANCE_SIZE, SIZE, Balance, GaitPhase, Mode
@@ -65,7 +65,7 @@ def test_a_push_is_over_when_the_robot_is_slow_and_in_its_place() -> None:
 
     def shaken(since: float, speed: float, off: float = 0.0) -> bool:
         balance = balance_at(1.0, speed=speed, off=off)
-        return is_shaken(balance, since=since, push_speed=0.12)
+        return is_off_plan(balance, since=since, push_speed=0.12)
 
     assert not shaken(0.0, 0.11, off=1.0) and shaken(0.0, 0.13)
     assert shaken(0.1, 1.1 * CALM_SPEED) and shaken(0.1, 0.0, off=1.1 * CALM_PLACE)

@@ -20,7 +20,7 @@ from drake_quad.control.whole_body_qp import (
     _support_sides,
     make_program,
     solve,
-    spread,
+    spread_variables,
 )
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.stability.support_polygon import stability_margin
@@ -59,7 +59,7 @@ class Case(NamedTuple):
         """Its solution, (4, 3) [N]."""
         x = solve(self.program)
         assert x is not None
-        return spread(x, self.load).reshape(4, 3)
+        return spread_variables(x, self.load).reshape(4, 3)
 
     @property
     def torque(self) -> FloatArray:
@@ -317,7 +317,7 @@ def test_foot_that_may_carry_less_carries_less(seed: int, row: int) -> None:
         )
         x = solve(program)
         assert x is not None
-        pushes.append(float(spread(x, load)[3 * row + 2]))
+        pushes.append(float(spread_variables(x, load)[3 * row + 2]))
         assert pushes[-1] <= WEIGHTS.greatest_force * load[row] + 1e-3
     assert pushes[0] <= pushes[1] + 1e-3 and pushes[1] <= pushes[2] + 1e-3
 
@@ -390,7 +390,7 @@ def test_soft_rows_give_way_when_there_is_no_other_way(seed: int) -> None:
     )
     x = solve(program)
     assert x is not None
-    f = spread(x, case.load).reshape(4, 3)
+    f = spread_variables(x, case.load).reshape(4, 3)
     # To the solver's own tolerance, which the soft rows' price makes one of the force.
     room = FRICTION * f[:, 2] + 2e-2 + 1e-4 * f[:, 2]
     assert np.all(np.hypot(f[:, 0], f[:, 1]) <= room)
@@ -401,7 +401,7 @@ def test_spread_puts_forces_under_the_loaded_feet(seed: int, stands: list[bool])
     """In their order, with nothing under the others."""
     load = np.array(stands, dtype=float)
     x = np.random.default_rng(seed).normal(size=3 * sum(stands))
-    forces = spread(x, load).reshape(4, 3)
+    forces = spread_variables(x, load).reshape(4, 3)
     np.testing.assert_array_equal(forces[load > 0.0].ravel(), x)
     np.testing.assert_array_equal(forces[load == 0.0], 0.0)
 

@@ -13,9 +13,9 @@ from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.contact_load import (
     MOST_TIMES,
     REST_SHARE,
-    along_prices,
-    least_normals,
-    rest_shares,
+    min_normal_forces,
+    static_load_shares,
+    tangential_prices,
 )
 
 seeds = st.integers(0, 2**32 - 1)
@@ -36,7 +36,7 @@ def stance(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 def test_shares_hold_the_weight_and_no_moment_is_left(seed: int) -> None:
     """They add up to 1, and their centre is under the centre of mass."""
     feet, load, com = stance(seed)
-    shares = rest_shares(feet, load, *com)
+    shares = static_load_shares(feet, load, *com)
     assert shares.sum() == pytest.approx(1.0)
     np.testing.assert_allclose(shares @ feet[:, :2], com, atol=1e-9)
     assert np.all(shares[load == 0.0] == 0.0)
@@ -48,7 +48,7 @@ def test_no_others_that_hold_it_have_a_smaller_sum_of_squares(seed: int) -> None
     feet, load, com = stance(seed)
     if np.any(load == 0.0):
         return
-    shares = rest_shares(feet, load, *com)
+    shares = static_load_shares(feet, load, *com)
     equations = np.column_stack([np.ones(4), feet[:, :2]]).T
     other = np.linalg.svd(equations)[2][3]  # changes no force and no moment
     assert (shares / load) @ other == pytest.approx(0.0, abs=1e-9)
@@ -60,8 +60,8 @@ def test_shares_are_the_same_wherever_the_robot_stands(seed: int, turn: float) -
     feet, load, com = stance(seed)
     R, by = RotationMatrix.MakeZRotation(turn).matrix(), np.array([3.0, -7.0, 1.0])
     moved = R @ [*com, 0.0] + by
-    there = rest_shares(np.ascontiguousarray(feet @ R.T + by), load, moved[0], moved[1])
-    np.testing.assert_allclose(there, rest_shares(feet, load, *com), atol=1e-9)
+    there = static_load_shares(np.ascontiguousarray(feet @ R.T + by), load, moved[0], moved[1])
+    np.testing.assert_allclose(there, static_load_shares(feet, load, *com), atol=1e-9)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-5.0, 5.0))
@@ -70,9 +70,9 @@ def test_feet_in_a_line_hold_nothing_at_rest(turn: float, away: float) -> None:
     along = np.array([np.cos(turn), np.sin(turn), 0.0])
     feet = away + np.array([[0.4], [0.0], [-0.4], [1.0]]) * along
     for load in (np.array([1.0, 1.0, 1.0, 0.0]), np.array([1.0, 0.0, 1.0, 0.0])):
-        shares = rest_shares(feet, load, away + 0.1 * along[0], away + 0.1 * along[1])
+        shares = static_load_shares(feet, load, away + 0.1 * along[0], away + 0.1 * along[1])
         np.testing.assert_array_equal(shares, 0.0)
-        least = least_normals(shares, load, WEIGHT, LEAST, MOST)
+        least = min_normal_forces(shares, load, WEIGHT, LEAST, MOST)
         np.testing.assert_array_equal(least, LEAST * load)
 
 
@@ -80,8 +80,8 @@ def test_feet_in_a_line_hold_nothing_at_rest(turn: float, away: float) -> None:
 def test_least_normals_are_half_of_what_rest_gives_within_bounds(seed: int) -> None:
     """Never less than what is kept always, nor more than the most."""
     feet, load, com = stance(seed)
-    shares = rest_shares(feet, load, *com)
-    least = least_normals(shares, load, WEIGHT, LEAST, MOST)
+    shares = static_load_shares(feet, load, *com)
+    least = min_normal_forces(shares, load, WEIGHT, LEAST, MOST)
     assert np.all(least >= LEAST * load) and np.all(least <= MOST * load)
     raised = least > LEAST * load
     assert np.all(least[raised] <= REST_SHARE * WEIGHT * shares[raised] + 1e-9)
@@ -107,9 +107,9 @@ def test_a_body_brought_back_to_its_plan_lifts_no_foot(away: float, kicked: floa
         state[at : at + 2] += kicked * toward
         pushed = ground_forces(controller_of(plan, state, t=t, rate=0.0).tick().torque, state)[:, 2]
         capture = com_of(state)[:2] + kicked * toward * np.sqrt(height / GRAVITY)
-        shares = rest_shares(sample.feet, load, *capture)
+        shares = static_load_shares(sample.feet, load, *capture)
         most = MOST_TIMES * CONTROL.least_force
-        least = least_normals(shares, load, MASS * GRAVITY, 0.0, most)
+        least = min_normal_forces(shares, load, MASS * GRAVITY, 0.0, most)
         assert np.all(pushed > least - 1.0)
         closest.append(float((pushed - least)[load > 0.0].min()))
     assert min(closest) < 1.0  # a bound that holds nothing back would be no test
@@ -122,16 +122,16 @@ def test_friction_is_used_alike_where_prices_follow_the_shares(seed: int) -> Non
     So no light foot gives as much as a heavy one.
     """
     feet, load, com = stance(seed)
-    shares = rest_shares(feet, load, *com)
+    shares = static_load_shares(feet, load, *com)
     heavy = shares > 0.05
-    given_along = 1.0 / along_prices(shares)[heavy]  # of the least sum of prices times squares
+    given_along = 1.0 / tangential_prices(shares)[heavy]  # of the least sum of prices times squares
     ratio = given_along / shares[heavy] ** 2
     np.testing.assert_allclose(ratio, ratio[0])
 
 
 def test_feet_in_a_line_give_alike_along_the_ground() -> None:
     """Where nothing is known of what they bear, none is spared."""
-    np.testing.assert_array_equal(along_prices(np.zeros(4)), 1.0)
+    np.testing.assert_array_equal(tangential_prices(np.zeros(4)), 1.0)
 
 
 @pytest.mark.parametrize("going", ["up", "down"])

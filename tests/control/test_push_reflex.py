@@ -11,16 +11,16 @@ from drake_quad.control.ports import BALANCE_SIZE, Balance, Catch
 from drake_quad.control.push_recovery import (
     Reflex,
     balance_margin,
-    calm,
     capture_point,
-    choose,
-    disturbed,
+    choose_swing_foot,
+    has_settled,
+    needs_recovery,
 )
-from drake_quad.planning.recovery_step import CatchGround
+from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.stability.support_polygon import stability_margin
 
 ALL = np.ones(4, dtype=bool)
-REFLEX = Reflex(robot=paper_robot(), ground=CatchGround(flat_course(), paper_robot().foot_radius))
+REFLEX = Reflex(robot=paper_robot(), ground=StepTargetMap(flat_course(), paper_robot().foot_radius))
 speeds = st.floats(-1.0, 1.0)
 
 
@@ -70,35 +70,35 @@ def test_only_what_tips_the_robot_is_a_push() -> None:
     """Slow errors are none, whatever the margin; fast ones are where the feet do not hold them."""
     one_side = np.array([True, False, True, False])
     nobody = np.zeros(4)
-    assert not disturbed(REFLEX, standing_with(vy=0.1), nobody, one_side)
-    assert disturbed(REFLEX, standing_with(vy=-0.2), nobody, one_side)
-    assert not disturbed(REFLEX, standing_with(vy=-0.2), nobody, ALL)
-    assert not disturbed(
+    assert not needs_recovery(REFLEX, standing_with(vy=0.1), nobody, one_side)
+    assert needs_recovery(REFLEX, standing_with(vy=-0.2), nobody, one_side)
+    assert not needs_recovery(REFLEX, standing_with(vy=-0.2), nobody, ALL)
+    assert not needs_recovery(
         REFLEX, standing_with(vy=-0.2), np.ones(4), one_side
     )  # they bear after all
-    assert disturbed(REFLEX, standing_with(vy=-1.5), np.ones(4), ALL)
+    assert needs_recovery(REFLEX, standing_with(vy=-1.5), np.ones(4), ALL)
 
 
 def test_calm_is_on_four_feet_and_nearly_at_rest() -> None:
     """Not while it moves, not on three feet, not at the edge."""
-    assert calm(standing_with(), np.ones(4))
-    assert not calm(standing_with(vx=0.06), np.ones(4))
-    assert not calm(standing_with(), np.array([1.0, 1.0, 0.0, 1.0]))
+    assert has_settled(standing_with(), np.ones(4))
+    assert not has_settled(standing_with(vx=0.06), np.ones(4))
+    assert not has_settled(standing_with(), np.array([1.0, 1.0, 0.0, 1.0]))
     edge = standing_with()
     edge[1] -= 0.25
-    assert not calm(edge, np.ones(4))
+    assert not has_settled(edge, np.ones(4))
 
 
 def test_nothing_is_put_down_where_four_feet_hold() -> None:
     """Standing still is all there is to do."""
-    assert choose(REFLEX, standing_with(vy=-0.2), ALL, None)[Catch.LEG] == 0.0
+    assert choose_swing_foot(REFLEX, standing_with(vy=-0.2), ALL, None)[Catch.LEG] == 0.0
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_hard_push_is_caught_on_the_side_that_it_goes_to(sign: float) -> None:
     """A foot of that side is lifted and put farther out, where it then holds the capture point."""
     balance = standing_with(vy=sign * 1.3)
-    catch = choose(REFLEX, balance, ALL, None)
+    catch = choose_swing_foot(REFLEX, balance, ALL, None)
     row = int(catch[Catch.LEG]) - 1
     before = balance[Balance.FEET + 3 * row : Balance.FEET + 3 * row + 3]
     assert row >= 0 and np.sign(before[1]) == sign
@@ -114,6 +114,6 @@ def test_foot_in_the_air_is_put_down_first() -> None:
     balance[place] += [0.0, 0.0, 0.1]
     outward = np.sign(balance[place][1])
     balance[Balance.VELOCITY_ERROR + 1] = outward * 0.4
-    catch = choose(REFLEX, balance, np.arange(4) != step.leg.row, step)
+    catch = choose_swing_foot(REFLEX, balance, np.arange(4) != step.leg.row, step)
     assert catch[Catch.LEG] == step.leg and catch[Catch.LIFT] == 0.0
     assert catch[Catch.Z] == pytest.approx(paper_robot().foot_radius)

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_quad.control.contact_load import LEAST, REGAINS, answer_slip
+from drake_quad.control.contact_load import LEAST, REGAINS, update_friction
 
 PERIOD = 0.002
 LEVEL = np.tile([0.0, 0.0, 1.0], (4, 1))
@@ -20,7 +20,7 @@ def test_friction_stays_between_what_is_stood_on_and_what_is_assumed(
     friction, velocity = np.full(4, assumed), np.zeros((4, 3))
     velocity[:, 1] = speed
     for _ in range(ticks):
-        answer_slip(friction, velocity, np.array(load), LEVEL, assumed, PERIOD)
+        update_friction(friction, velocity, np.array(load), LEVEL, assumed, PERIOD)
     assert np.all(friction <= assumed) and np.all(friction >= min(LEAST, assumed))
 
 
@@ -29,7 +29,7 @@ def test_only_a_foot_that_carries_and_slips_loses() -> None:
     velocity = np.array([[0.2, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], [0.0, 0.03, 0.0]])
     friction = np.full(4, 0.5)
     for _ in range(50):
-        answer_slip(friction, velocity, np.array([1.0, 0.0, 1.0, 1.0]), LEVEL, 0.5, PERIOD)
+        update_friction(friction, velocity, np.array([1.0, 0.0, 1.0, 1.0]), LEVEL, 0.5, PERIOD)
     assert friction[0] < 0.25
     np.testing.assert_array_equal(friction[1:], 0.5)
 
@@ -38,7 +38,7 @@ def test_what_is_lost_is_regained_in_its_time() -> None:
     """From next to nothing to all that is assumed in REGAINS seconds at most."""
     friction, still = np.full(4, LEAST), np.zeros((4, 3))
     for _ in range(round(REGAINS / PERIOD)):
-        answer_slip(friction, still, np.ones(4), LEVEL, 0.5, PERIOD)
+        update_friction(friction, still, np.ones(4), LEVEL, 0.5, PERIOD)
     np.testing.assert_array_equal(friction, 0.5)
 
 
@@ -48,5 +48,5 @@ def test_on_a_slope_no_less_is_assumed_than_standing_takes() -> None:
     normals = np.array([[0.0, 0.0, 1.0], [-0.4, 0.0, 1.0], [0.0, 0.3, 1.0], [0.6, 0.0, 1.0]])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     for _ in range(1000):
-        answer_slip(friction, velocity, np.ones(4), normals, 0.5, PERIOD)
+        update_friction(friction, velocity, np.ones(4), normals, 0.5, PERIOD)
     np.testing.assert_allclose(friction, [LEAST, 0.4, 0.3, 0.5])

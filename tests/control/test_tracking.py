@@ -15,7 +15,7 @@ from drake_quad.control.foot_targets import (
     REGAIN_TIME,
     TOUCHDOWN,
     URGENT_SEARCH,
-    place_feet,
+    compute_foot_targets,
 )
 from drake_quad.control.kernel_state import (
     DEPTH,
@@ -38,7 +38,7 @@ NOBODY = np.zeros(7)
 
 
 class Result(NamedTuple):
-    """What `place_feet` returns."""
+    """What `compute_foot_targets` returns."""
 
     place: FloatArray
     velocity: FloatArray
@@ -47,7 +47,7 @@ class Result(NamedTuple):
 
 
 class Walk:
-    """Calls of `place_feet` one after another; each keeps what it is not given."""
+    """Calls of `compute_foot_targets` one after another; each keeps what it is not given."""
 
     def __init__(self, *, swing: int | None = None) -> None:
         """A robot on its plan's first feet, one of which may be in the air."""
@@ -66,7 +66,9 @@ class Walk:
         plan = (self.planned, self.velocity, self.acceleration, self.standing)
         for _ in range(count):
             robot = (self.feet, self.bearing, self.catch, self.urgent)
-            result = Result(*place_feet(*plan, self.s, self.rate, *robot, self.memory, PACE))
+            result = Result(
+                *compute_foot_targets(*plan, self.s, self.rate, *robot, self.memory, PACE)
+            )
             self.memory = result.memory
         return result
 

@@ -86,7 +86,7 @@ def test_charts_without_a_cell_that_works_or_of_one_cell_are_drawn() -> None:
 
 def test_a_cell_is_what_check_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """The margin of a plan in full; a limit where there is none, as of treads like ladders'."""
-    monkeypatch.setattr(chart_stairs_module, "ask_stairs", asked)
+    monkeypatch.setattr(chart_stairs_module, "check_flight", asked)
     for rise, run in ((0.12, 0.32), (0.1, 2.0)):
         designed = asked(URL, rise=rise, run=run, count=2).designed
         works = judge_cell(URL, 2, rise, run)

@@ -16,9 +16,14 @@ from rig import URL, paper_robot
 
 from drake_quad.cli.robots import gait_lines, print_check, print_next
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import Around, ask_course, ask_stairs, stairs_scenario
+from drake_quad.feasibility.check import Around, check_course, check_flight, make_stairs_scenario
 from drake_quad.feasibility.check_picture import find_stretches, save_picture
-from drake_quad.feasibility.check_report import Asked, describe_check, limit_of, run_check
+from drake_quad.feasibility.check_report import (
+    CheckRequest,
+    feasibility_report,
+    limit_of,
+    run_check,
+)
 from drake_quad.gait_design import search as choose
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.planning.contact_forces import torque_ratio
@@ -41,7 +46,7 @@ def test_a_feasible_checks_scenario_loads_and_prepares(tmp_path: Path) -> None:
 
 def test_what_is_told_is_the_plans_own() -> None:
     """Yes in the first line, every limit in the table, and what is left is not negative."""
-    told = describe_check(
+    told = feasibility_report(
         found(), paper_robot(), source=URL, asked={"rise": RISE, "run": RUN, "count": COUNT}
     )
     console = Console(width=160, file=io.StringIO(), record=True)
@@ -61,7 +66,7 @@ def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
     """Its torques on the course are in the table, count for quality, and stand in the answer."""
     check, designed, asked = found(), found().designed, {"rise": RISE, "run": RUN, "count": COUNT}
     assert designed is not None and 0.0 < designed.torque < 1.0
-    told = describe_check(check, paper_robot(), source=URL, asked=asked)
+    told = feasibility_report(check, paper_robot(), source=URL, asked=asked)
     assert told["slacks"]["torque"]["on_course"] == designed.torque
     most = 0.0
     for plan in designed.plan.plans:
@@ -70,7 +75,7 @@ def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
     assert designed.torque == pytest.approx(1.0 - most, abs=0.01)
     weak = replace(designed, torque=-0.08)
     assert weak.quality < 0.0 < designed.quality
-    answer = describe_check(
+    answer = feasibility_report(
         replace(check, designed=weak), paper_robot(), source=URL, asked=asked
     )["answer"]  # fmt: skip
     assert answer.startswith("Yes: ") and "108%" in answer and "108%" not in told["answer"]
@@ -81,7 +86,7 @@ def test_pace_and_pitch_are_the_plans_own() -> None:
     designed = found().designed
     assert designed is not None
     question = {"rise": RISE, "run": RUN, "count": COUNT}
-    gait = describe_check(found(), paper_robot(), source=URL, asked=question)["gait"]
+    gait = feasibility_report(found(), paper_robot(), source=URL, asked=question)["gait"]
     up = find_stretches(designed, paper_robot())[0]
     assert up.going == "up" and gait["cycle_lasts"] == pytest.approx(up.cycle_time)
     ends = up.plan.body.samples(np.array([up.start, up.start + up.cycle_time]))[:, 0, :2]
@@ -104,7 +109,7 @@ def test_half_treads_and_waits_are_told_as_such() -> None:
     )  # fmt: skip
     slow = replace(designed, scenario=replace(designed.scenario, gait=gait))
     question = {"rise": RISE, "run": RUN, "count": COUNT}
-    told = describe_check(
+    told = feasibility_report(
         replace(check, designed=slow), paper_robot(), source=URL, asked=question
     )  # fmt: skip
     lines = gait_lines(told)
@@ -119,7 +124,7 @@ def test_width_landing_and_turn_are_as_asked() -> None:
     robot = paper_robot()
     for turn, turns in ((0.0, [None]), (-90.0, [-90.0]), (180.0, [90.0, 90.0])):
         around = Around(width=1.6, landing=3.0, turn=turn)
-        scenario = stairs_scenario(robot, model=URL, rise=0.1, run=0.3, count=2, around=around)
+        scenario = make_stairs_scenario(robot, model=URL, rise=0.1, run=0.3, count=2, around=around)
         course = scenario.course
         landings = [e for e in course if e.kind == "landing"]
         assert [e.turn_deg for e in landings] == turns
@@ -142,7 +147,7 @@ def test_width_landing_and_turn_are_as_asked() -> None:
 def test_what_cannot_be_around_stairs_is_refused(option: dict[str, Any], words: str) -> None:
     """By the option's name, before anything is designed."""
     with pytest.raises(InputError, match=words):
-        run_check(Asked(URL, **option))
+        run_check(CheckRequest(URL, **option))
 
 
 def test_the_next_command_is_quoted() -> None:
@@ -161,7 +166,7 @@ def test_a_yes_with_less_margin_than_is_wanted_says_so() -> None:
     assert designed is not None
     wanted = designed.design.wanted["margin"]
     answers = [
-        describe_check(
+        feasibility_report(
             replace(check, designed=replace(designed, margin=margin)),
             paper_robot(), source=URL, asked=asked,
         )["answer"]
@@ -173,8 +178,8 @@ def test_a_yes_with_less_margin_than_is_wanted_says_so() -> None:
 
 def test_treads_that_no_stance_fits_are_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a pattern of footprints there is an answer, and no crash."""
-    monkeypatch.setattr(choose, "make_patterns", lambda *_: [])
-    check = ask_stairs(URL, rise=0.05, run=0.3, count=2)
+    monkeypatch.setattr(choose, "make_foothold_patterns", lambda *_: [])
+    check = check_flight(URL, rise=0.05, run=0.3, count=2)
     assert limit_of(check, paper_robot()) == "pattern" and "0.3 m" in check.reason
 
 
@@ -194,7 +199,7 @@ def test_a_scenarios_course_is_kept_and_its_gait_is_not(tmp_path: Path) -> None:
     save_scenario(own, path)
     text = path.read_text()
     path.write_text(text.replace("design: auto", "design: given"))
-    check = ask_course(URL, str(path))
+    check = check_course(URL, str(path))
     assert check.scenario.course == own.course
     assert check.designed is not None and found().designed is not None
     assert check.designed.scenario.gait == found().designed.scenario.gait  # type: ignore[union-attr]
@@ -223,18 +228,18 @@ def test_moments_are_on_the_stairs_and_the_picture_is_drawn(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("asked", "named"),
     [
-        (Asked(URL, rise=0.0), "--rise: rise = 0.0"),
-        (Asked(URL, rise=float("nan")), "--rise: rise = nan"),
-        (Asked(URL, run=0.0), "--run: run = 0.0"),
-        (Asked(URL, run=float("inf")), "--run: run = inf"),
-        (Asked(URL, run=0.05), "--run: run = 0.05"),
-        (Asked(URL, count=0), "--count: count = 0"),
-        (Asked("nobody"), "nobody"),
-        (Asked(URL, scenario="case_study", rise=0.1), "--rise: rise = 0.1"),
-        (Asked(URL, scenario="no_such"), "no_such"),
+        (CheckRequest(URL, rise=0.0), "--rise: rise = 0.0"),
+        (CheckRequest(URL, rise=float("nan")), "--rise: rise = nan"),
+        (CheckRequest(URL, run=0.0), "--run: run = 0.0"),
+        (CheckRequest(URL, run=float("inf")), "--run: run = inf"),
+        (CheckRequest(URL, run=0.05), "--run: run = 0.05"),
+        (CheckRequest(URL, count=0), "--count: count = 0"),
+        (CheckRequest("nobody"), "nobody"),
+        (CheckRequest(URL, scenario="case_study", rise=0.1), "--rise: rise = 0.1"),
+        (CheckRequest(URL, scenario="no_such"), "no_such"),
     ],
 )
-def test_what_cannot_be_asked_is_an_error_that_names_it(asked: Asked, named: str) -> None:
+def test_what_cannot_be_asked_is_an_error_that_names_it(asked: CheckRequest, named: str) -> None:
     """The option and the value, before any long work."""
     with pytest.raises(InputError, match=re.escape(named)):
         run_check(asked)

@@ -14,11 +14,11 @@ from drake_quad.cli import robots as cli_robots
 from drake_quad.cli.robots import print_next
 from drake_quad.feasibility import check as check_nearest
 from drake_quad.feasibility import check_report as check_command
-from drake_quad.feasibility.check import Check, ask_stairs, nearest_of, nearest_stairs
+from drake_quad.feasibility.check import Feasibility, check_flight, nearest_of, nearest_stairs
 from drake_quad.feasibility.check_report import (
     LIMITS,
-    Asked,
-    describe_check,
+    CheckRequest,
+    feasibility_report,
     run_check,
     with_nearest,
 )
@@ -41,8 +41,8 @@ def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
         happened.append("told")
 
     monkeypatch.setattr(check_command, "nearest_of", near)
-    monkeypatch.setattr(check_command, "ask_stairs", asked)
-    question = Asked(URL, rise=1.9, run=RUN, count=COUNT)
+    monkeypatch.setattr(check_command, "check_flight", asked)
+    question = CheckRequest(URL, rise=1.9, run=RUN, count=COUNT)
     told = run_check(question, first=first)
     assert happened == ["told", "sought"] and told["nearest"] == {"rise": 0.2, "run": RUN}
     assert told["answer"].endswith("; 0.2 m on treads of 0.32 m would work")
@@ -55,11 +55,13 @@ def test_the_command_prints_a_no_while_it_still_looks(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The reason is on the screen before the nearest stairs are known, once, then these."""
-    check = Check(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
+    check = Feasibility(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
     asked = {"rise": 0.3, "run": 0.3, "count": 7}
-    told = describe_check(check, paper_robot(), source=URL, asked=asked)
+    told = feasibility_report(check, paper_robot(), source=URL, asked=asked)
 
-    def looks(_asked: Asked, *, first: Callable[[dict[str, Any]], object], **_: Any) -> object:
+    def looks(
+        _asked: CheckRequest, *, first: Callable[[dict[str, Any]], object], **_: Any
+    ) -> object:
         first(told)
         printed = capsys.readouterr().out
         assert printed.startswith("No: ") and "a reason" in printed and "Nearest" not in printed
@@ -76,9 +78,9 @@ def test_the_command_prints_a_no_while_it_still_looks(
 @pytest.mark.parametrize("near", [(0.2, 0.3), None])
 def test_what_is_near_is_printed_below_the_no(near: tuple[float, float] | None) -> None:
     """By its numbers, with the command that asks for it; or that there is nothing."""
-    check = Check(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
+    check = Feasibility(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
     asked = {"rise": 0.3, "run": 0.3, "count": 7}
-    told = with_nearest(describe_check(check, paper_robot(), source=URL, asked=asked), near)
+    told = with_nearest(feasibility_report(check, paper_robot(), source=URL, asked=asked), near)
     console = Console(width=160, file=io.StringIO(), record=True)
     print_next(told, console)
     text = console.export_text()
@@ -94,11 +96,11 @@ def test_on_endless_stairs_that_allow_nothing_no_lower_rise_is_planned(
     """What a search finds there is where planning begins, and it is told what is looked at."""
     monkeypatch.setattr(check_nearest, "highest_rise", lambda *_, **__: 0.1234)
     monkeypatch.setattr(
-        check_nearest, "ask_stairs",
+        check_nearest, "check_flight",
         lambda _, *, rise, run, **__: made_up(rise, run, feasible=True),
     )  # fmt: skip
     notes: list[str] = []
-    check = Check(Scenario(), None, "", {"slacks": {}, "run": 0.3})
+    check = Feasibility(Scenario(), None, "", {"slacks": {}, "run": 0.3})
     near = nearest_of(
         check, paper_robot(), model=URL, rise=0.9, run=0.3, count=4, note=notes.append
     )
@@ -109,11 +111,11 @@ def test_on_endless_stairs_that_allow_nothing_no_lower_rise_is_planned(
 @pytest.mark.slow
 def test_no_names_what_is_short_and_the_nearest_stairs() -> None:
     """A riser as high as a leg: no, a limit by name, and stairs that are then judged feasible."""
-    told = run_check(Asked(URL, rise=1.2, run=RUN, count=COUNT))
+    told = run_check(CheckRequest(URL, rise=1.2, run=RUN, count=COUNT))
     assert not told["feasible"] and told["limit"] in set(NAMES) | {"speed"}
     rise, run = told["nearest"]["rise"], told["nearest"]["run"]
     assert 0.1 < rise < 1.2 and run == RUN
-    assert ask_stairs(URL, rise=rise, run=run, count=COUNT).feasible
+    assert check_flight(URL, rise=rise, run=run, count=COUNT).feasible
     assert told["answer"].startswith("No: ") and f"{rise:g} m" in told["answer"]
     assert LIMITS[told["limit"]] in told["answer"]
     assert told["answer"].count("would work") == 1 and "quick search" not in told["answer"]
@@ -134,11 +136,11 @@ def test_above_the_rise_that_was_said_to_work_none_is_judged() -> None:
     """What the search on endless stairs ruled out is not planned; what it named is judged first."""
     judged: list[float] = []
 
-    def judge(rise: float, run: float, _count: int) -> Check:
+    def judge(rise: float, run: float, _count: int) -> Feasibility:
         judged.append(rise)
         return made_up(rise, run, feasible=True)
 
-    check = Check(Scenario(), None, "", {"nearest_rise": 0.2117})
+    check = Feasibility(Scenario(), None, "", {"nearest_rise": 0.2117})
     assert nearest_stairs(judge, check, rise=0.3, run=0.3, count=4) == (0.211, 0.3)
     assert judged == [0.211]
 
@@ -154,9 +156,9 @@ def test_nearest_stairs_hold_for_all_steps_of_the_flight() -> None:
 
 def test_where_no_rise_works_a_deeper_run_may() -> None:
     """A run that suits the rise is named, and if there is none either, nothing."""
-    check = Check(Scenario(), None, "", {"nearest_rise": None})
+    check = Feasibility(Scenario(), None, "", {"nearest_rise": None})
 
-    def judge(_rise: float, run: float, _count: int) -> Check:
+    def judge(_rise: float, run: float, _count: int) -> Feasibility:
         return made_up(0.2, run, feasible=run >= 0.3)
 
     assert nearest_stairs(judge, check, rise=0.2, run=0.22, count=10) == (0.2, 0.33)
@@ -167,11 +169,11 @@ def test_the_nearest_stairs_to_treads_like_floors_are_sought_briefly() -> None:
     """They take long to plan; and deeper ones are no easier."""
     judged: list[tuple[float, float]] = []
 
-    def judge(rise: float, run: float, _count: int) -> Check:
+    def judge(rise: float, run: float, _count: int) -> Feasibility:
         judged.append((rise, run))
         return made_up(rise, run, feasible=False)
 
-    check = Check(Scenario(), None, "", {"deep": True})
+    check = Feasibility(Scenario(), None, "", {"deep": True})
     assert nearest_stairs(judge, check, rise=0.3, run=2.0, count=4) is None
     assert len(judged) == 2 and {run for _, run in judged} == {2.0}
     near = nearest_stairs(

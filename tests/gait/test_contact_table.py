@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_quad.gait.schedule import ContactTable, spin_table, wave_table
+from drake_quad.gait.schedule import GaitSchedule, spin_schedule, wave_schedule
 from drake_quad.robot.legs import LEGS, Leg
 
 betas = st.floats(0.75, 0.98)
@@ -13,17 +13,17 @@ cycle_times = st.floats(0.5, 20.0)
 signs = st.sampled_from([1, -1])
 
 
-def make(kind: str, beta: float, cycle_time: float, sign: int) -> ContactTable:
+def make(kind: str, beta: float, cycle_time: float, sign: int) -> GaitSchedule:
     if kind == "wave":
-        return wave_table(duty_factor=beta, cycle_time=cycle_time, heading=sign)
-    return spin_table(duty_factor=beta, cycle_time=cycle_time, sense=sign)
+        return wave_schedule(duty_factor=beta, cycle_time=cycle_time, heading=sign)
+    return spin_schedule(duty_factor=beta, cycle_time=cycle_time, sense=sign)
 
 
 tables = st.builds(make, st.sampled_from(["wave", "spin"]), betas, cycle_times, signs)
 
 
 @given(tables)
-def test_never_more_than_one_leg_in_the_air(table: ContactTable) -> None:
+def test_never_more_than_one_leg_in_the_air(table: GaitSchedule) -> None:
     """Swings follow one another within the cycle, without overlapping."""
     end = 0.0
     for _, lift, touchdown in table.swing_intervals():
@@ -34,7 +34,7 @@ def test_never_more_than_one_leg_in_the_air(table: ContactTable) -> None:
 
 
 @given(tables)
-def test_each_leg_stands_for_beta_of_the_cycle(table: ContactTable) -> None:
+def test_each_leg_stands_for_beta_of_the_cycle(table: GaitSchedule) -> None:
     """Each of the four legs swings once, for (1 - beta) T."""
     intervals = table.swing_intervals()
     assert sorted(leg for leg, *_ in intervals) == list(LEGS)
@@ -44,7 +44,7 @@ def test_each_leg_stands_for_beta_of_the_cycle(table: ContactTable) -> None:
 
 
 @given(tables, st.floats(-3.0, 3.0))
-def test_answers_agree_at_any_time_of_any_cycle(table: ContactTable, cycles: float) -> None:
+def test_answers_agree_at_any_time_of_any_cycle(table: GaitSchedule, cycles: float) -> None:
     """Swing leg, swing phase and standing legs describe one and the same state."""
     t = cycles * table.cycle_time
     leg, phase, standing = table.swing_leg(t), table.swing_phase(t), table.standing(t)
@@ -57,7 +57,7 @@ def test_answers_agree_at_any_time_of_any_cycle(table: ContactTable, cycles: flo
 
 
 @given(tables)
-def test_intervals_are_half_open(table: ContactTable) -> None:
+def test_intervals_are_half_open(table: GaitSchedule) -> None:
     """A leg is in the air at its lift-off, at phase 0, and not any more at its touchdown."""
     for leg, lift, touchdown in table.swing_intervals():
         assert table.swing_leg(lift) is leg
@@ -125,6 +125,6 @@ def test_other_bad_tables_are_refused() -> None:
     with pytest.raises(ValueError, match="sense"):
         make("spin", 0.8, 8.0, 2)
     with pytest.raises(ValueError, match="swing"):
-        ContactTable(8.0, 0.75, np.array([0.0, 0.1, 0.5, 0.75]), (Leg(1), Leg(2), Leg(3), Leg(4)))
+        GaitSchedule(8.0, 0.75, np.array([0.0, 0.1, 0.5, 0.75]), (Leg(1), Leg(2), Leg(3), Leg(4)))
     with pytest.raises(ValueError, match="swing"):
-        ContactTable(8.0, 0.75, np.array([0.0, 0.25, 0.5, 0.75]), (Leg(1), Leg(4), Leg(2), Leg(3)))
+        GaitSchedule(8.0, 0.75, np.array([0.0, 0.25, 0.5, 0.75]), (Leg(1), Leg(4), Leg(2), Leg(3)))

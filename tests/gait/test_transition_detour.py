@@ -5,7 +5,7 @@ import pytest
 
 from drake_quad.common import FloatArray
 from drake_quad.gait.transition_detour import best_detour, plan_sequence
-from drake_quad.gait.transition_search import LiftRules, Places, best_direct, follow
+from drake_quad.gait.transition_search import LiftRules, Places, apply_lift, best_direct
 from drake_quad.gait.workspace import PAPER_WORKSPACE, wave_desired_configuration
 
 ALL = frozenset(range(4))
@@ -56,7 +56,7 @@ def test_detours_end_at_the_goal_by_way_of_admissible_places(boxes: bool) -> Non
                 feet[row] = p_to
                 assert not boxes or PAPER_WORKSPACE.contains(feet, tol=1e-9)
             assert feet.tolist() == goal.tolist()
-            again = follow(rules, [(row, p_to) for row, _, p_to, _ in plan.lifts])
+            again = apply_lift(rules, [(row, p_to) for row, _, p_to, _ in plan.lifts])
             assert again.key == plan.key
             break
     assert found >= 8
@@ -78,7 +78,7 @@ def test_a_detour_can_be_as_good_as_any_place_of_a_grid() -> None:
                 first = row == twice and not seen
                 seen = seen or first
                 moves.append((row, (place[0], place[1]) if first else rules.goal[row]))
-            best = max(best, follow(rules, moves).key)
+            best = max(best, apply_lift(rules, moves).key)
         assert plan.key[0] >= best[0] - 1e-9
 
 

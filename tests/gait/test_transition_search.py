@@ -12,9 +12,9 @@ from drake_quad.common import FloatArray
 from drake_quad.gait.transition_search import (
     LiftRules,
     Places,
+    apply_lift,
+    apply_lift_to_goal,
     best_direct,
-    follow,
-    follow_to_goal,
     sequences,
 )
 from drake_quad.gait.workspace import PAPER_WORKSPACE
@@ -49,7 +49,7 @@ def test_the_best_order_is_the_best_of_all_orders(
 ) -> None:
     """The search over subsets finds what trying all 24 orders finds, and the first of equals."""
     rules = make_rules(start, goal, max_shift)
-    everything = [follow_to_goal(rules, order) for order in permutations(range(4))]
+    everything = [apply_lift_to_goal(rules, order) for order in permutations(range(4))]
     best = best_direct(rules, ALL)
     assert best.key == max(plan.key for plan in everything)
     assert best.sequence == min(plan.sequence for plan in everything if plan.key == best.key)
@@ -89,5 +89,5 @@ def test_sequences_are_all_useful_ones(rows: frozenset[int], count: int) -> None
 def test_plans_count_a_margin_on_the_border_as_reached() -> None:
     """A centre of mass on the border is stable, as in the paper; it has no margin to give."""
     still = make_rules(np.zeros((4, 2)), np.zeros((4, 2)), 0.0)
-    assert follow(still, [(0, still.goal[0])]).reaches(0.0)
-    assert not follow(still, [(0, still.goal[0])]).reaches(1e-3)
+    assert apply_lift(still, [(0, still.goal[0])]).reaches(0.0)
+    assert not apply_lift(still, [(0, still.goal[0])]).reaches(1e-3)

@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from drake_quad.common import FloatArray
-from drake_quad.gait.schedule import ContactTable, spin_table, wave_table
+from drake_quad.gait.schedule import GaitSchedule, spin_schedule, wave_schedule
 from drake_quad.gait.workspace import (
     PAPER_WORKSPACE,
     Workspace,
@@ -35,7 +35,7 @@ workspaces = st.builds(
 
 
 def spin_feet(
-    workspace: Workspace, table: ContactTable, phi: float, sense: int, t: float
+    workspace: Workspace, table: GaitSchedule, phi: float, sense: int, t: float
 ) -> FloatArray:
     """The feet in B at the fraction t of a cycle: each leg stands, then swings back by phi."""
     feet = spin_desired_configuration(
@@ -69,7 +69,7 @@ def test_wave_uses_exactly_its_stroke(workspace: Workspace, beta: float, heading
     """Walking at R/beta a cycle, each foot reaches its limit of -R/2 just as it lifts."""
     stroke = 0.9 * workspace.R_x
     feet = wave_desired_configuration(workspace, stroke=stroke, duty_factor=beta, heading=heading)
-    table = wave_table(duty_factor=beta, cycle_time=1.0, heading=heading)
+    table = wave_schedule(duty_factor=beta, cycle_time=1.0, heading=heading)
     at_lift = (feet - workspace.centres)[:, 0] - heading * stroke / beta * table.lift_off
     assert at_lift == pytest.approx(-heading * stroke / 2.0)
     assert workspace.contains(feet)
@@ -142,7 +142,7 @@ def test_feet_stay_in_their_boxes_through_a_spin_and_end_where_they_began(
 ) -> None:
     """Any phi up to the largest keeps every foot in its box; a cycle closes."""
     phi = share * spin_phi_max(workspace)
-    table = spin_table(duty_factor=beta, cycle_time=1.0, sense=sense)
+    table = spin_schedule(duty_factor=beta, cycle_time=1.0, sense=sense)
     assert workspace.contains(spin_feet(workspace, table, phi, sense, t), tol=1e-8)
     desired = spin_desired_configuration(workspace, phi=phi, duty_factor=beta, sense=sense)
     assert spin_feet(workspace, table, phi, sense, 1.0) == pytest.approx(desired)
@@ -157,8 +157,8 @@ def test_left_right_mirror_turns_counterclockwise_into_clockwise(
     Later, because the paper begins both with leg 1, and the mirror image begins with leg 2.
     """
     phi = share * spin_phi_max(workspace)
-    left = spin_table(duty_factor=0.75, cycle_time=1.0, sense=1)
-    right = spin_table(duty_factor=0.75, cycle_time=1.0, sense=-1)
+    left = spin_schedule(duty_factor=0.75, cycle_time=1.0, sense=1)
+    right = spin_schedule(duty_factor=0.75, cycle_time=1.0, sense=-1)
     rows = [leg.mirrored.row for leg in LEGS]
     mirrored = spin_feet(workspace, left, phi, 1, t)[rows] * np.array([1.0, -1.0])
     clockwise = spin_feet(workspace, right, phi, -1, (t + 0.25) % 1.0)
@@ -175,7 +175,7 @@ def test_both_senses_are_equally_stable(workspace: Workspace, beta: float, share
     phi = share * spin_phi_max(workspace)
     margins = []
     for sense in (1, -1):
-        table = spin_table(duty_factor=beta, cycle_time=1.0, sense=sense)
+        table = spin_schedule(duty_factor=beta, cycle_time=1.0, sense=sense)
         middles = [(lift + touchdown) / 2.0 for _, lift, touchdown in table.swing_intervals()]
         margins.append(
             [
@@ -224,7 +224,7 @@ def test_ninety_degrees_with_table_one() -> None:
     """90 degrees at beta = 3/4 is one cycle of phi = 67.5, with margins down to 0.185 m."""
     cycles, phi = spin_cycles(np.pi / 2.0, 0.75, spin_phi_max(PAPER_WORKSPACE))
     assert (cycles, np.degrees(phi)) == (1, pytest.approx(67.5))
-    table = spin_table(duty_factor=0.75, cycle_time=1.0)
+    table = spin_schedule(duty_factor=0.75, cycle_time=1.0)
     margins = [
         stability_margin(
             (0.0, 0.0), spin_feet(PAPER_WORKSPACE, table, phi, 1, t)[table.standing(t)]

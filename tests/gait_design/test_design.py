@@ -16,20 +16,20 @@ from drake_quad.gait_design.candidates import (
     LOWER,
     PHASES,
     UPPER,
-    Grid,
+    CandidateBatch,
     Staircase,
-    bounds,
+    candidate_bounds,
     flights_of,
+    make_candidates,
     make_cycle,
-    make_grid,
-    make_patterns,
+    make_foothold_patterns,
 )
 from drake_quad.gait_design.designer import FOUND_RADIUS, control_fields, scenario_fields
-from drake_quad.gait_design.objective import NAMES, evaluate
+from drake_quad.gait_design.objective import NAMES, evaluate_candidates
 from drake_quad.gait_design.search import choose_gaits
-from drake_quad.math.distance import from_stairs
+from drake_quad.math.distance import point_to_stairs
 from drake_quad.planning.clearance import from_ground, from_nosings
-from drake_quad.planning.footholds import Pattern
+from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.scenario.build import control_settings, course_of
 from drake_quad.scenario.load import DESIGNED, parse_scenario
 from drake_quad.scenario.motion_config import ControllerConfig
@@ -50,17 +50,17 @@ def test_a_shank_over_a_nosing_between_its_points_is_seen_on_a_course() -> None:
     assert from_nosings(lane, line - [0.0, 0.0, 0.01])[0] < 0.0
 
 
-def some_gaits(pattern: Pattern, count: int = 12) -> Grid:
+def some_gaits(pattern: FootholdPattern, count: int = 12) -> CandidateBatch:
     """Candidates all over what is free."""
     parameters = np.random.default_rng(0).uniform(LOWER, UPPER, (count, len(LOWER)))
-    return make_grid(paper_robot(), pattern, parameters)
+    return make_candidates(paper_robot(), pattern, parameters)
 
 
 @pytest.mark.parametrize("rise", [0.15, -0.15])
 def test_feet_of_a_cycle_stand_whole_on_treads(rise: float) -> None:
     """Every standing foot is on a tread, at its height, no nearer to an end than it is wide."""
     stairs, radius = Staircase(rise, 0.3), 0.03
-    for pattern in make_patterns(paper_robot(), [stairs.run]):
+    for pattern in make_foothold_patterns(paper_robot(), [stairs.run]):
         cycle = make_cycle(some_gaits(pattern), stairs, foot_radius=radius, clearance=0.02)
         place = np.round(cycle.feet[..., 0] / stairs.run)
         stands = np.broadcast_to(cycle.standing, place.shape)
@@ -78,14 +78,14 @@ def test_a_weaker_robot_has_no_more_room(rise: float, run: float) -> None:
     Of one leg alone, it may be that one or another that lacks room.
     """
     robot, stairs = paper_robot(), Staircase(rise, run)
-    grid = some_gaits(Pattern(1, 2))
+    grid = some_gaits(FootholdPattern(1, 2))
     weak = replace(robot, effort=0.5 * robot.effort)
-    full = evaluate(robot, shape(), grid, stairs, clearance=0.02)
-    half = evaluate(weak, shape(), grid, stairs, clearance=0.02)
+    full = evaluate_candidates(robot, shape(), grid, stairs, clearance=0.02)
+    half = evaluate_candidates(weak, shape(), grid, stairs, clearance=0.02)
     k = NAMES.index("torque")
     np.testing.assert_allclose(1.0 - half[:, k], 2.0 * (1.0 - full[:, k]), rtol=1e-9)
     lame = [
-        evaluate(
+        evaluate_candidates(
             replace(robot, effort=robot.effort * np.where(np.arange(12) // 3 == leg, 0.5, 1.0)),
             shape(), grid, stairs, clearance=0.02,
         )[:, k]
@@ -151,7 +151,7 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
     p = rng.uniform([4.5, -0.5, 0.5], [6.5, 0.5, 2.0], (20, 3))
     # Tread 0 of the endless staircase is the flight's fifth: its middle, at its height.
     s, z = p[:, 0] - (3.0 + 4.5 * 0.3), p[:, 2] - 5 * 0.15
-    expected = [from_stairs(a, b, 0.15, 0.3) for a, b in zip(s, z, strict=True)]
+    expected = [point_to_stairs(a, b, 0.15, 0.3) for a, b in zip(s, z, strict=True)]
     np.testing.assert_allclose(from_ground(lane, p), expected, atol=1e-9)
 
 
@@ -198,11 +198,11 @@ def test_what_a_design_fills_in_is_what_may_not_be_set() -> None:
 def test_feet_of_a_cycle_were_set_down_where_they_stand(rise: float) -> None:
     """At the moment that `landed` names, or a whole round of cycles before."""
     stairs = Staircase(rise, 0.3)
-    patterns = make_patterns(paper_robot(), [stairs.run])
-    patterns += make_patterns(paper_robot(), [stairs.run], per_tread=2)
+    patterns = make_foothold_patterns(paper_robot(), [stairs.run])
+    patterns += make_foothold_patterns(paper_robot(), [stairs.run], per_tread=2)
     for pattern in patterns:
-        parameters = np.stack([bounds(pattern)[2]] * 2)
-        grid = make_grid(paper_robot(), pattern, parameters)
+        parameters = np.stack([candidate_bounds(pattern)[2]] * 2)
+        grid = make_candidates(paper_robot(), pattern, parameters)
         cycle = make_cycle(grid, stairs, foot_radius=0.01, clearance=0.02)
         x, n = cycle.feet[0, :, :, 0], len(cycle.swing)
         rounds = n // (4 * len(PHASES))

@@ -11,21 +11,21 @@ from rig import paper_robot
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.check import check_stairs
 from drake_quad.gait_design import search as choose
-from drake_quad.gait_design.candidates import Staircase, bounds, make_grid
+from drake_quad.gait_design.candidates import Staircase, candidate_bounds, make_candidates
 from drake_quad.gait_design.search import (
     AGAIN,
     ENOUGH,
     HOPELESS,
     QUICK,
+    SEARCH_SETTINGS,
     SURELY,
     THOROUGH,
-    WAYS,
     Search,
-    Way,
+    SearchSettings,
     choose_gaits,
     describe_gait,
 )
-from drake_quad.planning.footholds import Pattern
+from drake_quad.planning.footholds import FootholdPattern
 
 
 def test_higher_steps_are_never_easier() -> None:
@@ -49,7 +49,9 @@ def test_a_good_gait_comes_before_other_patterns_are_searched(
     searched = []
     least = Search.least
 
-    def counted(search: Search, first: FloatArray, way: Way, **ends: float) -> FloatArray:
+    def counted(
+        search: Search, first: FloatArray, way: SearchSettings, **ends: float
+    ) -> FloatArray:
         searched.append(search)
         return least(search, first, way, **ends)
 
@@ -69,15 +71,15 @@ def test_a_thorough_search_looks_at_treads_of_two_places_in_any_case(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """And from other beginnings, more of them; the quick one only where one place is not enough."""
-    searched: list[tuple[int, Way]] = []
+    searched: list[tuple[int, SearchSettings]] = []
 
-    def noted(search: Search, first: FloatArray, way: Way, **ends: float) -> FloatArray:
+    def noted(search: Search, first: FloatArray, way: SearchSettings, **ends: float) -> FloatArray:
         searched.append((len(first), way))
         return np.asarray(first[0])
 
     monkeypatch.setattr(Search, "least", noted)
     flights = [Staircase(0.9, 0.3), Staircase(-0.9, 0.3)]
-    for way in WAYS:
+    for way in SEARCH_SETTINGS:
         searched.clear()
         gaits = list(choose_gaits(paper_robot(), shape(), flights, way))
         assert {d.gait.pattern.per_tread for d in gaits} == {1, 2}
@@ -87,12 +89,12 @@ def test_a_thorough_search_looks_at_treads_of_two_places_in_any_case(
 
 def test_a_search_ends_with_enough_or_as_hopeless() -> None:
     """With no less room than was asked for; and where much too much is lacking, early."""
-    robot, (lower, upper, _) = paper_robot(), bounds(Pattern(1, 2))
+    robot, (lower, upper, _) = paper_robot(), candidate_bounds(FootholdPattern(1, 2))
     first = lower + np.random.default_rng(0).random((40, len(lower))) * (upper - lower)
 
     def lacking(rise: float, **ends: float) -> tuple[float, int]:
         flights = [Staircase(rise, 0.4), Staircase(-rise, 0.4)]
-        search, asked = Search(robot, shape(), Pattern(1, 2), flights), []
+        search, asked = Search(robot, shape(), FootholdPattern(1, 2), flights), []
         search_call = type(search).__call__
 
         class Counted(Search):
@@ -135,7 +137,7 @@ def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
 
 def test_runs_that_no_stance_fits_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Front and rear feet would be too near or too far apart, with any pattern of footprints."""
-    monkeypatch.setattr(choose, "make_patterns", lambda *_: [])
+    monkeypatch.setattr(choose, "make_foothold_patterns", lambda *_: [])
     check = check_stairs(MODEL, rise=0.05, run=0.3, count=2)
     assert not check.feasible and "as far apart as the hips" in check.reason
 
@@ -143,15 +145,15 @@ def test_runs_that_no_stance_fits_are_told(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.parametrize(
     ("pattern", "words"),
     [
-        (Pattern(1, 2), "1 tread a cycle, rear"),
-        (Pattern(2, 3), "2 treads a cycle, rear"),
-        (Pattern(1, 3, 2), "1 place a cycle, 2 to a tread, rear"),
-        (Pattern(2, 4, 2), "2 places a cycle, 2 to a tread, rear"),
+        (FootholdPattern(1, 2), "1 tread a cycle, rear"),
+        (FootholdPattern(2, 3), "2 treads a cycle, rear"),
+        (FootholdPattern(1, 3, 2), "1 place a cycle, 2 to a tread, rear"),
+        (FootholdPattern(2, 4, 2), "2 places a cycle, 2 to a tread, rear"),
     ],
 )
-def test_a_gait_is_told_in_words(pattern: Pattern, words: str) -> None:
+def test_a_gait_is_told_in_words(pattern: FootholdPattern, words: str) -> None:
     """How far a cycle goes, and how treads are shared."""
     first = next(choose_gaits(paper_robot(), shape(), [Staircase(0.1, 0.4)]))
-    _, _, usual = bounds(pattern)
-    told = describe_gait(replace(first, gait=make_grid(paper_robot(), pattern, usual)))
+    _, _, usual = candidate_bounds(pattern)
+    told = describe_gait(replace(first, gait=make_candidates(paper_robot(), pattern, usual)))
     assert told.startswith(f"({words} feet {pattern.lag} behind, body ")

@@ -14,25 +14,30 @@ from drake_quad.gait_design.candidates import (
     LOWER,
     UPPER,
     Staircase,
-    bounds,
+    candidate_bounds,
+    make_candidates,
     make_cycle,
-    make_grid,
-    make_patterns,
+    make_foothold_patterns,
 )
 from drake_quad.gait_design.kernels import (
     SHANK,
     THIGH,
-    angles,
     best_sway,
-    centre,
+    centre_of_mass,
+    joint_angles,
     place_points,
-    share_weight,
+    static_foot_loads,
     torque_used,
 )
-from drake_quad.gait_design.objective import NAMES, evaluate, lacking_room, wanted_room
+from drake_quad.gait_design.objective import (
+    NAMES,
+    evaluate_candidates,
+    objective,
+    wanted_with_tolerance,
+)
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.clearance import knee_axes, shank_middles
-from drake_quad.planning.footholds import Pattern
+from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.kinematics import calc_jacobians, calc_knees, leg_array
 from drake_quad.robot.link_outline import SHANK_POINTS
@@ -57,7 +62,7 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     R = rotations(body)
     J = calc_jacobians(g, q[0])
     for k in range(4):
-        room = angles(legs[k], body, feet[k], 0.0, cp, sp, found[k])
+        room = joint_angles(legs[k], body, feet[k], 0.0, cp, sp, found[k])
         assert (room < 0.0) == (excess[0, k] > 0.0) or abs(room) < 1e-5
         force = rng.uniform(0.0, 300.0)
         torque = J[k].T @ (R.T @ [0.0, 0.0, -force])
@@ -71,7 +76,7 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     lines = knees[:, None] + SHANK_POINTS[:, None] * (feet - knees)[:, None]
     np.testing.assert_allclose(np.linalg.norm(middles - lines, axis=2), np.abs(offsets), atol=1e-9)
     at = np.empty(3)
-    centre(body, found, legs, masses, coms, cp, sp, at)
+    centre_of_mass(body, found, legs, masses, coms, cp, sp, at)
     np.testing.assert_allclose(at, com[0], atol=1e-9)
 
 
@@ -93,7 +98,7 @@ def test_kernel_has_the_gait_floors_margin_and_fair_shares(seed: int, air: int) 
     )
     assert margin >= min(still, 0.05) - 1e-3
     forces = np.zeros(4)
-    share_weight(com[0], com[1], feet, air, 100.0, forces)
+    static_foot_loads(com[0], com[1], feet, air, 100.0, forces)
     assert forces[air] == 0.0 and forces.sum() == pytest.approx(100.0)
     np.testing.assert_allclose(forces @ feet[:, :2] / 100.0, com[:2], atol=1e-9)
 
@@ -103,13 +108,13 @@ def test_only_the_hopeless_are_not_looked_at_to_the_end(seed: int, enough: float
     """Those that lack no more than enough are judged in full, the others lack more than that."""
     robot, stairs = paper_robot(), Staircase(0.13, 0.4)
     parameters = np.random.default_rng(seed).uniform(LOWER, UPPER, (8, len(LOWER)))
-    grid, limits = make_grid(robot, Pattern(), parameters), np.full(8, enough)
-    full = evaluate(robot, shape(), grid, stairs, clearance=0.02)
-    quick = evaluate(robot, shape(), grid, stairs, clearance=0.02, enough=limits)
-    wanted = wanted_room(robot)
-    good = lacking_room(full, wanted) <= enough
+    grid, limits = make_candidates(robot, FootholdPattern(), parameters), np.full(8, enough)
+    full = evaluate_candidates(robot, shape(), grid, stairs, clearance=0.02)
+    quick = evaluate_candidates(robot, shape(), grid, stairs, clearance=0.02, enough=limits)
+    wanted = wanted_with_tolerance(robot)
+    good = objective(full, wanted) <= enough
     np.testing.assert_array_equal(quick[good], full[good])
-    assert np.all(lacking_room(quick[~good], wanted) > enough)
+    assert np.all(objective(quick[~good], wanted) > enough)
     for name in ("height", "shift_down"):
         np.testing.assert_array_equal(getattr(grid.take(good), name), getattr(grid, name)[good])
 
@@ -118,18 +123,24 @@ def test_one_candidate_alone_is_judged_as_among_others() -> None:
     """A grid of one gives the same row."""
     robot, stairs = paper_robot(), Staircase(-0.13, 0.4)
     parameters = np.random.default_rng(1).uniform(LOWER, UPPER, (8, len(LOWER)))
-    many = evaluate(robot, shape(), make_grid(robot, Pattern(), parameters), stairs, clearance=0.02)
+    many = evaluate_candidates(
+        robot,
+        shape(),
+        make_candidates(robot, FootholdPattern(), parameters),
+        stairs,
+        clearance=0.02,
+    )
     for k in (0, 3, 7):
-        grid = make_grid(robot, Pattern(), parameters[k])
-        one = evaluate(robot, shape(), grid, stairs, clearance=0.02)
+        grid = make_candidates(robot, FootholdPattern(), parameters[k])
+        one = evaluate_candidates(robot, shape(), grid, stairs, clearance=0.02)
         np.testing.assert_allclose(one[0], many[k], atol=1e-12)
 
 
 def test_the_search_knows_that_feet_roll() -> None:
     """The margin of a candidate that does not sway is that of feet rolled since they landed."""
     robot, stairs = paper_robot(), Staircase(0.13, 0.5)
-    pattern = make_patterns(robot, [stairs.run])[0]
-    grid = make_grid(robot, pattern, bounds(pattern)[2][None])
+    pattern = make_foothold_patterns(robot, [stairs.run])[0]
+    grid = make_candidates(robot, pattern, candidate_bounds(pattern)[2][None])
     cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
     body, feet = cycle.body[0], cycle.feet[0]
     q, _, com = pose_robot(robot, body, feet)
@@ -150,7 +161,9 @@ def test_the_search_knows_that_feet_roll() -> None:
 def test_the_search_keeps_shanks_off_the_trunks_parts_alone() -> None:
     """Not off one box about them; a part where shanks go takes room away."""
     grid, stairs = (
-        make_grid(paper_robot(), Pattern(), bounds(Pattern())[2][None]),
+        make_candidates(
+            paper_robot(), FootholdPattern(), candidate_bounds(FootholdPattern())[2][None]
+        ),
         Staircase(0.13, 0.4),
     )
     outline, apart = shape(), NAMES.index("apart")
@@ -158,7 +171,7 @@ def test_the_search_keeps_shanks_off_the_trunks_parts_alone() -> None:
     long = np.array([box[0] - [0.3, 0.2, 0.4], box[1] + [0.3, 0.2, 0.0]])
     whole = replace(outline, trunk_lower=long[0], trunk_upper=long[1])
     alone, filled = (
-        evaluate(
+        evaluate_candidates(
             paper_robot(), replace(whole, trunk_parts=part[None]), grid, stairs, clearance=0.02
         )[0]
         for part in (box, long)

@@ -12,30 +12,30 @@ from rig import paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.gait_design.candidates import (
-    Grid,
+    CandidateBatch,
     Staircase,
-    bounds,
+    candidate_bounds,
+    make_candidates,
     make_cycle,
-    make_grid,
-    make_patterns,
+    make_foothold_patterns,
 )
 from drake_quad.gait_design.kernels import (
     SHANK,
     THIGH,
-    leg_room,
-    room_apart,
-    room_under,
-    trunk_room,
+    clearance_between_legs,
+    clearance_under_line,
+    pose_leg_clearance,
+    pose_trunk_clearance,
 )
 from drake_quad.gait_design.objective import NAMES
-from drake_quad.math.distance import from_stairs, line_from_stairs, over_nosings
+from drake_quad.math.distance import line_over_nosings, line_to_stairs, point_to_stairs
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.clearance import (
     from_ground,
     from_nosings,
     knee_axes,
+    shank_clearance,
     shank_middles,
-    shank_room,
 )
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.kinematics import calc_knees
@@ -54,7 +54,7 @@ def test_distance_from_stairs_is_that_of_the_nearest_point(
     assume(abs(s / run - np.floor(s / run) - 0.5) > 1e-3)  # on a riser either tread is right
     stairs = Staircase(rise, run)
     assume(abs(z - float(stairs.line(np.array(s)))) < run)  # it looks two treads to either side
-    found = from_stairs(s, z, rise, run)
+    found = point_to_stairs(s, z, rise, run)
     i = np.arange(-40, 41)[:, None]
     along = np.linspace(0.0, 1.0, 201)
     tops = np.stack(np.broadcast_arrays((i - 0.5 + along) * run, i * rise), axis=-1).reshape(-1, 2)
@@ -86,10 +86,10 @@ def test_a_nosing_between_two_points_is_seen(
     assume(abs(z - float(stairs.line(np.array(s)))) < 0.5 * run and length < run)
     p = np.array([s, 0.0, z])
     q = p + length * np.array([np.cos(way), 0.0, np.sin(way)])
-    ends = [from_stairs(x[0], x[2], rise, run) for x in (p, q)]
-    told = min(*ends, line_from_stairs(p, q, rise, run))
+    ends = [point_to_stairs(x[0], x[2], rise, run) for x in (p, q)]
+    told = min(*ends, line_to_stairs(p, q, rise, run))
     between = p + np.linspace(0.0, 1.0, 401)[:, None] * (q - p)
-    nearest = min(from_stairs(x[0], x[2], rise, run) for x in between)
+    nearest = min(point_to_stairs(x[0], x[2], rise, run) for x in between)
     if nearest > 1e-3:
         assert told == pytest.approx(nearest, abs=1e-3)
     if nearest < -1e-3:
@@ -102,11 +102,11 @@ def test_what_is_above_the_nosings_is_as_far_from_the_stairs(
 ) -> None:
     """The plane through the nosings is no farther off than the stairs; below it nothing is told."""
     z = float(Staircase(rise, run).line(np.array(s))) + above
-    assert over_nosings(s, z, rise, run) <= from_stairs(s, z, rise, run) + 1e-9
+    assert line_over_nosings(s, z, rise, run) <= point_to_stairs(s, z, rise, run) + 1e-9
     k = np.floor(s / run)
     nosing = (k + 0.5) * run, max(k, k + 1.0) * rise if rise > 0.0 else k * rise
-    assert over_nosings(nosing[0], nosing[1] + 1e-9, rise, run) == pytest.approx(0.0, abs=1e-8)
-    assert over_nosings(nosing[0], nosing[1] - 1e-6, rise, run) == -np.inf
+    assert line_over_nosings(nosing[0], nosing[1] + 1e-9, rise, run) == pytest.approx(0.0, abs=1e-8)
+    assert line_over_nosings(nosing[0], nosing[1] - 1e-6, rise, run) == -np.inf
 
 
 @settings(max_examples=300)
@@ -128,23 +128,23 @@ def test_what_is_passed_over_would_have_changed_nothing(
     trunk = np.stack([[parts[:, 0].min(axis=0), parts[:, 1].max(axis=0)], *parts])
     line = middle + np.linspace(-0.4, 0.4, 7)[:, None] * [1.0, 0.0, rng.uniform(-0.5, 0.5)]
     rooms: tuple[Callable[[float], float], ...] = (
-        lambda least: leg_room(front, radii[0], rise, run, least),
-        lambda least: trunk_room(front[:SHANK], radii[0], trunk, least),
-        lambda least: room_apart(front, rear, radii[0], radii[1], least),
-        lambda least: room_under(line, rise, run, least),
+        lambda least: pose_leg_clearance(front, radii[0], rise, run, least),
+        lambda least: pose_trunk_clearance(front[:SHANK], radii[0], trunk, least),
+        lambda least: clearance_between_legs(front, rear, radii[0], radii[1], least),
+        lambda least: clearance_under_line(line, rise, run, least),
     )
     for room in rooms:
         assert room(least) == pytest.approx(min(least, room(np.inf)), abs=1e-12)
-    alone = [trunk_room(front[:SHANK], radii[0], np.stack([p, p]), np.inf) for p in parts]
-    assert trunk_room(front[:SHANK], radii[0], trunk, np.inf) == pytest.approx(min(alone))
+    alone = [pose_trunk_clearance(front[:SHANK], radii[0], np.stack([p, p]), np.inf) for p in parts]
+    assert pose_trunk_clearance(front[:SHANK], radii[0], trunk, np.inf) == pytest.approx(min(alone))
 
 
 @pytest.mark.parametrize(("point", "worth"), [(-1, 3.0), (3, 1.0)])
 def test_a_distance_counts_three_times_at_a_shanks_end_alone(point: int, worth: float) -> None:
     """Where one place of shanks is nearest, a centimetre more of it takes that much room."""
     robot, stairs = paper_robot(), Staircase(0.13, 0.5)
-    pattern = make_patterns(robot, [stairs.run])[0]
-    grid = make_grid(robot, pattern, bounds(pattern)[2][None])
+    pattern = make_foothold_patterns(robot, [stairs.run])[0]
+    grid = make_candidates(robot, pattern, candidate_bounds(pattern)[2][None])
     room = []
     for radius in (0.2, 0.21):
         radii = np.full((4, len(SHANK_POINTS)), -1.0)  # as thin as to be never in the way
@@ -176,7 +176,7 @@ def test_a_leaning_shanks_end_is_looked_at() -> None:
         feet = np.tile(foot, (4, 1))
         q, excess, _ = pose_robot(robot, body[None], feet[None])
         assert excess[0, 0] == 0.0
-        room = shank_room(robot, lane, body[None], feet[None], q)[0, 0]
+        room = shank_clearance(robot, lane, body[None], feet[None], q)[0, 0]
         knee = body[:3] + calc_knees(robot.geometry, q)[0, 0]
         end = knee + SHANK_POINTS[-1] * (foot - knee)
         told = room[len(SHANK_POINTS) - 1]
@@ -188,13 +188,13 @@ def test_a_leaning_shanks_end_is_looked_at() -> None:
 def test_the_search_sees_nosings_between_a_shanks_points(rise: float) -> None:
     """Of two points of shanks and the line between them, the nearest place is what is told."""
     robot, stairs, thick, unseen = paper_robot(), Staircase(rise, 0.4), 0.02, 0.0
-    pattern = make_patterns(robot, [stairs.run])[0]
-    lower, upper, _ = bounds(pattern)
+    pattern = make_foothold_patterns(robot, [stairs.run])[0]
+    lower, upper, _ = candidate_bounds(pattern)
     rng = np.random.default_rng(0)
     for i in rng.integers(1, len(SHANK_POINTS) - 1, 120):  # none that counts more than it is
         radii = np.full((4, len(SHANK_POINTS)), -1.0)  # as thin as to be never in the way
         radii[:, i - 1 : i + 1] = thick
-        grid = make_grid(robot, pattern, rng.uniform(lower, upper)[None])
+        grid = make_candidates(robot, pattern, rng.uniform(lower, upper)[None])
         body, feet, q = posed(grid, stairs)
         R = rotations(body)
         knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))
@@ -202,7 +202,7 @@ def test_the_search_sees_nosings_between_a_shanks_points(rise: float) -> None:
         ends = shank_middles(robot.shank_offsets, knees, feet, across)[:, :, i - 1 : i + 1]
         way = np.linspace(0.0, 1.0, 41)[:, None]
         places = ends[:, :, :1] + way * (ends[:, :, 1:] - ends[:, :, :1])
-        away = [from_stairs(p[0], p[2], rise, 0.4) - thick for p in places.reshape(-1, 3)]
+        away = [point_to_stairs(p[0], p[2], rise, 0.4) - thick for p in places.reshape(-1, 3)]
         by_place = np.reshape(away, (-1, len(way)))
         told = unswayed(grid, stairs, replace(shape(), shank_radii=radii))[NAMES.index("legs")]
         if 0.0 < by_place.min() < 0.05:  # farther off it may be less exact
@@ -211,7 +211,7 @@ def test_the_search_sees_nosings_between_a_shanks_points(rise: float) -> None:
     assert unseen > 0.003  # what points alone would not have told
 
 
-def posed(grid: Grid, stairs: Staircase) -> tuple[FloatArray, FloatArray, FloatArray]:
+def posed(grid: CandidateBatch, stairs: Staircase) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Bodies (N, 5), feet that rolled (N, 4, 3) and angles of a grid of one, not swaying."""
     robot = paper_robot()
     cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
@@ -242,6 +242,6 @@ def test_the_room_of_shanks_is_of_the_lines_between_their_points_too() -> None:
     knees = body[:, None, :3] + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, q))
     across = np.einsum("nij,nlj->nli", R, knee_axes(q))
     lines = from_nosings(lane, shank_middles(robot.shank_offsets, knees, feet, across))
-    told = shank_room(robot, lane, body, feet, q)[..., len(SHANK_POINTS) :]
+    told = shank_clearance(robot, lane, body, feet, q)[..., len(SHANK_POINTS) :]
     np.testing.assert_allclose(told, lines - np.minimum(radii[:, :-1], radii[:, 1:]), atol=1e-12)
     assert told.min() < 0.0 < told.max()

@@ -6,11 +6,11 @@ import pytest
 from design_rig import MODEL, shape
 from rig import paper_robot
 
-from drake_quad.feasibility.check import stairs_scenario
+from drake_quad.feasibility.check import make_stairs_scenario
 from drake_quad.gait_design import designer
 from drake_quad.gait_design.candidates import Staircase
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.gait_design.objective import LEANING, wanted_for
+from drake_quad.gait_design.objective import LEANING, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import Design, choose_gaits
 from drake_quad.scenario.config import Scenario
@@ -19,7 +19,7 @@ ERROR = 0.03  # [m]
 
 
 def asked(map_error: float) -> Scenario:
-    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.178, run=0.28, count=3)
+    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.178, run=0.28, count=3)
     scenario.gait.map_error_place = map_error
     return scenario
 
@@ -27,7 +27,7 @@ def asked(map_error: float) -> Scenario:
 def test_shanks_keep_room_for_what_the_map_may_be_off() -> None:
     """What the plan leaves is near what is wanted, with an error and without; nothing else is."""
     robot = paper_robot()
-    usual, careful = wanted_for(robot), wanted_for(robot, ERROR)
+    usual, careful = targets_for(robot), targets_for(robot, ERROR)
     others = [n for n in vars(usual) if n != "legs"]
     assert careful.legs == pytest.approx(usual.legs + LEANING * ERROR)
     assert [getattr(careful, n) for n in others] == [getattr(usual, n) for n in others]

@@ -13,7 +13,7 @@ from drake_quad.feasibility.check import check_stairs
 from drake_quad.gait_design import designer
 from drake_quad.gait_design import plan_candidates as designer_lower
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
-from drake_quad.planning.clearance import refuse_touching
+from drake_quad.planning.clearance import check_self_collision
 from drake_quad.planning.mission import (
     check_plan,
     initial_stance,
@@ -21,7 +21,7 @@ from drake_quad.planning.mission import (
     plan_mission,
     plan_tasks,
 )
-from drake_quad.robot.link_outline import read_shape
+from drake_quad.robot.link_outline import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
@@ -35,7 +35,7 @@ def design_first() -> None:
 
 def tried_against(beat: Designed | None) -> Designed | None:
     found, robot = designed(), paper_robot()
-    shape = read_shape(robot)
+    shape = link_outline_of(robot)
     return plan_design(
         found.scenario, design=found.design, robot=robot, shape=shape, source="test", beat=beat
     )
@@ -55,7 +55,7 @@ def test_a_plan_at_which_the_clock_would_stop_is_refused() -> None:
     found, robot = designed(), paper_robot()
     strict = replace(found.scenario, controller=replace(found.scenario.controller))
     plan = partial(
-        plan_design, design=found.design, robot=robot, shape=read_shape(robot), source="test"
+        plan_design, design=found.design, robot=robot, shape=link_outline_of(robot), source="test"
     )
     strict.controller.lift_off_margin = 0.9 * found.margin
     assert plan(strict, beat=None) is not None
@@ -115,10 +115,10 @@ def test_a_plan_that_folds_a_shank_into_the_trunk_is_refused() -> None:
     robot, found = paper_robot(), designed()
     task = mission_of(found.scenario, course_of(found.scenario))[0]
     samples = check_plan(robot, found.plan.plans[0], dynamic=False)
-    refuse_touching(robot, task, samples)
+    check_self_collision(robot, task, samples)
     large = np.array([[[-1.0, -1.0, -0.6], [1.0, 1.0, 0.2]]])
     with pytest.raises(PlanningError, match=r"the shank of [FR][LR] would be .* inside the trunk"):
-        refuse_touching(replace(robot, trunk_boxes=large), task, samples)
+        check_self_collision(replace(robot, trunk_boxes=large), task, samples)
 
 
 def test_a_plan_that_sets_a_foot_against_another_is_refused() -> None:
@@ -126,9 +126,9 @@ def test_a_plan_that_sets_a_foot_against_another_is_refused() -> None:
     robot, found = paper_robot(), designed()
     task = mission_of(found.scenario, course_of(found.scenario))[0]
     samples = check_plan(robot, found.plan.plans[0], dynamic=False)
-    refuse_touching(robot, task, samples)
+    check_self_collision(robot, task, samples)
     with pytest.raises(PlanningError, match=r"the feet .* would be .* too near each other"):
-        refuse_touching(replace(robot, foot_radius=0.4), task, samples)
+        check_self_collision(replace(robot, foot_radius=0.4), task, samples)
 
 
 def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
@@ -137,7 +137,7 @@ def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
     robot = replace(paper_robot(), trunk_boxes=large)
     with pytest.raises(PlanningError, match="inside the trunk"):
         plan_design(
-            found.scenario, design=found.design, robot=robot, shape=read_shape(robot),
+            found.scenario, design=found.design, robot=robot, shape=link_outline_of(robot),
             source="test", beat=None,
         )  # fmt: skip
 
@@ -148,7 +148,7 @@ def test_no_design_is_taken_that_leans_a_thigh_on_the_stairs() -> None:
     thick = replace(robot, thigh_radii=robot.thigh_radii + 0.6)
     with pytest.raises(PlanningError, match=r"the thigh of [FR][LR] would be .* inside the stairs"):
         plan_design(
-            found.scenario, design=found.design, robot=thick, shape=read_shape(robot),
+            found.scenario, design=found.design, robot=thick, shape=link_outline_of(robot),
             source="test", beat=None,
         )  # fmt: skip
 

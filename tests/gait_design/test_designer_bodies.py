@@ -8,7 +8,7 @@ from design_rig import MODEL, designed
 from rig import paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.feasibility.check import stairs_scenario
+from drake_quad.feasibility.check import make_stairs_scenario
 from drake_quad.gait_design import designer
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.plan_candidates import (
@@ -20,7 +20,7 @@ from drake_quad.gait_design.plan_candidates import (
     plan_any,
     plan_lower,
 )
-from drake_quad.gait_design.search import AGAIN, QUICK, THOROUGH, Design, Way
+from drake_quad.gait_design.search import AGAIN, QUICK, THOROUGH, Design, SearchSettings
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
 
@@ -114,7 +114,7 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
     def gaits(
-        robot: RobotModel, shape: object, flights: object, way: Way, **_: object
+        robot: RobotModel, shape: object, flights: object, way: SearchSettings, **_: object
     ) -> Iterator[Design]:
         ways.append(names[way])
         yield replace(designed().design, score=score)
@@ -125,7 +125,7 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
     monkeypatch.setattr(designer, "plan_lower", lower)
-    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
     if quality is None:
         with pytest.raises(PlanningError):
             design_scenario(scenario, robot=paper_robot(), nearest=False)
@@ -140,7 +140,7 @@ def test_where_any_plan_will_do_no_other_way_is_gone(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
     def gaits(
-        robot: RobotModel, shape: object, flights: object, way: Way, **_: object
+        robot: RobotModel, shape: object, flights: object, way: SearchSettings, **_: object
     ) -> Iterator[Design]:
         ways.append(way)
         for score in (0.8, 0.7, 0.6):
@@ -154,7 +154,7 @@ def test_where_any_plan_will_do_no_other_way_is_gone(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
     monkeypatch.setattr(designer, "plan_design", plan)
-    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
     assert design_scenario(scenario, robot=paper_robot(), thorough=False).margin == -0.1
     assert ways == [QUICK] and scores == [0.8, 0.7]
 
@@ -199,7 +199,7 @@ def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
     monkeypatch.setattr(designer, "plan_lower", lower)
-    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
     design_scenario(scenario, robot=paper_robot())
     assert scores == planned
 
@@ -234,7 +234,7 @@ def test_deep_treads_are_walked_like_floors_where_no_gait_suits_them(
         return replace(designed(), margin=found[depths[-1]])
 
     monkeypatch.setattr(designer, "_design", design)
-    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=run, count=2)
+    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=run, count=2)
     if kept is None:
         with pytest.raises(PlanningError) as caught:
             design_scenario(scenario, robot=paper_robot())

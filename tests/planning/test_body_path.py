@@ -11,9 +11,9 @@ from drake_quad.common import FloatArray
 from drake_quad.gait.workspace import Workspace
 from drake_quad.math.bspline import BodySpline
 from drake_quad.planning.body_path import plan_body
-from drake_quad.planning.body_reference import Route, body_pitch, level_pose, robot_stance
+from drake_quad.planning.body_reference import BodyReference, body_pitch, level_pose, robot_stance
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
-from drake_quad.planning.footsteps import lay_walk
+from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.zmp import sample_zmp
@@ -35,11 +35,11 @@ PAPERS_GAIT = PlanSettings(
 
 
 @cache
-def laid(settings: PlanSettings) -> tuple[ContactPlan, Route]:
+def laid(settings: PlanSettings) -> tuple[ContactPlan, BodyReference]:
     """Steps and route of a walk over three stairs."""
     course = stairs_course()
     task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    contacts, route, _ = lay_walk(
+    contacts, route, _ = plan_walk_footsteps(
         paper_robot(), course, settings, task, stance_at(course, settings)
     )
     return contacts, route

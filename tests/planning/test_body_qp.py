@@ -8,7 +8,7 @@ import pytest
 
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.gait.schedule import wave_table
+from drake_quad.gait.schedule import wave_schedule
 from drake_quad.gait.swing import Swing
 from drake_quad.gait.workspace import Workspace, wave_desired_configuration
 from drake_quad.math.bspline import BodySpline
@@ -26,7 +26,7 @@ SOLVER = 1e-4  # [m] of what the solver's tolerance leaves
 
 def wave_contacts(beta: float) -> ContactPlan:
     """Two cycles of the paper's wave along W's x, from and to a stand on four feet."""
-    table = wave_table(duty_factor=beta, cycle_time=CYCLE)
+    table = wave_schedule(duty_factor=beta, cycle_time=CYCLE)
     places = wave_desired_configuration(TABLE_I, stroke=STRIDE * beta, duty_factor=beta)
     feet = np.column_stack([places, np.zeros(4)])
     start, steps = feet.copy(), []

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig import course_of, flat_course, paper_robot, stairs_course
 
-from drake_quad.planning.recovery_step import CLEARANCE, FOOTING, CatchGround
+from drake_quad.planning.recovery_step import CLEARANCE, FOOTING, StepTargetMap
 from drake_quad.terrain.elements import Element
 
 ROBOT = paper_robot()
@@ -13,10 +13,10 @@ WIDE = course_of(Element("floor", length=8.0, width=8.0))
 
 
 GROUNDS = {
-    "up": CatchGround(stairs_course("up"), ROBOT.foot_radius),
-    "down": CatchGround(stairs_course("down"), ROBOT.foot_radius),
-    "level": CatchGround(flat_course(), ROBOT.foot_radius),
-    "wide": CatchGround(WIDE, ROBOT.foot_radius),
+    "up": StepTargetMap(stairs_course("up"), ROBOT.foot_radius),
+    "down": StepTargetMap(stairs_course("down"), ROBOT.foot_radius),
+    "level": StepTargetMap(flat_course(), ROBOT.foot_radius),
+    "wide": StepTargetMap(WIDE, ROBOT.foot_radius),
 }
 
 
@@ -38,7 +38,7 @@ def test_a_foot_is_whole_only_well_away_from_risers_and_from_the_courses_sides()
     )
     for course, lane in ((stairs_course("up"), 0), (turned, 1)):
         lay = course.lanes[lane]
-        ground = CatchGround(course, ROBOT.foot_radius)
+        ground = StepTargetMap(course, ROBOT.foot_radius)
         for s, _ in lay.nosings():
             for side in (-1.0, 1.0):
                 near, far = (lay.point(s + side * f * room, 0.1) for f in (0.97, 1.05))

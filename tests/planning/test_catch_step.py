@@ -22,13 +22,13 @@ from drake_quad.planning.recovery_step import (
     PRICE,
     SHORTEST,
     SPEED,
-    Catch,
-    CatchGround,
-    choose_catch,
+    RecoveryStep,
+    StepTargetMap,
+    choose_recovery_step,
 )
 from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.legs import LEGS, Leg
-from drake_quad.stability.capture_point import FallingBody, nearest_support
+from drake_quad.stability.capture_point import FallingPendulum, nearest_support
 from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.elements import Element
 
@@ -40,42 +40,42 @@ PUSH = st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2)).map(np.array)
 
 
 GROUNDS = {
-    "up": CatchGround(stairs_course("up"), ROBOT.foot_radius),
-    "down": CatchGround(stairs_course("down"), ROBOT.foot_radius),
-    "level": CatchGround(flat_course(), ROBOT.foot_radius),
-    "wide": CatchGround(WIDE, ROBOT.foot_radius),
+    "up": StepTargetMap(stairs_course("up"), ROBOT.foot_radius),
+    "down": StepTargetMap(stairs_course("down"), ROBOT.foot_radius),
+    "level": StepTargetMap(flat_course(), ROBOT.foot_radius),
+    "wide": StepTargetMap(WIDE, ROBOT.foot_radius),
 }
 
 
-def pushed(plan: MotionPlan, t: float, velocity: FloatArray) -> tuple[FallingBody, int | None]:
+def pushed(plan: MotionPlan, t: float, velocity: FloatArray) -> tuple[FallingPendulum, int | None]:
     """The robot as planned at `t`, its body struck to move at `velocity` (2,) [m/s]."""
     s = plan.sample(t)
     body = np.array(s.body[0])
     com = pose_robot(ROBOT, body[None], s.feet[None])[2][0, :2]
     swing = None if s.standing.all() else int(np.argmin(s.standing))
-    state = FallingBody(np.array(s.feet), np.array(s.standing), body[:3], float(body[4]), com,
+    state = FallingPendulum(np.array(s.feet), np.array(s.standing), body[:3], float(body[4]), com,
                         com + velocity / OMEGA, OMEGA)  # fmt: skip
     return state, swing
 
 
-def placed(state: FallingBody, *, turn: float, to: FloatArray) -> FallingBody:
+def placed(state: FallingPendulum, *, turn: float, to: FloatArray) -> FallingPendulum:
     """The same, turned about the world's origin and then moved."""
     R = rotations(np.array([0.0, 0.0, 0.0, 0.0, turn]))
     move = np.array([*to, 0.0])
-    return FallingBody(state.feet @ R.T + move, state.standing, R @ state.p_WB + move,
+    return FallingPendulum(state.feet @ R.T + move, state.standing, R @ state.p_WB + move,
                        state.yaw + turn, R[:2, :2] @ state.com + to,
                        R[:2, :2] @ state.capture + to, state.omega)  # fmt: skip
 
 
-def mirrored(state: FallingBody) -> FallingBody:
+def mirrored(state: FallingPendulum) -> FallingPendulum:
     """The same, left and right exchanged about the lane's middle."""
     flip = np.array([1.0, -1.0, 1.0])
-    return FallingBody(state.feet[MIRROR] * flip, state.standing[MIRROR], state.p_WB * flip,
+    return FallingPendulum(state.feet[MIRROR] * flip, state.standing[MIRROR], state.p_WB * flip,
                        -state.yaw, state.com * flip[:2], state.capture * flip[:2],
                        state.omega)  # fmt: skip
 
 
-def margin_at(state: FallingBody, row: int, p: FloatArray, duration: float) -> float:
+def margin_at(state: FallingPendulum, row: int, p: FloatArray, duration: float) -> float:
     """Of the capture point once leg `row` stands at `p`: the pendulum's equation, stepped."""
     bears = np.array(state.standing)
     bears[row] = False
@@ -98,7 +98,7 @@ def test_a_catch_on_stairs_is_on_ground_that_bears_it_and_within_reach(
     """Whole on a tread, off every nosing, no foot on another, the leg long enough, in time."""
     plan, course = stairs_walk(going), stairs_course(going)
     state, swing = pushed(plan, fraction * plan.duration, push)
-    catch = choose_catch(ROBOT, GROUNDS[going], state, swing=swing)
+    catch = choose_recovery_step(ROBOT, GROUNDS[going], state, swing=swing)
     assume(catch is not None)
     assert catch is not None
     room = ROBOT.foot_radius + 0.01
@@ -130,7 +130,7 @@ def test_no_foot_is_swung_through_a_riser(going: str, fraction: float, push: Flo
     """Whatever is on the straight way is below the foot, or is the foot's own ground."""
     plan, course = stairs_walk(going), stairs_course(going)
     state, swing = pushed(plan, fraction * plan.duration, push)
-    catch = choose_catch(ROBOT, GROUNDS[going], state, swing=swing)
+    catch = choose_recovery_step(ROBOT, GROUNDS[going], state, swing=swing)
     if catch is None:
         return
     foot = state.feet[catch.leg.row]
@@ -150,9 +150,9 @@ def test_left_and_right_are_alike(going: str, fraction: float, push: FloatArray)
     plan = flat_walk() if going == "level" else stairs_walk(going)
     ground = GROUNDS[going]
     state, swing = pushed(plan, fraction * plan.duration, push)
-    a = choose_catch(ROBOT, ground, state, swing=swing)
+    a = choose_recovery_step(ROBOT, ground, state, swing=swing)
     other = mirrored(state)
-    b = choose_catch(ROBOT, ground, other,
+    b = choose_recovery_step(ROBOT, ground, other,
                      swing=None if swing is None else int(MIRROR[swing]))  # fmt: skip
     assert (a is None) == (b is None)
     if a is None or b is None:
@@ -177,8 +177,8 @@ def test_on_level_ground_only_the_push_matters_not_the_place_nor_the_heading(
     middle = placed(state, turn=0.0, to=np.array([4.0, 0.0]) - start)
     R = rotations(np.array([0.0, 0.0, 0.0, 0.0, turn]))[:2, :2]
     to = np.array([x, y]) - R @ np.array([4.0, 0.0])
-    a = choose_catch(ROBOT, GROUNDS["wide"], middle, swing=swing)
-    b = choose_catch(ROBOT, GROUNDS["wide"], placed(middle, turn=turn, to=to), swing=swing)
+    a = choose_recovery_step(ROBOT, GROUNDS["wide"], middle, swing=swing)
+    b = choose_recovery_step(ROBOT, GROUNDS["wide"], placed(middle, turn=turn, to=to), swing=swing)
     assert (a is None) == (b is None)
     if a is None or b is None:
         return
@@ -187,7 +187,7 @@ def test_on_level_ground_only_the_push_matters_not_the_place_nor_the_heading(
     np.testing.assert_allclose(R @ a.p_W[:2] + to, b.p_W[:2], atol=1e-6)
 
 
-def in_air(leg: Leg) -> tuple[FallingBody, int]:
+def in_air(leg: Leg) -> tuple[FallingPendulum, int]:
     """The level walk, half-way through a swing of `leg`, not pushed."""
     plan = flat_walk()
     step = [s for s in plan.contacts.steps if s.leg == leg][1]
@@ -196,9 +196,9 @@ def in_air(leg: Leg) -> tuple[FallingBody, int]:
     return state, leg.row
 
 
-def struck(state: FallingBody, velocity: FloatArray) -> FallingBody:
+def struck(state: FallingPendulum, velocity: FloatArray) -> FallingPendulum:
     """The same, but for the body's velocity [m/s]."""
-    return FallingBody(state.feet, state.standing, state.p_WB, state.yaw, state.com,
+    return FallingPendulum(state.feet, state.standing, state.p_WB, state.yaw, state.com,
                        state.com + velocity / state.omega, state.omega)  # fmt: skip
 
 
@@ -207,10 +207,12 @@ def test_with_no_push_the_foot_goes_straight_down(leg: Leg) -> None:
     """What the three others hold with margin needs no catch."""
     state, swing = in_air(leg)
     middle = state.feet[state.standing, :2].mean(axis=0)
-    calm = FallingBody(state.feet, state.standing, state.p_WB, state.yaw, middle, middle, OMEGA)
+    calm = FallingPendulum(state.feet, state.standing, state.p_WB, state.yaw, middle, middle, OMEGA)
     ground = GROUNDS["level"]
     assert stability_margin(middle, state.feet[state.standing, :2]) > MARGIN_ENOUGH
-    catch = choose_catch(ROBOT, ground, calm, swing=swing, touchdown=state.feet[swing] + 0.1)
+    catch = choose_recovery_step(
+        ROBOT, ground, calm, swing=swing, touchdown=state.feet[swing] + 0.1
+    )
     assert catch is not None
     np.testing.assert_allclose(catch.p_W[:2], state.feet[swing, :2])
     assert catch.p_W[2] == pytest.approx(ROBOT.foot_radius)
@@ -225,7 +227,7 @@ def test_a_push_to_the_swing_legs_side_is_caught_on_that_side(leg: Leg, speed: f
     toward = 0.35 if leg.short[0] == "F" else -0.35  # somewhat to that leg's end, too
     falling = struck(state, speed * np.array([toward, side]))
     ground = GROUNDS["level"]
-    catch = choose_catch(ROBOT, ground, falling, swing=swing)
+    catch = choose_recovery_step(ROBOT, ground, falling, swing=swing)
     assert catch is not None and catch.leg == leg
     assert side * (catch.p_W[1] - state.feet[swing, 1]) >= 0.05
     down = margin_at(falling, swing, state.feet[swing], SHORTEST)
@@ -240,7 +242,7 @@ def test_the_margin_is_what_the_pendulum_has_and_no_worse_than_straight_down(
     """The margin said is that of a pendulum stepped in time; straight down was always possible."""
     state, swing = in_air(leg)
     falling = struck(state, 1.5 * push)
-    catch = choose_catch(ROBOT, GROUNDS["wide"], falling, swing=swing)
+    catch = choose_recovery_step(ROBOT, GROUNDS["wide"], falling, swing=swing)
     assert catch is not None
     said = margin_at(falling, swing, catch.p_W, catch.duration)
     assert catch.margin == pytest.approx(said, abs=1e-5)
@@ -255,10 +257,10 @@ def test_the_planned_touchdown_is_taken_where_it_is_best() -> None:
     state, swing = in_air(Leg.FRONT_LEFT)
     ground = GROUNDS["level"]
     falling = struck(state, np.array([0.0, 1.0]))
-    fan = choose_catch(ROBOT, ground, falling, swing=swing)
+    fan = choose_recovery_step(ROBOT, ground, falling, swing=swing)
     assert fan is not None
     better = np.add(fan.p_W, [0.004, 0.012, 0.0])
-    planned = choose_catch(ROBOT, ground, falling, swing=swing, touchdown=better)
+    planned = choose_recovery_step(ROBOT, ground, falling, swing=swing, touchdown=better)
     assert planned is not None
     chosen = [c.margin - PRICE * np.linalg.norm((c.p_W - state.feet[swing])[:2])
               for c in (fan, planned)]  # fmt: skip
@@ -266,23 +268,23 @@ def test_the_planned_touchdown_is_taken_where_it_is_best() -> None:
     assert np.allclose(planned.p_W, better) == (chosen[1] > chosen[0] + 1e-8)
 
 
-def standing() -> FallingBody:
+def standing() -> FallingPendulum:
     """On four feet before the level walk, in the middle of wide ground."""
     state, swing = pushed(flat_walk(), 0.0, np.zeros(2))
     assert swing is None
     return placed(state, turn=0.0, to=np.array([4.0, 0.0]) - state.com)
 
 
-def catch_of(velocity: FloatArray) -> Catch | None:
+def catch_of(velocity: FloatArray) -> RecoveryStep | None:
     """What a robot on four feet does about a push."""
-    return choose_catch(ROBOT, GROUNDS["wide"], struck(standing(), velocity))
+    return choose_recovery_step(ROBOT, GROUNDS["wide"], struck(standing(), velocity))
 
 
 @given(PUSH)
 def test_on_four_feet_nothing_is_done_while_they_hold_the_capture_point(push: FloatArray) -> None:
     """And never is a step worse than none."""
     falling = struck(standing(), 1.5 * push)
-    catch = choose_catch(ROBOT, GROUNDS["wide"], falling)
+    catch = choose_recovery_step(ROBOT, GROUNDS["wide"], falling)
     held = stability_margin(falling.capture, falling.feet[:, :2])
     if held >= 0.0:
         assert catch is None
@@ -326,4 +328,4 @@ def test_off_the_course_there_is_nowhere_to_step() -> None:
     """A robot beside the course has no catch, rather than one in the air."""
     state, swing = in_air(Leg.FRONT_LEFT)
     beside = placed(state, turn=0.0, to=np.array([0.0, 20.0]))
-    assert choose_catch(ROBOT, GROUNDS["wide"], beside, swing=swing) is None
+    assert choose_recovery_step(ROBOT, GROUNDS["wide"], beside, swing=swing) is None

@@ -23,11 +23,11 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.footsteps import lay_walk
+from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.mission import join_plans
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.replan import resume_task
+from drake_quad.planning.replan import replan_task
 from drake_quad.planning.stance_margin import Footing, footing_of
 from drake_quad.planning.task import plan_task
 from drake_quad.robot.model import RobotModel
@@ -92,7 +92,7 @@ def side_slope(places: FloatArray, *, slope: float) -> FloatArray:
 
 def body_over(footing: Footing | None) -> tuple[FloatArray, float]:
     """Times and poses (6, N) of a path planned for a footing, and its least margin by that."""
-    contacts, route, _ = lay_walk(
+    contacts, route, _ = plan_walk_footsteps(
         paper_robot(), flat_course(), SHORT, Task(kind="walk", name="walk", lane=0, goal=2.25),
         stance_at(flat_course(), SHORT),
     )  # fmt: skip
@@ -132,7 +132,7 @@ def test_path_for_the_region_has_no_less_of_its_margin_than_the_hulls(
     footing = Footing(paper_robot(), normals, friction, drives=False)
     planned = body_over(footing)[1]
     times, *body = body_over(None)[0]
-    contacts, _, _ = lay_walk(
+    contacts, _, _ = plan_walk_footsteps(
         paper_robot(), flat_course(), SHORT, Task(kind="walk", name="walk", lane=0, goal=2.25),
         stance_at(flat_course(), SHORT),
     )  # fmt: skip
@@ -233,7 +233,7 @@ def test_a_plan_made_anew_keeps_the_kind() -> None:
     settings = replace(SHORT, margin=FRICTION)
     plan = walk(FRICTION)
     sample = plan.sample(plan.contacts.steps[2].lift_off)
-    again = resume_task(
+    again = replan_task(
         paper_robot(), flat_course(), settings, plan, plan.contacts.steps[2].lift_off,
         type(stance_at(flat_course(), settings))(sample.body[0], sample.feet),
     )  # fmt: skip

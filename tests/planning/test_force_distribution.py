@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from drake_quad.common import FloatArray, Vector
-from drake_quad.planning.contact_forces import UPRIGHT, distribute
+from drake_quad.planning.contact_forces import UPRIGHT, distribute_wrench
 from drake_quad.robot.legs import SIGNS
 from drake_quad.stability.support_polygon import stability_margin
 
@@ -45,8 +45,8 @@ def share(
     least: float = 0.0,
     friction: float = PLENTY,
 ) -> FloatArray:
-    """`distribute` on arrays, (4, 3) [N]."""
-    found = distribute(
+    """`distribute_wrench` on arrays, (4, 3) [N]."""
+    found = distribute_wrench(
         vector(force),
         vector(moment),
         [vector(p) for p in arms],
@@ -240,8 +240,8 @@ def test_on_slopes_no_force_leaves_its_cone(seed: int) -> None:
     gradient = rng.uniform(-0.5, 0.5, (4, 2))
     normals = np.column_stack([-gradient, np.ones(4)])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    found = np.array(distribute(*given, normals=[vector(n) for n in normals]))
+    found = np.array(distribute_wrench(*given, normals=[vector(n) for n in normals]))
     push = np.sum(found * normals, axis=1)
     along = np.linalg.norm(found - push[:, None] * normals, axis=1)
     assert np.all(push >= -1e-9) and np.all(along <= 0.5 * push + 1e-6)
-    assert distribute(*given, normals=UPRIGHT) == distribute(*given)
+    assert distribute_wrench(*given, normals=UPRIGHT) == distribute_wrench(*given)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rig import course_of, paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.planning.footholds import SHORTEST_LANDING, Lattice, make_lattice
+from drake_quad.planning.footholds import SHORTEST_LANDING, FootholdGrid, make_foothold_grid
 from drake_quad.planning.footsteps import EDGE_CLEARANCE, foothold
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.robot.legs import LEGS
@@ -43,8 +43,8 @@ def lanes(draw: st.DrawFn) -> Lane:
     return course_of(*elements).lanes[0]
 
 
-def lattice_of(lane: Lane) -> Lattice:
-    return make_lattice(lane, start=ENDS, goal=lane.length - ENDS, spacing=SPACING)
+def lattice_of(lane: Lane) -> FootholdGrid:
+    return make_foothold_grid(lane, start=ENDS, goal=lane.length - ENDS, spacing=SPACING)
 
 
 @given(lanes())
@@ -119,7 +119,7 @@ def test_level_lane_is_divided_evenly(length: float, spacing: float) -> None:
     lane = course_of(Element("floor", length=length)).lanes[0]
     if length - 2 * ENDS < 1e-3:
         return
-    lattice = make_lattice(lane, start=ENDS, goal=length - ENDS, spacing=spacing)
+    lattice = make_foothold_grid(lane, start=ENDS, goal=length - ENDS, spacing=spacing)
     gaps = np.diff(lattice.s)
     assert np.ptp(gaps) < ROUNDING and gaps[0] <= spacing * (1 + 1e-5)
     if lattice.cycles > 1:
@@ -129,7 +129,7 @@ def test_level_lane_is_divided_evenly(length: float, spacing: float) -> None:
 def test_a_walk_of_no_length_has_no_cycles() -> None:
     """Start and goal in one place need no step."""
     lane = course_of(Element("floor", length=6.0)).lanes[0]
-    lattice = make_lattice(lane, start=3.0, goal=3.0, spacing=SPACING)
+    lattice = make_foothold_grid(lane, start=3.0, goal=3.0, spacing=SPACING)
     assert lattice.cycles == 0 and len(lattice.s) == 3
 
 
@@ -146,7 +146,7 @@ def test_walks_without_room_are_refused(start: float, goal: float, word: str) ->
         Element("floor", length=3.0),
     ).lanes[0]
     with pytest.raises(PlanningError, match=word):
-        make_lattice(lane, start=start, goal=goal, spacing=SPACING)
+        make_foothold_grid(lane, start=start, goal=goal, spacing=SPACING)
 
 
 def test_flights_without_a_landing_are_walked_tread_to_tread() -> None:

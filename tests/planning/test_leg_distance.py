@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from rig import paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.math.distance import PAIRS, between_lines
-from drake_quad.planning.clearance import ENOUGH, refuse_touching, room_between_legs
+from drake_quad.math.distance import PAIRS, line_to_line
+from drake_quad.planning.clearance import ENOUGH, check_self_collision, leg_clearance
 from drake_quad.planning.motion_plan import PlanSamples, pose_robot
 from drake_quad.planning.problem import Task
 from drake_quad.robot.kinematics import calc_feet
@@ -26,12 +26,12 @@ def test_the_distance_of_two_lines_is_that_of_their_nearest_places(seed: int, be
     way = np.linspace(0.0, 1.0, 301)[:, None]
     one, two = p + way * (q - p), r + way * (s - r)
     dense = np.linalg.norm(one[:, None] - two[None], axis=-1).min()
-    told = between_lines(p, q, r, s)
+    told = line_to_line(p, q, r, s)
     assert told <= dense + 1e-9
     assert told == pytest.approx(dense, abs=2e-2)
-    assert told == pytest.approx(between_lines(s, r, q, p), abs=1e-9)
-    assert between_lines(p, p, r, r) == pytest.approx(np.linalg.norm(p - r))
-    assert between_lines(p, p, r, s) == pytest.approx(
+    assert told == pytest.approx(line_to_line(s, r, q, p), abs=1e-9)
+    assert line_to_line(p, p, r, r) == pytest.approx(np.linalg.norm(p - r))
+    assert line_to_line(p, p, r, s) == pytest.approx(
         np.linalg.norm(p - two, axis=1).min(), abs=2e-2
     )
 
@@ -42,8 +42,8 @@ def test_room_between_legs_is_mirrored_with_them(seed: int) -> None:
     robot, rng = paper_robot(), np.random.default_rng(seed)
     q = rng.uniform([-0.6, -1.2, -2.0], [0.6, 1.2, -0.3], (1, 4, 3))
     other = q[:, [1, 0, 3, 2]] * [-1.0, 1.0, 1.0]
-    room = room_between_legs(robot, calc_feet(robot.geometry, q), q)[0]
-    mirrored = room_between_legs(robot, calc_feet(robot.geometry, other), other)[0]
+    room = leg_clearance(robot, calc_feet(robot.geometry, q), q)[0]
+    mirrored = leg_clearance(robot, calc_feet(robot.geometry, other), other)[0]
     pairs = {frozenset(pair): k for k, pair in enumerate(PAIRS.tolist())}
     swap = {0: 1, 1: 0, 2: 3, 3: 2}
     for (one, two), value in zip(PAIRS.tolist(), room, strict=True):
@@ -68,6 +68,6 @@ def test_a_plan_that_crosses_two_legs_is_refused() -> None:
     task = Task(kind="spin", name="spin 1", lane=0)
     robot = replace(paper_robot(), trunk_boxes=np.array([[[-0.01] * 3, [0.01] * 3]]))
     with pytest.raises(PlanningError, match=f"the legs {who} would be .* inside each other at 0.0"):
-        refuse_touching(robot, task, samples)
+        check_self_collision(robot, task, samples)
     q = np.zeros((1, 4, 3))
-    assert room_between_legs(robot, calc_feet(robot.geometry, q), q).min() == ENOUGH
+    assert leg_clearance(robot, calc_feet(robot.geometry, q), q).min() == ENOUGH

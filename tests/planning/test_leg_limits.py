@@ -10,7 +10,7 @@ from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.common import FloatArray
 from drake_quad.math.bspline import BodySpline
-from drake_quad.math.distance import from_boxes
+from drake_quad.math.distance import points_to_boxes
 from drake_quad.planning import body_path
 from drake_quad.planning import body_path as body_search
 from drake_quad.planning.body_constraints import (
@@ -18,7 +18,7 @@ from drake_quad.planning.body_constraints import (
     LegLimits,
     Shanks,
     find_limits,
-    leg_room,
+    reach_left,
     tilt_arm,
 )
 from drake_quad.planning.body_path import (
@@ -26,12 +26,12 @@ from drake_quad.planning.body_path import (
     MOST_TILT,
     PER_SWING,
     STEEPEST,
-    BodySearch,
+    BodyPathOptimizer,
     plan_body,
 )
-from drake_quad.planning.clearance import trunk_room
+from drake_quad.planning.clearance import trunk_clearance
 from drake_quad.planning.contact_plan import sample_times, swing_times
-from drake_quad.planning.footsteps import lay_walk
+from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.kinematics import calc_feet, calc_knees
@@ -70,7 +70,7 @@ def test_room_is_negative_just_where_joints_pass_their_limits(seed: int) -> None
     q, _, _ = pose_robot(robot, body, feet)
     q = q.reshape(-1, 12)
     inside = np.minimum(q - robot.q_lower, robot.q_upper - q).reshape(-1, 4, 3).min(axis=2)
-    room = leg_room(robot, body, feet).min(axis=2)
+    room = reach_left(robot, body, feet).min(axis=2)
     clear = np.abs(inside) > 1e-6
     np.testing.assert_array_equal((room > 0.0)[clear], (inside > 0.0)[clear])
 
@@ -83,7 +83,7 @@ def test_sides_are_the_first_order_of_the_room(seed: int, slope: float) -> None:
     rise = np.tile([slope, 0.0], (len(body), 1))
     extra = np.random.default_rng(seed).uniform(-0.1, 0.1, (len(body), 2))  # these poses have it
     limits = find_limits(robot, body, feet, rise, np.column_stack([body[:, :2], extra]))
-    room = leg_room(robot, body, feet)
+    room = reach_left(robot, body, feet)
     if limits is None:
         assert room.min() >= 0.0
         return
@@ -94,7 +94,7 @@ def test_sides_are_the_first_order_of_the_room(seed: int, slope: float) -> None:
     moved[:, 2] += slope * shift[0] + shift[2]
     moved[:, 3] += shift[3] / tilt_arm(robot)
     path = np.column_stack([moved[:, :2], extra + shift[2:]])
-    after = leg_room(robot, moved, feet)
+    after = reach_left(robot, moved, feet)
     reach = robot.geometry.reach
     kept = np.einsum("ij,ij->i", limits.normal, path[limits.sample]) - limits.offset
     least = np.full(room.shape[0], np.inf)
@@ -116,7 +116,9 @@ def test_a_path_is_bent_until_legs_keep_their_limits() -> None:
     robot, settings = paper_robot(), PlanSettings()
     course = stairs_course()
     task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    contacts, route, _ = lay_walk(robot, course, settings, task, stance_at(course, settings))
+    contacts, route, _ = plan_walk_footsteps(
+        robot, course, settings, task, stance_at(course, settings)
+    )
     times = sample_times(contacts)
     feet, _ = contacts.feet_at(times)
 
@@ -139,7 +141,9 @@ def test_a_body_rises_where_its_legs_are_folded_too_far() -> None:
     robot, settings = paper_robot(), PlanSettings(body_height=0.70)
     course = stairs_course()
     task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    contacts, route, _ = lay_walk(robot, course, settings, task, stance_at(course, settings))
+    contacts, route, _ = plan_walk_footsteps(
+        robot, course, settings, task, stance_at(course, settings)
+    )
     usual, _, _ = plan_body(robot, contacts, route, settings)
     times = sample_times(contacts)
     feet, _ = contacts.feet_at(times)
@@ -152,7 +156,7 @@ def test_a_body_rises_where_its_legs_are_folded_too_far() -> None:
     stiff = replace(robot, q_lower=lower, q_upper=upper)
     path, _, margin = plan_body(stiff, contacts, route, settings)
     raised = path.samples(times)[:, 0]
-    assert leg_room(stiff, body, feet).min() < 0.0 <= leg_room(stiff, raised, feet).min()
+    assert reach_left(stiff, body, feet).min() < 0.0 <= reach_left(stiff, raised, feet).min()
     assert np.max(raised[:, 2] - body[:, 2]) > 0.01
     np.testing.assert_allclose(raised[[0, -1]], body[[0, -1]], atol=2e-3)
     assert margin > 0.03
@@ -164,7 +168,7 @@ def test_trunk_room_is_the_distance_from_a_box() -> None:
     far = replace(robot, trunk_boxes=np.array([[[-0.1, -0.02, 0.2], [0.1, 0.02, 0.3]]]))
     q = np.zeros((1, 4, 3))
     p_BF = calc_feet(robot.geometry, q)
-    room = trunk_room(far, p_BF, q)
+    room = trunk_clearance(far, p_BF, q)
     knee = calc_knees(robot.geometry, q)[0]
     for leg in range(4):
         low, high = far.trunk_boxes[0]
@@ -174,7 +178,7 @@ def test_trunk_room_is_the_distance_from_a_box() -> None:
             np.linalg.norm(beyond), abs=0.05
         )  # the outline is not the line
     around = replace(robot, trunk_boxes=np.array([[[-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]]]))
-    assert trunk_room(around, p_BF, q).max() < -3.0
+    assert trunk_clearance(around, p_BF, q).max() < -3.0
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -184,9 +188,9 @@ def test_a_line_is_as_far_from_a_box_as_its_nearest_point(seed: int) -> None:
     low, high = -rng.uniform(0.02, 0.3, 3), rng.uniform(0.02, 0.3, 3)
     points = rng.uniform(-0.5, 0.5, (1, 2, 3))
     box = np.stack([low, high])[None]
-    told = from_boxes(points, box, 0.1)[0]
+    told = points_to_boxes(points, box, 0.1)[0]
     between = points[0, 0] + np.linspace(0.0, 1.0, 2001)[:, None] * (points[0, 1] - points[0, 0])
-    all_points = from_boxes(between[None], box, 0.1)[0, : len(between)]
+    all_points = points_to_boxes(between[None], box, 0.1)[0, : len(between)]
     np.testing.assert_allclose(told[:2], all_points[[0, -1]], atol=1e-12)
     if all_points.min() < 0.1:  # of what is farther off the ends are told
         assert told[2] == pytest.approx(all_points.min(), abs=5e-3)
@@ -200,8 +204,8 @@ def test_of_several_boxes_the_nearest_counts_and_none_that_is_near_is_left_out(s
     middles, sizes = rng.uniform(-0.6, 0.6, (3, 3)), rng.uniform(0.02, 0.2, (3, 3))
     boxes = np.stack([middles - sizes, middles + sizes], axis=1)
     points, enough = rng.uniform(-0.5, 0.5, (4, 3, 3)), rng.uniform(0.0, 0.5)
-    alone = np.min([from_boxes(points, box[None], np.inf) for box in boxes], axis=0)
-    told = from_boxes(points, boxes, enough)
+    alone = np.min([points_to_boxes(points, box[None], np.inf) for box in boxes], axis=0)
+    told = points_to_boxes(points, boxes, enough)
     near = alone < enough - 1e-3
     np.testing.assert_allclose(told[near], alone[near], atol=1e-3)
     assert np.all(told[~near] >= enough - 2e-3)
@@ -217,7 +221,12 @@ def test_a_trunk_of_several_parts_is_no_larger_than_these() -> None:
     box = np.array([[-0.1] * 3, [0.1] * 3])
     two = replace(robot, trunk_boxes=np.stack([above + box, below + box]))
     one = replace(robot, trunk_boxes=np.stack([below - 0.1, above + 0.1])[None])
-    assert trunk_room(two, p_BF, q)[0, 0].min() > 0.5 > 0.0 > trunk_room(one, p_BF, q)[0, 0].min()
+    assert (
+        trunk_clearance(two, p_BF, q)[0, 0].min()
+        > 0.5
+        > 0.0
+        > trunk_clearance(one, p_BF, q)[0, 0].min()
+    )
 
 
 def test_a_leg_folded_onto_the_trunk_is_beyond_its_limits() -> None:
@@ -241,8 +250,10 @@ def test_a_steep_body_is_free_to_tilt_back_but_hardly_further(share: float) -> N
     settings = PlanSettings(pitch_along_slope=share)
     robot, course = paper_robot(), stairs_course()
     task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    contacts, route, _ = lay_walk(robot, course, settings, task, stance_at(course, settings))
-    search = BodySearch(robot, contacts, route, settings, None, np.zeros((4, 2)))
+    contacts, route, _ = plan_walk_footsteps(
+        robot, course, settings, task, stance_at(course, settings)
+    )
+    search = BodyPathOptimizer(robot, contacts, route, settings, None, np.zeros((4, 2)))
     _, (back, ahead) = search._lift_range()
     steepest = search.spline.samples(sample_times(contacts))[:, 0, 3].min()
     room = STEEPEST + float(steepest)
@@ -288,10 +299,10 @@ def test_shanks_are_looked_at_between_a_paths_samples(monkeypatch: pytest.Monkey
     """At moments of every swing, of which the nearest sample is asked what they are short of."""
     course, settings = stairs_course(), PlanSettings(shank_room=0.05)
     task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    contacts, route, _ = lay_walk(
+    contacts, route, _ = plan_walk_footsteps(
         paper_robot(), course, settings, task, stance_at(course, settings)
     )
-    search = BodySearch(paper_robot(), contacts, route, settings, None, np.zeros((4, 2)))
+    search = BodyPathOptimizer(paper_robot(), contacts, route, settings, None, np.zeros((4, 2)))
     looked_at = []
 
     def all_short(_: object, body: FloatArray, *others: object) -> LegLimits:

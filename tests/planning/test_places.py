@@ -11,19 +11,19 @@ from rig import paper_robot, stairs_course, walk_plan
 from drake_quad.gait_design.candidates import (
     EDGE,
     Staircase,
-    bounds,
+    candidate_bounds,
+    make_candidates,
     make_cycle,
-    make_grid,
-    make_patterns,
+    make_foothold_patterns,
 )
 from drake_quad.planning.body_reference import body_lift
-from drake_quad.planning.footholds import Pattern, make_lattice
+from drake_quad.planning.footholds import FootholdPattern, make_foothold_grid
 from drake_quad.planning.footsteps import EDGE_CLEARANCE, foothold
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.robot.legs import LEGS, WAVE_ORDER
 
 RUN = 0.5
-TWICE = PlanSettings(pattern=Pattern(1, 3, 2), stride=0.25, cycle_time=6.0)
+TWICE = PlanSettings(pattern=FootholdPattern(1, 3, 2), stride=0.25, cycle_time=6.0)
 
 
 @pytest.mark.parametrize("per_tread", [1, 2, 3])
@@ -32,8 +32,10 @@ def test_treads_have_so_many_places_evenly_spaced(going: str, per_tread: int) ->
     """Symmetric about the tread's middle; the slope's line does not depend on how many."""
     lane = stairs_course(going).lanes[0]
     ends: dict[str, Any] = {"start": 1.25, "goal": 6.25}
-    places = make_lattice(lane, **ends, spacing=RUN / per_tread, behind=2, per_tread=per_tread)
-    one = make_lattice(lane, **ends, spacing=RUN, behind=2, per_cycle=1)
+    places = make_foothold_grid(
+        lane, **ends, spacing=RUN / per_tread, behind=2, per_tread=per_tread
+    )
+    one = make_foothold_grid(lane, **ends, spacing=RUN, behind=2, per_cycle=1)
     assert np.all(np.diff(places.s) > 0.0)
     for a, b, z in lane.treads(lane.flights[0]):
         mine = (places.s > a) & (places.s < b)
@@ -64,9 +66,9 @@ def test_every_leg_steps_on_every_place_in_the_waves_order(going: str) -> None:
 @given(st.floats(-0.4, 0.4))
 def test_feet_stand_off_their_places_but_whole_on_treads(phase: float) -> None:
     """By the same share of the whole tread at every place, but for the treads' ends."""
-    settings = PlanSettings(pattern=Pattern(1, 3, 2), tread_phase_up=phase, stride=0.25)
+    settings = PlanSettings(pattern=FootholdPattern(1, 3, 2), tread_phase_up=phase, stride=0.25)
     lane, radius = stairs_course("up").lanes[0], paper_robot().foot_radius
-    places = make_lattice(lane, start=1.25, goal=6.25, spacing=0.25, behind=2,
+    places = make_foothold_grid(lane, start=1.25, goal=6.25, spacing=0.25, behind=2,
                           per_cycle=1, per_tread=2)  # fmt: skip
     a, b, _ = lane.treads(lane.flights[0])[1]
     k = int(np.searchsorted(places.s, a)) - places.behind
@@ -84,7 +86,7 @@ def test_body_is_lifted_on_the_way_down_alone(lift: float) -> None:
     settings = PlanSettings(lift_down=lift)
     for going, share in (("down", 1.0), ("up", 0.0)):
         lane = stairs_course(going).lanes[0]
-        places = make_lattice(lane, start=1.25, goal=6.25, spacing=0.5)
+        places = make_foothold_grid(lane, start=1.25, goal=6.25, spacing=0.5)
         found = body_lift(places, np.array([1.25, 3.75, 6.25]), settings)
         np.testing.assert_allclose(found, [0.0, share * lift, 0.0], atol=1e-12)
         fine = body_lift(places, np.linspace(1.0, 6.5, 2000), settings)
@@ -95,12 +97,12 @@ def test_body_is_lifted_on_the_way_down_alone(lift: float) -> None:
 def test_cycles_of_candidates_stand_whole_on_treads_and_close(rise: float) -> None:
     """Every standing foot is on its tread; the cycles end as they began, whole treads on."""
     stairs, radius = Staircase(rise, RUN), 0.03
-    patterns = make_patterns(paper_robot(), [RUN], per_tread=2)
+    patterns = make_foothold_patterns(paper_robot(), [RUN], per_tread=2)
     assert patterns
     for pattern in patterns:
-        lower, upper, _ = bounds(pattern)
+        lower, upper, _ = candidate_bounds(pattern)
         p = np.random.default_rng(0).uniform(lower, upper, (12, len(lower)))
-        grid = make_grid(paper_robot(), pattern, p)
+        grid = make_candidates(paper_robot(), pattern, p)
         cycle = make_cycle(grid, stairs, foot_radius=radius, clearance=0.02)
         place = np.round(cycle.feet[..., 0] / RUN)
         stands = np.broadcast_to(cycle.standing, place.shape)
@@ -117,4 +119,4 @@ def test_no_pattern_has_places_too_near_to_nosings() -> None:
     """Of a run on which two feet are not whole one behind the other there is none."""
     robot = paper_robot()
     narrow = 4.0 * (robot.foot_radius + EDGE) - 1e-3
-    assert make_patterns(robot, [narrow], per_tread=2) == []
+    assert make_foothold_patterns(robot, [narrow], per_tread=2) == []

@@ -18,15 +18,15 @@ from drake_quad.robot.kinematics import calc_feet, solve_legs
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.point_feet import with_point_feet
 from drake_quad.scenario.load import load_scenario
-from drake_quad.simulation.prepare import Preparation, prepare
-from drake_quad.simulation.run import run
+from drake_quad.simulation.prepare import PreparedScenario, prepare
+from drake_quad.simulation.run import simulate
 
 ZERO = 1e-9  # [m]
 UP, DOWN = 1, 3  # the walks that climb and descend
 
 
 @cache
-def paper() -> Preparation:
+def paper() -> PreparedScenario:
     return prepare(load_scenario("paper"))
 
 
@@ -174,7 +174,7 @@ def test_chords_leave_the_arcs_by_far() -> None:
 
 def test_a_replay_finds_the_margin_and_nothing_that_touches() -> None:
     """Replayed, the robot touches the stairs with its feet alone, and is as stable as planned."""
-    result = run(load_scenario("paper", ["simulation.log_period=0.02"]))
+    result = simulate(load_scenario("paper", ["simulation.log_period=0.02"]))
     assert -ZERO <= result.summary["margin"]["minimum"] <= ZERO
     assert result.summary["nonfoot_contact_samples"] == 0
     assert result.summary["nonfoot_depth_max"] == 0.0

@@ -15,7 +15,7 @@ from drake_quad.gait.workspace import (
     spin_phi_max,
 )
 from drake_quad.math.rotations import rotations as body_rotations
-from drake_quad.planning.clearance import trunk_room
+from drake_quad.planning.clearance import trunk_clearance
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.mission import check_plan
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
@@ -63,7 +63,7 @@ def test_shanks_keep_off_the_trunk_in_a_spin() -> None:
         body = samples.body[:, 0]
         away = samples.feet - body[:, None, :3]
         p_BF = np.einsum("nji,nlj->nli", body_rotations(body), away)
-        least.append(trunk_room(robot, p_BF, samples.q).min())
+        least.append(trunk_clearance(robot, p_BF, samples.q).min())
         assert plan.margin > 0.09
     assert least[0] < -0.02 < 0.01 < least[1]
 

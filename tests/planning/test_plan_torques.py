@@ -12,9 +12,9 @@ from drake_quad.planning.contact_forces import (
     FRICTION,
     SHARES,
     Share,
-    least_forces,
-    share_weight,
-    standing_torques,
+    min_norm_forces,
+    share_vertical_load,
+    static_joint_torques,
     torque_ratio,
 )
 from drake_quad.planning.motion_plan import evaluate
@@ -24,7 +24,7 @@ FEW = settings(max_examples=30, deadline=None)
 
 
 @FEW
-@given(SEEDS, st.sampled_from([3, 4]), st.sampled_from([share_weight, least_forces]))
+@given(SEEDS, st.sampled_from([3, 4]), st.sampled_from([share_vertical_load, min_norm_forces]))
 def test_forces_hold_the_robot_where_its_feet_can(seed: int, count: int, share: Share) -> None:
     """Over the support they make up weight and moments, and no foot pulls or hangs in the air."""
     rng = np.random.default_rng(seed)
@@ -42,9 +42,9 @@ def test_a_square_shares_evenly_and_moves_its_load_with_the_centre() -> None:
     """A quarter each in the middle; nearer to the front, more in front, the same left and right."""
     feet = np.array([[0.4, 0.3, 0], [0.4, -0.3, 0], [-0.4, 0.3, 0], [-0.4, -0.3, 0]])[None]
     who = np.ones((1, 4), dtype=bool)
-    middle = share_weight(400.0, feet, np.zeros((1, 3)), who)
+    middle = share_vertical_load(400.0, feet, np.zeros((1, 3)), who)
     np.testing.assert_allclose(middle[..., 2], 100.0)
-    ahead = share_weight(400.0, feet, np.array([[0.1, 0.0, 0.0]]), who)[0]
+    ahead = share_vertical_load(400.0, feet, np.array([[0.1, 0.0, 0.0]]), who)[0]
     np.testing.assert_allclose(ahead[:, 2], [125.0, 125.0, 75.0, 75.0])
 
 
@@ -61,7 +61,7 @@ def test_the_whole_body_controllers_forces_are_the_least(seed: int, count: int) 
     who = np.arange(4) != (rng.integers(4) if count == 3 else 9)
     com = rng.dirichlet(np.full(count, 8.0)) @ feet[who] + [0.0, 0.0, 0.8]
     one = feet[None], com[None], who[None]
-    force, other = least_forces(500.0, *one)[0], share_weight(500.0, *one)[0]
+    force, other = min_norm_forces(500.0, *one)[0], share_vertical_load(500.0, *one)[0]
     assert np.sum(force**2) <= np.sum(other**2) + 1e-6
     sideways = np.abs(force[who, :2]).max(axis=1) - FRICTION / np.sqrt(2.0) * force[who, 2]
     assert sideways.max() <= 1e-5
@@ -79,20 +79,20 @@ def test_on_steps_feet_push_against_each_other_where_that_spares_forces() -> Non
     """On level ground there are none along it; a whole-body run is told by its own sharing."""
     feet = np.array([[0.4, 0.3, 0.3], [0.4, -0.3, 0.2], [-0.4, 0.3, 0.0], [-0.4, -0.3, 0.1]])
     who, com = np.ones((1, 4), dtype=bool), np.array([[0.05, 0.02, 0.8]])
-    level = least_forces(400.0, (feet * [1.0, 1.0, 0.0])[None], com, who)[0]
+    level = min_norm_forces(400.0, (feet * [1.0, 1.0, 0.0])[None], com, who)[0]
     np.testing.assert_allclose(level[:, :2], 0.0, atol=1e-6)
     np.testing.assert_allclose(
-        level, share_weight(400.0, feet[None] * [1, 1, 0], com, who)[0], atol=1e-6
+        level, share_vertical_load(400.0, feet[None] * [1, 1, 0], com, who)[0], atol=1e-6
     )
-    assert np.abs(least_forces(400.0, feet[None], com, who)[0, :, :2]).max() > 5.0
+    assert np.abs(min_norm_forces(400.0, feet[None], com, who)[0, :, :2]).max() > 5.0
 
 
 def test_torques_are_drakes_inverse_statics() -> None:
     """With these forces and torques nothing of the robot accelerates, the base neither."""
     robot, plant, layout, plan = paper_robot(), model_plant(), model_layout(), flat_walk()
     samples = evaluate(robot, plan, np.linspace(1.0, plan.duration - 1.0, 12))
-    torques = standing_torques(robot, samples)
-    force = least_forces(robot.mass * GRAVITY, samples.feet, samples.com, samples.standing)
+    torques = static_joint_torques(robot, samples)
+    force = min_norm_forces(robot.mass * GRAVITY, samples.feet, samples.com, samples.standing)
     context = plant.CreateDefaultContext()
     for n in range(len(samples.times)):
         plant.SetPositionsAndVelocities(context, state_of(samples.body[n, 0], samples.feet[n]))
@@ -113,10 +113,10 @@ def test_ratio_is_of_the_weakest_joint() -> None:
     """A joint with half the limit has twice the ratio."""
     robot = paper_robot()
     samples = evaluate(robot, flat_walk(), np.array([3.0]))
-    torques = np.abs(standing_torques(robot, samples)).ravel()
+    torques = np.abs(static_joint_torques(robot, samples)).ravel()
     assert torque_ratio(robot, samples)[0] == pytest.approx((torques / robot.effort).max())
 
 
 def test_each_controller_has_its_own_sharing() -> None:
     """As a run's log asks for it; whole-body is what plans are judged by."""
-    assert {"ik": share_weight, "whole_body": least_forces} == SHARES
+    assert {"ik": share_vertical_load, "whole_body": min_norm_forces} == SHARES

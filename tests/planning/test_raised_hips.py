@@ -24,7 +24,7 @@ from drake_quad.certificate.kinematics import shank_of
 from drake_quad.feasibility.robot_picture import stand
 from drake_quad.math.rotations import rotations
 from drake_quad.planning import clearance as thighs
-from drake_quad.planning.body_constraints import leg_room
+from drake_quad.planning.body_constraints import reach_left
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.zmp import link_places
 from drake_quad.robot.kinematics import calc_feet
@@ -125,7 +125,7 @@ def test_thighs_are_where_drake_has_them(file: str, seed: int) -> None:
     body, _, q = random_pose(robot, seed)
     body[2] = 0.8
     lane = course_of(Element("floor", length=9.0, width=9.0)).lanes[0]
-    found = thighs.thigh_room(robot, lane, body[None], q[None])[0]
+    found = thighs.thigh_clearance(robot, lane, body[None], q[None])[0]
     context = drake_at(robot, plant, body, q)
     for k, name in enumerate(robot.joint_names[1::3]):
         X = plant.GetJointByName(name).child_body().EvalPoseInWorld(context)
@@ -145,7 +145,7 @@ def test_room_to_stretch_is_what_a_leg_has_left(file: str, seed: int) -> None:
     knees = np.stack([robot.q_lower[2::3], robot.q_upper[2::3]]) * g.knee_sign
     bend = np.maximum(knees.min(axis=0), 0.0)
     longest = np.sqrt(g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(bend))
-    room = leg_room(robot, body[None], feet[None])[0, :, 0]
+    room = reach_left(robot, body[None], feet[None])[0, :, 0]
     np.testing.assert_allclose(room, longest - far, atol=1e-6)
 
 

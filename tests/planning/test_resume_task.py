@@ -23,8 +23,8 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.remaining_plan import rest_of
-from drake_quad.planning.replan import TOLERANCE, in_place, resume_task
+from drake_quad.planning.remaining_plan import remaining_plan
+from drake_quad.planning.replan import TOLERANCE, in_place, replan_task
 from drake_quad.planning.step_builder import StepBuilder
 from drake_quad.planning.task import plan_task
 from drake_quad.stability.support_polygon import stability_margins
@@ -86,7 +86,7 @@ def test_a_robot_that_stands_as_planned_takes_no_step_but_those_left(
     t = fraction * plan.duration
     if (step := plan.contacts.phase(t).step) is not None:
         t = step.touchdown  # four feet where they should be
-    resumed = resume_task(ROBOT, course, DEFAULT, plan, t, stance_in(plan, course, t))
+    resumed = replan_task(ROBOT, course, DEFAULT, plan, t, stance_in(plan, course, t))
     left = [s for s in plan.contacts.steps if s.lift_off >= t - 1e-9]
     assert [s.leg for s in resumed.contacts.steps] == [s.leg for s in left]
     if left:
@@ -110,7 +110,7 @@ def test_body_goes_on_from_where_it_was_told_to_be_and_ends_at_the_goal(
     t = fraction * plan.duration
     stance = stance_in(plan, course, t)
     moved = Stance(np.add(stance.body, [0.02, -0.03, 0.015, 0.02, 0.04]), stance.feet)
-    resumed = resume_task(ROBOT, course, DEFAULT, plan, t, moved)
+    resumed = replan_task(ROBOT, course, DEFAULT, plan, t, moved)
     body = resumed.body.sample(0.0)
     np.testing.assert_allclose(body[0], moved.body, atol=1e-6)
     np.testing.assert_allclose(body[1:], 0.0, atol=1e-5)
@@ -132,7 +132,7 @@ def test_wherever_the_feet_are_the_way_back_is_one_that_the_robot_can_go(
     t = fraction * plan.duration
     stance = stance_in(plan, course, t, feet=np.reshape(moves, (4, 2)))
     assume(is_held(stance))
-    resumed = resume_task(ROBOT, course, DEFAULT, plan, t, stance)
+    resumed = replan_task(ROBOT, course, DEFAULT, plan, t, stance)
     samples = sampled(resumed)
     assert resumed.margin > 0.0
     assert samples.margin.min() > -2e-3  # between the samples of the program
@@ -157,8 +157,8 @@ def test_an_interrupted_swing_is_finished_from_wherever_its_foot_came_down(
         foot = stance.feet[step.leg.row]
         if np.min(np.abs(nosings - foot[0])) < ROBOT.foot_radius:
             continue  # inside the riser: it would stand elsewhere
-        resumed = resume_task(ROBOT, course, DEFAULT, plan, t, stance)
-        rest = rest_of(plan, t)
+        resumed = replan_task(ROBOT, course, DEFAULT, plan, t, stance)
+        rest = remaining_plan(plan, t)
         extra = len(resumed.contacts.steps) - len(rest.steps)
         left = np.linalg.norm(foot[:2] - rest.feet[step.leg.row, :2])
         assert extra <= 2 and (extra >= 1 or left <= TOLERANCE)
@@ -176,7 +176,7 @@ def test_no_leg_of_a_resumed_walk_scrapes_the_stairs(going: str) -> None:
     for fraction in (0.3, 0.45, 0.6):
         t = fraction * plan.duration
         stance = stance_in(plan, course, t, feet=rng.uniform(-0.08, 0.08, (4, 2)))
-        resumed = resume_task(ROBOT, course, DEFAULT, plan, t, stance)
+        resumed = replan_task(ROBOT, course, DEFAULT, plan, t, stance)
         for step in resumed.contacts.steps:
             p = step.swing.positions(np.linspace(0.0, step.swing.duration, 200))
             s, _ = lane.coordinates(p[:, :2])
@@ -197,7 +197,7 @@ def test_a_foot_on_the_tread_below_is_put_up_to_its_place(short: float) -> None:
     off = np.zeros((4, 2))
     off[step.leg.row, 0] = -short
     stance = stance_in(plan, course, t, feet=off)
-    resumed = resume_task(ROBOT, course, DEFAULT, plan, t, stance)
+    resumed = replan_task(ROBOT, course, DEFAULT, plan, t, stance)
     back = [s for s in resumed.contacts.steps if s.touchdown < resumed.segments[0].end]
     assert {s.leg for s in back} == {step.leg}
     assert len(back) <= 2
@@ -212,7 +212,7 @@ def test_every_step_begins_where_its_foot_really_stands(kind: str) -> None:
     for fraction in (0.1, 0.35, 0.6):
         t = fraction * plan.duration
         stance = stance_in(plan, course, t, feet=rng.uniform(-0.02, 0.02, (4, 2)))
-        resumed = resume_task(ROBOT, course, DEFAULT, plan, t, stance)
+        resumed = replan_task(ROBOT, course, DEFAULT, plan, t, stance)
         feet = np.array(stance.feet)
         for step in resumed.contacts.steps:
             assert np.array_equal(step.swing.p_start, feet[step.leg.row])
@@ -245,10 +245,10 @@ def test_a_resumed_plan_can_be_resumed(kind: str) -> None:
     plan, course = case(kind)
     t = 0.5 * plan.duration
     off = np.array([[0.06, 0.0], [0.0, 0.05], [0.0, 0.0], [-0.05, 0.02]])
-    first = resume_task(ROBOT, course, DEFAULT, plan, t, stance_in(plan, course, t, feet=off))
+    first = replan_task(ROBOT, course, DEFAULT, plan, t, stance_in(plan, course, t, feet=off))
     again = 0.6 * first.segments[0].end
     stance = stance_in(first, course, again, feet=-0.5 * off)
-    second = resume_task(ROBOT, course, DEFAULT, first, again, stance)
+    second = replan_task(ROBOT, course, DEFAULT, first, again, stance)
     assert second.revision == 2
     assert [s.kind for s in second.segments if s.name == "recovery"] == ["transition"]
     assert [s.name for s in second.segments] == [s.name for s in first.segments]
@@ -263,7 +263,7 @@ def test_segments_follow_one_another_and_hold_their_own_steps(kind: str) -> None
     for fraction in (0.05, 0.3, 0.8):
         t = fraction * plan.duration
         off = np.tile([0.05, 0.0], (4, 1))
-        resumed = resume_task(ROBOT, course, DEFAULT, plan, t, stance_in(plan, course, t, feet=off))
+        resumed = replan_task(ROBOT, course, DEFAULT, plan, t, stance_in(plan, course, t, feet=off))
         ends = [0.0] + [s.end for s in resumed.segments]
         assert [s.start for s in resumed.segments] == pytest.approx(ends[:-1])
         assert ends[-1] == pytest.approx(resumed.duration)
@@ -293,8 +293,8 @@ def test_on_a_lane_that_heads_elsewhere_the_resumed_walk_is_the_walk_turned() ->
     t = 0.4 * straight.duration
     here = stance_in(straight, flat_course(), t, feet=off)
     gone = stance_in(there, turned, t, feet=off @ np.array([[c, s], [-s, c]]))
-    a = resume_task(ROBOT, flat_course(), DEFAULT, straight, t, here)
-    b = resume_task(ROBOT, turned, DEFAULT, there, t, gone)
+    a = replan_task(ROBOT, flat_course(), DEFAULT, straight, t, here)
+    b = replan_task(ROBOT, turned, DEFAULT, there, t, gone)
     assert [x.leg for x in a.contacts.steps] == [x.leg for x in b.contacts.steps]
     for x, y in zip(a.contacts.steps, b.contacts.steps, strict=True):
         along = lane.point(x.swing.p_end[0] - 1.25, x.swing.p_end[1])
@@ -308,7 +308,7 @@ def test_resuming_is_the_same_to_the_bit_each_time() -> None:
     off = np.array([[0.05, 0.0], [0.0, -0.05], [0.03, 0.03], [0.0, 0.0]])
     t = 0.5 * plan.duration
     stance = stance_in(plan, course, t, feet=off)
-    a, b = (resume_task(ROBOT, course, DEFAULT, plan, t, stance) for _ in range(2))
+    a, b = (replan_task(ROBOT, course, DEFAULT, plan, t, stance) for _ in range(2))
     assert np.array_equal(a.body.control, b.body.control)
     assert [x.lift_off for x in a.contacts.steps] == [x.lift_off for x in b.contacts.steps]
 
@@ -319,4 +319,4 @@ def test_a_robot_that_is_over_its_edge_has_no_way_back() -> None:
     stance = stance_in(plan, course, 0.0)
     over = Stance(np.add(stance.body, [0.0, 0.45, -0.2, 0.0, 0.0]), stance.feet)
     with pytest.raises(PlanningError):
-        resume_task(ROBOT, course, DEFAULT, plan, 0.0, over)
+        replan_task(ROBOT, course, DEFAULT, plan, 0.0, over)

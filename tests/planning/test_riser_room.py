@@ -13,12 +13,12 @@ from drake_quad.errors import PlanningError
 from drake_quad.planning import task as plan_task_module
 from drake_quad.planning import task as riser_room_module
 from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.footholds import Pattern, make_lattice
-from drake_quad.planning.footsteps import EDGE_CLEARANCE, foothold, lay_walk
+from drake_quad.planning.footholds import FootholdPattern, make_foothold_grid
+from drake_quad.planning.footsteps import EDGE_CLEARANCE, foothold, plan_walk_footsteps
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.task import ENOUGH, likely_setback, plan_task, riser_room, room_at
+from drake_quad.planning.task import ENOUGH, gap_to_riser, initial_setback, plan_task, riser_gap
 from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.course import build_course
 from drake_quad.terrain.elements import Element
@@ -26,7 +26,7 @@ from drake_quad.terrain.lane import Lane
 
 BIG = 0.04  # [m]
 AHEAD = PlanSettings(
-    pattern=Pattern(1, 3, 2), stride=0.25, cycle_time=8.0, tread_phase_up=0.4, max_shift=0.2
+    pattern=FootholdPattern(1, 3, 2), stride=0.25, cycle_time=8.0, tread_phase_up=0.4, max_shift=0.2
 )
 
 
@@ -37,9 +37,9 @@ def test_room_is_to_the_riser_ahead_that_leads_up(away: float, going: str) -> No
     at, _ = lane.risers()
     s = at[:1] - BIG - away
     wanted = away if going == "up" else np.inf
-    assert room_at(lane, s, BIG)[0] == pytest.approx(wanted, abs=1e-12)
-    assert room_at(lane, at[-1:] + 0.1, BIG)[0] == np.inf
-    assert np.all(room_at(flat_course().lanes[0], s, BIG) == np.inf)
+    assert gap_to_riser(lane, s, BIG)[0] == pytest.approx(wanted, abs=1e-12)
+    assert gap_to_riser(lane, at[-1:] + 0.1, BIG)[0] == np.inf
+    assert np.all(gap_to_riser(flat_course().lanes[0], s, BIG) == np.inf)
 
 
 def big_footed_walk() -> tuple[Lane, MotionPlan]:
@@ -53,13 +53,13 @@ def big_footed_walk() -> tuple[Lane, MotionPlan]:
 def laid(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """The setbacks of walks that are laid from now on."""
     setbacks: list[float] = []
-    whole = lay_walk
+    whole = plan_walk_footsteps
 
     def lay(robot, course, settings, *rest):  # type: ignore[no-untyped-def]
         setbacks.append(settings.riser_setback)
         return whole(robot, course, settings, *rest)
 
-    monkeypatch.setattr(plan_task_module, "lay_walk", lay)
+    monkeypatch.setattr(plan_task_module, "plan_walk_footsteps", lay)
     return setbacks
 
 
@@ -71,17 +71,17 @@ def test_feet_that_roll_farther_than_mostly_are_set_down_anew(
     setbacks = laid(monkeypatch)
     lane, plan = big_footed_walk()
     assert len(setbacks) >= 2 and setbacks[0] == 0.0 < setbacks[1]
-    touched = riser_room(lane, plan.contacts, BIG)[0]
-    whole = lay_walk
+    touched = riser_gap(lane, plan.contacts, BIG)[0]
+    whole = plan_walk_footsteps
 
     def lay(robot, course, settings, *rest):  # type: ignore[no-untyped-def]
         if settings.riser_setback > 0.0:
             raise PlanningError("no other footprints")
         return whole(robot, course, settings, *rest)
 
-    monkeypatch.setattr(plan_task_module, "lay_walk", lay)
+    monkeypatch.setattr(plan_task_module, "plan_walk_footsteps", lay)
     lane, plan = big_footed_walk()
-    assert riser_room(lane, plan.contacts, BIG)[0] < ENOUGH < touched
+    assert riser_gap(lane, plan.contacts, BIG)[0] < ENOUGH < touched
 
 
 def test_the_top_of_a_slope_is_no_riser() -> None:
@@ -91,8 +91,8 @@ def test_the_top_of_a_slope_is_no_riser() -> None:
                            Element("floor", length=3.0)])  # fmt: skip
     lane = course.lanes[0]
     assert len(lane.risers()[0]) == 0
-    asked = PlanSettings(pattern=Pattern(1, 3, 1), stride=0.25)
-    places = make_lattice(lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1)
+    asked = PlanSettings(pattern=FootholdPattern(1, 3, 1), stride=0.25)
+    places = make_foothold_grid(lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1)
     for k in range(len(places.s) - places.behind):
         near, far = (foothold(lane, places, LEGS[0], k, replace(asked, riser_setback=b), BIG)
                      for b in (0.0, 0.1))  # fmt: skip
@@ -102,11 +102,11 @@ def test_the_top_of_a_slope_is_no_riser() -> None:
 def test_big_feet_that_roll_touch_no_riser() -> None:
     """They roll by more than what every footprint keeps from a riser, and are set down farther."""
     lane, plan = big_footed_walk()
-    assert riser_room(lane, plan.contacts, BIG)[0] >= ENOUGH
+    assert riser_gap(lane, plan.contacts, BIG)[0] >= ENOUGH
     times = sample_times(plan.contacts)
     feet, standing = plan.contacts.feet_at(times)
     rolled = plan.contacts.roll.at(times) if plan.contacts.roll else np.zeros((len(times), 4, 2))
-    near = room_at(lane, lane.coordinates(feet[standing])[0], BIG) < 0.05
+    near = gap_to_riser(lane, lane.coordinates(feet[standing])[0], BIG) < 0.05
     assert near.any() and rolled[standing][near, 0].max() > EDGE_CLEARANCE
 
 
@@ -116,8 +116,10 @@ def test_footprints_give_way_to_a_riser_as_far_as_the_tread_is_deep_enough() -> 
     for going, gives in (("up", True), ("down", False)):
         lane = stairs_course(going).lanes[0]
         phases: dict[str, Any] = {"tread_phase_up": 0.4, "tread_phase_down": 0.4}
-        asked = PlanSettings(pattern=Pattern(1, 3, 1), stride=0.25, **phases)
-        places = make_lattice(lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1)
+        asked = PlanSettings(pattern=FootholdPattern(1, 3, 1), stride=0.25, **phases)
+        places = make_foothold_grid(
+            lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1
+        )
         a, b, _ = lane.treads(lane.flights[0])[0]
         k = int(np.searchsorted(places.s, a)) - places.behind
         at = {room: foothold(lane, places, LEGS[0], k, replace(asked, riser_setback=room), BIG)
@@ -130,4 +132,4 @@ def test_footprints_give_way_to_a_riser_as_far_as_the_tread_is_deep_enough() -> 
 
 def test_small_feet_are_asked_for_no_more() -> None:
     """What they roll is less than what footprints keep in any case."""
-    assert likely_setback(0.008) == 0.0 < likely_setback(0.02) < likely_setback(0.04)
+    assert initial_setback(0.008) == 0.0 < initial_setback(0.02) < initial_setback(0.04)

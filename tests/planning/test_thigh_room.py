@@ -14,7 +14,7 @@ from rig import URL, course_of, flat_walk, paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.planning.clearance import refuse_thighs, thigh_room
+from drake_quad.planning.clearance import check_thighs, thigh_clearance
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.problem import Task
 from drake_quad.robot.loader import AddRobot
@@ -74,7 +74,7 @@ def test_thighs_are_as_near_to_stairs_as_drake_has_it(seed: int) -> None:
     rng = np.random.default_rng(seed)
     body = np.array([rng.uniform(2.0, 5.0), 0.0, rng.uniform(1.0, 2.0), rng.uniform(-0.5, 0.5), 0])
     q = np.stack([rng.uniform(-0.2, 0.2, 4), rng.uniform(-1.5, 1.5, 4), np.zeros(4)], axis=-1)
-    found = thigh_room(paper_robot(), COURSE.lanes[0], body[None], q[None])[0]
+    found = thigh_clearance(paper_robot(), COURSE.lanes[0], body[None], q[None])[0]
     for told, true in zip(found, DRAKE.room(body, q), strict=True):
         if true > 0.8:  # nobody asks how far
             assert told > 0.8
@@ -96,8 +96,8 @@ def test_a_plan_in_which_a_thigh_comes_into_the_ground_is_refused() -> None:
     task = Task(kind="walk", name="walk 1", lane=0, goal=5.0)
     samples = evaluate(robot, plan, np.linspace(0.0, plan.duration, 50))
     course = course_of(Element("floor", length=20.0))
-    refuse_thighs(robot, course, task, samples)
+    check_thighs(robot, course, task, samples)
     low = replace(samples, body=samples.body - [0.0, 0.0, 0.6, 0.0, 0.0])
     with pytest.raises(PlanningError, match=r"the thigh of .* inside the stairs") as caught:
-        refuse_thighs(robot, course, task, low)
+        check_thighs(robot, course, task, low)
     assert caught.value.data["apart"] < 0.0

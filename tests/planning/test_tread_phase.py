@@ -6,20 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_quad.planning.body_reference import (
-    body_shift,
     half_window,
+    sideways_shift,
     steepness,
     tilting_ground,
     tread_offset,
 )
-from drake_quad.planning.footholds import Lattice, Pattern, make_lattice
+from drake_quad.planning.footholds import FootholdGrid, FootholdPattern, make_foothold_grid
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import parse_scenario
 
 RISE, RUN = 0.15, 0.3
 SETTINGS = PlanSettings(
-    pattern=Pattern(1, 2),
+    pattern=FootholdPattern(1, 2),
     tread_phase_up=-0.2,
     tread_phase_down=0.3,
     body_shift_up=-0.1,
@@ -28,7 +28,7 @@ SETTINGS = PlanSettings(
 )
 
 
-def lattice(going: str = "up", count: int = 12) -> Lattice:
+def lattice(going: str = "up", count: int = 12) -> FootholdGrid:
     text = f"""
     course:
       - {{kind: floor, length: 4}}
@@ -36,7 +36,9 @@ def lattice(going: str = "up", count: int = 12) -> Lattice:
       - {{kind: floor, length: 4}}
     """
     lane = course_of(parse_scenario(text, source="test")).lanes[0]
-    return make_lattice(lane, start=1.5, goal=lane.length - 1.5, spacing=RUN, behind=2, per_cycle=1)
+    return make_foothold_grid(
+        lane, start=1.5, goal=lane.length - 1.5, spacing=RUN, behind=2, per_cycle=1
+    )
 
 
 @pytest.mark.parametrize(("going", "sign"), [("up", 1.0), ("down", -1.0)])
@@ -58,7 +60,7 @@ def test_feet_and_body_are_shifted_on_the_flight_alone(going: str, phase: float)
     on = int(np.argmin(np.abs(places.s - (4.0 + 6.5 * RUN))))
     assert tread_offset(places, on, RUN, SETTINGS) == pytest.approx(phase * RUN)
     assert tread_offset(places, 2, RUN, SETTINGS) == 0.0
-    shift = body_shift(places, np.array([places.s[on], 1.5]), SETTINGS)
+    shift = sideways_shift(places, np.array([places.s[on], 1.5]), SETTINGS)
     wanted = SETTINGS.body_shift_up if going == "up" else SETTINGS.body_shift_down
     np.testing.assert_allclose(shift, [wanted, 0.0], atol=1e-9)
 
@@ -68,9 +70,9 @@ def test_level_ground_shifts_nothing(up: float, down: float) -> None:
     """Whatever is asked for on stairs."""
     text = "course: [{kind: floor, length: 9}]"
     lane = course_of(parse_scenario(text, source="test")).lanes[0]
-    flat = make_lattice(lane, start=2.0, goal=6.0, spacing=0.4, behind=2)
+    flat = make_foothold_grid(lane, start=2.0, goal=6.0, spacing=0.4, behind=2)
     settings = PlanSettings(body_shift_up=up, body_shift_down=down, tread_phase_up=up)
-    np.testing.assert_array_equal(body_shift(flat, flat.s, settings), 0.0)
+    np.testing.assert_array_equal(sideways_shift(flat, flat.s, settings), 0.0)
     assert tread_offset(flat, 3, 0.4, settings) == 0.0
     assert half_window(flat, settings) == pytest.approx(0.5 * settings.workspace.P_x)
 

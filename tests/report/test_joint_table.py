@@ -20,7 +20,7 @@ from drake_quad.errors import InputError
 from drake_quad.report.joint_table import joint_table, write_joint_table
 from drake_quad.robot.loader import MakeModelPlant, load_robot
 from drake_quad.robot.state import make_layout
-from drake_quad.runs.reader import Run, RunLog, read_run
+from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 
 ROWS = 5
 OTHERS = (
@@ -30,7 +30,7 @@ OTHERS = (
 )
 
 
-def made_up(url: str, rng: np.random.Generator) -> tuple[Run, MultibodyPlant]:
+def made_up(url: str, rng: np.random.Generator) -> tuple[RecordedRun, MultibodyPlant]:
     """What an export reads of a run of that robot: random poses and speeds; and its normal form."""
     robot, plant = load_robot(url), MakeModelPlant(load_robot(url).url)
     layout = make_layout(plant, robot)
@@ -47,7 +47,7 @@ def made_up(url: str, rng: np.random.Generator) -> tuple[Run, MultibodyPlant]:
         robot=robot, layout=layout, log=log, positions=positions, velocities=velocities,
         directory=Path("run"),
     )  # fmt: skip
-    return cast(Run, run), plant
+    return cast(RecordedRun, run), plant
 
 
 @pytest.mark.parametrize("form", OTHERS)
@@ -84,7 +84,7 @@ def test_the_own_file_has_feet_and_power_as_the_run(form: Quadruped, tmp_path: P
 def test_the_file_holds_the_table(tmp_path: Path) -> None:
     """One row a sample, nine digits, nothing where nothing is known; the command says where."""
     write_run(tmp_path / "run", log=make_log(short_scenario(), seconds=0.2), versions={})
-    run = read_run(tmp_path / "run")
+    run = load_run(tmp_path / "run")
     done = drake_quad("export", "run", "--csv", "out.csv", cwd=tmp_path)
     assert done.returncode == 0 and f"{len(run.log)} rows in out.csv" in done.stdout
     with (tmp_path / "out.csv").open(newline="") as file:
@@ -100,7 +100,7 @@ def test_what_cannot_be_exported_is_refused(tmp_path: Path) -> None:
     write_run(tmp_path / "run", log=make_log(short_scenario(), seconds=0.1), versions={})
     line = refused(drake_quad("export", "run", "--csv", "/dev/null", cwd=tmp_path))
     assert "--csv" in line
-    empty: Any = SimpleNamespace(**{**vars(read_run(tmp_path / "run"))})
+    empty: Any = SimpleNamespace(**{**vars(load_run(tmp_path / "run"))})
     empty.log, empty.positions = RunLog({}), np.zeros((0, 19))
     empty.velocities = np.zeros((0, 18))
     with pytest.raises(InputError, match="nothing to export"):

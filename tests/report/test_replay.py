@@ -27,22 +27,22 @@ from drake_quad.report.lcm_replay import (
 )
 from drake_quad.report.replay import AddReplay, recorded_samples
 from drake_quad.report.scene import shown_samples
-from drake_quad.runs.reader import Run, RunLog
+from drake_quad.runs.reader import RecordedRun, RunLog
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def run(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     return short_run(tmp_path_factory.mktemp("run"))
 
 
-def test_a_moment_shorter_than_a_frame_is_not_missed(run: Run) -> None:
+def test_a_moment_shorter_than_a_frame_is_not_missed(run: RecordedRun) -> None:
     """The sample of least margin has a frame, though it lies between two."""
     assert 307 not in shown_samples(run, 10.0)
     samples = recorded_samples(glitched(run, 307), 10.0)
     assert 307 in samples and samples == sorted(set(samples))
 
 
-def test_a_recording_lasts_as_long_as_the_run(run: Run) -> None:
+def test_a_recording_lasts_as_long_as_the_run(run: RecordedRun) -> None:
     """Frames are as many as asked a second; twice the speed takes half the time."""
     meshcat = Meshcat(MeshcatParams(host="localhost"))
     for speed in (1.0, 2.0):
@@ -54,14 +54,14 @@ def test_a_recording_lasts_as_long_as_the_run(run: Run) -> None:
         assert meshcat.HasPath(path)
 
 
-def test_a_run_without_samples_still_shows_its_course(run: Run) -> None:
+def test_a_run_without_samples_still_shows_its_course(run: RecordedRun) -> None:
     """Meshcat gets the course and the robot where it stands by default, and no recording."""
     empty = dataclasses.replace(run, log=RunLog({}), positions=run.positions[:0])
     meshcat = Meshcat(MeshcatParams(host="localhost"))
     assert AddReplay(meshcat, empty) == 0
 
 
-def test_messages_are_the_scene_then_frame_by_frame(run: Run) -> None:
+def test_messages_are_the_scene_then_frame_by_frame(run: RecordedRun) -> None:
     """The scene is loaded once and first; then it is drawn at every frame's time."""
     messages = list(scene_messages(run, fps=10.0))
     channels = [message.channel for message in messages]
@@ -72,7 +72,7 @@ def test_messages_are_the_scene_then_frame_by_frame(run: Run) -> None:
     assert times[-1] == pytest.approx(run.log.t[-1] - run.log.t[0])
 
 
-def test_lcm_plays_the_scene_log_in_its_own_time(run: Run) -> None:
+def test_lcm_plays_the_scene_log_in_its_own_time(run: RecordedRun) -> None:
     """LCM itself reads every event, and at ten times the speed in a tenth of the run's time."""
     path = write_scene_log(run, fps=30.0)
     sent = list(scene_messages(run, fps=30.0))
@@ -96,12 +96,12 @@ import sys
 from pathlib import Path
 sys.path.insert(0, "tests/support")
 from report_run import make_log, short_scenario, write_run
-from drake_quad.runs.reader import read_run
+from drake_quad.runs.reader import load_run
 from drake_quad.report.lcm_replay import scene_messages
 from pydrake.visualization._meldis import Meldis
 meldis = Meldis()
 assert not meldis.meshcat.HasPath("/DRAKE_VIEWER")
-run = read_run(write_run(Path(sys.argv[1]), log=make_log(short_scenario(), seconds=0.2)))
+run = load_run(write_run(Path(sys.argv[1]), log=make_log(short_scenario(), seconds=0.2)))
 for message in scene_messages(run, fps=10.0):
     meldis._lcm.Publish(message.channel, message.data)
     meldis._lcm.HandleSubscriptions(0)
@@ -176,7 +176,7 @@ def test_a_slow_viewer_is_not_waited_for_twice() -> None:
 
 
 def test_replay_in_meshcat_tells_where_and_ends_quietly(
-    run: Run, monkeypatch: pytest.MonkeyPatch
+    run: RecordedRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The told address answers while it plays; Ctrl-C ends it without an error."""
     told: list[str] = []
@@ -192,7 +192,7 @@ def test_replay_in_meshcat_tells_where_and_ends_quietly(
     assert told[0].startswith("Replay at http://") and b"MeshCat" in pages[0]
 
 
-def test_replay_in_meldis_plays_the_run_once(run: Run) -> None:
+def test_replay_in_meldis_plays_the_run_once(run: RecordedRun) -> None:
     """On a private bus it comes to its end by itself, at speed."""
     told: list[str] = []
     begun = time.monotonic()
@@ -204,14 +204,16 @@ def test_replay_in_meldis_plays_the_run_once(run: Run) -> None:
     ("options", "field"),
     [({"viewer": "rviz"}, "viewer"), ({"speed": 0.0}, "speed"), ({"fps": -1.0}, "fps")],
 )
-def test_a_replay_that_cannot_be_is_refused(run: Run, options: dict[str, Any], field: str) -> None:
+def test_a_replay_that_cannot_be_is_refused(
+    run: RecordedRun, options: dict[str, Any], field: str
+) -> None:
     """The error names the setting and what would be right."""
     with pytest.raises(InputError) as caught:
         play(run, **options)
     assert caught.value.field == field and caught.value.remedy
 
 
-def test_a_run_without_samples_cannot_be_replayed(run: Run) -> None:
+def test_a_run_without_samples_cannot_be_replayed(run: RecordedRun) -> None:
     """It is said, rather than an empty page served for ever."""
     with pytest.raises(InputError, match="no sample"):
         play(dataclasses.replace(run, log=RunLog({})))

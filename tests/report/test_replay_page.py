@@ -16,7 +16,7 @@ from drake_quad.report.derived import base_motion
 from drake_quad.report.overlay import LEAST_FORCE, NEWTONS_PER_METRE
 from drake_quad.report.replay import frame_numbers, make_replay_html, recorded_samples
 from drake_quad.report.style import BAD, GOOD
-from drake_quad.runs.reader import Run
+from drake_quad.runs.reader import RecordedRun
 
 READY = "await until(() => window.replay);"
 FPS = 10.0
@@ -54,7 +54,7 @@ VISIT = f"""{READY}
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def run(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     return short_run(tmp_path_factory.mktemp("run"))
 
 
@@ -62,14 +62,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 class Visit:
     """What the browser found in the static page of a run with a glitch, and its picture."""
 
-    run: Run
+    run: RecordedRun
     samples: list[int]
     answer: dict[str, Any]
     picture: np.ndarray
 
 
 @pytest.fixture(scope="module")
-def visit(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Visit:
+def visit(run: RecordedRun, tmp_path_factory: pytest.TempPathFactory) -> Visit:
     work = tmp_path_factory.mktemp("visit")
     bad = glitched(run, GLITCH)
     samples = recorded_samples(bad, FPS)
@@ -152,11 +152,11 @@ def test_the_bar_goes_to_the_least_margin(visit: Visit) -> None:
 
 
 def test_the_report_s_buttons_move_its_replay(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A segment's button in the page takes the replay inside to the segment's start."""
     monkeypatch.setattr(build_module, "FIGURES", ())
-    html = build_module.build_report(run).read_text(encoding="utf-8")
+    html = build_module.write_report(run).read_text(encoding="utf-8")
     question = """
       const inside = document.querySelector("iframe").contentWindow;
       await until(() => inside.replay);

@@ -24,12 +24,12 @@ from report_run import (
 
 from drake_quad.report.figures_gait import find_cycle, find_losses
 from drake_quad.report.html import FINEST, pack, round_recording, unpack
-from drake_quad.report.page import FIGURES, build_report
+from drake_quad.report.page import FIGURES, write_report
 from drake_quad.report.replay import make_replay_html
 from drake_quad.report.style import PAGE_VARIABLES
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
-from drake_quad.report.verdict import judge
-from drake_quad.runs.reader import Run, RunLog, read_run
+from drake_quad.report.verdict import grade_run
+from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 
 # Attributes that make a browser fetch something.
 PACKED = re.compile(r'<script type="text/plain" id="replay-packed">([^<]*)</script>')
@@ -80,26 +80,26 @@ def log() -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def run(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return read_run(write_run(tmp_path_factory.mktemp("run"), log=log))
+def run(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
+    return load_run(write_run(tmp_path_factory.mktemp("run"), log=log))
 
 
 @pytest.fixture(scope="module")
-def html(run: Run) -> str:
-    return build_report(run).read_text(encoding="utf-8")
+def html(run: RecordedRun) -> str:
+    return write_report(run).read_text(encoding="utf-8")
 
 
-def changed(run: Run, **columns: Any) -> Run:
+def changed(run: RecordedRun, **columns: Any) -> RecordedRun:
     """The run with some columns of its log changed."""
     return dataclasses.replace(run, log=RunLog({**run.log.columns, **columns}))
 
 
-def told(run: Run, **summary: Any) -> Run:
+def told(run: RecordedRun, **summary: Any) -> RecordedRun:
     """The run with some of its summary's keys changed."""
     return dataclasses.replace(run, summary={**run.summary, **summary})
 
 
-def without_samples(run: Run) -> Run:
+def without_samples(run: RecordedRun) -> RecordedRun:
     """The run with an empty log: its page is made at once."""
     return dataclasses.replace(run, log=RunLog({}))
 
@@ -145,9 +145,9 @@ def test_figures_take_their_ink_from_the_page(html: str) -> None:
         assert stand_in.lower() not in html.lower() and f"var({variable})" in html
 
 
-def test_the_same_run_gives_the_same_page(run: Run, html: str) -> None:
+def test_the_same_run_gives_the_same_page(run: RecordedRun, html: str) -> None:
     """To the byte but for Meshcat's own random names, so that pages can be compared."""
-    again = build_report(run, replay=False).read_text(encoding="utf-8")
+    again = write_report(run, replay=False).read_text(encoding="utf-8")
     for kind in FIGURES:
         start = again.index(f'<section id="{kind.name}">')
         assert again[start : again.index("</section>", start)] in html
@@ -159,7 +159,7 @@ def test_the_page_stays_small(html: str) -> None:
     assert len(replay) > 2e6 and len(html) < 1.6e6
 
 
-def test_a_recording_is_rounded_to_what_nobody_sees(run: Run) -> None:
+def test_a_recording_is_rounded_to_what_nobody_sees(run: RecordedRun) -> None:
     """Every number of a keyframe to half of FINEST, and not a byte of anything else."""
     page = make_replay_html(run)
     rounded = round_recording(page)
@@ -202,27 +202,27 @@ def test_a_page_is_unpacked_as_it_was() -> None:
     ],
 )
 def test_the_verdict_is_the_outcome(
-    run: Run, outcome: str, reason: str, grade: str, word: str
+    run: RecordedRun, outcome: str, reason: str, grade: str, word: str
 ) -> None:
     """Colour and word follow the outcome; of a run that failed the sentence says when and why."""
-    verdict = judge(told(run, outcome=outcome, reason=reason))
+    verdict = grade_run(told(run, outcome=outcome, reason=reason))
     assert (verdict.grade, verdict.word) == (grade, word)
     assert (reason in verdict.sentence) == (grade == "bad")
     assert f"{run.log.t[-1]:.1f} s" in verdict.sentence
 
 
-def test_the_verdict_names_the_least_margin_and_where_it_was(run: Run) -> None:
+def test_the_verdict_names_the_least_margin_and_where_it_was(run: RecordedRun) -> None:
     """A negative margin in one sample is found; reaching the goal over it is no clean success."""
     k = 123
     margin = np.array(run.log.number("margin"))
     margin[k] = -0.0234
-    verdict = judge(changed(run, margin=margin))
+    verdict = grade_run(changed(run, margin=margin))
     assert "−0.023 m" in verdict.sentence
     assert f"at {run.log.t[k]:.1f} s ({run.log.text('segment')[k]})" in verdict.sentence
     assert verdict.grade == "warn" and verdict.least_time == run.log.t[k]
 
 
-def test_a_figure_beyond_its_bound_is_missed(run: Run) -> None:
+def test_a_figure_beyond_its_bound_is_missed(run: RecordedRun) -> None:
     """Each bound is kept by a good run, and missed by one that breaks it; the others stay kept."""
     kept = {bound.name: bound.kept for bound in bounds(run) if bound.kept is not None}
     assert len(kept) == 11 and all(kept.values())
@@ -245,16 +245,16 @@ def test_a_figure_beyond_its_bound_is_missed(run: Run) -> None:
 
 
 @pytest.mark.parametrize("value", [None, float("nan"), "soon", True, [1.0]])
-def test_a_figure_that_is_no_number_is_left_out(run: Run, value: object) -> None:
+def test_a_figure_that_is_no_number_is_left_out(run: RecordedRun, value: object) -> None:
     """The table of bounds shows what is there, and the page is built."""
     lacking = told(run, torque_ratio_max=value, margin=value, segments=value, versions=value)
     names = [bound.name for bound in bounds(lacking)]
     assert not any("torque" in name for name in names) and len(names) == len(bounds(run)) - 2
     assert [row.name for row in segment_rows(lacking)] == [b.name for b in run.log.bands()]
-    assert build_report(without_samples(lacking)).is_file()
+    assert write_report(without_samples(lacking)).is_file()
 
 
-def test_the_summary_is_shown_in_full_with_units(run: Run, html: str) -> None:
+def test_the_summary_is_shown_in_full_with_units(run: RecordedRun, html: str) -> None:
     """Every key of the summary is in the page, nested ones by their paths."""
     rows = {key: (value, unit) for key, value, unit in summary_rows(run.summary)}
     assert rows["margin.minimum"][1] == "m" and rows["simulated_time"][1] == "s"
@@ -263,10 +263,10 @@ def test_the_summary_is_shown_in_full_with_units(run: Run, html: str) -> None:
         assert f"<code>{key}</code>" in html
 
 
-def test_words_of_the_run_are_no_html(run: Run) -> None:
+def test_words_of_the_run_are_no_html(run: RecordedRun) -> None:
     """A description with tags in it is shown as it was written."""
     scenario = dataclasses.replace(run.scenario, description="<script>alert(1)</script>")
-    page = build_report(without_samples(dataclasses.replace(run, scenario=scenario)))
+    page = write_report(without_samples(dataclasses.replace(run, scenario=scenario)))
     text = page.read_text(encoding="utf-8")
     assert "<script>alert" not in text and "&lt;script&gt;alert" in text
 
@@ -282,7 +282,7 @@ def test_a_run_cut_short_still_has_its_report(
         (tmp_path / "log.parquet").unlink()
     text = {"outcome": "stopped", "reason": "interrupted", "margin": {"minimum": None}}
     (tmp_path / "summary.json").write_text(json.dumps(text), encoding="utf-8")
-    page = Page(build_report(tmp_path).read_text(encoding="utf-8"))
+    page = Page(write_report(tmp_path).read_text(encoding="utf-8"))
     assert "Stopped" in page.text and "interrupted" in page.text
     assert sum(name == "iframe" for name, _ in page.tags) == (rows > 0)
     # A single sample tells of no waiting.
@@ -290,7 +290,7 @@ def test_a_run_cut_short_still_has_its_report(
 
 
 @pytest.mark.parametrize("how", ["nan", "missing"])
-def test_a_log_without_figures_still_has_its_report(run: Run, how: str) -> None:
+def test_a_log_without_figures_still_has_its_report(run: RecordedRun, how: str) -> None:
     """With nothing but the time known, the page is built, and claims no margin."""
     words = ("segment", "segment_kind")
     columns: dict[str, Any] = {"t": run.log.t}
@@ -304,14 +304,14 @@ def test_a_log_without_figures_still_has_its_report(run: Run, how: str) -> None:
         positions=np.full_like(run.positions, np.nan),
         velocities=np.full_like(run.velocities, np.nan),
     )
-    text = build_report(empty).read_text(encoding="utf-8")
+    text = write_report(empty).read_text(encoding="utf-8")
     assert "margin was" not in text
 
 
 def test_a_kinematic_replay_says_so(tmp_path: Path) -> None:
     """The verdict, the replay and every figure say that there was no physics; forces are absent."""
     log = make_log(short_scenario(), seconds=1.0, kinematic=True)
-    html = build_report(write_run(tmp_path, log=log, simulation="kinematic")).read_text("utf-8")
+    html = write_report(write_run(tmp_path, log=log, simulation="kinematic")).read_text("utf-8")
     page = Page(html)
     assert page.text.count("inematic replay, no physics") >= 2 + len(page.drawn)
     replay = replay_in(html)
@@ -353,7 +353,7 @@ def test_a_loss_of_ground_is_told_from_a_late_touchdown() -> None:
     np.testing.assert_array_equal(find_losses(t, planned, late & sensed), planned & ~late)
 
 
-def test_the_summary_of_these_tests_is_as_a_run_writes_it(run: Run) -> None:
+def test_the_summary_of_these_tests_is_as_a_run_writes_it(run: RecordedRun) -> None:
     """The made-up summary says of its log what the log says."""
     assert make_summary(dict(run.log.columns))["margin"]["minimum"] == pytest.approx(
         run.log.number("margin").min()

@@ -19,8 +19,8 @@ from report_run import (
     write_run,
 )
 
-from drake_quad.report.derived import ARROWS, WORDS, mode_bands, push_marks
-from drake_quad.report.figures_course import draw_footprints, draw_side, unroll
+from drake_quad.report.derived import ARROWS, WORDS, clock_stops, push_events
+from drake_quad.report.figures_course import arc_length, draw_footprints, draw_side
 from drake_quad.report.figures_gait import draw_clock
 from drake_quad.report.figures_margin import (
     believed_errors,
@@ -29,11 +29,11 @@ from drake_quad.report.figures_margin import (
     estimate_errors,
 )
 from drake_quad.report.html import report_style
-from drake_quad.report.page import FIGURES, build_report
+from drake_quad.report.page import FIGURES, write_report
 from drake_quad.report.scene import MakeReplayScene
 from drake_quad.report.tables import bounds, push_rows, recovery_rows
-from drake_quad.report.verdict import judge
-from drake_quad.runs.reader import Run, RunLog, read_run
+from drake_quad.report.verdict import grade_run
+from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import parse_scenario
 
@@ -58,12 +58,12 @@ def log() -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def plain(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return read_run(write_run(tmp_path_factory.mktemp("plain"), log=log))
+def plain(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
+    return load_run(write_run(tmp_path_factory.mktemp("plain"), log=log))
 
 
 @pytest.fixture(scope="module")
-def pushed(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Run:
+def pushed(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     found = add_estimate(add_recovery(log, START + 0.6), ahead=0.02, yaw=-0.01)
     recovery = {"time": START + 0.8, "legs": ["FR"], "duration": 0.85}
     directory = write_run(
@@ -74,10 +74,10 @@ def pushed(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Run
         recoveries=[recovery],
         estimate={"drift": 0.02, "drift_ratio": 0.0123, "yaw_error_max_deg": 0.57},
     )
-    return read_run(directory)
+    return load_run(directory)
 
 
-def told(run: Run, **summary: Any) -> Run:
+def told(run: RecordedRun, **summary: Any) -> RecordedRun:
     """The run with some of its summary's keys changed."""
     return dataclasses.replace(run, summary={**run.summary, **summary})
 
@@ -89,11 +89,13 @@ def texts(figure: Figure) -> list[str]:
     return found + [text.get_text() for legend in legends for text in legend.get_texts()]
 
 
-def test_sections_appear_only_when_there_is_something_to_show(plain: Run, pushed: Run) -> None:
+def test_sections_appear_only_when_there_is_something_to_show(
+    plain: RecordedRun, pushed: RecordedRun
+) -> None:
     """A calm run of a robot that is told its state has neither clock, estimate nor pushes."""
     assert {kind.name for kind in FIGURES} >= CONDITIONAL
     for run, there in ((plain, False), (pushed, True)):
-        html = build_report(run, replay=False).read_text(encoding="utf-8")
+        html = write_report(run, replay=False).read_text(encoding="utf-8")
         for name in (*CONDITIONAL, "pushes"):
             assert (f'<section id="{name}">' in html) == there, name
             assert (f'href="#{name}"' in html) == there, name
@@ -101,20 +103,22 @@ def test_sections_appear_only_when_there_is_something_to_show(plain: Run, pushed
         assert "not as the map has it" not in html
 
 
-def test_the_verdict_says_how_often_it_was_pushed_and_how_fast_it_recovered(pushed: Run) -> None:
+def test_the_verdict_says_how_often_it_was_pushed_and_how_fast_it_recovered(
+    pushed: RecordedRun,
+) -> None:
     """Times in their order; a push that was not reached is none; a lost one is said."""
-    assert "Pushed 2 times, recovered in 1.3 s, 0.9 s." in judge(pushed).sentence
+    assert "Pushed 2 times, recovered in 1.3 s, 0.9 s." in grade_run(pushed).sentence
     lost = {**ENTRIES[1], "recovered": False, "recovery_time": None}
-    both = judge(told(pushed, pushes=[ENTRIES[0], lost])).sentence
+    both = grade_run(told(pushed, pushes=[ENTRIES[0], lost])).sentence
     assert "Pushed 2 times, recovered in 1.3 s; not recovered from 1." in both
-    assert "Pushed once, not recovered." in judge(told(pushed, pushes=[lost])).sentence
+    assert "Pushed once, not recovered." in grade_run(told(pushed, pushes=[lost])).sentence
     for pushes in ([], [ENTRIES[2]], None, "two"):
-        assert "ushed" not in judge(told(pushed, pushes=pushes)).sentence
+        assert "ushed" not in grade_run(told(pushed, pushes=pushes)).sentence
 
 
-def test_pushes_are_told_with_size_and_direction(pushed: Run) -> None:
+def test_pushes_are_told_with_size_and_direction(pushed: RecordedRun) -> None:
     """In the robot's own heading; a push after the end of the run is left out."""
-    first, second = push_marks(pushed)
+    first, second = push_events(pushed)
     assert (first.arrow, first.words) == ("←", "to the left")
     assert (second.arrow, second.words) == ("↗", "ahead to the right")
     assert (first.speed, second.speed) == (0.6, 0.3)
@@ -126,7 +130,7 @@ def test_pushes_are_told_with_size_and_direction(pushed: Run) -> None:
 
 
 @pytest.mark.parametrize("k", range(8))
-def test_arrows_and_words_go_round_to_the_left(k: int, pushed: Run) -> None:
+def test_arrows_and_words_go_round_to_the_left(k: int, pushed: RecordedRun) -> None:
     """From straight ahead by eighths, up to 22 degrees off each; steep pushes are up or down."""
     for off in (-22.0, 0.0, 22.0):
         angle = 45.0 * k + off
@@ -135,35 +139,37 @@ def test_arrows_and_words_go_round_to_the_left(k: int, pushed: Run) -> None:
     assert directed(pushed, "force: [0.0, -1.0, -9.0]")[1] == "down"
 
 
-def directed(run: Run, push: str) -> tuple[str, str]:
+def directed(run: RecordedRun, push: str) -> tuple[str, str]:
     text = SHORT + f"disturbances: {{pushes: [{{time: {START + 1.0}, {push}}}]}}"
     scenario = parse_scenario(text, source="directed")
-    (mark,) = push_marks(dataclasses.replace(run, scenario=scenario))
+    (mark,) = push_events(dataclasses.replace(run, scenario=scenario))
     return mark.arrow, mark.words
 
 
-def test_the_clocks_waiting_is_told_by_what_it_is_for(plain: Run, pushed: Run) -> None:
+def test_the_clocks_waiting_is_told_by_what_it_is_for(
+    plain: RecordedRun, pushed: RecordedRun
+) -> None:
     """Bands are as long as the log has them, in order, and add up to all that was waited."""
-    bands = mode_bands(pushed)
+    bands = clock_stops(pushed)
     assert [band.mode for band in bands] == ["wait", "catch", "settle", "replan"]
     lengths = [band.end - band.start for band in bands]
     assert lengths == pytest.approx([0.2, 0.3, 0.5, 0.05], abs=2 * PERIOD)
     assert sum(lengths) == pytest.approx(pushed.log.number("gait_waited")[-1], abs=2 * PERIOD)
-    assert mode_bands(plain) == []
+    assert clock_stops(plain) == []
 
 
-def test_a_tick_at_the_end_of_a_recovery_is_no_wait_for_a_foot(pushed: Run) -> None:
+def test_a_tick_at_the_end_of_a_recovery_is_no_wait_for_a_foot(pushed: RecordedRun) -> None:
     """What the clock waited for in the sample in which it began to run was the recovery."""
     waited = np.array(pushed.log.number("gait_waited"))
     mode = pushed.log.text("gait_mode")
     last = max(k for k, word in enumerate(mode) if word == "replan")
     waited[last + 1 :] += PERIOD
     columns = {**pushed.log.columns, "gait_waited": waited}
-    bands = mode_bands(dataclasses.replace(pushed, log=RunLog(columns)))
+    bands = clock_stops(dataclasses.replace(pushed, log=RunLog(columns)))
     assert [band.mode for band in bands] == ["wait", "catch", "settle", "replan"]
 
 
-def test_the_clocks_figure_says_all_that_it_waited(pushed: Run) -> None:
+def test_the_clocks_figure_says_all_that_it_waited(pushed: RecordedRun) -> None:
     """In all and by reason, in seconds."""
     with report_style():
         written = texts(draw_clock(pushed))
@@ -173,7 +179,9 @@ def test_the_clocks_figure_says_all_that_it_waited(pushed: Run) -> None:
     )
 
 
-def test_figures_over_time_mark_pushes_by_size_and_direction(pushed: Run, plain: Run) -> None:
+def test_figures_over_time_mark_pushes_by_size_and_direction(
+    pushed: RecordedRun, plain: RecordedRun
+) -> None:
     """Over each push's line; where two are too near to be named both, the second's arrow is."""
     with report_style():
         written = texts(draw_margin(pushed))
@@ -185,7 +193,9 @@ def test_figures_over_time_mark_pushes_by_size_and_direction(pushed: Run, plain:
     assert "← 0.6 m/s" in written and not any("0.3 m/s" in text for text in written)
 
 
-def test_errors_of_the_estimate_are_its_distances_from_the_truth(pushed: Run, plain: Run) -> None:
+def test_errors_of_the_estimate_are_its_distances_from_the_truth(
+    pushed: RecordedRun, plain: RecordedRun
+) -> None:
     """Place, heading with its sign, tilt; and what the filter believes of each."""
     errors, believed = estimate_errors(pushed), believed_errors(pushed)
     np.testing.assert_allclose(errors[-1], [0.02, -0.01, 0.0], atol=1e-9)
@@ -194,7 +204,7 @@ def test_errors_of_the_estimate_are_its_distances_from_the_truth(pushed: Run, pl
     assert np.all(np.isnan(estimate_errors(plain)))
 
 
-def test_a_tilt_of_the_estimate_is_told_from_its_heading(pushed: Run) -> None:
+def test_a_tilt_of_the_estimate_is_told_from_its_heading(pushed: RecordedRun) -> None:
     """Rolled by 2 degrees, whatever the yaw, it is tilted by 2 degrees and not turned."""
     roll = np.array(pushed.log.number("base_estimated_roll")) + np.radians(2.0)
     columns = {**pushed.log.columns, "base_estimated_roll": roll}
@@ -205,7 +215,7 @@ def test_a_tilt_of_the_estimate_is_told_from_its_heading(pushed: Run) -> None:
     assert np.max(np.abs([place, turn])) < 1e-12
 
 
-def test_the_estimates_figure_is_drawn_however_little_is_known(pushed: Run) -> None:
+def test_the_estimates_figure_is_drawn_however_little_is_known(pushed: RecordedRun) -> None:
     """Without the filter's beliefs, or with a foot taken for slipping, it is drawn too."""
     columns = dict(pushed.log.columns)
     columns["FL_slip_estimated"] = pushed.log.t > START + 2.0
@@ -216,14 +226,16 @@ def test_the_estimates_figure_is_drawn_however_little_is_known(pushed: Run) -> N
     assert "error" in texts(figure) and "believed, one deviation" not in texts(figure)
 
 
-def test_the_estimates_figures_stand_beside_what_was_asked(pushed: Run, plain: Run) -> None:
+def test_the_estimates_figures_stand_beside_what_was_asked(
+    pushed: RecordedRun, plain: RecordedRun
+) -> None:
     """Where there is an estimate, its drift is told in per cent of the way."""
     found = {bound.name: bound.measured for bound in bounds(pushed)}
     assert found["Drift of the estimate at the end, of the way"] == "1.23 %"
     assert not any("stimate" in bound.name for bound in bounds(plain))
 
 
-def test_recoveries_are_told_with_their_legs(pushed: Run) -> None:
+def test_recoveries_are_told_with_their_legs(pushed: RecordedRun) -> None:
     """In order; many are cut short, and one that never ended says so."""
     (row,) = recovery_rows(pushed)
     assert (row.legs, row.duration) == ("FR", "0.85 s")
@@ -243,12 +255,12 @@ def world_scenario(mode: str = "physics") -> Scenario:
 
 
 @pytest.fixture(scope="module")
-def surprised(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Run:
+def surprised(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     directory = tmp_path_factory.mktemp("world")
-    return read_run(write_run(directory, scenario=world_scenario(), log=log))
+    return load_run(write_run(directory, scenario=world_scenario(), log=log))
 
 
-def test_the_course_that_is_drawn_is_the_world(surprised: Run, plain: Run) -> None:
+def test_the_course_that_is_drawn_is_the_world(surprised: RecordedRun, plain: RecordedRun) -> None:
     """Every box of the world is in the scene, where it is and not where the map has it."""
     assert plain.world is plain.course and surprised.world is not surprised.course
     scene = MakeReplayScene(surprised, lambda *_: None)
@@ -265,7 +277,9 @@ def test_the_course_that_is_drawn_is_the_world(surprised: Run, plain: Run) -> No
     assert np.linalg.norm(drawn["stairs_1_tread_4"] - mapped["stairs_1_tread_4"]) > 0.04
 
 
-def test_the_map_is_drawn_thin_where_the_world_is_another(surprised: Run, plain: Run) -> None:
+def test_the_map_is_drawn_thin_where_the_world_is_another(
+    surprised: RecordedRun, plain: RecordedRun
+) -> None:
     """From above its nosings where it has them, from the side its ground; else neither."""
     with report_style():
         for draw, label in (
@@ -276,16 +290,16 @@ def test_the_map_is_drawn_thin_where_the_world_is_another(surprised: Run, plain:
         lines = draw_footprints(surprised).axes[0].lines
     for ends in surprised.course.nosings():
         assert any(np.array_equal(line.get_xydata(), ends[:, :2]) for line in lines)
-    html = build_report(surprised, replay=False).read_text(encoding="utf-8")
+    html = write_report(surprised, replay=False).read_text(encoding="utf-8")
     assert "not as the map has it" in html
 
 
-def test_from_the_side_the_lanes_are_the_worlds(surprised: Run, plain: Run) -> None:
+def test_from_the_side_the_lanes_are_the_worlds(surprised: RecordedRun, plain: RecordedRun) -> None:
     """How far along is measured along the lane, which is straight where its flights are turned."""
     lane = surprised.world.lanes[0]
     s, _ = lane.coordinates(surprised.log.vector("com"))
-    np.testing.assert_allclose(unroll(surprised).com[:, 0], s, atol=1e-12)
-    np.testing.assert_allclose(s, unroll(plain).com[:, 0], atol=1e-12)
+    np.testing.assert_allclose(arc_length(surprised).com[:, 0], s, atol=1e-12)
+    np.testing.assert_allclose(s, arc_length(plain).com[:, 0], atol=1e-12)
     assert np.abs(lane.breaks - surprised.course.lanes[0].breaks).max() > 0.04
 
 
@@ -296,7 +310,7 @@ def test_a_kinematic_replay_is_on_the_map_and_is_not_pushed(
     directory = write_run(
         tmp_path, scenario=world_scenario("kinematic"), log=log, simulation="kinematic"
     )
-    run = read_run(directory)
+    run = load_run(directory)
     assert run.world is run.course
     scenario = parse_scenario(SHORT + PUSHES, source="pushed")
-    assert push_marks(dataclasses.replace(run, scenario=scenario)) == []
+    assert push_events(dataclasses.replace(run, scenario=scenario)) == []

@@ -14,9 +14,9 @@ from report_run import make_log, short_scenario, wave_begins, write_run
 from drake_quad.errors import InputError
 from drake_quad.report.axes import thin
 from drake_quad.report.derived import base_motion, calc_foot_centres, margins, touchdowns
-from drake_quad.report.figures_course import distance_to, lane_starts, unroll
+from drake_quad.report.figures_course import arc_length, distance_to, lane_starts
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.reader import Run, RunLog, read_run, runs_of
+from drake_quad.runs.reader import RecordedRun, RunLog, load_run, runs_of
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import parse_scenario
 
@@ -29,8 +29,8 @@ def log() -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def run(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return read_run(write_run(tmp_path_factory.mktemp("run"), log=log, simulation="kinematic"))
+def run(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
+    return load_run(write_run(tmp_path_factory.mktemp("run"), log=log, simulation="kinematic"))
 
 
 @given(st.lists(FLOATS, min_size=1, max_size=400), st.integers(4, 60))
@@ -66,7 +66,7 @@ def test_a_missing_column_reads_as_not_known() -> None:
     assert log.text("segment") == ["", "", ""]
 
 
-def test_bands_follow_one_another_over_the_whole_log(run: Run) -> None:
+def test_bands_follow_one_another_over_the_whole_log(run: RecordedRun) -> None:
     """Segments share their ends, and the first and the last meet the log's."""
     bands = run.log.bands()
     assert len(bands) > 1
@@ -82,13 +82,13 @@ def test_a_segment_walked_twice_is_two_bands() -> None:
     assert [(band.start, band.end) for band in log.bands()] == [(0.0, 2.0), (2.0, 3.0)]
 
 
-def test_feet_of_a_robot_on_its_plan_are_where_the_plan_has_them(run: Run) -> None:
+def test_feet_of_a_robot_on_its_plan_are_where_the_plan_has_them(run: RecordedRun) -> None:
     """Forward kinematics of the logged joints gives the planned foot centres to 1e-6 m."""
     error = calc_foot_centres(run) - run.log.feet("desired")
     assert np.max(np.abs(error)) < 1e-6
 
 
-def test_attitude_of_a_robot_on_its_plan_is_the_planned_one(run: Run) -> None:
+def test_attitude_of_a_robot_on_its_plan_is_the_planned_one(run: RecordedRun) -> None:
     """Roll is zero, pitch and yaw are as planned."""
     rpy = base_motion(run).rpy
     planned = run.log.numbers(["base_desired_pitch", "base_desired_yaw"])
@@ -96,7 +96,7 @@ def test_attitude_of_a_robot_on_its_plan_is_the_planned_one(run: Run) -> None:
     np.testing.assert_allclose(rpy[:, 1:], planned, atol=1e-9)
 
 
-def test_footprints_are_on_the_ground(run: Run) -> None:
+def test_footprints_are_on_the_ground(run: RecordedRun) -> None:
     """Every print lies on the course at the height of a foot that stands, one a stance."""
     prints = touchdowns(run)
     assert {p.row for p in prints} == {0, 1, 2, 3}
@@ -105,7 +105,7 @@ def test_footprints_are_on_the_ground(run: Run) -> None:
     np.testing.assert_allclose(places[:, 2], ground, atol=1e-6)
 
 
-def test_no_support_is_no_margin(run: Run) -> None:
+def test_no_support_is_no_margin(run: RecordedRun) -> None:
     """The number that stands for no foot bearing does not count as a length."""
     columns = dict(run.log.columns)
     columns["margin"] = np.where(np.arange(len(run.log)) == 5, -9.0, columns["margin"])
@@ -113,9 +113,9 @@ def test_no_support_is_no_margin(run: Run) -> None:
     assert np.isnan(margins(lost)[5]) and np.isfinite(np.delete(margins(lost), 5)).all()
 
 
-def test_from_the_side_a_straight_course_is_as_it_is(run: Run) -> None:
+def test_from_the_side_a_straight_course_is_as_it_is(run: RecordedRun) -> None:
     """On one lane, how far along is x, and no foot is under the ground."""
-    view = unroll(run)
+    view = arc_length(run)
     com = run.log.vector("com")
     np.testing.assert_allclose(view.com, com[:, [0, 2]], atol=1e-12)
     feet = calc_foot_centres(run)
@@ -150,7 +150,7 @@ def test_a_directory_without_a_run_is_refused(tmp_path: Path) -> None:
     """The error names the directory and says what would be right, in one line."""
     for directory in (tmp_path, tmp_path / "nowhere"):
         with pytest.raises(InputError, match="drake-quad run") as caught:
-            read_run(directory)
+            load_run(directory)
         assert str(directory) in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -160,7 +160,7 @@ def test_cut_files_make_notices_not_errors(tmp_path: Path, log: dict[str, Any]) 
     whole = (tmp_path / "log.parquet").read_bytes()
     (tmp_path / "log.parquet").write_bytes(whole[: len(whole) // 2])
     (tmp_path / "summary.json").unlink()
-    run = read_run(tmp_path)
+    run = load_run(tmp_path)
     assert len(run.log) == 0 and run.summary == {} and len(run.notices) == 2
     assert len(run.course.lanes) == 1
 

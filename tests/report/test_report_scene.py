@@ -9,7 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from shapely import MultiPoint, Polygon, union_all
 
 from drake_quad.common import FloatArray
-from drake_quad.report.overlay import EDGE_WIDTH, LIFT, drape
+from drake_quad.report.overlay import EDGE_WIDTH, LIFT, drape_polygon
 from drake_quad.report.scene import ASPECT, FIELD_OF_VIEW, TALL, camera_pose, frame_samples
 from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.drake_geometry import LEVEL, NOSING, NOSING_SIZE, TREADS, AddCourse
@@ -47,7 +47,7 @@ def test_the_carpet_seen_from_above_is_the_support_polygon(
     """Pieces cover the hull without overlap, and each lies just above its own tread."""
     hull = MultiPoint(points).convex_hull
     assume(isinstance(hull, Polygon) and hull.area > 1e-3)
-    vertices, triangles = drape(STRAIGHT, np.array(points))
+    vertices, triangles = drape_polygon(STRAIGHT, np.array(points))
     pieces = [Polygon(vertices[t.astype(int), :2]) for t in triangles]
     assert sum(piece.area for piece in pieces) == pytest.approx(hull.area, rel=1e-6)
     assert union_all([p.buffer(1e-9) for p in pieces]).area == pytest.approx(hull.area, rel=1e-3)
@@ -59,10 +59,12 @@ def test_the_carpet_seen_from_above_is_the_support_polygon(
 def test_what_two_feet_support_is_a_line_that_can_be_seen() -> None:
     """Two feet give a strip as wide as promised; one foot and none give nothing."""
     feet = np.array([[0.5, 0.2], [1.3, -0.1]])
-    vertices, triangles = drape(STRAIGHT, feet)
+    vertices, triangles = drape_polygon(STRAIGHT, feet)
     area = sum(Polygon(vertices[t.astype(int), :2]).area for t in triangles)
     assert area == pytest.approx(EDGE_WIDTH * np.linalg.norm(feet[1] - feet[0]))
-    assert not len(drape(STRAIGHT, feet[:1])[1]) and not len(drape(STRAIGHT, feet[:0])[1])
+    assert not len(drape_polygon(STRAIGHT, feet[:1])[1]) and not len(
+        drape_polygon(STRAIGHT, feet[:0])[1]
+    )
 
 
 def project(points: FloatArray, camera: FloatArray, target: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from synthetic_robot import Quadruped
 
 from drake_quad.robot.importer.parse import parse
-from drake_quad.robot.importer.pipeline import MAPPING, find_given
+from drake_quad.robot.importer.pipeline import MAPPING, find_source
 from drake_quad.robot.kinematics import calc_com, calc_feet, solve_legs
 from drake_quad.robot.loader import MakeModelPlant, load_robot
 from drake_quad.robot.model import RobotModel
@@ -76,7 +76,7 @@ def test_foot_is_where_the_file_has_it(beast: str, tmp_path: Path) -> None:
     robot = load_robot(path)
     mapping = yaml.safe_load((Path(robot.url).parent / MAPPING).read_text())
     q = np.random.default_rng(5).uniform(-0.8, 0.8, (4, 3))
-    with parse(find_given(path).found) as parsed:
+    with parse(find_source(path).found) as parsed:
         plant = parsed.plant
         context = plant.CreateDefaultContext()
         for name, angle in zip(robot.joint_names, q.reshape(12), strict=True):

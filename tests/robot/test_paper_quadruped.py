@@ -13,7 +13,7 @@ from rig import GRAVITY, URL, feet_of, model_layout, model_plant, paper_robot, s
 
 from drake_quad.common import FloatArray
 from drake_quad.gait.workspace import Workspace
-from drake_quad.planning.contact_forces import distribute
+from drake_quad.planning.contact_forces import distribute_wrench
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.robot.kinematics import calc_jacobians, solve_legs
 from drake_quad.robot.loader import AddRobot
@@ -130,7 +130,9 @@ def test_legs_can_hold_the_robot_in_the_worst_corners() -> None:
             if stability_margin(com[:2], feet[standing, :2]) < 0.05:
                 continue
             arms = [tuple((p - com).tolist()) for p in feet]
-            forces = distribute((0.0, 0.0, robot.mass * GRAVITY), (0.0, 0.0, 0.0), arms, load)
+            forces = distribute_wrench(
+                (0.0, 0.0, robot.mass * GRAVITY), (0.0, 0.0, 0.0), arms, load
+            )
             torque = -gravity - np.einsum("kij,ki->kj", J, np.array(forces)).ravel()
             largest, tried = np.maximum(largest, np.abs(torque)), tried + 1
     assert tried > 100

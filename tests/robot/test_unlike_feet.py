@@ -14,7 +14,7 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.diagram import StairClimb, stair_climb_of
 from drake_quad.simulation.prepare import prepare
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 
 STAND = (
     "design: given\ncourse: [{kind: floor, length: 4.0}]\nmission: [{kind: stand, duration: 1.0}]"
@@ -75,7 +75,7 @@ def test_all_feet_land_when_they_are_to(tmp_path: Path) -> None:
         assert sphere.format(leg, RADIUS) in text
         text = text.replace(sphere.format(leg, RADIUS), sphere.format(leg, 0.016))
     file.write_text(text)
-    result = run(
+    result = simulate(
         parse_scenario(
             f"robot: {{model: {file}}}\ndesign: given\ncourse: [{{kind: floor, length: 6.0}}]\n"
             "mission: [{kind: walk, distance: 0.6}]",

@@ -5,7 +5,7 @@ import pytest
 
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.scenario.load import load_scenario
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 from drake_quad.stability.support_polygon import stability_margin
 
 
@@ -17,7 +17,7 @@ def test_a_reader_recomputes_the_margin_of_every_row(log_period: float) -> None:
     """
     overrides = [f"simulation.log_period={log_period}", "mission=[{kind: walk, distance: 1.0}]"]
     chunks = iter(range(100))
-    result = run(load_scenario("case_study", overrides), stop=lambda: next(chunks) >= 20)
+    result = simulate(load_scenario("case_study", overrides), stop=lambda: next(chunks) >= 20)
     column = {name: result.table[name].to_numpy() for name in result.table.column_names}
     assert len(column["t"]) > 4.0 / log_period
     com = np.stack([column["com_x"], column["com_y"]], axis=1)

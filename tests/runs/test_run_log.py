@@ -28,10 +28,10 @@ from drake_quad.math.rotations import roll_pitch_yaw
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.kinematic_log import kinematic_logs
-from drake_quad.runs.log import make_table, state_names
+from drake_quad.runs.log import log_table, state_names
 from drake_quad.runs.planned_columns import Ground, planned_figures
 from drake_quad.scenario.load import load_scenario
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 from drake_quad.stability.support_polygon import stability_margins
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "log_format.md"
@@ -62,7 +62,7 @@ def table_of(
     times: FloatArray, found: dict[str, FloatArray], known: tuple[MotionPlan, ...]
 ) -> pa.Table:
     plant = model_plant()
-    return make_table(
+    return log_table(
         paper_robot(),
         model_layout(),
         times=times,
@@ -336,7 +336,7 @@ def pushed() -> pa.Table:
         "disturbances.pushes=[{time: 2.5, speed: 0.6, direction_deg: 90.0}]",
     ])  # fmt: skip
     now = [0.0]
-    return run(
+    return simulate(
         scenario, progress=lambda t, _: now.__setitem__(0, t), stop=lambda: now[0] > 6.4
     ).table
 
@@ -361,7 +361,7 @@ def test_torque_columns_are_in_the_joints_own_names() -> None:
     times, found = logs()
     plant = model_plant()
     layout = replace(model_layout(), actuators=np.roll(model_layout().actuators, 5))
-    made = make_table(
+    made = log_table(
         paper_robot(),
         layout,
         times=times,

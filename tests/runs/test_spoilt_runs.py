@@ -15,8 +15,8 @@ from spoilt_rig import NESTED, change_json, filled, line_of
 from drake_quad.cli.common import read_summary
 from drake_quad.cli.runs import print_summary
 from drake_quad.errors import InputError
-from drake_quad.report.page import build_report
-from drake_quad.runs.reader import read_run
+from drake_quad.report.page import write_report
+from drake_quad.runs.reader import load_run
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_a_summary_that_nothing_can_be_made_of(ran: Path, text: str) -> None:
     with pytest.raises(InputError) as caught:
         read_summary(ran)
     line_of(caught.value, "summary.json", "in JSON")
-    run = read_run(ran)
+    run = load_run(ran)
     assert run.summary == {} and any("summary.json" in notice for notice in run.notices)
 
 
@@ -116,7 +116,7 @@ def test_times_that_are_none_are_named(
     table = pq.read_table(path)
     pq.write_table(filled("t", change(table["t"].to_numpy()))(table), path)
     with pytest.raises(InputError) as caught:
-        read_run(ran)
+        load_run(ran)
     line_of(caught.value, str(path), *words)
 
 
@@ -128,10 +128,10 @@ def test_figures_that_nothing_measured_are_left_out(ran: Path) -> None:
     for name, value in (("margin", np.inf), ("com_x", 1e300), ("FL_position_z", -np.inf)):
         spoilt = filled(name, np.full(rows, value))(spoilt)
     pq.write_table(spoilt, path)
-    run = read_run(ran)
+    run = load_run(ran)
     assert np.all(np.isnan(run.log.number("margin"))) and np.all(np.isfinite(run.log.t))
     assert sum("left out" in notice for notice in run.notices) == 3
-    page = build_report(ran, replay=False).read_text()
+    page = write_report(ran, replay=False).read_text()
     assert f"{rows} values in column com_x that are beyond 1e+09" in page
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from summary_rig import as_dict, base_columns, estimated, log, summary, values, with_columns
 
-from drake_quad.runs.estimation_metrics import way_of
+from drake_quad.runs.estimation_metrics import distance_walked
 
 
 @pytest.mark.parametrize(("ahead", "yaw"), [(0.0, 0.0), (-0.03, 0.002), (0.01, -0.05)])
@@ -36,12 +36,12 @@ def test_the_way_is_walked_and_not_swayed() -> None:
     """That of each task from rest to rest, whatever the body does between; a stand has none."""
     c = {name: values(name) for name in log().column_names}
     x, y = (c[name] for name in base_columns()[1][:2])
-    assert way_of(c) == pytest.approx(2.0, abs=1e-6)  # that much the plan walks, and sways
+    assert distance_walked(c) == pytest.approx(2.0, abs=1e-6)  # that much the plan walks, and sways
     assert np.sum(np.hypot(np.diff(x), np.diff(y))) > 2.2
     # There in one task and back in the next is twice the way, though it ends where it began.
     whole = {name: np.concatenate([column, column[::-1]]) for name, column in c.items()}
     whole["task"] = np.repeat([0, 1], len(x))
-    assert way_of(whole) == pytest.approx(2 * np.hypot(x[-1] - x[0], y[-1] - y[0]))
+    assert distance_walked(whole) == pytest.approx(2 * np.hypot(x[-1] - x[0], y[-1] - y[0]))
     stand = as_dict(summary(estimated(log().slice(0, 40)))["estimate"])
     assert stand["drift_ratio"] is None
 

@@ -6,7 +6,7 @@ import pytest
 
 from drake_quad.runs.schema import FIGURES, WALL_CLOCK
 from drake_quad.scenario.load import parse_scenario
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 
 STAND = (
     "design: given\ncourse: [{kind: floor, length: 4.0}]\nmission: [{kind: stand, duration: 0.3}]\n"
@@ -30,7 +30,7 @@ def leaves(summary: dict[str, Any], path: str = "") -> dict[str, Any]:
 @pytest.mark.parametrize("overrides", [(), EVERYTHING, ("simulation.mode=kinematic",)])
 def test_every_number_of_a_summary_can_be_named(overrides: tuple[str, ...]) -> None:
     """None is missing from the list, and the list has none that a run could not have."""
-    summary = leaves(run(parse_scenario(STAND, source="test", overrides=overrides)).summary)
+    summary = leaves(simulate(parse_scenario(STAND, source="test", overrides=overrides)).summary)
     numbers = {k for k, v in summary.items() if isinstance(v, int | float)}
     assert numbers <= {*FIGURES, *WALL_CLOCK}
     nothing = {k for k, v in summary.items() if v is None}

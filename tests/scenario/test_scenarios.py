@@ -22,7 +22,7 @@ from drake_quad.runs.result import RunResult
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import load_scenario, shipped_scenarios
 from drake_quad.simulation.prepare import prepare
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course
 
@@ -104,7 +104,7 @@ def test_a_shipped_scenario_runs(name: str) -> None:
     """Two seconds of each: the robot stands on three feet at least, and nothing complains."""
     scenario, chunks = load_scenario(name), itertools.count()
     kinematic = scenario.simulation.mode == "kinematic"
-    result = run(scenario, stop=lambda: next(chunks) >= 7)
+    result = simulate(scenario, stop=lambda: next(chunks) >= 7)
     assert result.outcome == ("goal_reached" if kinematic else "stopped")
     assert result.summary["samples_under_three_feet"] == 0
     assert result.summary["nonfoot_contact_samples"] == 0
@@ -117,7 +117,7 @@ def test_a_shipped_scenario_runs(name: str) -> None:
 def test_the_case_study_in_full_keeps_all_that_is_asked_of_it() -> None:
     """Walk, climb six stairs, turn, descend six stairs, walk on: within every bound."""
     scenario = load_scenario("case_study")
-    result = run(scenario)
+    result = simulate(scenario)
     assert not broken(result, BOUNDS), result.reason
     check_way(result.table, rise=6 * 0.13)
     check_contacts_are_sensed(result.table)
@@ -131,14 +131,14 @@ def test_the_case_study_in_full_keeps_all_that_is_asked_of_it() -> None:
 @pytest.mark.parametrize("name", LONG)
 def test_a_long_scenario_in_full_keeps_its_bounds(name: str) -> None:
     """To the goal, within what is asked of it."""
-    result = run(load_scenario(name))
+    result = simulate(load_scenario(name))
     assert not broken(result, LONG[name]), result.reason
 
 
 @pytest.mark.slow
 def test_the_pushed_run_recovers_from_every_push_and_reaches_the_goal() -> None:
     """Of 0.3 and of 0.6 m/s: walking, climbing, spinning on the landing, and descending."""
-    result = run(load_scenario("pushed"))
+    result = simulate(load_scenario("pushed"))
     pushes = result.summary["pushes"]
     assert result.outcome == "goal_reached", result.reason
     assert [push["recovered"] for push in pushes] == [True] * 8

@@ -20,7 +20,7 @@ from drake_quad.robot.state import make_layout
 from drake_quad.scenario.build import control_settings, sensor_errors
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.diagram import MakeStairClimb, StairClimb, stair_climb_of
-from drake_quad.simulation.prepare import Preparation, prepare
+from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.simulation.signal_log import ESTIMATE_LOGS, LOGS
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.controller import MakeController
@@ -31,7 +31,7 @@ TICK = 0.005  # [s]
 
 
 @cache
-def prepared() -> Preparation:
+def prepared() -> PreparedScenario:
     return prepare(load_scenario("flat_walk"))
 
 

@@ -10,7 +10,7 @@ from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.result import RunResult
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 
 SOON = "course=[{kind: floor, length: 2.1}, {kind: stairs, going: up, rise: 0.13, run: 0.5, "
 SOON += "count: 2}, {kind: landing, length: 2.6}]"
@@ -20,7 +20,7 @@ def run_for(seconds: float, *overrides: str) -> RunResult:
     """The first seconds of the level walk."""
     chunks = itertools.count()
     scenario = load_scenario("flat_walk", overrides)
-    return run(scenario, stop=lambda: next(chunks) >= 4 * seconds - 1)
+    return simulate(scenario, stop=lambda: next(chunks) >= 4 * seconds - 1)
 
 
 @cache
@@ -128,6 +128,6 @@ def test_feet_stand_on_the_world_and_not_on_the_map() -> None:
 def test_a_replay_of_the_plan_is_not_pushed() -> None:
     """Without physics there is no push to recover from, and the log has no force."""
     push = "disturbances.pushes=[{time: 3.0, speed: 1.0}]"
-    result = run(load_scenario("flat_walk", [push, "simulation.mode=kinematic"]))
+    result = simulate(load_scenario("flat_walk", [push, "simulation.mode=kinematic"]))
     assert result.summary["pushes"] == []
     assert np.all(result.table["push_force_x"].to_numpy() == 0.0)

@@ -11,7 +11,7 @@ from command import drake_quad, refused
 from drake_quad.errors import InputError
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.simulation.run import at_goal, run
+from drake_quad.simulation.run import at_goal, simulate
 from drake_quad.util.files import write_whole
 
 STAND = ["start.distance=2", "mission=[{kind: stand, duration: 2}]"]
@@ -28,7 +28,7 @@ def weakened(tmp_path: Path, pattern: str, replacement: str) -> str:
 def test_a_robot_that_collapses_fell(tmp_path: Path) -> None:
     """With joints of 20 Nm it sinks to the ground in a stand: `fell`, not at the goal."""
     model = weakened(tmp_path, r'effort="[^"]*"', 'effort="20"')
-    result = run(load_scenario("flat_walk", [*STAND, model, "design=given"]))
+    result = simulate(load_scenario("flat_walk", [*STAND, model, "design=given"]))
     assert result.outcome == "fell" and "trunk" in result.reason
 
 
@@ -76,7 +76,7 @@ def test_absurd_values_are_refused_at_once(override: str) -> None:
 
 def test_a_plan_at_its_end_is_not_yet_the_goal() -> None:
     """The clock alone does not decide: a base 0.2 m off the end of its plan has not reached it."""
-    result = run(load_scenario("flat_walk", [*STAND, "simulation.mode=kinematic"]))
+    result = simulate(load_scenario("flat_walk", [*STAND, "simulation.mode=kinematic"]))
     assert at_goal(result.table, "done") == ("goal_reached", "done")
     name = "base_desired_x"
     moved = result.table.set_column(

@@ -18,13 +18,13 @@ SCRIPT = """
 import sys
 from importlib import import_module
 from drake_quad.simulation import precompile
-from drake_quad.feasibility.check_report import Asked, run_check
+from drake_quad.feasibility.check_report import CheckRequest, run_check
 from drake_quad.scenario.load import parse_scenario
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 
 scenario = parse_scenario({course!r}, source="test", overrides={overrides!r})
-assert run(scenario).outcome == "goal_reached"
-assert run_check(Asked("paper_quadruped", rise=0.15, run=0.35, count=3))["feasible"]
+assert simulate(scenario).outcome == "goal_reached"
+assert run_check(CheckRequest("paper_quadruped", rise=0.15, run=0.35, count=3))["feasible"]
 for group in precompile._kernels().values():
     for path, types in group.items():
         module, name = path.rsplit(".", 1)

@@ -14,13 +14,15 @@ from drake_quad.runs import result as run_files
 from drake_quad.runs.result import RunResult, write_files
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 
 
 def short(overrides: list[str], seconds: float = 4.5) -> RunResult:
     """The first seconds of the level walk, in which a foot is lifted."""
     chunks = itertools.count()
-    return run(load_scenario("flat_walk", overrides), stop=lambda: next(chunks) >= 4 * seconds - 1)
+    return simulate(
+        load_scenario("flat_walk", overrides), stop=lambda: next(chunks) >= 4 * seconds - 1
+    )
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +40,7 @@ def test_the_saved_scenario_gives_the_same_run(first: RunResult, tmp_path: Path)
     """scenario.yaml, as a run leaves it, runs to the same log."""
     write_files(first, load_scenario("flat_walk"), tmp_path)
     chunks = itertools.count()
-    again = run(load_scenario(tmp_path / "scenario.yaml"), stop=lambda: next(chunks) >= 17)
+    again = simulate(load_scenario(tmp_path / "scenario.yaml"), stop=lambda: next(chunks) >= 17)
     assert again.table.equals(first.table)
     assert pq.read_table(tmp_path / "log.parquet").equals(first.table)
     assert json.loads((tmp_path / "summary.json").read_text())["outcome"] == "stopped"
@@ -131,7 +133,7 @@ def test_log_has_a_row_each_period_and_the_clock_runs_evenly_in_it() -> None:
 def test_stop_leaves_what_was_logged_until_then(tmp_path: Path) -> None:
     """Asked to stop at the first look, the run has the log of its first quarter of a second."""
     scenario = load_scenario("flat_walk")
-    result = run(scenario, stop=lambda: True)
+    result = simulate(scenario, stop=lambda: True)
     assert (result.outcome, result.reason) == ("stopped", "interrupted")
     assert result.table.num_rows == round((0.25 - 0.015) / 0.005) + 1
     assert result.summary["simulated_time"] == pytest.approx(0.25)
@@ -158,7 +160,7 @@ def test_an_error_on_the_way_ends_the_run_with_its_reason_and_log(
         if done >= 0.5:
             raise error
 
-    result = run(load_scenario("flat_walk"), progress=progress)
+    result = simulate(load_scenario("flat_walk"), progress=progress)
     assert (result.outcome, result.reason) == ("stopped", reason)
     assert result.table["t"].to_numpy()[-1] == pytest.approx(0.5)
 
@@ -167,7 +169,7 @@ def test_progress_is_told_time_and_what_it_will_come_to() -> None:
     """Every so often, with the planned duration as the end."""
     told: list[tuple[float, float]] = []
     chunks = itertools.count()
-    run(
+    simulate(
         load_scenario("flat_walk"),
         progress=lambda done, total: told.append((done, total)),
         stop=lambda: next(chunks) >= 3,
@@ -180,7 +182,7 @@ def test_progress_is_told_time_and_what_it_will_come_to() -> None:
 def test_kinematic_run_replays_the_plan_and_says_so() -> None:
     """No physics: it lasts as long as the plan, measures nothing, and tells in its reason."""
     scenario = load_scenario("flat_walk", ["simulation.mode=kinematic"])
-    result = run(scenario)
+    result = simulate(scenario)
     assert result.outcome == "goal_reached" and "no physics" in result.reason
     assert result.summary["simulation"] == "kinematic"
     duration = prepare(scenario).plan.duration

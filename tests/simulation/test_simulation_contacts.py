@@ -11,7 +11,7 @@ from drake_quad.common import FloatArray
 from drake_quad.runs.result import write_files
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.kinematic_contacts import Touches, find_touches
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 
 FOOT_END = 0.72  # [m] from the knee to the lower end of the foot, as in the shipped file
 SHANK_END = 0.668  # [m] to that of the shank's capsule
@@ -73,12 +73,12 @@ def test_a_replay_tells_what_its_plan_touches(tmp_path: Path) -> None:
     """Log and summary of a replay say which shank is how deep in the edge behind it."""
     curb = "course=[{kind: floor, length: 2.2, width: 2.0}, {kind: curb, going: down, height: 0.2},"
     course = f"{curb} {{kind: floor, length: 2.0, width: 2.0}}]"
-    free = run(load_scenario("paper", SHORT))
+    free = simulate(load_scenario("paper", SHORT))
     assert free.summary["nonfoot_contact_samples"] == 0 and free.summary["overlaps"] == []
     assert free.summary["nonfoot_depth_max"] == 0.0
     assert free.summary["foot_depth_max"] == pytest.approx(0.0, abs=1e-9)
     # The front feet stand 0.40 m ahead of the body, just beyond the nosing, shanks leaning back.
-    near = run(load_scenario("paper", [*SHORT, course, "start.distance=1.825"]))
+    near = simulate(load_scenario("paper", [*SHORT, course, "start.distance=1.825"]))
     assert near.summary["nonfoot_contact_samples"] == near.summary["samples"]
     worst = near.summary["overlaps"][0]
     assert worst["depth"] == pytest.approx(near.summary["nonfoot_depth_max"])

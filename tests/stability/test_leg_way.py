@@ -17,7 +17,7 @@ from drake_quad.stability.capture_point import (
     way_out,
 )
 from drake_quad.stability.equilibrium_region import find_region, make_contacts
-from drake_quad.stability.margins import HALVINGS, STEPS, leg_way
+from drake_quad.stability.margins import HALVINGS, STEPS, leg_stroke_left
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=20, deadline=None)
@@ -60,7 +60,7 @@ def test_legs_reach_so_far_and_no_farther(seed: int) -> None:
     if not fits(body, feet, np.ones(4, dtype=bool)) or not np.any(standing):
         return
     q, _, com = (part[0] for part in pose_robot(robot, body[None], feet[None]))
-    found = leg_way(robot, rotations(body), q, standing, WAYS, MOST)
+    found = leg_stroke_left(robot, rotations(body), q, standing, WAYS, MOST)
     step = MOST[0] / STEPS / 2**HALVINGS
     for way, far in zip(WAYS, found, strict=True):
         # The body goes a little farther than the centre of mass, whose feet stay behind.

@@ -15,8 +15,8 @@ from drake_quad.stability.capture_point import (
 )
 from drake_quad.stability.equilibrium_region import (
     Contacts,
-    Demand,
     Region,
+    WrenchDemand,
     find_region,
     make_contacts,
 )
@@ -97,7 +97,7 @@ def test_within_the_budget_forces_can_brake_all_the_way(seed: int) -> None:
             c = middle + way * shift
             pull = (c - middle - shift) / body.height
             region = find_region(
-                contacts, demand=Demand((float(pull[0]), float(pull[1]), 1.0), height=0.8)
+                contacts, demand=WrenchDemand((float(pull[0]), float(pull[1]), 1.0), height=0.8)
             )
             held.append(region.margin(*c) > -NEAR)
         assert all(held) == possible

@@ -13,9 +13,9 @@ from drake_quad.common import FloatArray
 from drake_quad.stability.equilibrium_region import (
     MOST_FORCE,
     Contacts,
-    Demand,
     Pyramid,
     Region,
+    WrenchDemand,
     find_region,
     make_contacts,
 )
@@ -44,7 +44,7 @@ def random_contacts(
 
 
 def reach_by_edges(
-    contacts: Contacts, way: FloatArray, pyramid: Pyramid, demand: Demand
+    contacts: Contacts, way: FloatArray, pyramid: Pyramid, demand: WrenchDemand
 ) -> float | None:
     """How far the region goes along `way`, by SciPy's HiGHS; None of an empty one.
 
@@ -68,7 +68,7 @@ def reach_by_edges(
     return None if found.status == 2 else -float(found.fun)
 
 
-def worst_difference(contacts: Contacts, demand: Demand, ways: FloatArray) -> float:
+def worst_difference(contacts: Contacts, demand: WrenchDemand, ways: FloatArray) -> float:
     """Of the region's reach from the independent program's; inf if one alone is empty."""
     pyramid = Pyramid()
     region = find_region(contacts, demand=demand, pyramid=pyramid)
@@ -86,7 +86,9 @@ def worst_difference(contacts: Contacts, demand: Demand, ways: FloatArray) -> fl
 def test_region_is_that_of_an_independent_program(seed: int) -> None:
     """Feet anywhere, tilted ground, at rest: in any direction the same reach within 1e-6 m."""
     rng = np.random.default_rng(seed)
-    assert worst_difference(random_contacts(rng), Demand(), UNIT[rng.integers(0, 32, 6)]) < NEAR
+    assert (
+        worst_difference(random_contacts(rng), WrenchDemand(), UNIT[rng.integers(0, 32, 6)]) < NEAR
+    )
 
 
 @FEW
@@ -95,7 +97,7 @@ def test_region_in_motion_is_that_of_an_independent_program(seed: int) -> None:
     """The same with any acceleration, moment and height of the centre of mass."""
     rng = np.random.default_rng(seed)
     push = rng.uniform(-0.2, 0.2, 3)
-    demand = Demand(
+    demand = WrenchDemand(
         (float(push[0]), float(push[1]), 1.0 + float(push[2])),
         tuple(rng.uniform(-0.03, 0.03, 3).tolist()),
         float(rng.uniform(0.2, 1.0)),
@@ -131,7 +133,7 @@ def test_a_region_that_is_a_point_is_no_line(
     Of 10 000 random stances these differed most: by 13 µm and 0.8 mm.
     """
     contacts = make_contacts(places, normals, friction)
-    assert worst_difference(contacts, Demand(), UNIT) < 1e-9
+    assert worst_difference(contacts, WrenchDemand(), UNIT) < 1e-9
     assert np.ptp(find_region(contacts).corners, axis=0).max() < 1e-9
 
 
@@ -139,7 +141,7 @@ def test_a_region_that_is_a_point_is_no_line(
 def test_thousand_stances_agree_with_an_independent_program() -> None:
     """None of 1000 random stances differs in any of 32 directions."""
     rng = np.random.default_rng(20)
-    worst = [worst_difference(random_contacts(rng), Demand(), UNIT) for _ in range(1000)]
+    worst = [worst_difference(random_contacts(rng), WrenchDemand(), UNIT) for _ in range(1000)]
     assert max(worst) < NEAR
 
 
@@ -268,7 +270,7 @@ def test_slippery_ground_gives_no_region() -> None:
 def test_a_falling_robot_has_no_region() -> None:
     """Without any weight on the feet there is nothing to balance."""
     contacts = random_contacts(np.random.default_rng(0), 4)
-    assert not len(find_region(contacts, demand=Demand(force=(0.0, 0.0, 0.0))).corners)
+    assert not len(find_region(contacts, demand=WrenchDemand(force=(0.0, 0.0, 0.0))).corners)
 
 
 def test_between_walls_it_ends_where_forces_do() -> None:

@@ -7,7 +7,7 @@ import pytest
 from rig import paper_robot
 
 from drake_quad.cli.runs import safety_line
-from drake_quad.gait_design.objective import wanted_for
+from drake_quad.gait_design.objective import targets_for
 from drake_quad.report.overlay import margin_colour
 from drake_quad.report.style import BAD, GOOD, WARN
 from drake_quad.robot.model import leg_length
@@ -66,7 +66,7 @@ def test_the_threshold_goes_with_the_leg_and_is_one() -> None:
     robot = paper_robot()
     safe = safe_margin(robot)
     assert safe == pytest.approx(0.0304, abs=1e-4)
-    assert wanted_for(robot).margin == 2.0 * safe == 0.05 * leg_length(robot)
+    assert targets_for(robot).margin == 2.0 * safe == 0.05 * leg_length(robot)
     small = replace(robot, geometry=replace(robot.geometry, thigh=0.5 * robot.geometry.thigh,
                                             shank=0.5 * robot.geometry.shank))  # fmt: skip
     assert safe_margin(small) == pytest.approx(0.5 * safe)

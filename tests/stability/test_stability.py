@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drake_quad.common import BoolArray, FloatArray
-from drake_quad.stability.support_polygon import judge, margin_over, stability_margin
+from drake_quad.stability.support_polygon import margin_over, measure_margins, stability_margin
 
 # Rounded, so that feet in line, on top of each other and under the point come up.
 coordinate = st.floats(-1.0, 1.0, allow_nan=False).map(lambda x: round(x, 1))
@@ -20,7 +20,7 @@ NONE = -9.0
 def judged(com: FloatArray, bearing: FloatArray, feet: FloatArray, force: FloatArray) -> FloatArray:
     """Margin, margin of the centre of pressure, and the ground's height."""
     margin, zmp = np.zeros(1), np.zeros(1)
-    ground = judge(com, bearing, feet.ravel(), force.ravel(), NONE, margin, zmp)
+    ground = measure_margins(com, bearing, feet.ravel(), force.ravel(), NONE, margin, zmp)
     return np.array([margin[0], zmp[0], ground])
 
 

@@ -31,7 +31,7 @@ from drake_quad.stability.equilibrium_region import (
     is_hull,
     static_region,
 )
-from drake_quad.stability.margins import Gauge, Margins, demand_of
+from drake_quad.stability.margins import MarginEstimator, Margins, demand_of
 from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
 from drake_quad.terrain.elements import Element
@@ -40,9 +40,9 @@ PERIOD = 0.1
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def gauge(kind: str = FEASIBLE, *, strength: float = 1.0) -> Gauge:
+def gauge(kind: str = FEASIBLE, *, strength: float = 1.0) -> MarginEstimator:
     robot = paper_robot()
-    return Gauge(
+    return MarginEstimator(
         robot=robot, kind=kind, friction=0.8, mass=robot.mass, effort=strength * robot.effort,
         none=NO_SUPPORT,
     )  # fmt: skip
@@ -51,7 +51,7 @@ def gauge(kind: str = FEASIBLE, *, strength: float = 1.0) -> Gauge:
 class Monitor:
     """A monitor in a simulator of its own; the robot moves without changing its posture."""
 
-    def __init__(self, used: Gauge | None) -> None:
+    def __init__(self, used: MarginEstimator | None) -> None:
         self.system = StabilityMonitor(
             model=model_plant(), layout=model_layout(), gauge=used, gauge_period=PERIOD
         )

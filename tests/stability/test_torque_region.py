@@ -11,7 +11,7 @@ from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.stability.actuation import calc_holding, joint_limits
-from drake_quad.stability.equilibrium_region import find_region, make_contacts, make_shadow
+from drake_quad.stability.equilibrium_region import com_projection, find_region, make_contacts
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=20, deadline=None)
@@ -66,7 +66,7 @@ def test_forces_of_a_corner_ask_no_more_than_the_joints_have(seed: int) -> None:
     effort = 0.35 * robot.effort
     standing = np.array([True, True, True, seed % 2 == 0])
     limits = joint_limits(robot, R, q, standing, effort=effort)
-    shadow = make_shadow(make_contacts(feet[standing], friction=0.6), limits)
+    shadow = com_projection(make_contacts(feet[standing], friction=0.6), limits)
     turn = 0.1 * (seed % 63)
     forces = shadow.forces(np.cos(turn), np.sin(turn))
     if forces is None:

@@ -17,7 +17,7 @@ from drake_quad.common import FloatArray
 from drake_quad.math.bspline import BodySpline
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.scenario.load import load_scenario
-from drake_quad.simulation.prepare import Preparation, prepare
+from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 
@@ -33,7 +33,7 @@ def checker() -> ModuleType:
 
 
 @cache
-def prepared(name: str) -> Preparation:
+def prepared(name: str) -> PreparedScenario:
     """A shipped scenario, planned."""
     return prepare(load_scenario(name), source=name)
 

@@ -7,14 +7,14 @@ import numpy as np
 from rig import paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.feasibility.check import AS_USUAL, Check, ask_stairs, stairs_scenario
+from drake_quad.feasibility.check import AS_USUAL, Feasibility, check_flight, make_stairs_scenario
 from drake_quad.gait_design import kernels as kernel
-from drake_quad.gait_design.candidates import Grid, Staircase, make_cycle
+from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.gait_design.objective import NAMES, wanted_room
+from drake_quad.gait_design.objective import NAMES, wanted_with_tolerance
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.robot.kinematics import leg_array
-from drake_quad.robot.link_outline import Shape, read_shape
+from drake_quad.robot.link_outline import LinkOutline, link_outline_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.equilibrium_region import HULL
 
@@ -23,19 +23,19 @@ RISE, RUN, COUNT = 0.12, 0.32, 2  # of stairs that the paper's robot climbs
 
 
 @cache
-def shape() -> Shape:
+def shape() -> LinkOutline:
     """The outline of the paper's robot."""
-    return read_shape(paper_robot())
+    return link_outline_of(paper_robot())
 
 
 @cache
 def designed() -> Designed:
     """The paper's robot on two low steps."""
-    scenario = stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
     return design_scenario(scenario, robot=paper_robot())
 
 
-def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
+def unswayed(grid: CandidateBatch, stairs: Staircase, outline: LinkOutline) -> FloatArray:
     """The room (7,) by NAMES of a grid of one on stairs, if its body does not sway."""
     robot, g = paper_robot(), paper_robot().geometry
     cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
@@ -49,26 +49,26 @@ def unswayed(grid: Grid, stairs: Staircase, outline: Shape) -> FloatArray:
         np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
         np.stack([[outline.trunk_lower, outline.trunk_upper], *outline.trunk_parts]),
         np.stack([outline.shank_offsets, outline.shank_radii]),
-        0.0, wanted_room(robot), found, np.full(1, np.inf),
+        0.0, wanted_with_tolerance(robot), found, np.full(1, np.inf),
     )  # fmt: skip
     return found[0]
 
 
-def asked(model: str, **question: Any) -> Check:
-    """`ask_stairs`, which designs a gait, without what is near; the same is asked once."""
+def asked(model: str, **question: Any) -> Feasibility:
+    """`check_flight`, which designs a gait, without what is near; the same is asked once."""
     return _asked(model, **{"nearest": False, "margin": HULL, "around": AS_USUAL, **question})
 
 
-_asked = cache(ask_stairs)
+_asked = cache(check_flight)
 
 
-def found() -> Check:
+def found() -> Feasibility:
     """The answer about those stairs."""
     return asked(MODEL, rise=RISE, run=RUN, count=COUNT)
 
 
-def made_up(rise: float, run: float, *, feasible: bool) -> Check:
+def made_up(rise: float, run: float, *, feasible: bool) -> Feasibility:
     """An answer as a test wants it, without a search."""
-    check = found() if feasible else Check(Scenario(), None, "", {})
+    check = found() if feasible else Feasibility(Scenario(), None, "", {})
     assert check.feasible is feasible
     return check

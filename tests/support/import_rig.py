@@ -15,7 +15,7 @@ from drake_quad.robot.importer.parse import grow_tree, parse
 from drake_quad.robot.importer.pipeline import (
     MAPPING,
     collision_shapes,
-    find_given,
+    find_source,
     make_mapping,
     normal_robot,
 )
@@ -37,7 +37,7 @@ class Dynamics:
 
 def write_normal(model: str, folder: Path) -> tuple[Path, dict[str, Any]]:
     """The normal form of a robot, written into `folder` without pictures, and its mapping."""
-    given = find_given(model)
+    given = find_source(model)
     with parse(given.found) as parsed:
         robot = normal_robot(parsed, given)
         collision, _ = collision_shapes(robot)
@@ -54,7 +54,7 @@ def compare(model: str, folder: Path, rng: np.random.Generator) -> tuple[Dynamic
     Both hold the same base pose and joint angles, told in the terms of each. Drives count in
     neither: their inertia is in the normal form alone.
     """
-    given = find_given(model)
+    given = find_source(model)
     urdf, mapping = write_normal(model, folder)
     q = {name: rng.uniform(-1.0, 1.0) for name in mapping["joints"]}
     X_WB = RigidTransform(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from report_run import make_log, short_scenario, wave_begins, write_run
 
-from drake_quad.runs.reader import Run, RunLog, read_run
+from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 
 
 @cache
@@ -17,12 +17,12 @@ def short_log() -> dict[str, Any]:
     return make_log(short_scenario(), seconds=3.0, start=wave_begins() - 1.5)
 
 
-def short_run(directory: Path) -> Run:
+def short_run(directory: Path) -> RecordedRun:
     """The run, its files written into `directory`."""
-    return read_run(write_run(directory, log=short_log()))
+    return load_run(write_run(directory, log=short_log()))
 
 
-def glitched(run: Run, sample: int) -> Run:
+def glitched(run: RecordedRun, sample: int) -> RecordedRun:
     """The run, but in one sample the margin is negative."""
     margin = np.array(run.log.number("margin"))
     margin[sample] = -0.05

@@ -11,7 +11,7 @@ from rig import flat_walk, model_layout, model_plant, paper_robot, stand_plan
 
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.kinematic_log import kinematic_logs
-from drake_quad.runs.log import make_table, state_names
+from drake_quad.runs.log import log_table, state_names
 from drake_quad.runs.metrics import summarize
 
 PERIOD = 0.01  # [s]
@@ -27,7 +27,7 @@ def log() -> pa.Table:
     logs["torque"] = np.zeros((n, 12))
     logs["force"] = np.zeros((n, 12))
     logs["zmp_margin"] = np.array(logs["margin"])
-    return make_table(
+    return log_table(
         robot,
         model_layout(),
         times=times,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.sweep.executors import Work, carry_out
+from drake_quad.sweep.executors import Work, run_local
 from drake_quad.sweep.provenance import own_sources
 from drake_quad.sweep.study import Base, Limits, Study
 from drake_quad.sweep.study_loading import load_study
@@ -52,7 +52,7 @@ def here(workers: int = 1, stop: Callable[[], bool] = lambda: False, **limits: A
 
     def all_of(trials: Iterable[Trial], work: Work) -> Any:
         given = Limits(**{"recycle": 1000, **limits})
-        return carry_out(trials, workers=workers, limits=given, stop=stop, work=work)
+        return run_local(trials, workers=workers, limits=given, stop=stop, work=work)
 
     return all_of
 

@@ -19,8 +19,8 @@ from drake_quad.cli.studies import print_sweep
 from drake_quad.errors import InputError
 from drake_quad.sweep.compare import compare_sweeps, print_comparison
 from drake_quad.sweep.journal import DAMAGED, NAME, Journal, read_journal
-from drake_quad.sweep.rebuild_report import tell_again
-from drake_quad.sweep.report import write_report
+from drake_quad.sweep.rebuild_report import rebuild_report
+from drake_quad.sweep.report import write_sweep_report
 from drake_quad.sweep.results import write_tables
 
 
@@ -29,7 +29,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A sweep of eight trials, with all its files."""
     directory = tmp_path_factory.mktemp("whole")
     told = rig.sweep_made_up(directory, directory / "one", command="drake-quad sweep study.yaml")
-    write_report(rig.made(directory)[0], told, directory / "one")
+    write_sweep_report(rig.made(directory)[0], told, directory / "one")
     return directory / "one"
 
 
@@ -80,7 +80,7 @@ def test_a_value_of_the_wrong_kind_is_named(
     """By file, field and value, with what would be right; and no report is written."""
     change_json(swept / name, place, value)
     with pytest.raises(InputError) as caught:
-        tell_again(swept, swept.parent / "page.md")
+        rebuild_report(swept, swept.parent / "page.md")
     line_of(caught.value, *words)
     assert caught.value.source.endswith((name, "trials.parquet"))
     assert not (swept / "report.html").exists() and not (swept.parent / "page.md").exists()
@@ -115,7 +115,7 @@ def test_a_spoilt_column_is_named(
     path = swept / "trials.parquet"
     pq.write_table(spoil(pq.read_table(path)), path)
     with pytest.raises(InputError) as caught:
-        tell_again(swept)
+        rebuild_report(swept)
     line_of(caught.value, str(path), *words)
     if (spoil, words) in TOLD_ALONE:
         assert compare_sweeps(whole, swept)["verdict"]
@@ -145,11 +145,11 @@ def test_no_text_of_a_changed_table_is_told_as_a_command(
     table = pq.read_table(path)
     kept = table["command"].to_pylist()
     pq.write_table(filled("command", [HOSTILE] * 8)(table), path)
-    told = tell_again(swept)
+    told = rebuild_report(swept)
     assert {row["command"] for row in told["worst"]} == set(kept)
     overrides = [["simulation.seed=1", f"robot.model=$({HOSTILE})"]] * 8
     pq.write_table(filled("overrides", overrides)(filled("command", [HOSTILE] * 8)(table)), path)
-    told = tell_again(swept, swept.parent / "page.md")
+    told = rebuild_report(swept, swept.parent / "page.md")
     print_sweep(told, swept, Console(width=200))
     for row in told["worst"]:
         words = shlex.split(row["command"])
@@ -166,7 +166,7 @@ def test_what_is_no_override_makes_no_command(swept: Path, text: str) -> None:
     path = swept / "trials.parquet"
     pq.write_table(filled("overrides", [[text]] * 8)(pq.read_table(path)), path)
     with pytest.raises(InputError) as caught:
-        tell_again(swept)
+        rebuild_report(swept)
     line_of(caught.value, str(path), "overrides = ", "path=value")
 
 
@@ -177,7 +177,7 @@ def test_what_a_file_says_does_not_steer_the_terminal(
     path = swept / "trials.parquet"
     pq.write_table(filled("reason", ["\x1b]0;owned\x07\x1b[2J"] * 8)(pq.read_table(path)), path)
     change_json(swept / "sweep.json", "commit", "\x1b[2J")
-    print_sweep(tell_again(swept), swept, Console())
+    print_sweep(rebuild_report(swept), swept, Console())
     print_comparison(compare_sweeps(swept, swept), Console(width=200))
     printed = capsys.readouterr().out
     assert "\x1b" not in printed and "\x07" not in printed and "\\x1b[#J" in printed
@@ -187,7 +187,7 @@ def test_an_older_table_without_margins_is_told_again(swept: Path) -> None:
     """Sweeps did not always keep the figure that trials are ranked by."""
     path = swept / "trials.parquet"
     pq.write_table(without("figure.margin.minimum")(pq.read_table(path)), path)
-    assert {row["margin"] for row in tell_again(swept)["worst"]} == {None}
+    assert {row["margin"] for row in rebuild_report(swept)["worst"]} == {None}
 
 
 @pytest.mark.parametrize("name", ["wall", "process"])
@@ -196,10 +196,10 @@ def test_a_spoilt_clock_is_named(swept: Path, name: str) -> None:
     path = swept / "clock.parquet"
     table = pq.read_table(path)
     pq.write_table(without("held")(table), path)
-    assert tell_again(swept)["clock"]["overhead"] is None
+    assert rebuild_report(swept)["clock"]["overhead"] is None
     pq.write_table(filled(name, ["x"] * 8)(table), path)
     with pytest.raises(InputError) as caught:
-        tell_again(swept)
+        rebuild_report(swept)
     line_of(caught.value, str(path), f"{name} = 'string'", "numbers")
 
 
@@ -208,7 +208,7 @@ def test_a_spoilt_clock_is_named(swept: Path, name: str) -> None:
 def test_json_that_nothing_can_be_made_of_is_refused(swept: Path, name: str, text: str) -> None:
     """Brackets without end, and halves of letters that no page can hold."""
     (swept / name).write_text(text)
-    for read in (tell_again, lambda directory: compare_sweeps(directory, directory)):
+    for read in (rebuild_report, lambda directory: compare_sweeps(directory, directory)):
         with pytest.raises(InputError) as caught:
             read(swept)
         line_of(caught.value, name, "in JSON")

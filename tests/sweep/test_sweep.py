@@ -19,7 +19,7 @@ from scipy.stats import binom, fisher_exact
 
 from drake_quad.errors import InputError
 from drake_quad.sweep.compare import compare_sweeps
-from drake_quad.sweep.findings import bands_of
+from drake_quad.sweep.findings import bins_of
 from drake_quad.sweep.statistics import causes_of, rate_of
 from drake_quad.sweep.study import Vary
 
@@ -210,7 +210,7 @@ def test_every_trial_is_in_one_band() -> None:
         (Vary(path="a", values=[1, 2]), [1, 2, 2, 1]),
         (Vary(path="a", choice=["x", {"y": 1}]), ["x", {"y": 1}, "x", "x"]),
     ):
-        bands = bands_of(vary, values, success)
+        bands = bins_of(vary, values, success)
         assert sum(b.rate.trials for b in bands) == 4 and sum(b.rate.good for b in bands) == 3
         assert all(x.high == y.low for x, y in pairwise(bands)
                    if vary.values is None and vary.choice is None)  # fmt: skip

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from drake_quad.sweep.findings import bands_of, places_of
+from drake_quad.sweep.findings import bin_indices, bins_of
 from drake_quad.sweep.statistics import percent, rate_of
 from drake_quad.sweep.study import Vary
 
@@ -29,7 +29,7 @@ from drake_quad.sweep.study import Vary
 )
 def test_labels_have_the_digits_that_tell_them_apart(vary: Vary, labels: list[str]) -> None:
     """A few where these do, as many as it takes where not; of 1000 to 1001 all were 1e+03."""
-    assert places_of(vary, [])[0] == labels
+    assert bin_indices(vary, [])[0] == labels
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.integers(1, 50))
@@ -37,7 +37,7 @@ def test_no_two_bands_have_the_same_name(one: float, other: float, bands: int) -
     """However near to each other a study's ends are; bands without width there are none."""
     low, high = sorted((one, other))
     assume(low < high)
-    labels, _, ends = places_of(Vary(path="a", uniform=[low, high], bands=bands), [])
+    labels, _, ends = bin_indices(Vary(path="a", uniform=[low, high], bands=bands), [])
     assert len(set(labels)) == len(labels) and all(a < b for a, b in ends)
 
 
@@ -45,14 +45,14 @@ def test_true_is_not_one() -> None:
     """What is no list of numbers is told apart by type, too, and comes so out of a table's JSON."""
     vary = Vary(path="a", choice=[True, 1, 1.0, "x", {"y": 1}, {"y": True}])
     values = [json.loads(json.dumps(value)) for value in [1.0, True, {"y": 1}, 1.0, 1, {"y": True}]]
-    bands = bands_of(vary, values, [True] * 6)
+    bands = bins_of(vary, values, [True] * 6)
     assert [band.rate.trials for band in bands] == [1, 1, 2, 0, 1, 1]
     assert [band.label for band in bands[:4]] == ["true", "1", "1.0", '"x"']
 
 
 def test_one_number_written_in_two_ways_is_one() -> None:
     """A list of numbers is a table's column of them, where 1 is 1.0."""
-    bands = bands_of(Vary(path="a", choice=[2, 1, 1.0]), [1.0, 2.0, 1.0], [True, False, False])
+    bands = bins_of(Vary(path="a", choice=[2, 1, 1.0]), [1.0, 2.0, 1.0], [True, False, False])
     assert [(b.label, b.rate.good, b.rate.trials) for b in bands] == [("1", 1, 2), ("2", 0, 1)]
 
 

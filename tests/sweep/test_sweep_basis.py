@@ -14,7 +14,7 @@ from drake_quad.sweep import provenance
 from drake_quad.sweep import run as sweep_module
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.provenance import MODELS, commit, robots_of, study_digest
-from drake_quad.sweep.results import make_table
+from drake_quad.sweep.results import trials_table
 from drake_quad.sweep.run import SourcesChangedError
 from drake_quad.sweep.study_loading import parse_study
 from drake_quad.sweep.trials import Trial, lost, make_trials
@@ -196,7 +196,7 @@ def test_the_table_has_the_seed_that_a_run_had(tmp_path: Path) -> None:
             assert seed in (None, trial.seed)
     study, base = rig.made(tmp_path)
     gone = {k: lost(t, "crashed", "x") for k, t in enumerate(rig.trials_of(tmp_path))}
-    table = make_table(study, base, gone)
+    table = trials_table(study, base, gone)
     for text, seed in zip(table["scenario"].to_pylist(), table["seed"].to_pylist(), strict=True):
         assert parse_scenario(text, source="table").simulation.seed == seed
 
@@ -206,7 +206,7 @@ def test_numbers_beyond_a_tables_are_written_in_full(tmp_path: Path) -> None:
     text = rig.PLUMBING.replace("[7.0, 8.0]", f"[7, 8, {2**53 + 1}]")
     study, base = parse_study(text, source="x"), rig.made(tmp_path)[1]
     done = {k: rig.result(t) for k, t in enumerate(make_trials(study, base, first=0, last=3))}
-    told = make_table(study, base, done)["vary.gait.cycle_time"].to_pylist()
+    told = trials_table(study, base, done)["vary.gait.cycle_time"].to_pylist()
     assert told == ["7", "8", str(2**53 + 1)]
 
 

@@ -13,8 +13,8 @@ from rich.console import Console
 
 from drake_quad.cli.studies import print_sweep
 from drake_quad.sweep.charts import draw_curves, plain_style
-from drake_quad.sweep.findings import _band, bands_of, given_up
-from drake_quad.sweep.report import section, write_report
+from drake_quad.sweep.findings import _band, bins_of, count_skipped
+from drake_quad.sweep.report import section, write_sweep_report
 from drake_quad.sweep.statistics import KINEMATIC, SHARED, caveats_of
 from drake_quad.sweep.study import Vary
 from drake_quad.sweep.trials import Trial
@@ -30,7 +30,7 @@ def everywhere(told: dict[str, Any], directory: Path, text: str) -> list[str]:
     """The findings on the console, in the report, and as a section; whitespace is as it comes."""
     printed = io.StringIO()
     print_sweep(told, directory / "out", Console(file=printed, width=10_000))
-    write_report(rig.made(directory, text)[0], told, directory / "out")
+    write_sweep_report(rig.made(directory, text)[0], told, directory / "out")
     page = (directory / "out" / "report.html").read_text()
     return [printed.getvalue(), page, section(told, "drake-quad sweep study.yaml", "study")]
 
@@ -68,7 +68,7 @@ def test_of_a_whole_study_with_physics_there_is_none(tmp_path: Path) -> None:
 )
 def test_trials_under_way_at_the_end_are_counted(done: list[int], missing: int) -> None:
     """`--limit` leaves none behind: its trials are a smaller study. A stop leaves the longest."""
-    assert given_up(pa.table({"index": pa.array(done, type=pa.int64())})) == missing
+    assert count_skipped(pa.table({"index": pa.array(done, type=pa.int64())})) == missing
 
 
 def test_trials_that_were_given_up_are_told(tmp_path: Path) -> None:
@@ -156,7 +156,7 @@ def test_the_command_below_the_causes_says_whose_it_is(tmp_path: Path) -> None:
 
 def drawn(vary: Vary, values: list[float]) -> Figure:
     """The curve over what varies so."""
-    bands = [_band(band) for band in bands_of(vary, values, [True] * len(values))]
+    bands = [_band(band) for band in bins_of(vary, values, [True] * len(values))]
     with plain_style():
         return draw_curves({vary.path: bands})
 

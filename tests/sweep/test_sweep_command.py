@@ -107,7 +107,7 @@ def test_a_replay_that_cannot_be_kept_costs_no_report(
     def full(*_: Any) -> None:
         raise InputError(source="a", field="trials", value="a/trials", remedy="disk full")
 
-    monkeypatch.setattr(command, "carry_out", in_here)
+    monkeypatch.setattr(command, "run_local", in_here)
     monkeypatch.setattr(command, "make_replays", full)
     asked = command.Asked(rig.study_file(tmp_path), tmp_path / "a", 1, replays=1)
     page = tmp_path / "page.md"

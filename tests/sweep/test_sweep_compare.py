@@ -15,7 +15,7 @@ from rich.console import Console
 from drake_quad.errors import InputError
 from drake_quad.sweep.compare import compare_sweeps, print_comparison
 from drake_quad.sweep.statistics import KINEMATIC, SHARED
-from drake_quad.sweep.study import Bound, Gate, Study
+from drake_quad.sweep.study import Gate, Study, SuccessBound
 
 
 def compared(
@@ -181,7 +181,7 @@ def test_common_draws_that_are_not_paired(tmp_path: Path) -> None:
         ([], {"description": "Does it walk?!"}),
         ([], {"gate": Gate(rate=0.9), "maps": [["a", "b"]]}),
         (["trials"], {"trials": 6}),
-        (["success"], {"success": [Bound("margin.minimum", least=0.1)]}),
+        (["success"], {"success": [SuccessBound("margin.minimum", least=0.1)]}),
     ],
 )
 def test_trials_are_the_same_whatever_is_said_of_the_study(

@@ -15,14 +15,14 @@ import psutil
 import pytest
 import sweep_rig as rig
 
-from drake_quad.sweep.executors import carry_out
+from drake_quad.sweep.executors import run_local
 from drake_quad.sweep.study import Limits
 
 
 def crew(trials: list[Any], work: Any, **more: Any) -> dict[int, dict[str, Any]]:
     """What came of the trials, none of which is told of twice."""
     limits = Limits(**more.pop("limits", {}))
-    found = list(carry_out(trials, limits=limits, work=work, **more))
+    found = list(run_local(trials, limits=limits, work=work, **more))
     assert len({index for index, _ in found}) == len(found)
     return dict(found)
 
@@ -110,7 +110,7 @@ def test_a_stop_is_heeded_at_once(tmp_path: Path) -> None:
     begun = time.monotonic()
     seen: list[int] = []
     trials = [t for t in rig.trials_of(tmp_path) if t.index in (0, 3)]
-    for index, _ in carry_out(
+    for index, _ in run_local(
         trials, workers=1, limits=Limits(), work=rig.mishap,
         stop=lambda: bool(seen) and time.monotonic() > begun + 1.0,
     ):  # fmt: skip

@@ -17,7 +17,7 @@ from distributed import Client, LocalCluster
 
 from drake_quad.errors import InputError
 from drake_quad.sweep import dask_executor as cluster
-from drake_quad.sweep.dask_executor import ClusterGoneError, carry_out_on, connect
+from drake_quad.sweep.dask_executor import ClusterGoneError, connect, run_on_dask
 from drake_quad.sweep.executors import Work
 from drake_quad.sweep.journal import read_journal
 from drake_quad.sweep.study import Limits
@@ -46,7 +46,7 @@ def test_a_worker_that_is_killed_costs_no_trial(tmp_path: Path, workers: int) ->
 
         rig.sweep_made_up(
             tmp_path, tmp_path / "dask", TEXT, work=rig.slow, note=meddle,
-            carry_out=lambda trials, work: carry_out_on(
+            carry_out=lambda trials, work: run_on_dask(
                 connect(local.scheduler_address), trials, limits=Limits(recycle=1000), work=work
             ),
         )  # fmt: skip
@@ -66,7 +66,7 @@ def test_a_sweep_that_is_stopped_leaves_the_workers_free(tmp_path: Path) -> None
             client = connect(local.scheduler_address)
             trials = rig.trials_of(tmp_path, wall_time=300.0)[:2]
             limits = Limits(recycle=1000)
-            return list(carry_out_on(client, trials, limits=limits, stop=stop, work=work))
+            return list(run_on_dask(client, trials, limits=limits, stop=stop, work=work))
 
         assert len(carried(rig.made_up, lambda: False)) == 2  # the worker's process has begun
         until = time.monotonic() + 2.0
@@ -139,7 +139,7 @@ def test_a_scheduler_that_goes_away_ends_the_sweep_with_what_was_done(tmp_path: 
         with pytest.raises(ClusterGoneError, match="--resume"):
             rig.sweep_made_up(
                 tmp_path, tmp_path / "dask", TEXT, work=rig.slow, note=kill_it,
-                carry_out=lambda trials, work: carry_out_on(
+                carry_out=lambda trials, work: run_on_dask(
                     connect(address), trials, limits=Limits(), work=work
                 ),
             )  # fmt: skip
@@ -183,7 +183,7 @@ def test_what_is_done_is_kept_of_a_cluster_that_is_told_to_stop(tmp_path: Path) 
             self.given_up = len(futures)
 
     client, trials = FakeClient(), rig.trials_of(tmp_path)[:6]
-    found = carry_out_on(client, trials, limits=Limits(), stop=lambda: True, work=rig.made_up)
+    found = run_on_dask(client, trials, limits=Limits(), stop=lambda: True, work=rig.made_up)
     assert [index for index, _ in found] == [1, 3, 5] and client.given_up == 3
 
 

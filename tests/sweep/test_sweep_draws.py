@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from drake_quad.sweep.findings import bands_of
+from drake_quad.sweep.findings import bins_of
 from drake_quad.sweep.sampling import Draws, axis_values, draw
 from drake_quad.sweep.study import Study, Vary
 from drake_quad.sweep.study_loading import value_text
@@ -155,5 +155,5 @@ def test_a_studys_own_seed_is_kept(tmp_path: Path) -> None:
 def test_draws_that_a_step_makes_all_alike_are_one_band() -> None:
     """As the numbers of an older study, whose step was wider than its range."""
     vary = Vary(path="simulation.friction", uniform=[0.8, 0.9], step=1.0)
-    (band,) = bands_of(vary, [1.0] * 4, [True, True, False, True])
+    (band,) = bins_of(vary, [1.0] * 4, [True, True, False, True])
     assert (band.low, band.high, band.rate.good, band.rate.trials) == (1.0, 1.0, 3, 4)

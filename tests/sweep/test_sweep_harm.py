@@ -19,7 +19,13 @@ from drake_quad.errors import InputError
 from drake_quad.robot import loader as load_robot
 from drake_quad.simulation import run as simulation
 from drake_quad.sweep import executors as process_module
-from drake_quad.sweep.executors import Interrupted, Isolated, NoTrialsHereError, Process, carry_out
+from drake_quad.sweep.executors import (
+    Interrupted,
+    IsolatedWorker,
+    NoTrialsHereError,
+    Worker,
+    run_local,
+)
 from drake_quad.sweep.journal import DAMAGED, NAME, Journal, read_journal
 from drake_quad.sweep.provenance import own_sources, own_versions
 from drake_quad.sweep.run import LEAVINGS
@@ -34,7 +40,7 @@ def test_a_process_that_does_not_begin_is_no_trials_fault(
     monkeypatch.setattr(process_module, "serve", rig.no_server)
     done: list[int] = []
     with pytest.raises(NoTrialsHereError, match=r"exit code 5\), 2 times.*--resume"):
-        for index, _ in carry_out(
+        for index, _ in run_local(
             rig.trials_of(tmp_path), workers=2, limits=Limits(retries=1), work=rig.made_up
         ):
             done.append(index)
@@ -83,17 +89,17 @@ def test_a_run_that_a_full_disk_stopped_is_no_finding(
         ("the base is 3 m off: No space left on device", "stopped"),
     ):
         stopped = SimpleNamespace(summary={}, outcome="stopped", reason=said)
-        monkeypatch.setattr(simulation, "run", lambda *_, one=stopped, **__: one)
+        monkeypatch.setattr(simulation, "simulate", lambda *_, one=stopped, **__: one)
         assert guarded(work, trial)["outcome"] == outcome
 
 
 def test_ctrl_c_is_held_off_the_very_first_process(tmp_path: Path) -> None:
     """In an interpreter that has begun none: multiprocessing would let SIGINT through there."""
     code = (
-        "from drake_quad.sweep.executors import Process\n"
+        "from drake_quad.sweep.executors import Worker\n"
         "from pathlib import Path\n"
         "if __name__ == '__main__':\n"
-        "    for begun in (Process(), Process()):\n"
+        "    for begun in (Worker(), Worker()):\n"
         "        status = Path(f'/proc/{begun._process.pid}/status').read_text()\n"
         "        print(status.split('SigBlk:')[1].split()[0])\n"
         "        begun.end()\n"
@@ -109,8 +115,8 @@ def test_ctrl_c_is_held_off_the_very_first_process(tmp_path: Path) -> None:
 
 def test_ctrl_c_reaches_no_process_that_begins(tmp_path: Path) -> None:
     """It is for the sweep, whose group the process is in from its first moment on."""
-    isolated = Isolated(recycle=10, retries=0, work=rig.made_up)
-    isolated._process = begun = Process()
+    isolated = IsolatedWorker(recycle=10, retries=0, work=rig.made_up)
+    isolated._process = begun = Worker()
     pid = begun._process.pid
     assert pid is not None
     for _ in range(5):
@@ -128,7 +134,7 @@ def test_a_process_that_is_ended_with_its_sweep_leaves_no_finding(
     """A signal to all of the sweep's processes: the trial is given up, whatever may be retried."""
     mark = tmp_path / "mark"
     monkeypatch.setenv("SWEEP_TEST_MARK", str(mark))
-    isolated = Isolated(recycle=10, retries=0, work=rig.killed_once)
+    isolated = IsolatedWorker(recycle=10, retries=0, work=rig.killed_once)
     with pytest.raises(Interrupted):
         isolated.run(rig.trials_of(tmp_path)[1], mark.exists)
 
@@ -136,14 +142,14 @@ def test_a_process_that_is_ended_with_its_sweep_leaves_no_finding(
 def test_what_gave_no_result_says_of_what_sources_it_is(tmp_path: Path) -> None:
     """As every other: a machine with another drake_quad fails its trials in its own ways."""
     trials = [t for t in rig.trials_of(tmp_path, wall_time=1.0) if t.index in (1, 2, 3)]
-    for _, result in carry_out(trials, workers=1, limits=Limits(), work=rig.mishap):
+    for _, result in run_local(trials, workers=1, limits=Limits(), work=rig.mishap):
         assert result["sources"] == own_sources() and result["versions"] == own_versions()
 
 
 def test_memory_that_other_trials_took_is_no_trials_fault(tmp_path: Path) -> None:
     """It is tried again in a process of its own: what comes of it depends on no trial before."""
     trials = rig.trials_of(tmp_path)[:5]
-    found = dict(carry_out(trials, workers=1, limits=Limits(retries=0), work=rig.hungry))
+    found = dict(run_local(trials, workers=1, limits=Limits(retries=0), work=rig.hungry))
     assert {k for k, result in found.items() if result["outcome"] == "memory"} == {3}
     assert all(result["clock"]["tried"] == 1 for result in found.values())
     for result in found.values():  # all tries, and what processes take to begin
@@ -154,7 +160,7 @@ def test_memory_that_other_trials_took_is_no_trials_fault(tmp_path: Path) -> Non
 def test_a_process_that_others_wore_out_is_no_trials_fault(tmp_path: Path) -> None:
     """What ends it at a bound of memory is as often an abort or an exit as a MemoryError."""
     trials = rig.trials_of(tmp_path)[:5]
-    found = dict(carry_out(trials, workers=1, limits=Limits(retries=0), work=rig.frail))
+    found = dict(run_local(trials, workers=1, limits=Limits(retries=0), work=rig.frail))
     assert {k for k, result in found.items() if result["outcome"] == "crashed"} == {3}
 
 
@@ -162,7 +168,7 @@ def test_a_trial_that_had_a_process_once_is_killed_and_the_sweep_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Only where no process ever has the trial do processes not begin."""
-    isolated = Isolated(recycle=10, retries=1, work=rig.made_up)
+    isolated = IsolatedWorker(recycle=10, retries=1, work=rig.made_up)
     begun = iter([{"sources": "a", "versions": "b"}, None])
 
     def ended(*_: Any) -> tuple[None, str]:
@@ -201,7 +207,7 @@ def test_a_pause_is_no_trials_time(
     It is known before what the process says: it may have been ended by its own clock meanwhile.
     """
     monkeypatch.setattr(process_module, "PAUSE", pause)
-    waiting = Process.__new__(Process)
+    waiting = Worker.__new__(Worker)
     waiting._pipe, waiting.paused = Slept(look), False  # type: ignore[assignment]
     assert waiting.wait(0.5, lambda: False) is heard
     assert waiting.paused is heard

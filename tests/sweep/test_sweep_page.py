@@ -18,12 +18,12 @@ from drake_quad.cli.studies import print_sweep
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.report.html import stand_alone
 from drake_quad.scenario.config import Scenario
-from drake_quad.simulation.run import run
+from drake_quad.simulation.run import simulate
 from drake_quad.sweep import replays
 from drake_quad.sweep.charts import curves_svg, draw_curves, plain_style
-from drake_quad.sweep.findings import bands_of, places_of
+from drake_quad.sweep.findings import bin_indices, bins_of
 from drake_quad.sweep.replays import make_replays, otherwise
-from drake_quad.sweep.report import check_page, in_line, write_report, write_section
+from drake_quad.sweep.report import check_page, in_line, write_section, write_sweep_report
 from drake_quad.sweep.results import read_table
 from drake_quad.sweep.statistics import grade
 from drake_quad.sweep.study import Vary
@@ -39,7 +39,7 @@ def test_the_report_says_what_the_sweep_found(tmp_path: Path) -> None:
     """Rate, gate, each band's counts, causes, worst trials with commands; nothing from outside."""
     told = rig.sweep_made_up(tmp_path, tmp_path / "a", TEXT)
     study, _ = rig.made(tmp_path, TEXT)
-    write_report(study, told, tmp_path / "a")
+    write_sweep_report(study, told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
     rate = told["rate"]
     assert f"{rate['good']} of {rate['trials']} succeeded" in page and rate["text"] in page
@@ -52,7 +52,7 @@ def test_the_report_says_what_the_sweep_found(tmp_path: Path) -> None:
     assert all(cause["cause"] in page for cause in told["causes"])
     assert page.count("drake-quad run flat_walk") == len(told["worst"])
     assert not re.search(r'(src|href)="(?!#)', page)
-    write_report(study, told, tmp_path / "a")
+    write_sweep_report(study, told, tmp_path / "a")
     assert (tmp_path / "a" / "report.html").read_text() == page
 
 
@@ -69,7 +69,7 @@ def test_cases_are_named(tmp_path: Path) -> None:
     text = text.replace("  - {path: gait.cycle_time, values: [7.0, 8.0]}\n", "")
     told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
     study, _ = rig.made(tmp_path, text)
-    write_report(study, told, tmp_path / "a")
+    write_sweep_report(study, told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
     with plain_style():
         figure = draw_curves(told["bands"])
@@ -94,7 +94,7 @@ def test_people_may_call_things_as_they_like(tmp_path: Path, name: str) -> None:
     )
     told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
     study, _ = rig.made(tmp_path, text)
-    write_report(study, told, tmp_path / "a")
+    write_sweep_report(study, told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
     assert f"<td>{escape(name)}</td>" in page
     console = Console(file=io.StringIO(), width=200)
@@ -109,7 +109,7 @@ def test_bounds_of_common_draws_are_told_for_what_they_are(tmp_path: Path, draws
     """On the page and in the section, and of no other study."""
     text = rig.PLUMBING + f"draws: {draws}\n"
     told = rig.sweep_made_up(tmp_path, tmp_path / "a", text)
-    write_report(rig.made(tmp_path, text)[0], told, tmp_path / "a")
+    write_sweep_report(rig.made(tmp_path, text)[0], told, tmp_path / "a")
     write_section(tmp_path / "page.md", told, "drake-quad sweep x", "x")
     for page in (tmp_path / "a" / "report.html", tmp_path / "page.md"):
         words = "bounds hold in each alone, and may be too narrow over several"
@@ -119,14 +119,14 @@ def test_bounds_of_common_draws_are_told_for_what_they_are(tmp_path: Path, draws
 def test_bands_of_whole_numbers_hold_what_they_say() -> None:
     """Few have a band each; many are parted evenly, and no number is in two."""
     few = Vary(path="a", integers=[3, 5])
-    assert [(b.label, b.rate.trials) for b in bands_of(few, [3, 4, 4, 5], [True] * 4)] == [
+    assert [(b.label, b.rate.trials) for b in bins_of(few, [3, 4, 4, 5], [True] * 4)] == [
         ("3", 1), ("4", 2), ("5", 1),
     ]  # fmt: skip
     many = Vary(path="a", integers=[0, 99])
-    found = bands_of(many, list(range(100)), [True] * 100)
+    found = bins_of(many, list(range(100)), [True] * 100)
     assert [(b.label, b.rate.trials) for b in found][:2] == [("0 to 19", 20), ("20 to 39", 20)]
     falling = Vary(path="a", values=[0.3, 0.1, 0.2])
-    labels, places, _ = places_of(falling, [0.3, 0.1])
+    labels, places, _ = bin_indices(falling, [0.3, 0.1])
     assert labels == ["0.1", "0.2", "0.3"] and list(places) == [2, 0]
 
 
@@ -161,9 +161,9 @@ def test_a_replay_that_has_no_run_here_costs_no_other(
     def run_most(scenario: Scenario, **more: Any) -> Any:
         if scenario.gait.cycle_time == 7.0:
             raise PlanningError("no path")
-        return run(scenario, **more)
+        return simulate(scenario, **more)
 
-    monkeypatch.setattr(replays, "run", run_most)
+    monkeypatch.setattr(replays, "simulate", run_most)
     study, base = rig.made(tmp_path)
     assert make_replays(study, base, [2, 3], tmp_path) == ([3], {2: "no path"})
 
@@ -185,7 +185,7 @@ def test_a_gate_is_not_missed_before_any_trial(tmp_path: Path) -> None:
     """Of nothing nothing is said: interrupted at once, say."""
     text = rig.PLUMBING + "gate: {rate: 1.0}\n"
     told = rig.sweep_made_up(tmp_path, tmp_path / "out", text, carry_out=lambda *_: iter(()))
-    write_report(rig.made(tmp_path, text)[0], told, tmp_path / "out")
+    write_sweep_report(rig.made(tmp_path, text)[0], told, tmp_path / "out")
     printed = io.StringIO()
     print_sweep(told, tmp_path / "out", Console(file=printed))
     page = (tmp_path / "out" / "report.html").read_text()
@@ -200,7 +200,7 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     first = told["worst"][0]["index"]
     assert make_replays(study, base, [first], tmp_path / "a") == ([first], {})
     assert make_replays(study, base, [first], tmp_path / "a") == ([], {})
-    write_report(study, told, tmp_path / "a")
+    write_sweep_report(study, told, tmp_path / "a")
     link = f"trials/{first:06d}/report.html"
     page = (tmp_path / "a" / "report.html").read_text()
     assert page.count(f'href="{link}"') == 1 and "Replays of others" not in page
@@ -208,7 +208,7 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     assert told["worst"][0]["outcome"] == "fell"
     assert otherwise(read_table(tmp_path / "a"), tmp_path / "a") == {first: "goal_reached"}
     assert page.count('which ended otherwise: <span class="bad">goal_reached</span>') == 1
-    write_report(study, {**told, "worst": told["worst"][1:]}, tmp_path / "a")
+    write_sweep_report(study, {**told, "worst": told["worst"][1:]}, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
     assert f'Replays of others: <a href="{link}">trial {first}</a>.</p>' in page
     scenario = (tmp_path / "a" / link).with_name("scenario.yaml").read_text()
@@ -229,7 +229,7 @@ def test_of_a_replay_that_tells_no_end_nothing_is_said(
     if summary is not None:
         (replay / "summary.json").write_bytes(summary)
     assert otherwise(read_table(tmp_path / "a"), tmp_path / "a") == {}
-    write_report(rig.made(tmp_path)[0], told, tmp_path / "a")
+    write_sweep_report(rig.made(tmp_path)[0], told, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
     assert f'href="trials/{index:06d}/report.html"' in page and "ended otherwise" not in page
 
@@ -252,7 +252,7 @@ def test_values_far_apart_have_a_logarithmic_axis() -> None:
 
     def scale(values: list[float]) -> tuple[str, list[str]]:
         vary = Vary(path="friction", values=list(values))
-        found = bands_of(vary, values * 3, [True] * 3 * len(values))
+        found = bins_of(vary, values * 3, [True] * 3 * len(values))
         told = [{"label": b.label, "low": b.low, "high": b.high, "middle": b.middle, "trials": 3,
                  "good": 3, "bound_low": 0.3, "bound_high": 1.0} for b in found]  # fmt: skip
         with plain_style():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from compare_rig import CELLS, study_of, swept_of
 
-from drake_quad.sweep.compare import apart, pair
+from drake_quad.sweep.compare import compare_paired, compare_unpaired
 from drake_quad.sweep.statistics import apart_draws, paired_draws, paired_trials
 
 
@@ -16,7 +16,7 @@ def test_mcnemars_test_counts_both_sides(lost: int, won: int) -> None:
     """Of those that changed as many are lost as won, but for chance: heads and tails."""
     before = [True] * lost + [False] * won + [True, False] * 5
     after = [False] * lost + [True] * won + [True, False] * 5
-    told, found = pair(swept_of(before, study_of()), swept_of(after, study_of()))
+    told, found = compare_paired(swept_of(before, study_of()), swept_of(after, study_of()))
     changed = lost + won
     tail = sum(comb(changed, k) for k in range(min(lost, won) + 1))
     p = min(1.0, 2.0 * tail / 2**changed)
@@ -87,9 +87,9 @@ def test_chance_seldom_looks_like_a_difference(together: float) -> None:
     for _ in range(300):
         sides = chance(rng, 8, together)
         one, other = (swept_of(side, common_study) for side in sides)
-        called["paired"] += pair(one, other)[1].p < 0.05
+        called["paired"] += compare_paired(one, other)[1].p < 0.05
         # Of fewer: there are many more ways to deal draws than to change their signs.
-        unpaired = apart(*(swept_of(side[: 6 * CELLS], common_study) for side in sides))
+        unpaired = compare_unpaired(*(swept_of(side[: 6 * CELLS], common_study) for side in sides))
         called["apart"] += unpaired is not None and unpaired.p < 0.05
         changes = [b - a for a, b in zip(*sides, strict=True)]
         called["trials"] += paired_trials(changes).p < 0.05
@@ -106,5 +106,5 @@ def test_a_difference_is_found() -> None:
         before = rng.random((10, CELLS)) < 0.9
         after = np.where(rng.random((10, CELLS)) < 0.2, rng.random((10, CELLS)) < 0.4, before)
         sides = [swept_of(side.ravel().tolist(), study) for side in (before, after)]
-        found += pair(*sides)[1].verdict == "worse"
+        found += compare_paired(*sides)[1].verdict == "worse"
     assert found >= 45

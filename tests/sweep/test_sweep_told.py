@@ -12,9 +12,9 @@ from rich.console import Console
 from scipy.stats import beta
 
 from drake_quad.cli.studies import print_sweep
-from drake_quad.sweep.findings import _clock, tell, worst_first
+from drake_quad.sweep.findings import _clock, summarize_sweep, worst_first
 from drake_quad.sweep.replays import replayable
-from drake_quad.sweep.results import make_clock, read_table
+from drake_quad.sweep.results import clock_table, read_table
 from drake_quad.sweep.study import Gate, Study, Vary
 from drake_quad.sweep.trials import Trial
 
@@ -61,7 +61,7 @@ def table() -> pa.Table:
 
 
 def told(study: Study = STUDY) -> dict[str, Any]:
-    return tell(study, table(), make_clock({}))
+    return summarize_sweep(study, table(), clock_table({}))
 
 
 def test_the_worst_come_first() -> None:

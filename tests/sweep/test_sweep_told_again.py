@@ -10,8 +10,8 @@ import sweep_rig as rig
 from command import drake_quad, refused
 
 from drake_quad.errors import InputError
-from drake_quad.sweep.rebuild_report import tell_again
-from drake_quad.sweep.report import write_report, write_section
+from drake_quad.sweep.rebuild_report import rebuild_report
+from drake_quad.sweep.report import write_section, write_sweep_report
 from drake_quad.sweep.study_loading import as_plain, parse_study, study_from
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +27,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def swept(tmp_path: Path) -> tuple[Path, dict[str, Any]]:
     out = tmp_path / "one"
     told = rig.sweep_made_up(tmp_path, out, TEXT, command="drake-quad sweep study.yaml")
-    write_report(rig.made(tmp_path, TEXT)[0], told, out)
+    write_sweep_report(rig.made(tmp_path, TEXT)[0], told, out)
     return out, told
 
 
@@ -41,7 +41,7 @@ def test_what_is_told_again_is_what_was_told(tmp_path: Path) -> None:
     other.mkdir(parents=True)
     for name in ("study.json", "sweep.json", "trials.parquet", "clock.parquet"):
         shutil.copy(out / name, other / name)
-    again = tell_again(other, tmp_path / "elsewhere" / "page.md")
+    again = rebuild_report(other, tmp_path / "elsewhere" / "page.md")
     assert again == told
     assert (tmp_path / "elsewhere" / "page.md").read_text() == page
     # Commands of its worst trials name the directory.
@@ -83,7 +83,7 @@ def test_spoilt_files_are_refused(whole: Path, tmp_path: Path, name: str, text: 
     if text is not None:
         (out / name).write_text(text)
     with pytest.raises(InputError) as caught:
-        tell_again(out, tmp_path / "page.md")
+        rebuild_report(out, tmp_path / "page.md")
     assert name in str(caught.value) and "\n" not in str(caught.value)
     assert not (out / "report.html").exists() and not (tmp_path / "page.md").exists()
 

@@ -13,7 +13,7 @@ from drake_quad.control.gait_clock import CALM_PLACE
 from drake_quad.control.ports import BALANCE_SIZE, Balance, Catch, GaitPhase, Mode
 from drake_quad.control.push_recovery import Reflex
 from drake_quad.control.settings import ControlSettings
-from drake_quad.planning.recovery_step import CatchGround
+from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.systems.gait_scheduler import CALM_TIME, LONGEST_SETTLING, GaitScheduler
 
 PERIOD = 0.005
@@ -38,7 +38,7 @@ class Clock:
     """A scheduler that may pause and catch, in a simulator of its own."""
 
     def __init__(self, *, catches: bool = True, patience: float = 2.0, start: float = 0.5) -> None:
-        ground = CatchGround(flat_course(), paper_robot().foot_radius)
+        ground = StepTargetMap(flat_course(), paper_robot().foot_radius)
         self.system = GaitScheduler(
             num_tasks=1,
             control=ControlSettings(period=PERIOD, patience=patience),

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
 from drake_quad.math.rotations import rotation
-from drake_quad.terrain.as_built import WorldErrors, build_world
+from drake_quad.terrain.as_built import MapErrors, build_as_built
 from drake_quad.terrain.boxes import Box
 from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.elements import Element
@@ -131,9 +131,9 @@ def test_the_real_course_is_built_like_the_map(
     """With errors too, noses and open risers change nothing from above, and are still there."""
     plain = dataclasses.replace(STAIRS, going=going)
     flight = dataclasses.replace(plain, **style)
-    errors = WorldErrors(yaw=yaw, position=0.05, rise=0.01, run=0.01, tread=0.005, random=True)
+    errors = MapErrors(yaw=yaw, position=0.05, rise=0.01, run=0.01, tread=0.005, random=True)
     built, course = (
-        build_world(course_with(f), errors, generator=np.random.default_rng(seed))
+        build_as_built(course_with(f), errors, generator=np.random.default_rng(seed))
         for f in (flight, plain)
     )
     for lane in course.lanes:
@@ -216,7 +216,7 @@ def test_with_errors_blocks_curbs_and_slopes_keep_their_shape() -> None:
     kinds = [Element("block", length=0.5, height=0.1), Element("curb", going="up", height=0.1)]
     elements = [FLOOR, STAIRS, FLOOR, *kinds, FLOOR, SLOPE, FLOOR]
     course = build_course(elements)
-    world = build_world(course, WorldErrors(rise=0.01), generator=np.random.default_rng(0))
+    world = build_as_built(course, MapErrors(rise=0.01), generator=np.random.default_rng(0))
     s = np.linspace(2.0 + 3 * 0.4 + 0.1, course.lanes[0].length - 0.01, 300)
     np.testing.assert_allclose(world.height(s, 0.0) - course.height(s, 0.0), 0.03, atol=1e-9)
     np.testing.assert_allclose(world.lanes[0].height(s), world.height(s, 0.0), atol=1e-9)
@@ -226,7 +226,7 @@ def test_a_slope_beside_stairs_is_refused_where_the_stairs_may_move() -> None:
     """There is no level ground that could give way."""
     course = build_course([FLOOR, SLOPE, STAIRS, FLOOR])
     with pytest.raises(InputError, match=r"course\[2\].*slope"):
-        build_world(course, WorldErrors(position=0.01), generator=np.random.default_rng(0))
+        build_as_built(course, MapErrors(position=0.01), generator=np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("turn", [37.0, -37.0, 60.0, 120.0, -120.0])

@@ -11,9 +11,9 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 from rig import course_of, paper_robot, walk_plan
 
-from drake_quad.planning.footholds import make_lattice
+from drake_quad.planning.footholds import make_foothold_grid
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
-from drake_quad.planning.recovery_step import CatchGround
+from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.planning.replan import in_place
 from drake_quad.planning.step_builder import StepBuilder
 from drake_quad.terrain.course import Course
@@ -31,7 +31,7 @@ CURB = Element("curb", going="up", height=0.1)
 
 def places(lane: Lane) -> np.ndarray:
     """The lattice's places from 1.2 m after the lane's start to 1.2 m before its end."""
-    lattice = make_lattice(lane, start=1.2, goal=lane.length - 1.2, spacing=SPACING)
+    lattice = make_foothold_grid(lane, start=1.2, goal=lane.length - 1.2, spacing=SPACING)
     np.testing.assert_allclose(lattice.z, lane.height(lattice.s))
     return np.asarray(lattice.s)
 
@@ -81,7 +81,7 @@ def test_places_go_forward_whatever_is_on_the_way(kinds: list[str], between: flo
     }
     elements = [x for kind in kinds for x in (parts[kind], Element("floor", length=between))]
     lane = course_of(FLOOR, *elements, FLOOR).lanes[0]
-    lattice = make_lattice(lane, start=1.2, goal=lane.length - 1.2, spacing=SPACING)
+    lattice = make_foothold_grid(lane, start=1.2, goal=lane.length - 1.2, spacing=SPACING)
     assert np.all(np.diff(lattice.s) > 0.0)
     assert lattice.s[lattice.behind + 2 * lattice.cycles] == pytest.approx(lane.length - 1.2)
 
@@ -181,10 +181,10 @@ def test_a_foot_may_stay_and_be_caught_on_a_slope_but_not_where_it_bends() -> No
     feet = np.column_stack([s, 0.2 * np.ones(4), lane.height(s)])
     stays = in_place(lane, feet, feet, tolerance=0.01, foot_radius=0.03)
     assert stays.tolist() == [True, False, True, False]
-    assert CatchGround(course, 0.03).whole(feet[:, :2]).tolist() == [True, False, True, False]
+    assert StepTargetMap(course, 0.03).whole(feet[:, :2]).tolist() == [True, False, True, False]
     places = np.random.default_rng(0).uniform([0.1, -0.9], [7.9, 0.9], size=(200, 2))
     np.testing.assert_allclose(
-        CatchGround(course, 0.03).height(places), course.height(*places.T), atol=1e-12
+        StepTargetMap(course, 0.03).height(places), course.height(*places.T), atol=1e-12
     )
 
 
@@ -200,11 +200,11 @@ def test_treads_like_floors_have_the_places_of_floors_with_curbs_between(
     curb, tread = Element("curb", going=going, height=rise), Element("floor", length=run)
     curbs = course_of(FLOOR, *[curb, tread] * count, FLOOR).lanes[0]
     ends: dict[str, Any] = {"start": 1.2, "goal": lane.length - 1.2, "spacing": SPACING}
-    deep = make_lattice(lane, **ends, deep=1.2)
-    same = make_lattice(curbs, **ends)
+    deep = make_foothold_grid(lane, **ends, deep=1.2)
+    same = make_foothold_grid(curbs, **ends)
     np.testing.assert_allclose(deep.s, same.s, atol=1e-9)
     np.testing.assert_allclose(deep.z, same.z, atol=1e-9)
     assert not any(deep.on_tread) and deep.cycles == same.cycles
-    close = make_lattice(lane, **ends, deep=run + 0.01)
-    np.testing.assert_array_equal(close.s, make_lattice(lane, **ends).s)
+    close = make_foothold_grid(lane, **ends, deep=run + 0.01)
+    np.testing.assert_array_equal(close.s, make_foothold_grid(lane, **ends).s)
     assert sum(close.on_tread) == count

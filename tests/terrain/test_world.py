@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.terrain.as_built import WorldErrors, build_world
+from drake_quad.terrain.as_built import MapErrors, build_as_built
 from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.elements import Element
 
@@ -29,8 +29,8 @@ def straight(*, going: str = "up") -> Course:
 
 
 def real(course: Course, seed: int = 0, **errors: object) -> Course:
-    given_errors = WorldErrors(**errors)  # type: ignore[arg-type]
-    return build_world(course, given_errors, generator=np.random.default_rng(seed))
+    given_errors = MapErrors(**errors)  # type: ignore[arg-type]
+    return build_as_built(course, given_errors, generator=np.random.default_rng(seed))
 
 
 def treads(course: Course) -> FloatArray:

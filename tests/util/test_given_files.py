@@ -21,8 +21,8 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.load import load_scenario
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.journal import NAME, read_journal
-from drake_quad.sweep.rebuild_report import tell_again
-from drake_quad.sweep.report import check_page, write_report
+from drake_quad.sweep.rebuild_report import rebuild_report
+from drake_quad.sweep.report import check_page, write_sweep_report
 from drake_quad.sweep.study_loading import load_study
 from drake_quad.util import input_files as given_tables
 from drake_quad.util.input_files import (
@@ -78,7 +78,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A directory with a sweep, a run, a study and robots, each with all its files."""
     directory = tmp_path_factory.mktemp("given")
     told = rig.sweep_made_up(directory, directory / "sweep", command="drake-quad sweep study.yaml")
-    write_report(rig.made(directory)[0], told, directory / "sweep")
+    write_sweep_report(rig.made(directory)[0], told, directory / "sweep")
     log = make_log(short_scenario(), seconds=0.1)
     write_run(directory / "run", log=log, versions={"drake": "1"})
     (directory / "study.yaml").write_text("scenario: mine.yaml\n")
@@ -102,10 +102,10 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "own.robot.yaml": lambda d: load_robot(str(d / "own.robot.yaml")),
     "run/summary.json": lambda d: read_summary(d / "run"),
     "run/log.parquet": lambda d: read_summary(d / "run"),
-    "sweep/study.json": lambda d: tell_again(d / "sweep"),
-    "sweep/sweep.json": lambda d: tell_again(d / "sweep"),
-    "sweep/trials.parquet": lambda d: tell_again(d / "sweep"),
-    "sweep/clock.parquet": lambda d: tell_again(d / "sweep"),
+    "sweep/study.json": lambda d: rebuild_report(d / "sweep"),
+    "sweep/sweep.json": lambda d: rebuild_report(d / "sweep"),
+    "sweep/trials.parquet": lambda d: rebuild_report(d / "sweep"),
+    "sweep/clock.parquet": lambda d: rebuild_report(d / "sweep"),
     f"sweep/{NAME}": lambda d: read_journal(d / "sweep"),
 }
 
@@ -184,7 +184,7 @@ def test_a_link_beside_a_result_is_not_followed(whole: Path, tmp_path: Path) -> 
     out = tmp_path / "sweep"
     shutil.copytree(whole / "sweep", out)
     (out / ".report.html.part").symlink_to(tmp_path / "precious")
-    tell_again(out)
+    rebuild_report(out)
     assert (tmp_path / "precious").read_text() == "as it was"
     assert "html" in (out / "report.html").read_text()
 

@@ -12,7 +12,7 @@ from pydrake.math import RigidTransform
 from drake_quad.common import FloatArray
 from drake_quad.robot.importer.legs import points_of
 from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink
-from drake_quad.robot.importer.raw_robot import ASSUMED, REPAIRED, Note, Piece
+from drake_quad.robot.importer.raw_robot import ASSUMED, REPAIRED, GeometryInstance, Note
 
 THINNEST = 0.005  # [m] radius of a capsule that stands for a mesh
 THICK = 0.08  # radius of a capsule that stands for nothing known, of its link's length
@@ -20,7 +20,7 @@ DEEP = 0.5  # height of a trunk's box that stands for nothing known, of the hips
 WITHIN = 90.0  # percent of a mesh's vertices that its capsule's radius holds
 
 
-def trunk_shapes(link: NormalLink) -> tuple[list[Piece], list[Note]]:
+def trunk_shapes(link: NormalLink) -> tuple[list[GeometryInstance], list[Note]]:
     """Of a trunk or hip: primitives kept, meshes as boxes along the link's axes.
 
     A trunk whose meshes are all missing is a box from hip to hip.
@@ -35,15 +35,15 @@ def trunk_shapes(link: NormalLink) -> tuple[list[Piece], list[Note]]:
     return shapes, notes
 
 
-def between_hips(trunk: NormalLink) -> tuple[list[Piece], list[Note]]:
+def between_hips(trunk: NormalLink) -> tuple[list[GeometryInstance], list[Note]]:
     """What stands for a trunk whose collision meshes are all missing: a box from hip to hip."""
     x, y = 2.0 * np.abs(trunk.end[:2])
-    box = Piece(f"{trunk.name}_box", trunk.name, Box(x, y, DEEP * y), RigidTransform())
+    box = GeometryInstance(f"{trunk.name}_box", trunk.name, Box(x, y, DEEP * y), RigidTransform())
     text = f"{trunk.name}: no collision shape is left; a box from hip to hip"
     return [box], [Note(ASSUMED, text)]
 
 
-def thigh_shapes(link: NormalLink) -> tuple[list[Piece], list[Note]]:
+def thigh_shapes(link: NormalLink) -> tuple[list[GeometryInstance], list[Note]]:
     """Of a thigh: primitives kept, meshes together as two capsules, for thighs taper."""
     meshes = [p for p in link.collision if _is_mesh(p)]
     shapes = [p for p in link.collision if not _is_mesh(p)]
@@ -59,7 +59,7 @@ def thigh_shapes(link: NormalLink) -> tuple[list[Piece], list[Note]]:
     return [*shapes, upper, lower], [Note(REPAIRED, text)]
 
 
-def shank_shapes(leg: NormalLeg) -> tuple[list[Piece], list[Note]]:
+def shank_shapes(leg: NormalLeg) -> tuple[list[GeometryInstance], list[Note]]:
     """Of a shank without its foot: likewise, and what would touch before the foot as a capsule."""
     link, radius = leg.links[2], leg.foot.radius
     own = [p for p in link.collision if leg.foot.piece is None or p.link + p.name != _id(leg)]
@@ -74,11 +74,11 @@ def shank_shapes(leg: NormalLeg) -> tuple[list[Piece], list[Note]]:
     return [*shapes, capsule], [_told(link, capsule, ", ".join(p.name for p in odd))]
 
 
-def foot_shape(leg: NormalLeg) -> Piece:
+def foot_shape(leg: NormalLeg) -> GeometryInstance:
     """The foot's sphere, in the shank's frame, with the friction of what it stands for."""
     X, sphere = RigidTransform(leg.links[2].end), Sphere(leg.foot.radius)
     friction = leg.foot.piece.friction if leg.foot.piece else None
-    return Piece(f"{leg.short}_foot", leg.links[2].name, sphere, X, friction=friction)
+    return GeometryInstance(f"{leg.short}_foot", leg.links[2].name, sphere, X, friction=friction)
 
 
 def _id(leg: NormalLeg) -> str:
@@ -87,30 +87,32 @@ def _id(leg: NormalLeg) -> str:
     return piece.link + piece.name if piece else ""
 
 
-def _is_mesh(piece: Piece) -> bool:
+def _is_mesh(piece: GeometryInstance) -> bool:
     """Whether a shape is no primitive."""
     return isinstance(piece.shape, (Mesh, Convex))
 
 
-def _within_foot(piece: Piece, foot: FloatArray, radius: float) -> bool:
+def _within_foot(piece: GeometryInstance, foot: FloatArray, radius: float) -> bool:
     """Whether a shape lies in the foot's sphere: another part of the foot."""
     return bool(np.all(np.linalg.norm(points_of(piece) - foot, axis=1) <= 1.75 * radius + 1e-6))
 
 
-def _reaches_beyond(piece: Piece, foot: FloatArray, radius: float) -> bool:
+def _reaches_beyond(piece: GeometryInstance, foot: FloatArray, radius: float) -> bool:
     """Whether a shape would touch level ground before the foot does, the shank upright."""
     return bool(points_of(piece)[:, 2].min() < foot[2] - 0.999 * radius)
 
 
-def _box(piece: Piece, link: NormalLink) -> Piece:
+def _box(piece: GeometryInstance, link: NormalLink) -> GeometryInstance:
     """The box along the link's axes that holds a shape."""
     points = points_of(piece)
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 1e-3)
-    return Piece(piece.name, link.name, Box(*size), RigidTransform(0.5 * (low + high)))
+    return GeometryInstance(piece.name, link.name, Box(*size), RigidTransform(0.5 * (low + high)))
 
 
-def _capsule(pieces: list[Piece], link: NormalLink, end: FloatArray, most: float) -> Piece:
+def _capsule(
+    pieces: list[GeometryInstance], link: NormalLink, end: FloatArray, most: float
+) -> GeometryInstance:
     """A capsule from the link's joint to its end, as thick as most of the shapes are."""
     points = np.concatenate([points_of(p) for p in pieces])
     length = float(np.linalg.norm(end))
@@ -119,10 +121,12 @@ def _capsule(pieces: list[Piece], link: NormalLink, end: FloatArray, most: float
     distance = np.linalg.norm(points - s[:, None] * along, axis=1)
     radius = float(np.clip(np.percentile(distance, WITHIN), THINNEST, most))
     X = RigidTransform(0.5 * end)  # links hang along -z: so does the capsule
-    return Piece(f"{link.name}_capsule", link.name, Capsule(radius, length), X)
+    return GeometryInstance(f"{link.name}_capsule", link.name, Capsule(radius, length), X)
 
 
-def _tapered(pieces: list[Piece], link: NormalLink) -> tuple[Piece, Piece]:
+def _tapered(
+    pieces: list[GeometryInstance], link: NormalLink
+) -> tuple[GeometryInstance, GeometryInstance]:
     """Capsules for the halves of a link, each as thick as most of the shapes are there.
 
     The lower one ends where the shapes do: a knee is not to be thicker than it is.
@@ -145,20 +149,22 @@ def _tapered(pieces: list[Piece], link: NormalLink) -> tuple[Piece, Piece]:
     ):
         X = RigidTransform(0.5 * (start + end) * along)  # links hang along -z: so does the capsule
         shape = Capsule(radius, end - start)
-        found.append(Piece(f"{link.name}_{name}_capsule", link.name, shape, X))
+        found.append(GeometryInstance(f"{link.name}_{name}_capsule", link.name, shape, X))
     return found[0], found[1]
 
 
-def _stand_in(link: NormalLink, most: float) -> tuple[list[Piece], list[Note]]:
+def _stand_in(link: NormalLink, most: float) -> tuple[list[GeometryInstance], list[Note]]:
     """A capsule for a thigh or shank whose collision meshes are all missing."""
     length = float(np.linalg.norm(link.end))
     shape = Capsule(min(THICK * length, most), length)
-    piece = Piece(f"{link.name}_capsule", link.name, shape, RigidTransform(0.5 * link.end))
+    piece = GeometryInstance(
+        f"{link.name}_capsule", link.name, shape, RigidTransform(0.5 * link.end)
+    )
     text = f"{link.name}: no collision shape is left; a capsule of {1e3 * shape.radius():.0f} mm"
     return [piece], [Note(ASSUMED, text)]
 
 
-def _told(link: NormalLink, capsule: Piece, what: str) -> Note:
+def _told(link: NormalLink, capsule: GeometryInstance, what: str) -> Note:
     """What a capsule stands for."""
     size = f"{1e3 * capsule.shape.radius():.0f} mm"
     return Note(REPAIRED, f"{link.name}: {what} as a capsule of radius {size} along the link")

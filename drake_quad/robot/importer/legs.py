@@ -22,11 +22,11 @@ from drake_quad.robot.importer.raw_robot import (
     APPROXIMATED,
     ASSUMED,
     REPAIRED,
-    Group,
+    GeometryInstance,
     Note,
-    Piece,
     RawLeg,
     RawRobot,
+    RigidGroup,
 )
 
 # ------------------------------------------------------------------------------------------------
@@ -173,11 +173,11 @@ class Foot:
 
     centre: FloatArray
     radius: float
-    piece: Piece | None
+    piece: GeometryInstance | None
     note: Note | None
 
 
-def find_foot(shank: Group, knee: FloatArray, *, radius: float | None = None) -> Foot:
+def find_foot(shank: RigidGroup, knee: FloatArray, *, radius: float | None = None) -> Foot:
     """The foot of a leg.
 
     It is the collision sphere farthest from the knee. Without any it is put at the end: into the
@@ -212,7 +212,7 @@ def find_foot(shank: Group, knee: FloatArray, *, radius: float | None = None) ->
     return Foot(shank.leaves.get(leaf[1], tip), size, None, Note(ASSUMED, text))
 
 
-def points_of(piece: Piece) -> FloatArray:
+def points_of(piece: GeometryInstance) -> FloatArray:
     """Points whose hull is a shape or holds it, (n, 3) in the frame of its pose [m]."""
     s = piece.shape
     if isinstance(s, (Mesh, Convex)):
@@ -241,7 +241,7 @@ def _half_size(shape: object) -> FloatArray:
     return np.zeros(3)
 
 
-def _tip(piece: Piece, knee: FloatArray) -> FloatArray:
+def _tip(piece: GeometryInstance, knee: FloatArray) -> FloatArray:
     """The middle of that end of a shape that is farthest from the knee, (3,)."""
     points = points_of(piece)
     far = np.linalg.norm(points - knee, axis=1)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.importer.raw_robot import ASSUMED, REPAIRED, Hinge, Note
+from drake_quad.robot.importer.raw_robot import ASSUMED, REPAIRED, Note, RevoluteJoint
 
 ABDUCTION, HIP = 0.8, 2.6  # [rad] either way, where the file gives no limit
 KNEE_LEAST, KNEE_MOST = 0.05, 2.7  # [rad] bent, where the file gives no limit
@@ -42,7 +42,7 @@ class JointLimits:
 
 
 def limit_leg(
-    hinges: tuple[Hinge, Hinge, Hinge],
+    hinges: tuple[RevoluteJoint, RevoluteJoint, RevoluteJoint],
     *,
     sign: FloatArray,
     turn: FloatArray,
@@ -95,7 +95,7 @@ def limit_leg(
 
 
 def _knee(
-    hinge: Hinge,
+    hinge: RevoluteJoint,
     lower: float,
     upper: float,
     given: bool,
@@ -132,7 +132,7 @@ def _knee(
     return ends[0], ends[1], [Note(REPAIRED if given else ASSUMED, text)]
 
 
-def _without(hinge: Hinge) -> str:
+def _without(hinge: RevoluteJoint) -> str:
     """What is said of limits that count as none: that there are none, or what they are and why."""
     if not TWO_TURNS < hinge.upper - hinge.lower < HUGE:
         return "no limits"

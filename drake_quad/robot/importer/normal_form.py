@@ -22,11 +22,11 @@ from drake_quad.robot.importer.limits import JointLimits, limit_leg
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.raw_robot import (
     ASSUMED,
-    Group,
+    GeometryInstance,
     Note,
-    Piece,
     RawLeg,
     RawRobot,
+    RigidGroup,
     RigidMass,
 )
 from drake_quad.robot.legs import SHORT_NAMES
@@ -47,8 +47,8 @@ class NormalLink:
 
     name: str
     rigid: RigidMass
-    collision: tuple[Piece, ...]
-    visual: tuple[Piece, ...]
+    collision: tuple[GeometryInstance, ...]
+    visual: tuple[GeometryInstance, ...]
     shapeless: bool
     end: FloatArray
 
@@ -168,7 +168,7 @@ def _links(
     return made[0], made[1], made[2]
 
 
-def _link(group: Group, X: RigidTransform, end: FloatArray) -> NormalLink:
+def _link(group: RigidGroup, X: RigidTransform, end: FloatArray) -> NormalLink:
     """A group told in a frame L, where `X` is X_LT."""
     return NormalLink(
         name=group.name,

@@ -17,7 +17,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from drake_quad.common import FloatArray
 from drake_quad.robot.importer.meshes import Faces, coarsen, have_trimesh, load_parts, write_surface
 from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink, NormalRobot
-from drake_quad.robot.importer.raw_robot import ASSUMED, DROPPED, Note, Piece
+from drake_quad.robot.importer.raw_robot import ASSUMED, DROPPED, GeometryInstance, Note
 from drake_quad.robot.importer.sources import EXTRA
 
 # ------------------------------------------------------------------------------------------------
@@ -48,8 +48,8 @@ class _Part(NamedTuple):
 
 
 def write_visuals(
-    robot: NormalRobot, folder: Path, collision: dict[str, list[Piece]]
-) -> tuple[dict[str, list[Piece]], list[Note]]:
+    robot: NormalRobot, folder: Path, collision: dict[str, list[GeometryInstance]]
+) -> tuple[dict[str, list[GeometryInstance]], list[Note]]:
     """Writes the meshes into `folder`; returns the shapes by link, and what was dropped.
 
     Args:
@@ -58,7 +58,7 @@ def write_visuals(
         collision: Collision shapes by link: a link without any other picture shows these.
     """
     done: dict[Path, list[_Part]] = {}
-    made: dict[str, list[Piece]] = {}
+    made: dict[str, list[GeometryInstance]] = {}
     notes: list[Note] = []
     for link in (robot.trunk, *(link for leg in robot.legs for link in leg.links)):
         pieces = made.setdefault(link.name, [])
@@ -147,8 +147,8 @@ def _colour(geometry: Any) -> Colour | None:
 
 def make_urdf(
     robot: NormalRobot,
-    collision: dict[str, list[Piece]],
-    visual: dict[str, list[Piece]],
+    collision: dict[str, list[GeometryInstance]],
+    visual: dict[str, list[GeometryInstance]],
     *,
     comment: str,
 ) -> str:
@@ -178,7 +178,10 @@ def make_urdf(
 
 
 def _add_link(
-    root: ET.Element, link: NormalLink, collision: list[Piece], visual: list[Piece]
+    root: ET.Element,
+    link: NormalLink,
+    collision: list[GeometryInstance],
+    visual: list[GeometryInstance],
 ) -> None:
     """A link with its mass and shapes."""
     element = ET.SubElement(root, "link", name=link.name)
@@ -208,7 +211,7 @@ def _add_link(
                 _add_friction(element[-1], *piece.friction)
 
 
-def _add_shape(element: ET.Element, piece: Piece, material: str) -> None:
+def _add_shape(element: ET.Element, piece: GeometryInstance, material: str) -> None:
     """One geometry."""
     element.append(_origin(piece.X))
     shape, geometry = piece.shape, ET.SubElement(element, "geometry")

@@ -30,7 +30,7 @@ from drake_quad.robot.importer.normal_form import NormalRobot, normalise
 from drake_quad.robot.importer.output import make_urdf, write_visuals
 from drake_quad.robot.importer.overrides import Overrides, is_yaml, read_overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, Parsed, parse, parser_reason, quiet
-from drake_quad.robot.importer.raw_robot import Note, Piece
+from drake_quad.robot.importer.raw_robot import GeometryInstance, Note
 from drake_quad.robot.importer.read_robot import read_robot
 from drake_quad.robot.importer.sources import Found, files_named_in, find_robot
 from drake_quad.util.cache_directory import CACHE_VARIABLE, cache_directory
@@ -138,7 +138,7 @@ MAPPING = "drake_quad_mapping.yaml"  # beside every file that is written here
 
 
 @dataclass(frozen=True)
-class Given:
+class RobotSource:
     """What a person gave as a robot: its file, and what is said of it beside.
 
     Attributes:
@@ -157,7 +157,7 @@ def robots_directory() -> Path:
     return cache_directory() / "robots"
 
 
-def find_given(model: str) -> Given:
+def find_source(model: str) -> RobotSource:
     """What `model` means: a file, a robot's name, or a `.robot.yaml` that names one.
 
     Raises:
@@ -165,11 +165,11 @@ def find_given(model: str) -> Given:
     """
     found = find_robot(model)
     if not is_yaml(found.path):
-        return Given(found, Overrides(), model)
+        return RobotSource(found, Overrides(), model)
     overrides = read_overrides(found.path)
     own = _named_in(found.path, overrides.model)
     name = overrides.name or found.name
-    return Given(Found(own.path, model, name), overrides, model)
+    return RobotSource(Found(own.path, model, name), overrides, model)
 
 
 def _named_in(yaml_path: Path, inner: str) -> Found:
@@ -190,7 +190,7 @@ def _named_in(yaml_path: Path, inner: str) -> Found:
     return own
 
 
-def import_robot(given: Given) -> Path:
+def import_robot(given: RobotSource) -> Path:
     """The robot's URDF in normal form, made now or found in the cache.
 
     Raises:
@@ -218,7 +218,7 @@ def import_robot(given: Given) -> Path:
 
 
 @contextmanager
-def _kept(given: Given) -> Iterator[None]:
+def _kept(given: RobotSource) -> Iterator[None]:
     """Says of a place where nothing can be written how to give another."""
     try:
         yield
@@ -232,7 +232,7 @@ def _kept(given: Given) -> Iterator[None]:
         ) from None
 
 
-def _make(given: Given, folder: Path) -> None:
+def _make(given: RobotSource, folder: Path) -> None:
     """Imports the robot into a new folder."""
     urdf = folder / f"{given.found.name}.urdf"
     with parse(given.found) as parsed:
@@ -252,7 +252,7 @@ def _make(given: Given, folder: Path) -> None:
     read_again(urdf, given.source)
 
 
-def normal_robot(parsed: Parsed, given: Given) -> NormalRobot:
+def normal_robot(parsed: Parsed, given: RobotSource) -> NormalRobot:
     """A parsed file's robot in normal form.
 
     Raises:
@@ -270,7 +270,7 @@ def normal_robot(parsed: Parsed, given: Given) -> NormalRobot:
     return robot
 
 
-def collision_shapes(robot: NormalRobot) -> tuple[dict[str, list[Piece]], list[Note]]:
+def collision_shapes(robot: NormalRobot) -> tuple[dict[str, list[GeometryInstance]], list[Note]]:
     """The collision shapes of every link in normal form, and what was made of meshes."""
     made = {robot.trunk.name: trunk_shapes(robot.trunk)}
     if not robot.trunk.collision and robot.trunk.shapeless:
@@ -286,7 +286,7 @@ def collision_shapes(robot: NormalRobot) -> tuple[dict[str, list[Piece]], list[N
     ]
 
 
-def _key(given: Given) -> str:
+def _key(given: RobotSource) -> str:
     """A digest of what the result depends on: the file, those that it names, what is said of it."""
     what = (_version(), have_trimesh(), given.found.name, given.overrides)
     digest = hashlib.sha256(repr(what).encode())

@@ -80,7 +80,7 @@ def cross(v: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Piece:
+class GeometryInstance:
     """One geometry of a link.
 
     Attributes:
@@ -99,13 +99,13 @@ class Piece:
     colour: tuple[float, ...] | None = None
     friction: tuple[float, float] | None = None
 
-    def moved(self, X: RigidTransform) -> "Piece":
+    def moved(self, X: RigidTransform) -> "GeometryInstance":
         """The same, told in frame A where `X` is X_AB."""
         return replace(self, X=X @ self.X)
 
 
 @dataclass(frozen=True)
-class Group:
+class RigidGroup:
     """Links that are fixed to one another.
 
     Attributes:
@@ -121,14 +121,14 @@ class Group:
     name: str
     links: tuple[str, ...]
     rigid: RigidMass
-    collision: tuple[Piece, ...]
-    visual: tuple[Piece, ...]
+    collision: tuple[GeometryInstance, ...]
+    visual: tuple[GeometryInstance, ...]
     shapeless: bool
     leaves: dict[str, FloatArray]
 
 
 @dataclass(frozen=True)
-class Hinge:
+class RevoluteJoint:
     """One revolute joint of a leg, in T, and what the file says of its drive.
 
     Attributes:
@@ -160,8 +160,8 @@ class Hinge:
 class RawLeg:
     """A leg as the file has it: three hinges and the groups that they carry (hip, thigh, shank)."""
 
-    hinges: tuple[Hinge, Hinge, Hinge]
-    groups: tuple[Group, Group, Group]
+    hinges: tuple[RevoluteJoint, RevoluteJoint, RevoluteJoint]
+    groups: tuple[RigidGroup, RigidGroup, RigidGroup]
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ class RawRobot:
     """
 
     name: str
-    trunk: Group
+    trunk: RigidGroup
     trunk_name: str
     legs: tuple[RawLeg, ...]
     yaw: float

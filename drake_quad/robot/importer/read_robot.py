@@ -15,11 +15,11 @@ from drake_quad.robot.importer.raw_robot import (
     DROPPED,
     NO_MASS,
     REPAIRED,
-    Group,
-    Hinge,
-    Piece,
+    GeometryInstance,
     RawLeg,
     RawRobot,
+    RevoluteJoint,
+    RigidGroup,
     RigidMass,
 )
 from drake_quad.robot.importer.sanitize import Drive
@@ -115,11 +115,11 @@ def _scoped(plant: MultibodyPlant, part: RigidBody | Joint) -> str:
     return f"{plant.GetModelInstanceName(part.model_instance())}::{part.name()}"
 
 
-def _hinge(tree: Tree, context: Context, body: int, drives: dict[str, Drive]) -> Hinge:
+def _hinge(tree: Tree, context: Context, body: int, drives: dict[str, Drive]) -> RevoluteJoint:
     """The joint that carries `body`."""
     joint, line = tree.joint_to[body], axis_of(tree, context, body)
     drive = drives.get(_scoped(tree.plant, joint), drives.get(joint.name(), Drive()))
-    return Hinge(
+    return RevoluteJoint(
         name=joint.name(),
         axis=line.axis,
         point=line.point,
@@ -135,7 +135,7 @@ def _hinge(tree: Tree, context: Context, body: int, drives: dict[str, Drive]) ->
 
 def _group(
     parsed: Parsed, tree: Tree, context: Context, first: int, movers: frozenset[int]
-) -> Group:
+) -> RigidGroup:
     """All that is fixed to the body `first`, with joints that are no leg's locked."""
     bodies = tree.below(first, without=movers)
     to_T = tree.body(tree.root).EvalPoseInWorld(context).inverse()
@@ -155,7 +155,7 @@ def _group(
             pieces += _pieces(parsed, body, role, X_TL)
         if not tree.children[index]:
             leaves[body.name()] = np.array(X_TL.translation())
-    return Group(
+    return RigidGroup(
         name=tree.body(first).name(),
         links=tuple(tree.body(i).name() for i in bodies),
         rigid=rigid,
@@ -166,7 +166,9 @@ def _group(
     )
 
 
-def _pieces(parsed: Parsed, body: object, role: Role, X_TL: RigidTransform) -> list[Piece]:
+def _pieces(
+    parsed: Parsed, body: object, role: Role, X_TL: RigidTransform
+) -> list[GeometryInstance]:
     """The shapes of one body in one role, in T."""
     inspector = parsed.scene_graph.model_inspector()
     frame = parsed.plant.GetBodyFrameIdOrThrow(body.index())  # type: ignore[attr-defined]
@@ -188,5 +190,5 @@ def _pieces(parsed: Parsed, body: object, role: Role, X_TL: RigidTransform) -> l
             friction = (stated.static_friction(), stated.dynamic_friction())
         X = X_TL @ inspector.GetPoseInFrame(g)
         shape = inspector.GetShape(g)
-        found.append(Piece(name, body.name(), shape, X, colour, friction))  # type: ignore[attr-defined]
+        found.append(GeometryInstance(name, body.name(), shape, X, colour, friction))  # type: ignore[attr-defined]
     return found

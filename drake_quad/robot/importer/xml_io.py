@@ -47,7 +47,7 @@ def floats(text: str | None) -> list[float]:
     return [float(w) for w in words] if all(_NUMBER.fullmatch(w) for w in words) else []
 
 
-def check_numbers(root: ET.Element, source: str) -> None:
+def check_xml_numbers(root: ET.Element, source: str) -> None:
     """Refuses nan anywhere, and what is too great where it cannot be.
 
     Raises:
@@ -116,7 +116,7 @@ def read_xml(path: Path, source: str) -> ET.Element:
     except (ET.ParseError, ValueError) as error:
         raise refuse(f"it is no XML ({error})") from None
     check_depth(root, source)
-    check_numbers(root, source)
+    check_xml_numbers(root, source)
     return root
 
 

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from drake_quad.common import FloatArray
 from drake_quad.control.base_tracking import smooth, smooth_step
-from drake_quad.jit import compiled
+from drake_quad.jit import jit
 
 SMALL = st.floats(-1e3, 1e3)
 
 
-@compiled
+@jit
 def dot(a: FloatArray, b: FloatArray) -> float:
     """A sum whose order matters to the last bit."""
     total = 0.0
@@ -21,7 +21,7 @@ def dot(a: FloatArray, b: FloatArray) -> float:
     return total
 
 
-@compiled
+@jit
 def ratio(a: float, b: float) -> float:
     """A quotient."""
     return a / b
