@@ -33,6 +33,7 @@ ORDER = (
     "feasibility",
     "report",
     "sweep",
+    "api",
     "cli",
     "__main__",
 )

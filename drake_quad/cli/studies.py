@@ -51,7 +51,7 @@ def sweep(
     Leaves trials.parquet, clock.parquet, sweep.json and report.html in the directory, also after
     Ctrl-C. Exit status 1 if fewer succeed than the study's gate asks for.
     """
-    from drake_quad.sweep.command import Asked, run_sweep
+    from drake_quad.sweep.command import SweepRequest, run_sweep
 
     directory = out if out is not None else Path("sweeps") / stem(str(study))
 
@@ -60,7 +60,7 @@ def sweep(
         claim(directory)
 
     cores = os.cpu_count() or 1
-    asked = Asked(
+    asked = SweepRequest(
         study, directory, workers if workers is not None else cores, dask, resume, limit, replays,
         page,
     )  # fmt: skip

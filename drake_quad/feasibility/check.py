@@ -11,14 +11,15 @@ from drake_quad.gait_design.candidates import hip_length
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
+from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.link_outline import link_outline_of
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.config import CourseElement, RobotConfig, Scenario, StartConfig
 from drake_quad.scenario.load import load_scenario
 from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, WIDTH_MIN
-from drake_quad.util.files import user_path
+from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, WIDTH_MIN, Stairs
+from drake_quad.util.files import html_table, user_path
 
 # ------------------------------------------------------------------------------------------------
 # Can this robot climb these stairs? Up, a turn, and down again, on paper.
@@ -49,24 +50,72 @@ AS_USUAL = Around()
 
 @dataclass(frozen=True, eq=False)
 class Feasibility:
-    """What was found.
+    """Whether a robot climbs stairs or a course, and how.
 
     Attributes:
-        scenario: Robot and course, to be run.
+        scenario: Robot and course; with the gait, ready to be run, if there is one.
         designed: The gait with its plan; None if there is none.
         reason: Why there is none.
         data: The figures behind the reason.
+        robot: The robot; None of an answer that was made up.
+        stairs: The flight that was asked about; None if it was a course.
+        around: What is around the flight.
     """
 
     scenario: Scenario
     designed: Designed | None
     reason: str
     data: dict[str, Any]
+    robot: RobotModel | None = None
+    stairs: Stairs | None = None
+    around: Around = AS_USUAL
 
     @property
     def feasible(self) -> bool:
         """Whether there is a gait."""
         return self.designed is not None
+
+    @property
+    def plan(self) -> MissionPlan | None:
+        """The plan of the whole course; None if there is none."""
+        return None if self.designed is None else self.designed.plan
+
+    @property
+    def margin(self) -> float | None:
+        """Smallest static margin of the plan [m]; None if there is no plan."""
+        return None if self.designed is None else self.designed.margin
+
+    def nearest(self) -> Stairs | None:
+        """The nearest stairs that a quick search finds a gait for: lower steps, or deeper treads.
+
+        Returns:
+            The stairs asked about if the robot climbs these; None if nothing was found, or if the
+            question was about a course.
+        """
+        if self.feasible or self.stairs is None or self.robot is None:
+            return self.stairs if self.feasible else None
+        asked = self.stairs
+        found = nearest_of(
+            self,
+            self.robot,
+            model=self.scenario.robot.model,
+            rise=asked.rise,
+            run=asked.run,
+            count=asked.count,
+            margin=self.scenario.gait.margin,
+            around=self.around,
+        )
+        return None if found is None else Stairs(*found, asked.count)
+
+    def _repr_html_(self) -> str:
+        """The answer, where a notebook shows it."""
+        rows = [("answer", "yes" if self.feasible else f"no: {self.reason}")]
+        if self.designed is not None:
+            rows += [
+                ("static margin of the plan", f"{1e3 * self.designed.margin:.0f} mm"),
+                ("the whole course takes", f"{self.designed.plan.duration:.0f} s"),
+            ]
+        return html_table(rows)
 
 
 def make_stairs_scenario(
@@ -161,8 +210,10 @@ def check_stairs(
             scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
         )
     except PlanningError as error:
-        return Feasibility(scenario, None, error.reason, dict(error.data))
-    return Feasibility(scenario, designed, "", {})
+        return Feasibility(
+            scenario, None, error.reason, dict(error.data), robot, Stairs(rise, run, count), around
+        )
+    return Feasibility(designed.scenario, designed, "", {}, robot, Stairs(rise, run, count), around)
 
 
 def _up(length: float) -> float:
@@ -294,9 +345,9 @@ def check_course(
     asked.gait.margin = margin
     try:
         designed = design_scenario(asked, source=scenario, nearest=nearest, robot=robot)
-        return Feasibility(asked, designed, "", {})
+        return Feasibility(designed.scenario, designed, "", {}, robot)
     except PlanningError as error:
-        return Feasibility(asked, None, error.reason, dict(error.data))
+        return Feasibility(asked, None, error.reason, dict(error.data), robot)
 
 
 def whole_path(model: str) -> str:

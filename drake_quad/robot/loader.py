@@ -71,9 +71,10 @@ def load_robot(url: str) -> RobotModel:
     instance = _parse(plant, file)
     plant.Finalize()
     frictional = links_with_friction(read_xml(find_source(file).found.path, url))
-    return read_model(
+    robot = read_model(
         plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
     )
+    return replace(robot, source=url)
 
 
 def normal_form(url: str) -> str:

@@ -91,6 +91,7 @@ class RobotModel:
             in the middle of a ball of `foot_radius` that holds the foot and touches its end.
         foot_friction: Coulomb's coefficient (dynamic) that the robot's file states for each foot in
             Drake's own tags (4,); nan where it states none, as nearly all.
+        source: What `load_robot` was asked for: a name, a URL or a file. Empty if it was not asked.
     """
 
     name: str
@@ -117,6 +118,7 @@ class RobotModel:
     trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))
     foot_friction: FloatArray = field(default_factory=lambda: np.full(4, np.nan))
+    source: str = ""
 
 
 def contact_friction(robot: RobotModel, friction: float) -> FloatArray:

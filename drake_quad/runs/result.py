@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import save_scenario
-from drake_quad.util.files import write_together
+from drake_quad.util.files import html_table, write_together
 
 MADE_OF_THEM = ("report.html", "scene.lcmlog")  # of a run's files, by `drake-quad report` too
 
@@ -32,6 +32,37 @@ class RunResult:
     summary: dict[str, Any]
     table: pa.Table = field(repr=False)
     scenario: Scenario = field(repr=False)
+
+    def save(self, directory: str | Path) -> Path:
+        """Writes summary.json, log.parquet and scenario.yaml into a directory.
+
+        Args:
+            directory: The directory; it is made if it is not there.
+
+        Returns:
+            The directory.
+
+        Raises:
+            InputError: If they cannot be written, with the reason.
+        """
+        directory = Path(directory)
+        directory.mkdir(parents=True, exist_ok=True)
+        write_files(self, self.scenario, directory)
+        return directory
+
+    def _repr_html_(self) -> str:
+        """The outcome and the figures that matter, where a notebook shows it."""
+        margin, zmp = self.summary["margin"]["minimum"], self.summary["zmp_margin"]["minimum"]
+        safe = self.summary["safety"]["safe"]
+        rows = (
+            ("outcome", f"{self.outcome}: {self.reason}"),
+            ("safe", "yes" if safe else "; ".join(self.summary["safety"]["lacks"])),
+            ("smallest static margin", f"{margin:.3f} m"),
+            ("smallest margin of the zero-moment point", f"{zmp:.3f} m"),
+            ("simulated", f"{self.summary['simulated_time']:.1f} s"),
+            ("assumes", self.summary["assumes"]),
+        )
+        return html_table(rows)
 
 
 def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:

@@ -198,7 +198,7 @@ Progress = Callable[[float, float], None]
 
 
 def simulate(
-    scenario: Scenario,
+    scenario: Scenario | PreparedScenario,
     *,
     source: str = "scenario",
     progress: Progress | None = None,
@@ -207,10 +207,10 @@ def simulate(
     tell: Callable[[str], None] | None = None,
     tracking: str | MakeTracking | None = None,
 ) -> RunResult:
-    """Plans and simulates `scenario` (or replays its plan, if its mode is kinematic).
+    """Plans a scenario and simulates it (or replays its plan, if its mode is kinematic).
 
     Args:
-        scenario: Loaded and checked.
+        scenario: A scenario, loaded and checked; or one that is planned already.
         source: What to name as the file in errors.
         progress: Told how far the run is.
         stop: Asked now and then whether to stop (Ctrl-C).
@@ -222,11 +222,13 @@ def simulate(
         InputError: If something in the scenario cannot be.
         PlanningError: If there is no plan on paper.
     """
-    if scenario.simulation.mode == "kinematic":
-        return replay_plan(prepare(scenario, source=source))
-    kernels = kernels_for(scenario.controller.kind, scenario.estimator.kind)
+    planned = scenario if isinstance(scenario, PreparedScenario) else None
+    given = scenario.scenario if isinstance(scenario, PreparedScenario) else scenario
+    if given.simulation.mode == "kinematic":
+        return replay_plan(planned or prepare(given, source=source))
+    kernels = kernels_for(given.controller.kind, given.estimator.kind)
     with precompiling(kernels, tell) as wait:
-        prepared = prepare(scenario, source=source)
+        prepared = planned or prepare(given, source=source)
         wait()
     return _simulate(prepared, progress, stop, visualize, tracking)
 

@@ -78,7 +78,7 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Asked:
+class SweepRequest:
     """What was asked for on the command line.
 
     Attributes:
@@ -103,7 +103,7 @@ class Asked:
 
 
 def run_sweep(
-    asked: Asked, console: Console, stop: Callable[[], bool],
+    asked: SweepRequest, console: Console, stop: Callable[[], bool],
     ready: Callable[[], object] = lambda: None,
 ) -> dict[str, Any]:  # fmt: skip
     """Carries out the sweep; its findings.
@@ -166,7 +166,7 @@ def _kernels(study: Study, base: Base) -> tuple[str, ...]:
 
 
 def _write_section(
-    asked: Asked, told: dict[str, Any], console: Console, stop: Callable[[], bool]
+    asked: SweepRequest, told: dict[str, Any], console: Console, stop: Callable[[], bool]
 ) -> None:
     """Writes it, unless that would put what was done before Ctrl-C in place of a whole study."""
     if not stop() and asked.page is not None:
@@ -178,7 +178,7 @@ def _write_section(
 
 
 def _replay(
-    asked: Asked, study: Study, base: Base, trials: pa.Table, console: Console,
+    asked: SweepRequest, study: Study, base: Base, trials: pa.Table, console: Console,
     stop: Callable[[], bool],
 ) -> None:  # fmt: skip
     """Runs the worst trials again; says so if these are fewer than asked for, or end otherwise."""
@@ -198,7 +198,7 @@ def _replay(
         console.print(told, highlight=False, soft_wrap=True)
 
 
-def _crew(asked: Asked, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
+def _crew(asked: SweepRequest, limits: Limits, stop: Callable[[], bool]) -> CarryOut:
     return lambda trials, work: run_local(
         trials, workers=asked.workers, limits=limits, stop=stop, work=work
     )

@@ -27,6 +27,21 @@ DEFAULT_THICKNESS = 0.04  # [m] of a tread that reaches out, or lies over an ope
 
 
 @dataclass(frozen=True)
+class Stairs:
+    """A flight of stairs.
+
+    Attributes:
+        rise: Height of every step [m].
+        run: Depth of every tread [m].
+        count: Number of steps.
+    """
+
+    rise: float
+    run: float
+    count: int = 10
+
+
+@dataclass(frozen=True)
 class Element:
     """One stretch of a course. A field that the kind does not have must stay `None`.
 

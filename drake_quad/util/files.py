@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from errno import EISDIR
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -127,3 +128,14 @@ def is_number(value: Any) -> bool:
 def is_whole(value: Any) -> bool:
     """The same of whole numbers."""
     return type(value) is int and abs(value) < 2**63
+
+
+# ------------------------------------------------------------------------------------------------
+# Plain values as notebooks show them.
+# ------------------------------------------------------------------------------------------------
+
+
+def html_table(rows: Iterable[tuple[str, str]]) -> str:
+    """Names and values as a table in HTML."""
+    cells = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows)
+    return f"<table>{''.join(cells)}</table>"

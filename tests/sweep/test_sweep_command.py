@@ -109,7 +109,7 @@ def test_a_replay_that_cannot_be_kept_costs_no_report(
 
     monkeypatch.setattr(command, "run_local", in_here)
     monkeypatch.setattr(command, "make_replays", full)
-    asked = command.Asked(rig.study_file(tmp_path), tmp_path / "a", 1, replays=1)
+    asked = command.SweepRequest(rig.study_file(tmp_path), tmp_path / "a", 1, replays=1)
     page = tmp_path / "page.md"
     with pytest.raises(InputError, match="disk full"):
         command.run_sweep(replace(asked, page=page), Console(file=io.StringIO()), lambda: False)
