@@ -69,7 +69,7 @@ def same_robot(a: RobotModel, b: RobotModel, *, but: tuple[str, ...] = ()) -> No
 
 def test_package_url_and_path_give_the_same_robot() -> None:
     """The shipped robot is the same however it is named."""
-    same_robot(load_robot(URL), load_robot(str(MODEL)), but=("url",))
+    same_robot(load_robot(URL), load_robot(str(MODEL)), but=("url", "source"))
 
 
 def test_which_leg_is_which_follows_from_the_hips_and_not_from_names(tmp_path: Path) -> None:
@@ -77,7 +77,7 @@ def test_which_leg_is_which_follows_from_the_hips_and_not_from_names(tmp_path: P
     names = dict(zip(("FL_", "FR_", "RL_", "RR_"), ("RR_", "RL_", "FR_", "FL_"), strict=True))
     other = load_text(swapped(TEXT, names), tmp_path)
     robot = paper_robot()
-    same_robot(other, robot, but=("url", "joint_names", "foot_geometry"))
+    same_robot(other, robot, but=("url", "source", "joint_names", "foot_geometry"))
     assert other.joint_names == tuple(swapped(name, names) for name in robot.joint_names)
     assert other.foot_geometry == tuple(swapped(name, names) for name in robot.foot_geometry)
 
@@ -87,7 +87,7 @@ def test_order_of_the_file_does_not_matter(tmp_path: Path) -> None:
     head, parts, end = parts_of(TEXT)
     assert len(parts) == 13 + 12 + 12
     other = load_text(head + "".join(reversed(parts)) + end, tmp_path)
-    same_robot(other, paper_robot(), but=("url",))
+    same_robot(other, paper_robot(), but=("url", "source"))
 
 
 def test_knees_forward_are_read_as_such(tmp_path: Path) -> None:
