@@ -201,7 +201,9 @@ def min_norm_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolA
         if within is None:
             within = share_vertical_load(weight, feet[n : n + 1], com[n : n + 1], who[n : n + 1])[0]
         force[n] = within
-    return force
+    # What the programs leave by rounding: some 1e-15 N at a foot in the air, or pulling at another.
+    force[..., 2] = np.maximum(force[..., 2], 0.0)
+    return np.asarray(force * who[..., None])
 
 
 def _grasps(arms: FloatArray, who: BoolArray) -> FloatArray:
