@@ -1,6 +1,6 @@
 """Encloses joint angles, knees, shanks and moments of the legs over a cell.
 
-The leg is that of `robot.leg_kinematics`: abduction about x, hip pitch and knee about y.
+The leg is that of `robot.kinematics`: abduction about x, hip pitch and knee about y.
 """
 
 from dataclasses import dataclass

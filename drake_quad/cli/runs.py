@@ -366,7 +366,7 @@ def _viewers(*, meshcat: bool, meldis: bool) -> "Visualize | None":
 
 
 # ------------------------------------------------------------------------------------------------
-# The certificate of a scenario's plan: what `drake-quad plan` prints of it, and its file.
+# What `drake-quad plan` prints of a certificate.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -31,7 +31,7 @@ def ground_table(course: Course | None) -> FloatArray:
 def normal_at(ground: FloatArray, x: float, y: float) -> tuple[float, float, float]:
     """The unit normal in W of the ground at a place [m]; upright off the course.
 
-    The same as `terrain_normals.ground_normals`, for one place.
+    The same as `terrain.course.ground_normals`, for one place.
 
     Args:
         ground: See `ground_table`.

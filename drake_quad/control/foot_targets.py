@@ -1,9 +1,9 @@
 """Where each foot is to be: in swing, in stance, or put down to catch a push.
 
 `catch_foot`, `swing_foot` and `stand_foot` fill row `k` of the results `place` [m], `velocity`
-[m/s] and `acceleration` [m/s^2], each (4, 3) in W, and take a controller's memory (see `memory.py`)
-a tick further. The plan's feet are (4, 3) in W, too, their derivatives by gait time; feet as
-estimated are (4, 3) in W [m].
+[m/s] and `acceleration` [m/s^2], each (4, 3) in W, and take a controller's memory (see
+`kernel_state.py`) a tick further. The plan's feet are (4, 3) in W, too, their derivatives by gait
+time; feet as estimated are (4, 3) in W [m].
 """
 
 import numpy as np

@@ -70,8 +70,8 @@ TARGET = record_type(
 )
 
 # Of the robot, what its feet are measured by: its legs (see `leg_array`), and where what is in a
-# state (see `places_of`). All records that hold these have them so: of others a kernel is compiled
-# anew.
+# state (see `state_indices`). All records that hold these have them so: of others a kernel is
+# compiled anew.
 ROBOT = [("legs", np.float64, (4, 8)), ("places", np.int64, (26,))]
 
 # What a tick finds on its way. Beyond what is measured and wanted: where the feet are to be in W
@@ -135,7 +135,7 @@ def new_memory(feet: FloatArray) -> FloatArray:
 
 
 class Pace(NamedTuple):
-    """Times and speeds of `place_feet`; see ControlSettings.
+    """Times and speeds of `compute_foot_targets`; see ControlSettings.
 
     Attributes:
         period: Of the controller [s].

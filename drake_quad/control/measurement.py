@@ -59,7 +59,7 @@ def measure_feet(
     """The feet of a state.
 
     Args:
-        legs: See `leg_scalar.leg_array`.
+        legs: See `robot.kinematics.leg_array`.
         radius: Of the foot spheres [m].
         p: p_WB (3,) [m].
         R: R_WB (3, 3).

@@ -5,14 +5,16 @@
                 joint torques, joint accelerations within their limits  (soft)
                 centre of pressure inside the support polygon           (soft)
 
-Each foot's force is told in axes of its own, two along the ground and its normal (`ground.py`): so
-pyramids and normal forces stand on the ground as it is. On level ground these are W's axes, and the
-pyramid has four sides; on a slope, where standing alone takes a part of the friction, it has eight,
-with an edge straight down the slope, and leaves 8 % of the cone out at most.
+Each foot's force is told in axes of its own, two along the ground and its normal
+(`contact_frames.py`): so pyramids and normal forces stand on the ground as it is. On level ground
+these are W's axes, and the pyramid has four sides; on a slope, where standing alone takes a part of
+the friction, it has eight, with an edge straight down the slope, and leaves 8 % of the cone out at
+most.
 
-Forces along the ground cost more than normal ones, and those of light feet most (`light_feet.py`).
-At one price for all, feet of different heights would push against each other along the ground, for
-that makes the normal forces more even; a light foot then slips on less friction than is assumed.
+Forces along the ground cost more than normal ones, and those of light feet most
+(`contact_load.py`). At one price for all, feet of different heights would push against each other
+along the ground, for that makes the normal forces more even; a light foot then slips on less
+friction than is assumed.
 
 Soft rows may give way when there is no other way, so that a program always has a solution. DAQP
 can cycle among many that contradict each other; then all of them are given up at once.

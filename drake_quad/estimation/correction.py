@@ -168,7 +168,7 @@ def feet_in_body(legs: FloatArray, joints: FloatArray, p: FloatArray, v: FloatAr
     """Writes the feet's centres `p` (4, 3) [m] and velocities `v` (4, 3) [m/s] in B.
 
     Args:
-        legs: (4, 8), see `leg_scalar.leg_array`.
+        legs: (4, 8), see `robot.kinematics.leg_array`.
         joints: (24,) angles [rad], then speeds [rad/s], leg by leg.
         p: Result.
         v: Result.

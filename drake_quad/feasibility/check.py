@@ -194,7 +194,7 @@ def check_stairs(
         nearest: Whether to say which rise would work if this one does not; it takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The same robot, if it is at hand: to read it takes a while, too.
-        margin: Over what the plan's margin is measured, see `stability.kinds`.
+        margin: Over what the plan's margin is measured, one of `KINDS`.
         around: Width, landing and turn.
 
     Raises:
@@ -283,7 +283,7 @@ def check_flight(
         count: Steps of the flight.
         nearest: Whether to say which rise would work if this one does not; it takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
-        margin: Over what the plan's margin is measured, see `stability.kinds`.
+        margin: Over what the plan's margin is measured, one of `KINDS`.
         around: Width, landing and turn.
 
     Raises:
@@ -324,7 +324,7 @@ def check_course(
     Args:
         model: A robot's file or name.
         scenario: A shipped scenario's name or a file; its robot and its gait do not count.
-        margin: Over what the plan's margin is measured, see `stability.kinds`.
+        margin: Over what the plan's margin is measured, one of `KINDS`.
         nearest: Whether a reason is to say which rise would work; it takes a while.
 
     Raises:
@@ -395,7 +395,7 @@ def nearest_of(
         rise: Of those stairs [m].
         run: Theirs [m].
         count: Theirs.
-        margin: Over what the plan's margin is measured, see `stability.kinds`.
+        margin: Over what the plan's margin is measured, one of `KINDS`.
         around: Their width, landing and turn.
         note: Is told what is being looked at.
 

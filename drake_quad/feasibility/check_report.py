@@ -222,7 +222,8 @@ class CheckRequest:
         run: Of the treads [m].
         count: Steps of the flight.
         scenario: Whose course to walk instead of a flight.
-        margin: Over what the plan's margin is measured, one of `stability.kinds.KINDS`.
+        margin: Over what the plan's margin is measured, one of
+            `stability.equilibrium_region.KINDS`.
         width: Of the flights [m]; as the robot needs if None.
         landing: Length of the landing between the flights [m]; the same.
         turn: On the landing [deg], left positive; 90 if None.

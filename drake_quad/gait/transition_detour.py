@@ -5,7 +5,7 @@ of mass has to be inside the triangle a-b-q: q is beyond both of the tangents fr
 pass the circle on its far sides. For a fixed m these are half-planes, so the admissible places are
 a convex polygon, which shrinks as m grows.
 
-With the body still and one place in between, the best place is exact (`transition_place`). With
+With the body still and one place in between, the best place is exact. With
 two of these, or with one and a body that shifts, places and shifts are improved in turn from a
 set of beginnings: what is found is as stable as it says, though a better plan may exist.
 """

@@ -108,7 +108,7 @@ def torque_used(
 
 
 # ------------------------------------------------------------------------------------------------
-# The distances of `kernel`: from endless stairs, and from the plane above their nosings.
+# Where a candidate's links are in one pose: angles, centre of mass, points along its legs.
 # ------------------------------------------------------------------------------------------------
 
 
@@ -124,11 +124,6 @@ def to_body(
         dx, dz = points[i, 0] - b[0], points[i, 2] - b[2]
         into[i, 0], into[i, 2] = cp * dx - sp * dz, sp * dx + cp * dz
         into[i, 1] = points[i, 1] - b[1] - sway
-
-
-# ------------------------------------------------------------------------------------------------
-# Where a candidate's links are in one pose: angles, centre of mass, points along its legs.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit
@@ -414,7 +409,7 @@ def slacks(
         rise: Of the staircase [m].
         run: Of the staircase [m].
         foot_radius: [m].
-        legs: (4, 8), see `leg_scalar.leg_array`.
+        legs: (4, 8), see `robot.kinematics.leg_array`.
         limits: (3, 12) least and greatest angles [rad], torques [Nm].
         masses: (13,) of the trunk, then of the links leg by leg [kg].
         coms: (13, 3) their centres, in B and in the links' frames [m].

@@ -227,7 +227,7 @@ def choose_gaits(
         shape: How thick it is.
         flights: As they are walked, going down with negative rises; none for level ground alone.
         way: How to search. If not the quick way, treads of two places are looked at in any case.
-        map_error: By how much the stairs' risers may be off [m], see `wanted_for`.
+        map_error: By how much the stairs' risers may be off [m], see `targets_for`.
     """
     runs = [stairs.run for stairs in flights]
     one, two = PLACES

@@ -1,8 +1,4 @@
-"""Uniform cubic B-splines, and the kernel that samples them.
-
-`ContactPlan` and `BodySpline` are the plan that is read and tested; here the same numbers lie so
-that a compiled kernel takes them in one piece.
-"""
+"""Uniform cubic B-splines, and the kernel that samples them."""
 
 from dataclasses import dataclass, field
 
@@ -11,11 +7,6 @@ import numpy as np
 from drake_quad.common import FloatArray, read_only
 from drake_quad.jit import jit
 from drake_quad.math.quintic import quintic
-
-# ------------------------------------------------------------------------------------------------
-# The body's path: uniform cubic B-splines, continuous to the acceleration.
-# ------------------------------------------------------------------------------------------------
-
 
 # Rows: position, velocity, acceleration; columns: powers of u; then control points.
 _BASIS = np.array(
@@ -121,7 +112,7 @@ class BodySpline:
 
 
 # ------------------------------------------------------------------------------------------------
-# A motion plan as two arrays, and what it has at one time: for the control loop.
+# The same spline sampled by a compiled kernel, for the control loop.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -1,6 +1,6 @@
 """Signed distances of points and segments from boxes, step profiles and each other.
 
-The distance of points alone does not see a nosing between two of them.
+Points alone do not see a nosing between two of them: lines do.
 """
 
 from math import inf, sqrt
@@ -217,7 +217,7 @@ def nosing_distance(
 
 
 # ------------------------------------------------------------------------------------------------
-# Room between a robot's legs: of shanks from each other, and from thighs, compiled.
+# Distances of lines from each other, and of many pairs of them, compiled.
 # ------------------------------------------------------------------------------------------------
 
 
@@ -302,7 +302,7 @@ def distance_between_legs(points: FloatArray, radii: FloatArray, enough: float) 
 
 
 # ------------------------------------------------------------------------------------------------
-# The distances of `kernel`: from endless stairs, and from the plane above their nosings.
+# Distances from endless stairs, and from the plane above their nosings, compiled.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -1,20 +1,9 @@
-"""Plane geometry: convex hulls, and the nearest point of a segment.
-
-The paper's stability margin S_SM (section I, Fig. 12) is the least distance from the projected
-centre of mass to the sides of the support polygon: positive inside, negative outside. Here it is
-the signed distance to the polygon itself, so outside it is minus the Euclidean distance, which
-makes the margin 1-Lipschitz in the point everywhere, and it is defined for every number of feet.
-"""
-
-
-# ------------------------------------------------------------------------------------------------
-# The support polygon and the signed static stability margin of a point.
-# ------------------------------------------------------------------------------------------------
+"""Plane geometry: convex hulls, and the nearest point of a segment."""
 
 Point = tuple[float, float]
 
 
-def _hull(points: list[Point]) -> list[Point]:
+def convex_hull(points: list[Point]) -> list[Point]:
     """Andrew's monotone chain over distinct sorted points; points on a side are left out."""
     if len(points) < 3:
         return points
@@ -32,11 +21,6 @@ def _chain(points: list[Point]) -> list[Point]:
             chain.pop()
         chain.append((x, y))
     return chain
-
-
-# ------------------------------------------------------------------------------------------------
-# One lift of a transition: how stable it is, and where the body best stands for it.
-# ------------------------------------------------------------------------------------------------
 
 
 def nearest_on_segment(point: Point, a: Point, b: Point) -> Point:

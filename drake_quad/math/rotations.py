@@ -1,7 +1,7 @@
 """Rotations: exponential map, yaw and pitch, quaternions, roll-pitch-yaw, angles between.
 
-With three numbers a leg, plain floats beat numpy's call overhead several times, and the loop runs
-hundreds of times a second. The array versions define the leg; a test holds the two equal.
+In the control loop plain floats beat numpy's call overhead several times for so few numbers, so
+some rotations are here as arrays and as floats.
 """
 
 import math
@@ -130,7 +130,7 @@ def write_quaternion(R: FloatArray, out: FloatArray) -> None:
 
 
 # ------------------------------------------------------------------------------------------------
-# The same leg as in `leg_kinematics`, one at a time in plain floats: for the control loop.
+# One rotation at a time in plain floats, for the control loop.
 # ------------------------------------------------------------------------------------------------
 
 
@@ -191,7 +191,7 @@ def quaternion_rotation(w: float, x: float, y: float, z: float) -> Matrix:
 
 
 # ------------------------------------------------------------------------------------------------
-# MotionPlan: body and feet at any gait time, with the segments that it is made of.
+# Many rotations at once, for plans and logs.
 # ------------------------------------------------------------------------------------------------
 
 
@@ -206,11 +206,6 @@ def rotations(body: FloatArray) -> FloatArray:
         np.stack([-sp, zero, cp], axis=-1),
     ]
     return np.stack(rows, axis=-2)
-
-
-# ------------------------------------------------------------------------------------------------
-# Where the base is in a log's rows, and how far it is from where it should be.
-# ------------------------------------------------------------------------------------------------
 
 
 def quaternion_of(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArray:
@@ -240,11 +235,6 @@ def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(4.0 * half)
 
 
-# ------------------------------------------------------------------------------------------------
-# Columns of a log that some controllers have: what they estimate, how their program does.
-# ------------------------------------------------------------------------------------------------
-
-
 def roll_pitch_yaw(quaternion: FloatArray) -> FloatArray:
     """Roll, pitch, yaw (N, 3) [rad] of orientations (w, x, y, z) (N, 4): yaw first, about z."""
     w, x, y, z = (quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)).T
@@ -259,7 +249,7 @@ def roll_pitch_yaw(quaternion: FloatArray) -> FloatArray:
 
 
 # ------------------------------------------------------------------------------------------------
-# The boxes of a course: their footprints, and whether two of them share ground.
+# Rotations in the plane.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -4,9 +4,10 @@ Where a leg lifts at the instant at which its diagonal lands, the two support tr
 diagonal alone: any path's margin is zero there (the wave gait at β = 0.75, twice a cycle). The
 margin asked for falls to zero towards such a switch, so that it does not have to be zero elsewhere.
 
-They are rows of the body's program as `body_sides.py` makes them. Where the region is for certain
-the hull (level treads, drives of any strength) the hull's rows stay as they are. With torque limits
-a region is that of one posture: it is taken along the path found so far, and again along the next.
+Regions of balance are rows of the body's program as support polygons are. Where the region is for
+certain the hull (level treads, drives of any strength) the hull's rows stay as they are. With
+torque limits a region is that of one posture: it is taken along the path found so far, and again
+along the next.
 
 The body's program knows the legs as boxes about the feet. Where that lets a leg stretch or fold
 too far, a joint come to its limit, or a shank too near to the stairs, the room that is left is

@@ -15,10 +15,10 @@ through p) of the support polygon,
     n · (c(t) - p) >= m              c: the whole robot's centre of mass
     n · (c(t) - h/g c̈(t) - p) >= m_z
 
-with m <= the margin desired; `body_sides.py` says which sides, and where m is eased. The cost is
-the acceleration, a little of the distance from the nominal path, and -m. The legs' own part of the
-centre of mass comes in as a given offset from the body and is corrected by whoever calls this again
-with the path found (`body_path.py`).
+with m <= the margin desired; `body_constraints.py` says which sides, and where m is eased. The cost
+is the acceleration, a little of the distance from the nominal path, and -m. The legs' own part of
+the centre of mass comes in as a given offset from the body and is corrected by whoever calls this
+again with the path found (`body_path.py`).
 
 One row in twenty holds the path. The program is solved with a few rows, those that its path breaks
 or nearly breaks come in, and so on until none of all is broken: the optimum is then that of the

@@ -191,7 +191,7 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
 
 
 # ------------------------------------------------------------------------------------------------
-# Room between a robot's legs: of shanks from each other, and from thighs, compiled.
+# Room between a robot's legs: of shanks from each other, and from thighs.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -1,6 +1,6 @@
 """How standing feet share a wrench, and the joint torques that a plan needs.
 
-Plain floats: this runs in the control loop (see `robot.leg_scalar`).
+`distribute_wrench` is in plain floats, for it runs in the control loop.
 """
 
 from collections.abc import Callable, Sequence

@@ -66,7 +66,8 @@ class PlanSettings:
             moving; else the centre of mass too.
         margin_desired: Static margin beyond which the body path is not asked for more [m].
         zmp_margin: The same for the zero-moment point [m].
-        margin: Over what the static margin is measured, one of `stability.kinds.KINDS`.
+        margin: Over what the static margin is measured, one of
+            `stability.equilibrium_region.KINDS`.
         friction: Coulomb's coefficient that a margin beyond the hull's counts on.
     """
 

@@ -1,8 +1,8 @@
 """Where to put a foot down to catch a push.
 
-The capture point leaves the pivot (`catch_fall`); the best that the feet on the ground can do
-meanwhile is to press where they are nearest to it. The foot goes where the feet that then stand
-hold the capture point with the most margin.
+The capture point leaves the pivot (`stability.capture_point`); the best that the feet on the ground
+can do meanwhile is to press where they are nearest to it. The foot goes where the feet that then
+stand hold the capture point with the most margin.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Margins of a plan's stances over the chosen region, and whether the first stance holds.
 
 The hull of the feet is the region of balance on level ground and with any drives. A plan whose
-margin is to be that of the region itself (`drake_quad/stability/region.py`) needs the ground's
+margin is to be that of the region itself (`stability/equilibrium_region.py`) needs the ground's
 normals, its friction, and for `feasible` the joints' torque limits in the posture of the moment.
 """
 
@@ -126,7 +126,7 @@ def footing_of(robot: RobotModel, course: Course, settings: PlanSettings) -> Foo
 
 
 def kind_of(footing: Footing | None) -> str:
-    """Over what margins are measured, one of `stability.kinds.KINDS`."""
+    """Over what margins are measured, one of `stability.equilibrium_region.KINDS`."""
     if footing is None:
         return HULL
     return FEASIBLE if footing.drives else FRICTION

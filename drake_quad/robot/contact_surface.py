@@ -2,7 +2,7 @@
 
 Drake combines the coefficients of two bodies that touch to 2 μ₁ μ₂ / (μ₁ + μ₂), which is μ where
 both have μ. So robot and ground both get the scenario's coefficient; a foot whose file states one
-of its own keeps that (`robot_model.contact_friction` is what comes of the two).
+of its own keeps that (`robot.model.contact_friction` is what comes of the two).
 """
 
 import numpy as np

@@ -8,11 +8,7 @@ order (abduction, hip pitch, knee) and zero with the leg straight down.
 With three numbers a leg, plain floats beat numpy's call overhead several times, and the loop runs
 hundreds of times a second. The array versions define the leg; a test holds the two equal.
 
-`RobotModel` holds arrays alone; it is read from a file through Drake's parser by `load_robot`, and
-`MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
-
-The same as `robot.leg_kinematics.solve_legs` and `robot.robot_model.calc_com` of numpy, which
-define them (a test holds the two equal), compiled: a plan is posed thousands of times.
+Plans are posed thousands of times: the batch kernel is `solve_legs` and `calc_com`, compiled.
 """
 
 from math import acos, atan2, cos, pi, sin, sqrt
@@ -101,7 +97,7 @@ def calc_jacobians(geometry: LegGeometry, q: FloatArray) -> FloatArray:
 
 
 # ------------------------------------------------------------------------------------------------
-# The same leg as in `leg_kinematics`, one at a time in plain floats: for the control loop.
+# The same leg, one at a time in plain floats: for the control loop.
 # ------------------------------------------------------------------------------------------------
 
 
@@ -193,7 +189,7 @@ def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
 
 
 # ------------------------------------------------------------------------------------------------
-# A quadruped as the planners see it: four legs with geometry, limits and masses.
+# The whole robot's centre of mass.
 # ------------------------------------------------------------------------------------------------
 
 

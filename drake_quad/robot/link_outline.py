@@ -8,7 +8,7 @@ from drake_quad.common import FloatArray
 from drake_quad.robot.model import RobotModel
 
 # ------------------------------------------------------------------------------------------------
-# How far shanks reach from the line from knee to foot, by their collision shapes.
+# Where along a shank its outline is given, and how much each place counts.
 # ------------------------------------------------------------------------------------------------
 
 
@@ -21,7 +21,7 @@ CLEARANCE_WEIGHTS = np.append(np.ones(7), 3.0)
 
 
 # ------------------------------------------------------------------------------------------------
-# How thick a robot is where it may touch stairs, read from its collision geometry.
+# How thick a robot is where it may touch stairs.
 # ------------------------------------------------------------------------------------------------
 
 

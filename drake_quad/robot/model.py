@@ -16,7 +16,7 @@ import numpy as np
 from drake_quad.common import FloatArray
 
 # ------------------------------------------------------------------------------------------------
-# Kinematics of the abduction-hip-knee leg, for any number of poses of all four legs at once.
+# The geometry of the legs.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -67,7 +67,7 @@ FIGURES = (
 
 
 # ------------------------------------------------------------------------------------------------
-# Columns of a log that some controllers have: what they estimate, how their program does.
+# How a log's columns of three numbers end.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -30,7 +30,7 @@ from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.elements import Element
 
 # ------------------------------------------------------------------------------------------------
-# From a scenario's fields to the frozen values that the floors below take.
+# From a scenario's fields to the frozen values that the packages below take.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -1,7 +1,7 @@
 """A scenario and its parts, as YAML fills them: robot, course, mission, disturbances, simulation.
 
 Plain dataclasses, for Drake's yaml_load_typed takes neither frozen ones nor tuples, Literals or
-Enums, nor a module with postponed annotations. scenario_check checks the values once; after that
+Enums, nor a module with postponed annotations. `validate.py` checks the values once; after that
 nobody writes to them. Every field's default is here and nowhere else; docs/scenario.md lists them.
 """
 
@@ -25,7 +25,7 @@ from drake_quad.scenario.motion_config import (
 from drake_quad.terrain.elements import FIELDS_OF_KIND
 
 # ------------------------------------------------------------------------------------------------
-# A scenario's fields of what the controller is not told; as scenario_config, which holds them.
+# A scenario's fields of what the controller is not told.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 # ------------------------------------------------------------------------------------------------
-# A scenario's fields of how the robot moves; as scenario_config, which holds them.
+# A scenario's fields of how the robot moves.
 # ------------------------------------------------------------------------------------------------
 
 
@@ -150,7 +150,7 @@ class BodyConfig:
 
 
 # ------------------------------------------------------------------------------------------------
-# A scenario's fields of feedback and of what is measured; as scenario_config, which holds them.
+# A scenario's fields of feedback and of what is measured.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -468,7 +468,7 @@ def stair_climb_of(
     """The simulation of a prepared scenario.
 
     Args:
-        preparation: From `preparation.prepare`.
+        preparation: From `prepare`.
         visualize: Adds viewers to the Diagram.
         tracking: As of MakeController.
     """

@@ -184,7 +184,8 @@ def push_budget(
         area: From `find_pressure_area` of the same feet and this body.
         body: The robot.
         ways: (m, 2) unit vectors in W, which way it is pushed.
-        legs: (m,) how far the legs let the centre of mass go [m], see `leg_way`; None: anywhere.
+        legs: (m,) how far the legs let the centre of mass go [m], see `leg_stroke_left`; None:
+            anywhere.
         swing_back: Of a throw, by which the robot may miss its place as it comes back, any way.
     """
     x, y = body.capture

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.jit import copy_vector, jit
-from drake_quad.math.polygon import Point, _hull
+from drake_quad.math.polygon import Point, convex_hull
 
 # ------------------------------------------------------------------------------------------------
 # The support polygon and the signed static stability margin of a point.
@@ -37,7 +37,7 @@ def support_polygon(points: ArrayLike) -> FloatArray:
         ends of collinear feet, one point for coincident feet, none for no feet.
     """
     rows = np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist()
-    hull = _hull(sorted({(x, y) for x, y in rows}))
+    hull = convex_hull(sorted({(x, y) for x, y in rows}))
     return read_only(np.array(hull).reshape(-1, 2))
 
 
@@ -49,7 +49,7 @@ def support_order(points: ArrayLike) -> list[int]:
     """
     rows = np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist()
     first = {(x, y): k for k, (x, y) in reversed(list(enumerate(rows)))}
-    return [first[corner] for corner in _hull(sorted(first))]
+    return [first[corner] for corner in convex_hull(sorted(first))]
 
 
 def stability_margin(point: ArrayLike, points: ArrayLike) -> float:
@@ -75,7 +75,7 @@ def margin_of_floats(x: float, y: float, points: Iterable[Iterable[float]]) -> f
     at the controller's rate. The rule is that of `stability_margins`; it does not ask on which
     side of a side the point is, which rounding would decide where the feet are nearly in line.
     """
-    hull = [(px - x, py - y) for px, py in _hull(sorted({(px, py) for px, py in points}))]
+    hull = [(px - x, py - y) for px, py in convex_hull(sorted({(px, py) for px, py in points}))]
     if not hull:
         return -inf
     margin = inf
@@ -143,7 +143,7 @@ def _unit(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 # ------------------------------------------------------------------------------------------------
-# How well the feet hold the robot, compiled: the margin of `gait/support.py` for four feet.
+# How well the feet hold the robot, compiled: the same margin for four feet.
 # ------------------------------------------------------------------------------------------------
 
 

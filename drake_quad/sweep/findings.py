@@ -212,11 +212,6 @@ def _reads_seed(scenario: str) -> bool:
         return True
 
 
-# ------------------------------------------------------------------------------------------------
-# Which trials of two sweeps are the same, and which of one sweep share their luck.
-# ------------------------------------------------------------------------------------------------
-
-
 def draws_shared(study: Study) -> int:
     """How many trials share each of its draws."""
     return Draws(study).cells if study.draws == "common" else 1
@@ -232,8 +227,8 @@ def summarize_sweep(study: Study, table: pa.Table, clock: pa.Table) -> dict[str,
 
     Args:
         study: Checked.
-        table: Of `make_table`; one that was read is to be checked by `check_told`.
-        clock: Of `make_clock`.
+        table: Of `trials_table`; one that was read is to be checked by `validate_results`.
+        clock: Of `clock_table`.
     """
     success = table["success"].to_pylist()
     outcomes, reasons = table["outcome"].to_pylist(), table["reason"].to_pylist()

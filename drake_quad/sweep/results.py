@@ -414,7 +414,7 @@ def _check_varied(vary: Vary, table: pa.Table, name: str, source: str) -> None:
 
 
 # ------------------------------------------------------------------------------------------------
-# A sweep from end to end: trials, journal, tables, findings.
+# The files of a sweep.
 # ------------------------------------------------------------------------------------------------
 
 

@@ -1,6 +1,6 @@
 """A study and its fields, and the scenario that it varies.
 
-docs/sweeps.md lists them. Plain dataclasses, checked by `study_check` once; after that nobody
+docs/sweeps.md lists them. Plain dataclasses, checked by `study_loading.py` once; after that nobody
 writes to them.
 """
 

@@ -1,6 +1,6 @@
 """The course as it really is: a map's errors applied to risers, flights and boxes.
 
-All along the lanes' middle lines: what turns and widens is the boxes' (`world_turn`).
+All along the lanes' middle lines: what turns and widens is the boxes' .
 
 A turned flight is as if cut from endless stairs: its treads stand turned, and each lies on the
 lane's middle line and is made wider, so that the flight's sides stay where the map has them.
