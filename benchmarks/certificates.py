@@ -30,7 +30,7 @@ from benchmarks.certificate_plans import (
 )
 from benchmarks.certificate_samples import sampled_minima
 from benchmarks.common import markdown_table, provenance
-from drake_quad.certificate.certify import CLAIMS, certify, digest
+from drake_quad.certificate.certify import CLAIMS, certify_plans, digest
 from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.kinematics import shank_of
 from drake_quad.robot.loader import load_robot
@@ -108,7 +108,7 @@ def certify_transitions() -> list[dict[str, Any]]:
         transition = find_alternatives(goal).shifting
         for masses, model in (("none in the legs", massless_legs(robot)), ("all", robot)):
             plan = transition_plan(model, transition, height=0.85, swing=1.2, shift=1.3)
-            certificate = certify(model, shank, [plan], floor)
+            certificate = certify_plans(model, shank, [plan], floor)
             record = certificate.record
             rows.append(
                 {
@@ -151,7 +151,7 @@ def study_falsehood(
         told["plans"] += 1
         if told["plans"] % 10 == 0:
             print(dict(told), f"{time.perf_counter() - begun:.0f} s", file=sys.stderr, flush=True)
-        certificate = certify(model, shank, plans, course.boxes)
+        certificate = certify_plans(model, shank, plans, course.boxes)
         obstacles = find_box_obstacles(course.boxes)
         least = np.concatenate([sampled_minima(model, shank, p, obstacles, rate) for p in plans])
         sampled += sum(p.duration for p in plans)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common import markdown_table, provenance
-from drake_quad.feasibility.chart import Span, chart_stairs
+from drake_quad.feasibility.chart import Span, chart_grid
 from drake_quad.feasibility.check import check_flight
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"
@@ -52,7 +52,7 @@ def measure_checks(
 def measure_chart(model: str, rises: Span, runs: Span, *, workers: int) -> dict[str, Any]:
     """Wall time [s] of a chart, its processes' start included."""
     begun = time.perf_counter()
-    told = chart_stairs(model, rises, runs, count=4, workers=workers)
+    told = chart_grid(model, rises, runs, count=4, workers=workers)
     wall = time.perf_counter() - begun
     works = sum(cell["margin"] is not None for cell in told["cells"])
     return {"cells": len(told["cells"]), "feasible": works, "workers": workers, "wall": wall}

@@ -34,7 +34,7 @@ from benchmarks.study import Result
 from drake_quad.sweep.report import check_page, put_section
 from drake_quad.sweep.statistics import rate_of
 from drake_quad.sweep.study import Base, Study
-from drake_quad.sweep.study_loading import load_study
+from drake_quad.sweep.study_loading import load_study_and_base
 from drake_quad.sweep.trials import Trial, make_trials
 
 SOLVERS = Path(__file__).resolve().parents[1] / "studies" / "solvers.yaml"
@@ -220,7 +220,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Carries out the trials that are not done, prints the section and writes it."""
     options = parse(arguments)
     with errors_in_a_line(NAME):
-        study, base = load_study(options.study)
+        study, base = load_study_and_base(options.study)
         if options.page is not None:
             check_page(options.page, name_of(options.study))
         results = carry_on(

@@ -30,7 +30,7 @@ import yaml
 from benchmarks.common import markdown_table, provenance
 from benchmarks.page import commit
 from drake_quad.sweep.sampling import Draws
-from drake_quad.sweep.study_loading import load_study
+from drake_quad.sweep.study_loading import load_study_and_base
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = (
@@ -147,7 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with tempfile.TemporaryDirectory() as name:
         directory = Path(name)
         study = shrink(options.study, options.trials, directory / "study.yaml")
-        cells = Draws(load_study(study)[0]).cells
+        cells = Draws(load_study_and_base(study)[0]).cells
         sweep(study, 1, directory / "warm", limit=cells)
         taken = [
             sweep(study, workers, directory / f"sweep{k}")

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
         plan,
         replay,
         run_study,
-        simulate,
     )
     from drake_quad.certificate.certify import Certificate
     from drake_quad.errors import DrakeQuadError, InputError, MachineError, PlanningError
+    from drake_quad.feasibility.chart import Span
     from drake_quad.feasibility.check import Feasibility
     from drake_quad.planning.mission import MissionPlan
     from drake_quad.planning.motion_plan import MotionPlan
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from drake_quad.scenario.load import load_scenario, save_scenario, shipped_scenarios
     from drake_quad.simulation.diagram import MakeStairClimb
     from drake_quad.simulation.prepare import PreparedScenario
+    from drake_quad.simulation.run import simulate
     from drake_quad.sweep.compare import compare_sweeps
     from drake_quad.sweep.study import Study
     from drake_quad.systems.controller import MakeController
@@ -71,6 +72,7 @@ _HOMES = {
     "RobotModel": "robot.model",
     "RunResult": "runs.result",
     "Scenario": "scenario.config",
+    "Span": "feasibility.chart",
     "Stairs": "terrain.elements",
     "Study": "sweep.study",
     "build_course": "terrain.course",
@@ -88,7 +90,7 @@ _HOMES = {
     "run_study": "api",
     "save_scenario": "scenario.load",
     "shipped_scenarios": "scenario.load",
-    "simulate": "api",
+    "simulate": "simulation.run",
     "write_report": "report.page",
 }
 
@@ -110,6 +112,7 @@ __all__ = [
     "RobotModel",
     "RunResult",
     "Scenario",
+    "Span",
     "Stairs",
     "Study",
     "__version__",

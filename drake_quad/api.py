@@ -1,10 +1,11 @@
 """The verbs of the public API: each takes what a person has at hand, and calls the packages.
 
-`import drake_quad as dq` gives them as `dq.plan`, `dq.simulate` and so on.
+`import drake_quad as dq` gives them as `dq.plan`, `dq.certify` and so on; verbs that need no such
+help (`load_robot`, `simulate`) are the packages' own.
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,25 +13,19 @@ from rich.console import Console
 
 from drake_quad.certificate.certify import Certificate
 from drake_quad.errors import InputError
-from drake_quad.feasibility.chart import Span
-from drake_quad.feasibility.chart import chart_stairs as chart_grid
-from drake_quad.feasibility.check import Around, Feasibility, check_flight
-from drake_quad.feasibility.check import check_course as check_scenario_course
+from drake_quad.feasibility.chart import Span, chart_grid
+from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun
-from drake_quad.runs.result import RunResult
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.plan_report import certify_plan
 from drake_quad.simulation.prepare import PreparedScenario, prepare
-from drake_quad.simulation.run import Progress
-from drake_quad.simulation.run import simulate as run
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.sweep.command import SweepRequest, run_sweep
 from drake_quad.sweep.study import Study
-from drake_quad.sweep.study_loading import load_study as load_study_with_base
-from drake_quad.systems.controller import MakeTracking
+from drake_quad.sweep.study_loading import load_study_and_base
 from drake_quad.terrain.elements import Stairs
 
 Robot = RobotModel | str | Path
@@ -79,31 +74,6 @@ def certify(prepared: PreparedScenario) -> Certificate:
             remedy=f"{found['reason']}; take chord",
         )
     return certificate
-
-
-def simulate(
-    what: PreparedScenario | Scenario,
-    *,
-    progress: Progress | None = None,
-    stop: Callable[[], bool] = lambda: False,
-    tracking: str | MakeTracking | None = None,
-) -> RunResult:
-    """Runs a scenario in full contact physics, or replays its plan if its mode is kinematic.
-
-    Args:
-        what: What `plan` returned, or a scenario, which is planned first.
-        progress: Called with the time simulated and the time that the mission takes [s].
-        stop: Asked now and then whether to stop.
-        tracking: A controller of one's own, as of `MakeController`.
-
-    Returns:
-        Outcome, summary and log; `save(directory)` writes them.
-
-    Raises:
-        InputError: If something in the scenario cannot be.
-        PlanningError: If there is no plan.
-    """
-    return run(what, progress=progress, stop=stop, tracking=tracking)
 
 
 def check_stairs(
@@ -155,7 +125,7 @@ def check_course(robot: Robot, scenario: str | Path, *, margin: str = HULL) -> F
     Raises:
         InputError: If robot or scenario cannot be used.
     """
-    return check_scenario_course(_model_of(robot), str(scenario), margin=margin)
+    return design_for_course(_model_of(robot), str(scenario), margin=margin)
 
 
 def chart_stairs(
@@ -206,7 +176,7 @@ def load_study(path: str | Path) -> Study:
     Raises:
         InputError: If it cannot be read, or anything in it cannot be used.
     """
-    return load_study_with_base(path)[0]
+    return load_study_and_base(path)[0]
 
 
 def run_study(

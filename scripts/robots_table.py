@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from drake_quad.errors import DrakeQuadError
-from drake_quad.feasibility.check import check_stairs
+from drake_quad.feasibility.check import design_for_flight
 from drake_quad.gait_design.candidates import hip_length
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
@@ -55,7 +55,7 @@ def level_run(name: str) -> str:
 
 def stairs_run(name: str, rise: float, run_: float, *, physics: bool) -> str:
     """A flight up, a turn and down again: planned, and in physics if asked for."""
-    check = check_stairs(name, rise=rise, run=run_, count=COUNT, nearest=False)
+    check = design_for_flight(name, rise=rise, run=run_, count=COUNT, nearest=False)
     if check.designed is None:
         return "no plan"
     planned = f"planned {check.designed.margin:.3f} m"

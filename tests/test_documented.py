@@ -12,7 +12,7 @@ import yaml
 from drake_quad.cli.main import app
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.sweep.study_loading import load_study
+from drake_quad.sweep.study_loading import load_study_and_base
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
@@ -73,7 +73,7 @@ def test_the_study_can_be_read(tmp_path: Path) -> None:
     """Its grid has the trials that it seems to have."""
     (text,) = blocks(ROOT / "docs/sweeps.md", "yaml")
     (tmp_path / "study.yaml").write_text(text)
-    study, _ = load_study(tmp_path / "study.yaml")
+    study, _ = load_study_and_base(tmp_path / "study.yaml")
     assert study.trials == 20 and len(study.vary) == 3
 
 

@@ -43,9 +43,9 @@ from drake_quad.scenario.load import parse_scenario
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.executors import run_local
 from drake_quad.sweep.report import write_section, write_sweep_report
-from drake_quad.sweep.run import run_study
+from drake_quad.sweep.run import carry_out_study
 from drake_quad.sweep.study import Base, Limits, Study
-from drake_quad.sweep.study_loading import load_study, parse_study
+from drake_quad.sweep.study_loading import load_study_and_base, parse_study
 from drake_quad.sweep.trials import Trial, count_trials, make_trials
 
 LONGEST = 240.0  # [s] that a case may take before it counts as a hang; kernels compile once
@@ -89,7 +89,7 @@ def _do(case: Case, folder: Path) -> str:
     elif case.kind.startswith("study"):
         path = folder / "study.yaml"
         path.write_text(case.text, encoding="utf-8")
-        study, base = load_study(path)
+        study, base = load_study_and_base(path)
         for trial in make_trials(study, base, first=0, last=3):
             try:
                 base.load(list(trial.overrides))
@@ -123,7 +123,7 @@ def _read_robot(case: Case, folder: Path) -> None:
 def _sweep(study: Study, base: Base, folder: Path) -> None:
     """The study's first trials, made up: its tables, its report, and what is printed of it."""
     out = folder / "swept"
-    told = run_study(study, base, out, rig.at_once, limit=4, work=rig.some_fell)
+    told = carry_out_study(study, base, out, rig.at_once, limit=4, work=rig.some_fell)
     write_sweep_report(study, told, out)
     write_section(folder / "page.md", told, "drake-quad sweep study.yaml", "study")
     print_sweep(told, out, Console(file=io.StringIO()))

@@ -184,7 +184,7 @@ class Certificate:
     joins: Joins
 
 
-def certify(
+def certify_plans(
     robot: RobotModel,
     shank: Shank,
     plans: Sequence[MotionPlan],

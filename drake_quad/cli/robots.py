@@ -150,7 +150,7 @@ def chart(
 
     Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
     """
-    from drake_quad.feasibility.chart import Span, chart_stairs, grid_of
+    from drake_quad.feasibility.chart import Span, chart_grid, grid_of
     from drake_quad.feasibility.chart_picture import save_chart
     from drake_quad.util.parallel import check_workers
 
@@ -161,7 +161,7 @@ def chart(
     directory = out if out is not None else Path("charts") / stem(robot)
     claim(directory)
     with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
-        told = chart_stairs(
+        told = chart_grid(
             robot, rises, runs, count=count, workers=workers, progress=progress, stop=interrupted
         )
     write_chart(told, directory)

@@ -138,7 +138,7 @@ def judge_cell(model: str, count: int, rise: float, run: float) -> Cell:
     return Cell(rise, run, found.margin, found.quality, treads, "", "")
 
 
-def chart_stairs(
+def chart_grid(
     model: str,
     rises: Span,
     runs: Span,

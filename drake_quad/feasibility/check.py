@@ -170,7 +170,7 @@ def make_stairs_scenario(
     )
 
 
-def check_stairs(
+def design_for_flight(
     model: str,
     *,
     rise: float,
@@ -294,7 +294,7 @@ def check_flight(
     robot = load_robot(model)
     model = whole_path(model)
     try:
-        return check_stairs(
+        return design_for_flight(
             model,
             rise=rise,
             run=run,
@@ -316,7 +316,7 @@ def check_flight(
         ) from None
 
 
-def check_course(
+def design_for_course(
     model: str, scenario: str, *, margin: str = HULL, nearest: bool = True
 ) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.

@@ -12,9 +12,9 @@ from drake_quad.errors import InputError
 from drake_quad.feasibility.check import (
     Around,
     Feasibility,
-    check_course,
     check_flight,
     check_flight_numbers,
+    design_for_course,
     nearest_of,
 )
 from drake_quad.feasibility.check_picture import check_picture, save_picture
@@ -279,7 +279,7 @@ def run_check(
                 remedy = "leave it out: with --scenario the stairs are the scenario's"
                 raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
         question: dict[str, Any] = {"scenario": asked.scenario}
-        check = check_course(asked.robot, asked.scenario, margin=asked.margin, nearest=nearest)
+        check = design_for_course(asked.robot, asked.scenario, margin=asked.margin, nearest=nearest)
     else:
         rise = RISE if asked.rise is None else asked.rise
         run = RUN if asked.run is None else asked.run

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.certificate.certify import CLAIMS, Certificate, certify
+from drake_quad.certificate.certify import CLAIMS, Certificate, certify_plans
 from drake_quad.certificate.kinematics import shank_of
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
@@ -152,7 +152,7 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
             "certified": False, "reason": reason, "time": at, "segment": segment, **none
         }, None  # fmt: skip
     asked = p.scenario.certify
-    certificate = certify(
+    certificate = certify_plans(
         p.robot,
         shank_of(p.robot),
         p.plan.plans,

@@ -16,9 +16,9 @@ from drake_quad.sweep.commands import sweep_command
 from drake_quad.sweep.executors import run_local
 from drake_quad.sweep.replays import make_replays, otherwise, replayable, replays_in
 from drake_quad.sweep.report import check_page, write_section, write_sweep_report
-from drake_quad.sweep.run import CarryOut, run_study
+from drake_quad.sweep.run import CarryOut, carry_out_study
 from drake_quad.sweep.study import Base, Limits, Study
-from drake_quad.sweep.study_loading import load_study
+from drake_quad.sweep.study_loading import load_study_and_base
 from drake_quad.util.parallel import check_workers
 
 # ------------------------------------------------------------------------------------------------
@@ -124,7 +124,7 @@ def run_sweep(
         if value is not None and value < least[name]:
             remedy = f"give {least[name]} or more"
             raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
-    study, base = load_study(asked.study)
+    study, base = load_study_and_base(asked.study)
     if asked.page is not None:
         check_page(asked.page, asked.study.stem)
     here = (
@@ -149,7 +149,7 @@ def run_sweep(
             write_sweep_report(study, told, asked.out)  # with links to them
 
     try:
-        told = run_study(
+        told = carry_out_study(
             study, base, asked.out, here, resume=asked.resume, limit=asked.limit,
             begin=bar.begin, note=bar.note, finish=finish,
             command=sweep_command(asked.study, asked.limit), files=files,

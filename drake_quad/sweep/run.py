@@ -41,7 +41,7 @@ class SourcesChangedError(DrakeQuadError):
     """Trials of two versions of the program are no study."""
 
 
-def run_study(
+def carry_out_study(
     study: Study,
     base: Base,
     out: Path,

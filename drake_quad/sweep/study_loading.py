@@ -295,7 +295,7 @@ MOST_TRIED = 300  # values that a study is checked with; loading a scenario take
 FREE = ("choice", "values", "cases")
 
 
-def load_study(path: str | Path) -> tuple[Study, Base]:
+def load_study_and_base(path: str | Path) -> tuple[Study, Base]:
     """Reads and checks a study.
 
     Raises:

@@ -9,7 +9,7 @@ from rig import flat_course, paper_robot, stairs_course, walk_plan
 
 from drake_quad.certificate.bounds import TOLERANCE, make_demand, pose_problem, prove
 from drake_quad.certificate.cells import cut_pieces
-from drake_quad.certificate.certify import CLAIMS, Certificate, certify
+from drake_quad.certificate.certify import CLAIMS, Certificate, certify_plans
 from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.continuity import check_joins
 from drake_quad.certificate.failure import first_failure
@@ -23,7 +23,7 @@ SCENARIOS = ("case_study", "flat_walk", "spin_both_ways", "descend")
 
 def certificate_of(plan: MotionPlan, course: Course, **asked: float) -> Certificate:
     """The certificate of one task of the shipped robot."""
-    return certify(paper_robot(), paper_shank(), [plan], course.boxes, **asked)
+    return certify_plans(paper_robot(), paper_shank(), [plan], course.boxes, **asked)
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -96,7 +96,7 @@ def test_a_body_that_jumps_between_tasks_has_no_certificate(kind: str) -> None:
     control = np.array(plans[1].body.control)
     control[:3, axis] += by
     plans[1] = with_body(plans[1], control)
-    certificate = certify(p.robot, paper_shank(), plans, p.course.boxes)
+    certificate = certify_plans(p.robot, paper_shank(), plans, p.course.boxes)
     failure = certificate.failure
     assert failure is not None and told in failure.reason and certificate.record is None
     assert (failure.task, failure.time) == (1, 0.0)
@@ -163,7 +163,7 @@ def test_a_box_where_a_knee_goes_is_found() -> None:
         centre=np.array([foot[0] - 0.05, foot[1], 0.35]),
         size=np.array([0.4, 0.4, 0.1]),
     )
-    failure = certify(paper_robot(), paper_shank(), [plan], (*course.boxes, block)).failure
+    failure = certify_plans(paper_robot(), paper_shank(), [plan], (*course.boxes, block)).failure
     assert failure is not None and ("shank" in failure.reason or "foot" in failure.reason)
 
 

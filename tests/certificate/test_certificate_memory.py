@@ -9,7 +9,7 @@ from certificate_rig import certified, paper_shank, prepared
 from drake_quad.certificate import bounds as cell_bounds
 from drake_quad.certificate import clearance as feet_room
 from drake_quad.certificate.bounds import TOLERANCE
-from drake_quad.certificate.certify import certify
+from drake_quad.certificate.certify import certify_plans
 from drake_quad.certificate.clearance import _faces, find_box_obstacles
 from drake_quad.terrain.course import build_course
 from drake_quad.terrain.elements import Element
@@ -21,7 +21,7 @@ def test_parts_prove_what_the_whole_proves(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(cell_bounds, "MOST_CELLS", 100)
     monkeypatch.setattr(feet_room, "MOST_PAIRS", 1000)
     p = prepared("case_study")
-    parts = certify(p.robot, paper_shank(), p.plan.plans, p.course.boxes)
+    parts = certify_plans(p.robot, paper_shank(), p.plan.plans, p.course.boxes)
     assert parts.failure is None and parts.record is not None
     assert np.allclose(parts.proof.best, whole.proof.best, rtol=0.0, atol=0.5 * TOLERANCE.max())
     assert np.all(np.abs(parts.proof.claims - whole.proof.claims) <= TOLERANCE + 2e-6)

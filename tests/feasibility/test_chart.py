@@ -16,7 +16,7 @@ from rig import URL
 from drake_quad.cli.robots import write_chart
 from drake_quad.errors import InputError
 from drake_quad.feasibility import chart as chart_stairs_module
-from drake_quad.feasibility.chart import Judge, Span, chart_stairs, grid_of, judge_cell
+from drake_quad.feasibility.chart import Judge, Span, chart_grid, grid_of, judge_cell
 from drake_quad.feasibility.chart_picture import LETTERS, draw_chart, save_chart
 from drake_quad.feasibility.check_report import LIMITS
 
@@ -24,7 +24,7 @@ RISES, RUNS = Span(0.05, 0.25, 0.05), Span(0.25, 0.45, 0.1)
 
 
 def chart(workers: int, judge: Judge = made_up, **more: Any) -> dict[str, Any]:
-    return chart_stairs(URL, RISES, RUNS, count=4, workers=workers, judge=judge, **more)
+    return chart_grid(URL, RISES, RUNS, count=4, workers=workers, judge=judge, **more)
 
 
 def test_one_and_two_workers_give_the_same() -> None:
@@ -80,7 +80,7 @@ def test_charts_without_a_cell_that_works_or_of_one_cell_are_drawn() -> None:
     """No margins to colour, or no neighbour to take a size from: a picture all the same."""
     for rises, runs in ((Span(0.2, 0.25, 0.05), Span(0.25, 0.25, 0.1)),
                         (Span(0.1, 0.1, 0.1), Span(0.4, 0.4, 0.1))):  # fmt: skip
-        told = chart_stairs(URL, rises, runs, count=4, workers=1, judge=made_up)
+        told = chart_grid(URL, rises, runs, count=4, workers=1, judge=made_up)
         assert draw_chart(told).axes
 
 
@@ -121,7 +121,7 @@ def test_spans_count_both_ends(first: float, count: int, step: float, beyond: fl
 def test_a_grid_that_is_none_is_refused(rises: Span, runs: Span, workers: int, named: str) -> None:
     """Before any long work, with option and value."""
     with pytest.raises(InputError, match=re.escape(named)):
-        chart_stairs(URL, rises, runs, count=4, workers=workers, judge=made_up)
+        chart_grid(URL, rises, runs, count=4, workers=workers, judge=made_up)
 
 
 def test_command_writes_its_files_and_one_object(tmp_path: Path) -> None:

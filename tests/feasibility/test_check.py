@@ -16,7 +16,12 @@ from rig import URL, paper_robot
 
 from drake_quad.cli.robots import gait_lines, print_check, print_next
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import Around, check_course, check_flight, make_stairs_scenario
+from drake_quad.feasibility.check import (
+    Around,
+    check_flight,
+    design_for_course,
+    make_stairs_scenario,
+)
 from drake_quad.feasibility.check_picture import find_stretches, save_picture
 from drake_quad.feasibility.check_report import (
     CheckRequest,
@@ -199,7 +204,7 @@ def test_a_scenarios_course_is_kept_and_its_gait_is_not(tmp_path: Path) -> None:
     save_scenario(own, path)
     text = path.read_text()
     path.write_text(text.replace("design: auto", "design: given"))
-    check = check_course(URL, str(path))
+    check = design_for_course(URL, str(path))
     assert check.scenario.course == own.course
     assert check.designed is not None and found().designed is not None
     assert check.designed.scenario.gait == found().designed.scenario.gait  # type: ignore[union-attr]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rig import paper_robot
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import check_stairs
+from drake_quad.feasibility.check import design_for_flight
 from drake_quad.gait_design.candidates import (
     EDGE,
     LOWER,
@@ -113,7 +113,7 @@ def test_the_thicker_the_foot_the_sooner_it_is_followed(size: float, radius: flo
 
 def test_design_and_plan_agree_on_the_room() -> None:
     """A gait that is chosen for building-code stairs has a plan on them, and its room is real."""
-    check = check_stairs(MODEL, rise=0.17, run=0.29, count=3)
+    check = design_for_flight(MODEL, rise=0.17, run=0.29, count=3)
     assert check.designed is not None
     designed = check.designed
     assert designed.margin > 0.02 and designed.room.distance > 0.005

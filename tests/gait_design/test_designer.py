@@ -9,7 +9,7 @@ from design_rig import MODEL, designed
 from rig import paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.feasibility.check import check_stairs
+from drake_quad.feasibility.check import design_for_flight
 from drake_quad.gait_design import designer
 from drake_quad.gait_design import plan_candidates as designer_lower
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
@@ -67,7 +67,7 @@ def test_a_plan_at_which_the_clock_would_stop_is_refused() -> None:
 
 def test_hopeless_stairs_are_told_without_what_would_work_if_not_asked() -> None:
     """The figures behind the answer are there all the same."""
-    check = check_stairs(MODEL, rise=0.9, run=0.25, count=2, nearest=False)
+    check = design_for_flight(MODEL, rise=0.9, run=0.25, count=2, nearest=False)
     assert not check.feasible and "nearest_rise" not in check.data
     assert min(check.data["slacks"].values()) < 0.0
     assert "quick search" not in check.reason

@@ -19,7 +19,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 from rig import course_of, paper_robot
 
-from drake_quad.certificate.certify import certify
+from drake_quad.certificate.certify import certify_plans
 from drake_quad.certificate.kinematics import shank_of
 from drake_quad.feasibility.robot_picture import stand
 from drake_quad.math.rotations import rotations
@@ -154,7 +154,7 @@ def test_a_plan_is_certified_and_checked_by_itself(
 ) -> None:
     """Proven for this robot, accepted by the checker for its file, refused for the shipped one."""
     p = prepare(parse_scenario(WALK.format(model=file), source="here"))
-    made = certify(p.robot, shank_of(p.robot), p.plan.plans, p.course.boxes)
+    made = certify_plans(p.robot, shank_of(p.robot), p.plan.plans, p.course.boxes)
     assert made.record is not None
     check = checker()
     check.check(made.record)

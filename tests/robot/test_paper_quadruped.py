@@ -1,6 +1,7 @@
 """The shipped robot is one that could be built, and that can do what the paper's has to."""
 
 import itertools
+import re
 import runpy
 import shutil
 from pathlib import Path
@@ -179,3 +180,23 @@ def test_script_writes_other_feet_to_another_file(tmp_path: Path) -> None:
         with pytest.raises(SystemExit):
             main(refused)
     assert shipped.read_text() == before
+
+
+def test_drives_are_within_those_that_one_can_buy() -> None:
+    """Torques and speeds are at most those of the Unitree B2's URDF, a robot of the same mass."""
+    robot = paper_robot()
+    assert robot.mass == pytest.approx(60.0)
+    assert np.all(robot.effort.reshape(4, 3) <= [200.0, 200.0, 320.0])
+    assert np.all(robot.speed.reshape(4, 3) <= [23.0, 23.0, 14.0])
+
+
+def test_what_is_seen_of_hips_knees_and_head_can_be_touched() -> None:
+    """Each of these has a collision shape as large as its picture, and feet are balls of 20 mm."""
+    text = (ROOT / "models" / "paper_quadruped.urdf").read_text()
+    for seen, touched in (("motor", "FL_motor"), ("knee", "FL_knee"), ("head", "head")):
+        shapes = [
+            re.search(rf'<{kind} name="{name}">.*?(<geometry>.*?</geometry>)', text).group(1)  # type: ignore[union-attr]
+            for kind, name in (("visual", seen), ("collision", touched))
+        ]
+        assert shapes[0] == shapes[1]
+    assert paper_robot().foot_radius == 0.02

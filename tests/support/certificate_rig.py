@@ -11,7 +11,7 @@ from typing import Any
 
 from rig import paper_robot
 
-from drake_quad.certificate.certify import Certificate, certify
+from drake_quad.certificate.certify import Certificate, certify_plans
 from drake_quad.certificate.kinematics import Shank, shank_of
 from drake_quad.common import FloatArray
 from drake_quad.math.bspline import BodySpline
@@ -48,7 +48,7 @@ def paper_shank() -> Shank:
 def certified(name: str) -> Certificate:
     """The certificate of a shipped scenario's plan."""
     p = prepared(name)
-    return certify(p.robot, paper_shank(), p.plan.plans, p.course.boxes)
+    return certify_plans(p.robot, paper_shank(), p.plan.plans, p.course.boxes)
 
 
 def record_of(name: str) -> dict[str, Any]:

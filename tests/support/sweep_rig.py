@@ -13,7 +13,7 @@ import numpy as np
 from drake_quad.sweep.executors import Work, run_local
 from drake_quad.sweep.provenance import own_sources
 from drake_quad.sweep.study import Base, Limits, Study
-from drake_quad.sweep.study_loading import load_study
+from drake_quad.sweep.study_loading import load_study_and_base
 from drake_quad.sweep.trials import Trial, make_trials
 
 # A stand of 0.4 s, moved along its plan: the whole way of a trial, in a tenth of a second.
@@ -37,7 +37,7 @@ def study_file(directory: Path, text: str = PLUMBING) -> Path:
 
 
 def made(directory: Path, text: str = PLUMBING) -> tuple[Study, Base]:
-    return load_study(study_file(directory, text))
+    return load_study_and_base(study_file(directory, text))
 
 
 def trials_of(directory: Path, text: str = PLUMBING, **limits: Any) -> list[Trial]:
@@ -66,11 +66,11 @@ def at_once(trials: Iterable[Trial], work: Work) -> Iterator[tuple[int, dict[str
 
 def sweep_made_up(directory: Path, out: Path, text: str = PLUMBING, **more: Any) -> dict[str, Any]:
     """Sweeps with `made_up` in place of runs; in this very process unless told otherwise."""
-    from drake_quad.sweep.run import run_study  # which processes that do trials do not need
+    from drake_quad.sweep.run import carry_out_study  # which processes that do trials do not need
 
     study, base = made(directory, text)
     more = {"work": made_up, **more}
-    return run_study(study, base, out, more.pop("carry_out", at_once), **more)
+    return carry_out_study(study, base, out, more.pop("carry_out", at_once), **more)
 
 
 def result(trial: Trial, outcome: str = "goal_reached", reason: str = "") -> dict[str, Any]:

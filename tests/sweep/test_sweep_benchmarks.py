@@ -10,7 +10,7 @@ import pytest
 import sweep_rig as rig
 
 from drake_quad.sweep.study import Base
-from drake_quad.sweep.study_loading import load_study
+from drake_quad.sweep.study_loading import load_study_and_base
 
 ROOT = Path(__file__).resolve().parents[2]
 SHORT = "mission=[{kind: stand, duration: 0.3}]"
@@ -19,7 +19,7 @@ SHORT = "mission=[{kind: stand, duration: 0.3}]"
 def test_every_engine_has_the_same_trials(load: Any) -> None:
     """Scenario, draws and seed are the same under each, and another for each draw."""
     check = load("cross_check")
-    study, base = load_study(ROOT / "studies" / "solvers.yaml")
+    study, base = load_study_and_base(ROOT / "studies" / "solvers.yaml")
     engines = list(check.ENGINES)
     trials = check.trials_of(study, base, 12, engines)
     assert [trial.index for trial in trials] == list(range(12 * len(engines)))
@@ -38,7 +38,7 @@ def test_a_short_stand_is_the_same_under_every_engine(load: Any) -> None:
     """All reach the goal, with the same margin to 0.1 mm."""
     pytest.importorskip("mujoco")
     check, trials = load("cross_check"), load("cross_trials")
-    study, base = load_study(ROOT / "studies" / "solvers.yaml")
+    study, base = load_study_and_base(ROOT / "studies" / "solvers.yaml")
     margins = []
     for trial in check.trials_of(study, base, 1, ["lagged", "CENIC", "MuJoCo"]):
         result = trials.work(replace(trial, overrides=(*trial.overrides, SHORT)))

@@ -11,7 +11,7 @@ from drake_quad.errors import InputError
 from drake_quad.scenario.load import load_scenario
 from drake_quad.sweep.sampling import Draws
 from drake_quad.sweep.study import Study
-from drake_quad.sweep.study_loading import load_study, parse_study
+from drake_quad.sweep.study_loading import load_study_and_base, parse_study
 from drake_quad.sweep.trials import make_trials
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -165,7 +165,7 @@ BAD = [
 def test_a_bad_study_gets_one_line(tmp_path: Path, text: str, field: str, also: str) -> None:
     """It names file or scenario, field and value, and says what would be right."""
     with pytest.raises(InputError) as caught:
-        load_study(rig.study_file(tmp_path, text))
+        load_study_and_base(rig.study_file(tmp_path, text))
     line = str(caught.value)
     assert "\n" not in line and field in line and also in line
 
@@ -176,7 +176,7 @@ def test_shipped_studies_load(path: Path) -> None:
 
     In order from the first, each with its own seed and the values that the table tells of it.
     """
-    study, base = load_study(path)
+    study, base = load_study_and_base(path)
     assert study.description
     trials = list(make_trials(study, base, first=0, last=9))
     assert [trial.index for trial in trials] == list(range(min(9, Draws(study).count)))
@@ -214,7 +214,7 @@ def test_a_long_list_is_tried_in_places(tmp_path: Path, monkeypatch: pytest.Monk
         + "vary: [{path: simulation.friction, linspace: [0.5, 1.5, 10000]},"
         + " {path: gait.cycle_time, values: [7.0, 8.0]}]\n"
     )
-    load_study(path)
+    load_study_and_base(path)
     asked = [one for given in tried for one in given]
     assert len(tried) <= 301 and len(set(asked)) == len(asked)
     assert {"simulation.friction=0.5", "simulation.friction=1.5"} <= set(asked)

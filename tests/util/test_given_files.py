@@ -23,7 +23,7 @@ from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.journal import NAME, read_journal
 from drake_quad.sweep.rebuild_report import rebuild_report
 from drake_quad.sweep.report import check_page, write_sweep_report
-from drake_quad.sweep.study_loading import load_study
+from drake_quad.sweep.study_loading import load_study_and_base
 from drake_quad.util import input_files as given_tables
 from drake_quad.util.input_files import (
     MOST_MESH,
@@ -95,7 +95,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 READERS: dict[str, Callable[[Path], Any]] = {
     "mine.yaml": lambda d: load_scenario(d / "mine.yaml"),
-    "study.yaml": lambda d: load_study(d / "study.yaml"),
+    "study.yaml": lambda d: load_study_and_base(d / "study.yaml"),
     "page.md": lambda d: check_page(d / "page.md", "study"),
     "robot.urdf": lambda d: load_robot(str(d / "robot.urdf")),
     "mesh.obj": lambda d: load_robot(str(d / "meshed.urdf")),
@@ -143,7 +143,7 @@ def test_what_a_file_names_is_refused_as_well(
     make(place / name)
     with pytest.raises(InputError, match=said):
         if name == "mine.yaml":
-            load_study(place / "study.yaml")
+            load_study_and_base(place / "study.yaml")
         else:
             load_robot(str(place / "own.robot.yaml"))
 
