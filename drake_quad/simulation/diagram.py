@@ -122,12 +122,12 @@ def AddMonitors(
     if contact.HasInputPort("plant_state"):
         builder.Connect(plant.get_state_output_port(), contact.GetInputPort("plant_state"))
     builder.Connect(plant.get_state_output_port(), stability.GetInputPort("robot_state"))
-    for port, now in (
-        ("contact_state_measured", "contact_state_now"),
-        ("foot_contact_position", "foot_contact_position_now"),
-        ("foot_force_measured", "foot_force_now"),
-    ):  # a margin is of the contacts of its own instant
-        builder.Connect(contact.GetOutputPort(now), stability.GetInputPort(port))
+    # A margin is of the contacts of its own instant, and not of those last sensed.
+    builder.Connect(
+        contact.GetOutputPort("contact_state"), stability.GetInputPort("contact_state_measured")
+    )
+    for port in ("foot_contact_position", "foot_force_measured"):
+        builder.Connect(contact.GetOutputPort(port), stability.GetInputPort(port))
     return Monitors(contact, stability)
 
 

@@ -61,7 +61,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "control.gait_clock.advance_if_uneventful": (_V, _RM, _I, _F, _F, _V, _F),
             "stability.support_polygon.measure_margins": (_V, _V, _V, _V, _F, _V, _V),
             "stability.support_polygon.watch_margins": (
-                _V, _I, _V, _V, _V, _V, _F, _B, _F, _F, _F, _V, _V, _V, _V, _V, _V,
+                _V, _I, _F, _F, _F, _B, _F, _F, _F, _V, _V, _V,
             ),
             # contacts.add_contact is left to its first call: the versions of Drake differ in which
             # of its arguments may be written to.

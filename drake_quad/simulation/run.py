@@ -14,6 +14,7 @@ import pyarrow as pa
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
 from drake_quad import __version__
+from drake_quad.common import FloatArray
 from drake_quad.errors import DrakeQuadError
 from drake_quad.planning.contact_forces import SHARES
 from drake_quad.planning.motion_plan import MotionPlan
@@ -282,6 +283,12 @@ def _simulate(
     return result_of(p, outcome, reason, table, simulated=float(context.get_time()), wall=wall)
 
 
+def count_finite(states: FloatArray) -> int:
+    """How many of the samples (N, n) come before the first that is not finite."""
+    broken = np.flatnonzero(~np.isfinite(states).all(axis=1))
+    return int(broken[0]) if len(broken) else len(states)
+
+
 def _collect(p: PreparedScenario, climb: StairClimb, context: Any) -> pa.Table:
     logs = {name: sink.FindLog(context) for name, sink in climb.loggers.items()}
     times = logs["state"].sample_times()
@@ -291,7 +298,7 @@ def _collect(p: PreparedScenario, climb: StairClimb, context: Any) -> pa.Table:
     plans = planner.plans(planner.GetMyContextFromRoot(context))
     # Contact results exist once the plant has taken a step and the monitors have seen it.
     first = int(np.searchsorted(times, 2.5 * climb.monitor_period))
-    count = min(log.num_samples() for log in logs.values())
+    count = count_finite(logs["state"].data().T)
     return log_table(
         p.robot,
         climb.layout,

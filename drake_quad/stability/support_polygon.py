@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from drake_quad.common import BoolArray, FloatArray, read_only
-from drake_quad.jit import copy_vector, jit
+from drake_quad.jit import jit
 from drake_quad.math.polygon import Point, convex_hull
 
 # ------------------------------------------------------------------------------------------------
@@ -239,39 +239,29 @@ def measure_margins(
 def watch_margins(
     state: FloatArray,
     base: int,
-    com: FloatArray,
-    bearing: FloatArray,
-    place: FloatArray,
-    force: FloatArray,
-    none: float,
+    margin: float,
+    zmp_margin: float,
+    ground: float,
     counts: bool,
     period: float,
     tilt: float,
     height: float,
-    margin: FloatArray,
-    zmp_margin: FloatArray,
-    com_position: FloatArray,
     recent: FloatArray,
     least: FloatArray,
     fallen: FloatArray,
 ) -> float:
-    """A tick of the stability monitor: margins, the least of late, and whether the robot is down.
+    """A tick of the stability monitor: the least margins of late, and whether the robot is down.
 
     Args:
         state: The robot's [q; v].
         base: Index of the base's quaternion in it; its position follows.
-        com: The robot's centre of mass in W (3,) [m].
-        bearing: See `measure_margins`, as place, force, none, margin and zmp_margin.
-        place: See above.
-        force: See above.
-        none: See above.
+        margin: Static margin now [m].
+        zmp_margin: Margin of the centre of pressure now [m].
+        ground: Height of the ground under the robot [m]; see `measure_margins`.
         counts: Whether the margins count towards the least, which they do once contacts are known.
         period: Time since the tick before [s].
         tilt: Cosine of the trunk's tilt beyond which it counts as fallen.
         height: Height of the base over the ground below which it counts as down [m].
-        margin: Result (1,) [m].
-        zmp_margin: Result (1,) [m].
-        com_position: Result: `com` (3,) [m].
         recent: Both margins of the last ticks, the oldest first (2 n,) [m]; goes on a tick.
         least: Result: the least of these (2,) [m].
         fallen: For how long the trunk has been tilted, and down (2,) [s]; goes on a tick.
@@ -279,13 +269,11 @@ def watch_margins(
     Returns:
         The cosine of the trunk's tilt.
     """
-    ground = measure_margins(com, bearing, place, force, none, margin, zmp_margin)
-    copy_vector(com_position, com)
     if counts:
         n = len(recent)
         for i in range(n - 2):
             recent[i] = recent[i + 2]
-        recent[n - 2], recent[n - 1] = margin[0], zmp_margin[0]
+        recent[n - 2], recent[n - 1] = margin, zmp_margin
         for k in range(2):
             least[k] = inf
             for i in range(k, n, 2):

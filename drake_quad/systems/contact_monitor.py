@@ -22,15 +22,15 @@ from drake_quad.systems.leaf_system import (
     Vectors,
 )
 
-# The outputs in the order that the kernel takes them: without their last word, and their sizes.
+# The outputs of one instant, in the order that the kernel takes them, and their sizes.
 OUTPUTS = (
     ("contact_state", 4),
-    ("foot_force", 12),
+    ("foot_force_measured", 12),
     ("foot_contact_position", 12),
     ("foot_slip_speed", 4),
     ("nonfoot_contact", 2),
 )
-PLACES = 2  # row of the contacts' positions in OUTPUTS
+STATE, PLACES = 0, 2  # rows of OUTPUTS
 
 
 class ContactMonitor(LeafSystem):
@@ -41,16 +41,16 @@ class ContactMonitor(LeafSystem):
         plant_state: [q; v] of the plant, if it has hydroelastic contacts: their results do not say
             how fast they slip.
     Output ports:
-        contact_state_measured: (4,) 1 where a foot's normal force is above `threshold`.
+        contact_state_measured: (4,) 1 where a foot bears, held between measurements: the
+            robot's contact sensors.
+        contact_state: (4,) 1 where a foot's normal force is above `threshold`; as all that follow,
+            of the instant at which it is asked for.
         foot_force_measured: (12,) force on each foot from what it touches, in W [N].
-        foot_contact_position: (12,) where that force acts, in W [m]; the last place known while
+        foot_contact_position: (12,) where that force acts, in W [m]; the last place measured while
             the foot touches nothing.
         foot_slip_speed: (4,) tangential speed at the contact [m/s].
         nonfoot_contact: (2,) how many contacts of anything but a foot there are, and the
             greatest normal force among them [N].
-        contact_state_now, foot_force_now, foot_contact_position_now, foot_slip_speed_now,
-            nonfoot_contact_now: The same of this instant, computed when they are asked for; those
-            above are held from one measurement to the next, as a robot's sensors would.
     """
 
     def __init__(
@@ -77,24 +77,22 @@ class ContactMonitor(LeafSystem):
                 "plant_state", plant.num_positions() + plant.num_velocities()
             )
             self._scratch = DeclareModelContext(self, plant)
-        held = ("contact_state_measured", "foot_force_measured", *(name for name, _ in OUTPUTS[2:]))
-        self._outputs = [
-            DeclareStateOutput(self, name, size)
-            for name, (_, size) in zip(held, OUTPUTS, strict=True)
-        ]
+        self._sensed = DeclareStateOutput(self, "contact_state_measured", 4)
+        self._places = int(self.DeclareDiscreteState(12))
         depends = {self._input.ticket(), self.xd_ticket()}
         if self._state_port is not None:
             depends.add(self._state_port.ticket())
         self._now = DeclareVectors(self, [size for _, size in OUTPUTS], self._measure, depends)
         for row, (name, size) in enumerate(OUTPUTS):
-            DeclareVectorOfEntry(self, f"{name}_now", self._now, row, size)
+            DeclareVectorOfEntry(self, name, self._now, row, size)
         self.DeclareInitializationDiscreteUpdateEvent(self._update)
         # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        for index, vector in zip(self._outputs, EvalVectors(self._now, context), strict=True):
-            state.set_value(index, vector)
+        now = EvalVectors(self._now, context)
+        state.set_value(self._sensed, now[STATE])
+        state.set_value(self._places, now[PLACES])
 
     def _measure(self, context: Context, outputs: Vectors) -> None:
         results: ContactResults = self._input.Eval(context)
@@ -113,7 +111,7 @@ class ContactMonitor(LeafSystem):
         if self._state_port is not None and results.num_hydroelastic_contacts() > 0:
             self._add_surfaces(results, sums, self._state_port.Eval(context), context)
         # Of a foot that touches nothing the last place known stays.
-        outputs[PLACES][:] = context.get_discrete_state(self._outputs[PLACES]).value()
+        outputs[PLACES][:] = context.get_discrete_state(self._places).value()
         conclude(sums, self._threshold, *outputs)
 
     def _add_surfaces(

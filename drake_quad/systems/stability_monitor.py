@@ -24,6 +24,7 @@ from drake_quad.systems.leaf_system import (
     DeclareVectorOfEntry,
     DeclareVectors,
     EvalModelContext,
+    EvalVectors,
     Vectors,
 )
 
@@ -41,14 +42,12 @@ class StabilityMonitor(LeafSystem):
         foot_force_measured: (12,) the forces on the feet in W [N].
     Output ports:
         stability_margin: (1,) static margin of the whole robot's centre of mass over the bearing
-            feet [m].
+            feet [m]; as the two that follow, of the instant at which it is asked for.
         zmp_margin: (1,) the same for the centre of pressure of the measured forces [m].
         com_position: (3,) the whole robot's centre of mass in W [m].
         least_margins: (2,) the smallest of both margins over the last `window` measurements [m]: no
             less frequent log passes one over. Infinite until contacts are measured.
         further_margins: See Margins; what the gauge does not measure is nan. Every `gauge_period`.
-        stability_margin_now, zmp_margin_now, com_position_now: The first three of this instant,
-            computed when they are asked for; those above are held from measurement to measurement.
     """
 
     def __init__(
@@ -71,11 +70,8 @@ class StabilityMonitor(LeafSystem):
         self._contact_port = self.DeclareVectorInputPort("contact_state_measured", 4)
         self._position_port = self.DeclareVectorInputPort("foot_contact_position", 12)
         self._force_port = self.DeclareVectorInputPort("foot_force_measured", 12)
-        self._margin = DeclareStateOutput(self, "stability_margin", 1)
-        self._zmp = DeclareStateOutput(self, "zmp_margin", 1)
         self._least = DeclareStateOutput(self, "least_margins", np.full(2, np.inf))
         self._recent = int(self.DeclareDiscreteState(np.full(2 * window, np.inf)))
-        self._com = DeclareStateOutput(self, "com_position", 3)
         self._further = DeclareStateOutput(self, "further_margins", np.full(len(Margins), np.nan))
         # [s] for which the trunk has been tilted, and down.
         self._fallen = int(self.DeclareDiscreteState(2))
@@ -83,11 +79,12 @@ class StabilityMonitor(LeafSystem):
         self._momentum = self.DeclareDiscreteState(np.full(7, np.nan))
         self._scratch = DeclareModelContext(self, model)
         inputs = (self._state_port, self._contact_port, self._position_port, self._force_port)
-        now = DeclareVectors(self, (1, 1, 3), self._calc_now, {port.ticket() for port in inputs})
+        depends = {port.ticket() for port in inputs}
+        self._now = DeclareVectors(self, (1, 1, 3, 1), self._calc_now, depends)
         for row, (name, size) in enumerate(
             (("stability_margin", 1), ("zmp_margin", 1), ("com_position", 3))
         ):
-            DeclareVectorOfEntry(self, f"{name}_now", now, row, size)
+            DeclareVectorOfEntry(self, name, self._now, row, size)
         self._period = period
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self._gauge = None if gauge is None or gauge.kind == HULL else gauge
@@ -95,31 +92,31 @@ class StabilityMonitor(LeafSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(gauge_period, 0.0, self._measure)
 
     def _calc_now(self, context: Context, outputs: Vectors) -> None:
-        margin, zmp_margin, com = outputs
-        scratch = EvalModelContext(self._scratch, context)
+        margin, zmp_margin, com, ground = outputs
         x = self._state_port.Eval(context)
+        if not isfinite(x.sum()):  # what is not spoils the sum
+            margin[0] = zmp_margin[0] = NO_SUPPORT
+            com[:] = ground[:] = np.nan
+            return
+        scratch = EvalModelContext(self._scratch, context)
         self._model.SetPositions(scratch, x[: self._layout.num_positions])
         com[:] = self._model.CalcCenterOfMassPositionInWorld(scratch)
-        measure_margins(
+        ground[0] = measure_margins(
             com, self._contact_port.Eval(context), self._position_port.Eval(context),
             self._force_port.Eval(context), NO_SUPPORT, margin, zmp_margin,
         )  # fmt: skip
 
     def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
         x = self._state_port.Eval(context)
-        if not isfinite(x.sum()):  # what is not spoils the sum
+        if not isfinite(x.sum()):
             return EventStatus.ReachedTermination(self, "stopped: the robot's state is not finite")
-        scratch = EvalModelContext(self._scratch, context)
-        self._model.SetPositions(scratch, x[: self._layout.num_positions])
-        com = self._model.CalcCenterOfMassPositionInWorld(scratch)
+        margin, zmp_margin, _, ground = EvalVectors(self._now, context)
         value = state.get_mutable_value  # begins as a copy of the Context's: the kernel goes on
         fallen = value(self._fallen)
         upright = watch_margins(
-            x, self._base, com, self._contact_port.Eval(context),
-            self._position_port.Eval(context), self._force_port.Eval(context), NO_SUPPORT,
+            x, self._base, float(margin[0]), float(zmp_margin[0]), float(ground[0]),
             context.get_time() > FIRST * self._period, self._period, self._tilt, self._height,
-            value(self._margin), value(self._zmp), value(self._com), value(self._recent),
-            value(self._least), fallen,
+            value(self._recent), value(self._least), fallen,
         )  # fmt: skip
         if self._gauge is not None and isnan(state.value(self._further)[0]):
             self._measure(context, state)  # the first time, as soon as contacts are known

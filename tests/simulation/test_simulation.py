@@ -14,7 +14,7 @@ from drake_quad.runs import result as run_files
 from drake_quad.runs.result import RunResult, write_files
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.simulation.run import simulate
+from drake_quad.simulation.run import count_finite, simulate
 
 
 def short(overrides: list[str], seconds: float = 4.5) -> RunResult:
@@ -199,3 +199,12 @@ def test_summary_says_what_ran() -> None:
     pace = summary["simulated_time"] / summary["wall_time"]
     assert summary["real_time_factor"] == pytest.approx(pace)
     json.dumps(summary, allow_nan=False)
+
+
+def test_no_sample_that_is_not_finite_is_kept() -> None:
+    """Of a state that blows up what came before is logged, and neither it nor what follows."""
+    states = np.ones((5, 3))
+    assert count_finite(states) == 5
+    states[3, 1], states[4, 0] = np.inf, np.nan
+    assert count_finite(states) == 3
+    assert count_finite(states[:0]) == 0

@@ -147,12 +147,13 @@ def test_state_that_is_not_finite_stops_the_run(bad: float) -> None:
     """A simulation that has blown up ends with that reason, and no number of it is logged."""
     monitor = Monitor()
     monitor.run()
-    before = monitor.read("stability_margin")
+    before = monitor.read("least_margins")
     monitor.state[20] = bad
     status = monitor.run(10)
     assert status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
     assert "stopped" in status.FormatMessage() and "not finite" in status.FormatMessage()
-    np.testing.assert_array_equal(monitor.read("stability_margin"), before)
+    np.testing.assert_array_equal(monitor.read("least_margins"), before)
+    assert monitor.read("stability_margin") == monitor.read("zmp_margin") == NO_SUPPORT
 
 
 def quaternion(axis: FloatArray, degrees: float) -> FloatArray:
