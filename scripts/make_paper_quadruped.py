@@ -129,12 +129,6 @@ def robot(foot_radius: float = FOOT_RADIUS) -> str:
     text += link("trunk", TRUNK_MASS, "0 0 0.0", box_inertia(TRUNK_MASS, *TRUNK_SIZE), trunk)
     for name, front, left in (("FL", 1, 1), ("FR", 1, -1), ("RL", -1, 1), ("RR", -1, -1)):
         text += leg(name, front, left, foot_radius)
-    for name in ("FL", "FR", "RL", "RR"):  # a leg does not collide with itself or its own hip
-        text += f'  <drake:collision_filter_group name="{name}_leg">\n'
-        for member in ("trunk", f"{name}_hip", f"{name}_thigh"):
-            text += f'    <drake:member link="{member}"/>\n'
-        text += f'    <drake:ignored_collision_filter_group name="{name}_leg"/>\n'
-        text += "  </drake:collision_filter_group>\n"
     return text + "</robot>\n"
 
 

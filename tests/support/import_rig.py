@@ -10,7 +10,6 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.importer.output import make_urdf
 from drake_quad.robot.importer.parse import grow_tree, parse
 from drake_quad.robot.importer.pipeline import (
     MAPPING,
@@ -18,6 +17,7 @@ from drake_quad.robot.importer.pipeline import (
     find_source,
     make_mapping,
     normal_robot,
+    write_robot,
 )
 from drake_quad.robot.loader import MakeModelPlant
 
@@ -42,8 +42,8 @@ def write_normal(model: str, folder: Path) -> tuple[Path, dict[str, Any]]:
         robot = normal_robot(parsed, given)
         collision, _ = collision_shapes(robot)
     urdf = folder / "normal.urdf"
-    urdf.write_text(make_urdf(robot, collision, {}, comment="a test's"))
-    mapping = make_mapping(robot, list(robot.notes), source=model)
+    notes = write_robot(urdf, robot, collision, {}, comment="a test's", source=model)
+    mapping = make_mapping(robot, [*robot.notes, *notes], source=model)
     (folder / MAPPING).write_text(yaml.safe_dump(mapping))
     return urdf, mapping
 

@@ -22,6 +22,7 @@ from rig import (
 )
 
 from drake_quad.common import FloatArray
+from drake_quad.robot.legs import Leg
 from drake_quad.robot.loader import AddRobot
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
@@ -211,6 +212,28 @@ def test_foot_against_foot_bears_nothing() -> None:
     assert count == 1.0 and force > 1.0
     assert scene.read("contact_state_measured").tolist() == [0.0] * 4
     assert np.all(scene.read("foot_force_measured") == 0.0)
+
+
+@pytest.mark.parametrize("leg", ["FL", "FR"])  # rear thighs do not reach it within their limits
+def test_thigh_against_the_trunk_is_a_contact_of_no_foot(leg: str) -> None:
+    """A thigh that is drawn up and in meets the trunk in the air; nothing filters that away."""
+    q = np.tile([0.0, 0.6, -1.2], (4, 1))
+    row = [member.short for member in Leg].index(leg)
+    outward = 1.0 if leg.endswith("L") else -1.0
+    q[row] = [outward, 1.85, -1.2]  # the thigh points up and in
+    scene = Scene(state_from_joints(np.array([2.0, 0.0, 2.0, 0.0, 0.0]), q, layout=rig().layout))
+    scene.run(0.002)
+    results = scene.rig.plant.get_contact_results_output_port().Eval(
+        scene.rig.plant.GetMyContextFromRoot(scene.context)
+    )
+    pairs = [results.point_pair_contact_info(k) for k in range(results.num_point_pair_contacts())]
+    bodies = {
+        frozenset(scene.rig.plant.get_body(b).name() for b in (p.bodyA_index(), p.bodyB_index()))
+        for p in pairs
+    }
+    assert frozenset({"trunk", f"{leg}_thigh"}) in bodies
+    count, force = scene.read("nonfoot_contact")
+    assert count >= 1.0 and force > 1.0
 
 
 def test_sliding_foot_is_seen_to_slide() -> None:

@@ -5,18 +5,25 @@ box, one on thigh or shank a capsule along the link. The foot is a sphere, and n
 shank reaches beyond it.
 """
 
+from pathlib import Path
+
 import numpy as np
 from pydrake.geometry import Box, Capsule, Convex, Mesh, Sphere
 from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_quad.common import FloatArray
 from drake_quad.robot.importer.legs import points_of
-from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink
+from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink, NormalRobot
 from drake_quad.robot.importer.raw_robot import ASSUMED, REPAIRED, GeometryInstance, Note
 
 THINNEST = 0.005  # [m] radius of a capsule that stands for a mesh
 THICK = 0.08  # radius of a capsule that stands for nothing known, of its link's length
 DEEP = 0.5  # height of a trunk's box that stands for nothing known, of the hips' distance across
+STANDING_PITCH = 0.9  # [rad] of the hip from straight down, within which robots stand and walk
+STANDING_SWAY = 0.15  # [rad] of abduction, likewise
 WITHIN = 90.0  # percent of a mesh's vertices that its capsule's radius holds
 
 
@@ -168,3 +175,48 @@ def _told(link: NormalLink, capsule: GeometryInstance, what: str) -> Note:
     """What a capsule stands for."""
     size = f"{1e3 * capsule.shape.radius():.0f} mm"
     return Note(REPAIRED, f"{link.name}: {what} as a capsule of radius {size} along the link")
+
+
+def thighs_inside_trunk(urdf: Path, robot: NormalRobot) -> list[str]:
+    """Legs whose thigh is in contact with the trunk's shape already where the robot stands.
+
+    Trunks of files are often boxes around meshes, into which a thigh's root reaches. Standing is
+    any hip pitch up to `STANDING_PITCH` from straight down and abduction up to `STANDING_SWAY`.
+
+    Args:
+        urdf: The robot's normal form, without a filter between thighs and trunk.
+        robot: The same robot.
+
+    Returns:
+        The legs' short names, in order.
+    """
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+    Parser(plant).AddModels(str(urdf))
+    plant.Finalize()
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    of_plant = plant.GetMyMutableContextFromRoot(context)
+    of_scene = scene_graph.GetMyContextFromRoot(context)
+    shapes_of = {
+        link: {int(g.get_value()) for g in plant.GetCollisionGeometriesForBody(body)}
+        for link, body in (
+            (name, plant.GetBodyByName(name))
+            for name in (robot.trunk.name, *(leg.links[1].name for leg in robot.legs))
+        )
+    }
+    trunk = shapes_of[robot.trunk.name]
+    inside: dict[str, None] = {}
+    for sway in (-STANDING_SWAY, 0.0, STANDING_SWAY):
+        for pitch in np.linspace(-STANDING_PITCH, STANDING_PITCH, 13):
+            for leg in robot.legs:
+                for hinge, angle in zip(leg.raw.hinges[:2], (sway, pitch), strict=True):
+                    plant.GetJointByName(hinge.name).set_angle(of_plant, float(angle))
+            found = scene_graph.get_query_output_port().Eval(of_scene)
+            for pair in found.ComputePointPairPenetration():
+                ids = {int(pair.id_A.get_value()), int(pair.id_B.get_value())}
+                if ids & trunk:
+                    inside |= dict.fromkeys(
+                        leg.short for leg in robot.legs if ids & shapes_of[leg.links[1].name]
+                    )
+    return [leg.short for leg in robot.legs if leg.short in inside]

@@ -6,6 +6,7 @@ robot needs: reports hold them all. Without `trimesh` only meshes that Drake sho
 
 import hashlib
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -151,6 +152,7 @@ def make_urdf(
     visual: dict[str, list[GeometryInstance]],
     *,
     comment: str,
+    inside_trunk: Collection[str] = (),
 ) -> str:
     """The text of the URDF.
 
@@ -159,6 +161,8 @@ def make_urdf(
         collision: Shapes by link, in the link's frame.
         visual: Likewise; meshes as files relative to the URDF.
         comment: To stand at its head.
+        inside_trunk: Legs (`FL`, ...) whose thighs lie within the trunk's shape where the robot
+            stands: contacts of these with the trunk mean nothing, and are left out.
     """
     root = ET.Element("robot", {"name": robot.name, "xmlns:drake": "https://drake.mit.edu/"})
     root.append(ET.Comment(f" {comment} "))
@@ -167,8 +171,10 @@ def make_urdf(
     for leg in robot.legs:
         _add_joints(root, robot, leg)
     for leg in robot.legs:
-        # Neighbours overlap at their joint, and the thigh's root is often within the trunk.
-        near = [robot.trunk.name, leg.links[0].name, leg.links[1].name]
+        # Neighbours overlap at their joint.
+        near = [robot.trunk.name, leg.links[0].name]
+        if leg.short in inside_trunk:
+            near.append(leg.links[1].name)
         _add_filter(root, f"{leg.short}_near_trunk", near)
         _add_filter(root, f"{leg.short}_leg", [link.name for link in leg.links])
     # Hips turn in place, side by side; the boxes of their meshes have corners that the hips lack.

@@ -23,6 +23,7 @@ from drake_quad.robot.importer.collision import (
     foot_shape,
     shank_shapes,
     thigh_shapes,
+    thighs_inside_trunk,
     trunk_shapes,
 )
 from drake_quad.robot.importer.meshes import have_trimesh
@@ -30,7 +31,7 @@ from drake_quad.robot.importer.normal_form import NormalRobot, normalise
 from drake_quad.robot.importer.output import make_urdf, write_visuals
 from drake_quad.robot.importer.overrides import Overrides, is_yaml, read_overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, Parsed, parse, parser_reason, quiet
-from drake_quad.robot.importer.raw_robot import GeometryInstance, Note
+from drake_quad.robot.importer.raw_robot import APPROXIMATED, GeometryInstance, Note
 from drake_quad.robot.importer.read_robot import read_robot
 from drake_quad.robot.importer.sources import Found, files_named_in, find_robot
 from drake_quad.util.cache_directory import CACHE_VARIABLE, cache_directory
@@ -243,13 +244,60 @@ def _make(given: RobotSource, folder: Path) -> None:
             visual, more = write_visuals(robot, folder, collision)
             notes = list(dict.fromkeys([*parsed.cleaned.notes, *robot.notes, *notes, *more]))
             comment = f"Normal form of {given.found.path.name}, made by drake_quad; see {MAPPING}."
-            text = make_urdf(robot, collision, visual, comment=comment.replace("--", "-"))
-            urdf.write_text(text, encoding="utf-8")
+            notes += write_robot(
+                urdf,
+                robot,
+                collision,
+                visual,
+                comment=comment.replace("--", "-"),
+                source=given.source,
+            )
             mapping = yaml.safe_dump(
                 make_mapping(robot, notes, source=given.found.path.name), sort_keys=False
             )
             (folder / MAPPING).write_text(mapping, encoding="utf-8")
-    read_again(urdf, given.source)
+
+
+def write_robot(
+    urdf: Path,
+    robot: NormalRobot,
+    collision: dict[str, list[GeometryInstance]],
+    visual: dict[str, list[GeometryInstance]],
+    *,
+    comment: str,
+    source: str,
+) -> list[Note]:
+    """Writes a robot's normal form, and reads it as every run will read it.
+
+    Contacts of thighs with the trunk are left out of it where the two shapes overlap already as
+    the robot stands.
+
+    Args:
+        urdf: The file to write.
+        robot: What to write.
+        collision: Shapes by link, in the link's frame.
+        visual: Likewise; meshes as files relative to the URDF.
+        comment: Text at the file's head.
+        source: The robot's file, for errors.
+
+    Returns:
+        What is to be said of contacts that are left out.
+
+    Raises:
+        InputError: If the normal form cannot be read.
+    """
+    urdf.write_text(make_urdf(robot, collision, visual, comment=comment), encoding="utf-8")
+    read_again(urdf, source)
+    inside = thighs_inside_trunk(urdf, robot)
+    if not inside:
+        return []
+    text = make_urdf(robot, collision, visual, comment=comment, inside_trunk=inside)
+    urdf.write_text(text, encoding="utf-8")
+    told = (
+        f"thighs of {', '.join(inside)} lie within the trunk's shape where the robot stands: "
+        "their contacts with the trunk are not seen"
+    )
+    return [Note(APPROXIMATED, told)]
 
 
 def normal_robot(parsed: Parsed, given: RobotSource) -> NormalRobot:
