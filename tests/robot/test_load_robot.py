@@ -36,7 +36,7 @@ def swapped(text: str, pairs: dict[str, str]) -> str:
 
 def without_leg(text: str, leg: str) -> str:
     """The file without anything of one leg."""
-    for tag in ("link", "joint", "transmission", "drake:collision_filter_group"):
+    for tag in ("link", "joint", "transmission"):
         text = re.sub(rf'  <{tag} name="{leg}_.*?</{tag}>\n', "", text, flags=re.DOTALL)
     assert f'"{leg}_' not in text
     return text
@@ -44,7 +44,7 @@ def without_leg(text: str, leg: str) -> str:
 
 def parts_of(text: str) -> tuple[str, list[str], str]:
     """The file as its head, its links, joints and transmissions, and its end."""
-    body, end = text.index("  <link"), text.index("  <drake:collision_filter_group")
+    body, end = text.index("  <link"), text.index("</robot>")
     parts = re.split(r"(?<=^  </link>\n)|(?<=^  </joint>\n)|(?<=^  </transmission>\n)",
                      text[body:end], flags=re.MULTILINE)  # fmt: skip
     return text[:body], [part for part in parts if part], text[end:]
