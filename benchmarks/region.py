@@ -23,13 +23,13 @@ from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.loader import load_robot
-from drake_quad.stability.actuation import joint_limits
 from drake_quad.stability.capture_point import Pendulum, directions, find_pressure_area, push_budget
 from drake_quad.stability.equilibrium_region import (
     MOST_FORCE,
     Contacts,
     Pyramid,
     find_region,
+    joint_limits,
     make_contacts,
     tangents,
 )

@@ -21,9 +21,14 @@ from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.report.style import COM_COLOUR, GOOD, LEG_COLOURS
 from drake_quad.robot.loader import load_robot
-from drake_quad.stability.actuation import joint_limits
 from drake_quad.stability.capture_point import directions
-from drake_quad.stability.equilibrium_region import Region, WrenchDemand, find_region, make_contacts
+from drake_quad.stability.equilibrium_region import (
+    Region,
+    WrenchDemand,
+    find_region,
+    joint_limits,
+    make_contacts,
+)
 from drake_quad.stability.support_polygon import support_polygon
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"

@@ -12,12 +12,11 @@ from pydrake.systems.primitives import LogVectorOutput, TrajectorySource, ZeroOr
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.contact_surface import SetContactFriction
 from drake_quad.robot.loader import AddRobot
 from drake_quad.scenario.build import control_settings
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.prepare import PreparedScenario
-from drake_quad.terrain.drake_geometry import AddCourse
+from drake_quad.terrain.drake_geometry import AddCourse, SetContactFriction
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
 

@@ -23,12 +23,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numpy.typing import NDArray
 
-from drake_quad.util.cache_directory import cache_directory, private_directory
-
-# ------------------------------------------------------------------------------------------------
-# Compiled kernels on disk, so that a process need not compile what another one has.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.util.files import cache_directory, private_directory
 
 PACKAGE = Path(__file__).parent
 # Packages that have kernels, or constants that kernels use; and modules at the top that have some.
@@ -158,11 +153,6 @@ def _write(path: Path, data: bytes) -> None:
             Path(name).replace(path)
         except OSError:
             Path(name).unlink(missing_ok=True)
-
-
-# ------------------------------------------------------------------------------------------------
-# Compiles the numeric kernels of the control loop.
-# ------------------------------------------------------------------------------------------------
 
 
 P = ParamSpec("P")

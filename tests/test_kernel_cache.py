@@ -13,7 +13,7 @@ import pytest
 
 from drake_quad import jit as kernel_cache
 from drake_quad.jit import KernelCache, kernel_directory
-from drake_quad.util import cache_directory as places
+from drake_quad.util import files as places
 
 
 def triple(x: float) -> float:

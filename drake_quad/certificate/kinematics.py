@@ -10,8 +10,7 @@ import numpy as np
 from drake_quad.certificate.cells import Cells, IntArray, Pieces
 from drake_quad.certificate.enclosure import Enclosure, angle_of
 from drake_quad.common import FloatArray
-from drake_quad.robot.link_outline import SHANK_POINTS
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import SHANK_POINTS, RobotModel
 
 # ------------------------------------------------------------------------------------------------
 # The legs of a moving robot, enclosed over stretches of time: joint angles, knees, first moments.

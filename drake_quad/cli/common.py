@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from drake_quad.errors import InputError
-from drake_quad.util.input_files import MOST_JSON, read_given
+from drake_quad.util.files import MOST_JSON, read_given
 
 # ------------------------------------------------------------------------------------------------
 # What the commands' options have in common.
@@ -188,8 +188,7 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
     """
     import pyarrow as pa
 
-    from drake_quad.util.files import plain_of
-    from drake_quad.util.input_files import read_given_table
+    from drake_quad.util.files import plain_of, read_given_table
 
     wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
 

@@ -29,7 +29,7 @@ from drake_quad.control.kernel_state import (
 from drake_quad.control.measurement import measure_into
 from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
 from drake_quad.jit import copy_matrix, copy_vector, jit
-from drake_quad.math.bspline import sample_body
+from drake_quad.math.curves import sample_body
 from drake_quad.planning.motion_plan import sample_feet
 
 # Numba has these as plain numbers.

@@ -19,6 +19,7 @@ from drake_quad.estimation.filter_state import (
     ANGLES,
     BORNE,
     COVARIANCE,
+    DOUBT,
     E_ACCEL,
     E_FEET,
     E_GYRO,
@@ -27,28 +28,21 @@ from drake_quad.estimation.filter_state import (
     ERRORS,
     FEET,
     FIRM,
+    FOOT_NOISE,
+    GATE,
     GONE,
     GYRO_BIAS,
     POSITION,
     RATE,
-    ROTATION,
-    SLIP,
-    VELOCITY,
-)
-from drake_quad.estimation.settings import (
-    DOUBT,
-    FOOT_NOISE,
-    GATE,
     RELEASE_TIME,
+    ROTATION,
     SETTLE_TIME,
+    SLIP,
     STILL_SPEED,
+    VELOCITY,
 )
 from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.rotations import left_jacobian, multiply, normalize, rotation_exp
-
-# ------------------------------------------------------------------------------------------------
-# The filter's correction by the feet that stand: gate, Kalman update, retraction.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit
@@ -156,11 +150,6 @@ def move(
         m[at + i] = (turn[i, 0] * x + turn[i, 1] * y + turn[i, 2] * z) - (
             J[i, 0] * e0 + J[i, 1] * e1 + J[i, 2] * e2
         )
-
-
-# ------------------------------------------------------------------------------------------------
-# The filter's feet: where the joints have them, which are firm, and how a firm foot rolls.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit

@@ -28,23 +28,22 @@ from drake_quad.estimation.filter_state import (
     ERRORS,
     FEET,
     FIRM,
+    GATE,
     GYRO_BIAS,
+    LEVEL_START,
     LEVELLED,
+    LOST_VELOCITY,
     POSITION,
     RATE,
     ROTATION,
+    SHOCK,
     SLIP,
     STARTED,
     VELOCITY,
 )
 from drake_quad.estimation.prediction import predict
-from drake_quad.estimation.settings import GATE, LEVEL_START, LOST_VELOCITY, SHOCK
 from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.rotations import multiply, rotation_exp, write_quaternion
-
-# ------------------------------------------------------------------------------------------------
-# A robot that is known to start on level ground: its feet's heights show how it is tilted.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit
@@ -88,11 +87,6 @@ def level_start(m: FloatArray, s: FloatArray) -> None:
             for b in range(ERRORS):
                 P[a, b] -= column[a] * column[b] / S
         retract(m, delta)
-
-
-# ------------------------------------------------------------------------------------------------
-# One tick of the contact-aided invariant filter: what a robot's sensors say becomes its state.
-# ------------------------------------------------------------------------------------------------
 
 
 # Beyond these a reading is a fault, not a motion; the filter's own numbers stay far from overflow.
@@ -187,11 +181,6 @@ def start(m: FloatArray, imu: FloatArray, joints: FloatArray) -> None:
     m[STARTED] = 1.0
 
 
-# ------------------------------------------------------------------------------------------------
-# What the filter tells others: the state in a layout's order, and how sure it is of it.
-# ------------------------------------------------------------------------------------------------
-
-
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
@@ -244,11 +233,6 @@ def write_deviation(m: FloatArray, out: FloatArray) -> None:
                 for b in range(3):
                     total += row[a] * row[b] * P[a, b]
             out[error + i] = sqrt(max(total, 0.0))
-
-
-# ------------------------------------------------------------------------------------------------
-# A whole tick of the filter with its outputs, in one call.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit

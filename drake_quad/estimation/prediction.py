@@ -10,6 +10,9 @@ import numpy as np
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.filter_state import (
     ACCEL_BIAS,
+    ACCEL_DENSITY,
+    ACCEL_RANGE,
+    ACCEL_WALK,
     COVARIANCE,
     E_ACCEL,
     E_FEET,
@@ -20,21 +23,16 @@ from drake_quad.estimation.filter_state import (
     ERRORS,
     FEET,
     FIRM,
-    GYRO_BIAS,
-    POSITION,
-    RATE,
-    ROTATION,
-    VELOCITY,
-)
-from drake_quad.estimation.settings import (
-    ACCEL_DENSITY,
-    ACCEL_RANGE,
-    ACCEL_WALK,
     FOOT_WALK,
+    GYRO_BIAS,
     GYRO_DENSITY,
     GYRO_RANGE,
     GYRO_WALK,
+    POSITION,
+    RATE,
+    ROTATION,
     SHOCK,
+    VELOCITY,
 )
 from drake_quad.jit import copy_matrix, jit
 from drake_quad.math.rotations import multiply, normalize, rotation_exp

@@ -16,11 +16,6 @@ from drake_quad.estimation.filter import IntArray
 from drake_quad.jit import copy_vector, jit
 from drake_quad.math.rotations import multiply, rotation_exp, rotation_log
 
-# ------------------------------------------------------------------------------------------------
-# The errors of an inertial measurement unit, drawn once for a run.
-# ------------------------------------------------------------------------------------------------
-
-
 WHITE_ROWS = 2**17  # 262 s at 500 Hz before the same noise comes again
 BIAS_ROWS = 4096  # [s]: a row a second, between which the bias is drawn straight
 
@@ -127,11 +122,6 @@ def draw_imu_errors(noise: ImuNoise, period: float, generator: np.random.Generat
     return ImuErrors(white, bias, each(n.gyro_range, n.accel_range), period)
 
 
-# ------------------------------------------------------------------------------------------------
-# The errors of the joints' encoders, drawn once for a run.
-# ------------------------------------------------------------------------------------------------
-
-
 ROWS = 2**15  # 65 s at 500 Hz before the same noise comes again
 
 
@@ -201,11 +191,6 @@ def draw_joint_errors(noise: JointNoise, generator: np.random.Generator) -> Join
     return JointErrors(white, zero, 2.0 * np.pi / noise.counts if noise.counts else 0.0)
 
 
-# ------------------------------------------------------------------------------------------------
-# The errors of all of a robot's sensors together.
-# ------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True, eq=False)
 class SensorErrors:
     """What the sensors are like, and what their errors are drawn from.
@@ -221,11 +206,6 @@ class SensorErrors:
     joints: JointNoise
     imu_generator: np.random.Generator
     joint_generator: np.random.Generator
-
-
-# ------------------------------------------------------------------------------------------------
-# What an ideal strapdown IMU shows between two states.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit
@@ -260,11 +240,6 @@ def imu_increments(before: FloatArray, now: FloatArray, dt: float) -> FloatArray
         out[i] = turn[i] / dt
         out[3 + i] = middle[0, i] * a[0] + middle[1, i] * a[1] + middle[2, i] * a[2]
     return out
-
-
-# ------------------------------------------------------------------------------------------------
-# The sensors' ticks, compiled: what they show of a state.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit
@@ -337,3 +312,76 @@ def sense_joints(
         shown[i] += zero[i]
         if count > 0.0:
             shown[i] = floor(shown[i] / count + 0.5) * count
+
+
+# Columns of the sums, a row a foot: force in W (3) [N]; normal force times place in W (3) [N m];
+# normal force [N]; the greatest slip [m/s]. The last row is for all that is no foot: how many
+# contacts [0], and the greatest normal force among them [N] [1].
+FORCE, MOMENT, WEIGHT, SLIP = 0, 3, 6, 7
+SUMS = (5, 8)
+NO_FOOT = 4
+
+
+@jit
+def add_contact(
+    sums: FloatArray,
+    row: int,
+    sign: float,
+    force: FloatArray,
+    normal: FloatArray,
+    place: FloatArray,
+    slip: float,
+) -> None:
+    """Adds one contact.
+
+    Args:
+        sums: See SUMS.
+        row: The foot's; NO_FOOT if it is none.
+        sign: 1 if `force` acts on the foot, -1 if on what it touches.
+        force: In W (3,) [N].
+        normal: The contact's normal in W (3,).
+        place: In W (3,) [m].
+        slip: Tangential speed [m/s].
+    """
+    pressed = abs(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
+    if row == NO_FOOT:
+        sums[row, 0] += 1.0
+        sums[row, 1] = max(sums[row, 1], pressed)
+        return
+    for i in range(3):
+        sums[row, FORCE + i] += sign * force[i]
+        sums[row, MOMENT + i] += pressed * place[i]
+    sums[row, WEIGHT] += pressed
+    sums[row, SLIP] = max(sums[row, SLIP], slip)
+
+
+@jit
+def conclude(
+    sums: FloatArray,
+    threshold: float,
+    bearing: FloatArray,
+    force: FloatArray,
+    position: FloatArray,
+    slip: FloatArray,
+    others: FloatArray,
+) -> None:
+    """Writes what the sums come to; the place of a foot that touches nothing stays.
+
+    Args:
+        sums: See SUMS; all contacts are in it.
+        threshold: Normal force above which a foot bears [N].
+        bearing: Result (4,): 1 where a foot bears.
+        force: Result (12,) in W [N].
+        position: Result (12,): where the forces act in W [m].
+        slip: Result (4,) [m/s].
+        others: Result (2,): how many contacts of anything but feet; the greatest force there [N].
+    """
+    for k in range(4):
+        weight = sums[k, WEIGHT]
+        bearing[k] = 1.0 if weight > threshold else 0.0
+        slip[k] = sums[k, SLIP]
+        for i in range(3):
+            force[3 * k + i] = sums[k, FORCE + i]
+            if weight > 1e-9:
+                position[3 * k + i] = sums[k, MOMENT + i] / weight
+    others[0], others[1] = sums[NO_FOOT, 0], sums[NO_FOOT, 1]

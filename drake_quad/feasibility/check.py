@@ -12,9 +12,8 @@ from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
 from drake_quad.planning.mission import MissionPlan
-from drake_quad.robot.link_outline import link_outline_of
 from drake_quad.robot.loader import load_robot
-from drake_quad.robot.model import RobotModel, leg_length
+from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.config import CourseElement, RobotConfig, Scenario, StartConfig
 from drake_quad.scenario.load import load_scenario
 from drake_quad.stability.equilibrium_region import HULL

@@ -16,8 +16,7 @@ from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Segment, evaluate
 from drake_quad.robot.kinematics import calc_knees
 from drake_quad.robot.legs import LEGS, SHORT_NAMES
-from drake_quad.robot.link_outline import SHANK_POINTS, LinkOutline, link_outline_of
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import SHANK_POINTS, LinkOutline, RobotModel, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.terrain.lane import Lane
 from drake_quad.util.files import write_whole

@@ -16,7 +16,7 @@ from drake_quad.robot.importer.raw_robot import DOUBTFUL
 from drake_quad.robot.legs import LEGS, SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import SimulationConfig
-from drake_quad.util.input_files import MOST_YAML, read_given_text
+from drake_quad.util.files import MOST_YAML, read_given_text
 from drake_quad.util.yaml_io import parse_yaml
 
 # ------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from drake_quad.common import FloatArray, read_only
 from drake_quad.errors import PlanningError
 from drake_quad.gait.swing_clearance import Profile, find_apex
-from drake_quad.math.quintic import quintic, quintic_acceleration, quintic_inverse, quintic_rate
+from drake_quad.math.curves import quintic, quintic_acceleration, quintic_inverse, quintic_rate
 
 Arc = tuple[float, float, float, float]  # pivot x and y [m], turn [rad], end over start distance
 STRAIGHT: Arc = (0.0, 0.0, 0.0, 1.0)

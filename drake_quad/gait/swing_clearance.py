@@ -14,12 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.common import FloatArray
-from drake_quad.math.quintic import quintic, quintic_inverse
-
-# ------------------------------------------------------------------------------------------------
-# How high, and when, a swing must peak to clear the terrain under it (Fig. 5).
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.math.curves import quintic, quintic_inverse
 
 Profile = tuple[ArrayLike, ArrayLike]
 
@@ -221,11 +216,6 @@ def _ground(profile: Profile, d: FloatArray) -> FloatArray:
     """Returns the terrain's height [m] at distances d; at a riser that of the tread behind it."""
     x, z = (np.asarray(side, dtype=np.float64) for side in profile)
     return np.interp(d, x, z)
-
-
-# ------------------------------------------------------------------------------------------------
-# Room for a map that is not exact: the ground under a swing, as high as it may really be.
-# ------------------------------------------------------------------------------------------------
 
 
 RAMP = 0.1  # [m] from the foot at the least, over which its own ground rises to the full error

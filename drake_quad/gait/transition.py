@@ -26,9 +26,8 @@ from drake_quad.gait.transition_search import (
     sequences,
 )
 from drake_quad.gait.workspace import Workspace
-from drake_quad.math.polygon import Point
 from drake_quad.robot.legs import LEGS, Leg
-from drake_quad.stability.support_polygon import stability_margin
+from drake_quad.stability.support_polygon import Point, stability_margin
 
 
 @dataclass(frozen=True, eq=False)

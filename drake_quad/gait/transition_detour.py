@@ -23,12 +23,7 @@ from drake_quad.gait.transition_search import (
     is_better,
     sequences,
 )
-from drake_quad.math.polygon import Point, nearest_on_segment
-
-# ------------------------------------------------------------------------------------------------
-# Where a foot may rest in between, so that given lifts of other legs are stable.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.stability.support_polygon import Point, nearest_on_segment
 
 HalfPlane = tuple[float, float, float]  # (n_x, n_y, o): the points with n·q <= o
 Triple = tuple[Point, Point, Point]  # the centre of mass, and the two other feet on the ground
@@ -154,11 +149,6 @@ def _nearest(polygon: Polygon, point: Point) -> Point:
         if distance < least:
             best, least = candidate, distance
     return point if inside else best
-
-
-# ------------------------------------------------------------------------------------------------
-# Transitions on which a leg is put down in between, so that others can be lifted.
-# ------------------------------------------------------------------------------------------------
 
 
 Visit = tuple[int, int]  # a leg's row, and how often it has been moved: names a place

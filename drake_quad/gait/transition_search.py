@@ -15,13 +15,7 @@ from itertools import combinations, pairwise, product
 from math import hypot, inf
 
 from drake_quad.gait.workspace import Workspace
-from drake_quad.math.polygon import Point, nearest_on_segment
-from drake_quad.stability.support_polygon import margin_of_floats
-
-# ------------------------------------------------------------------------------------------------
-# One lift of a transition: how stable it is, and where the body best stands for it.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.stability.support_polygon import Point, margin_of_floats, nearest_on_segment
 
 Places = tuple[Point, Point, Point, Point]
 _EPS = 1e-12
@@ -169,11 +163,6 @@ def best_point(standing: list[Point], low: Point, high: Point, *, near: Point) -
 def _clip(point: Point, low: Point, high: Point) -> Point:
     """Returns the point of the rectangle nearest to `point`."""
     return min(max(point[0], low[0]), high[0]), min(max(point[1], low[1]), high[1])
-
-
-# ------------------------------------------------------------------------------------------------
-# The search for a transition's lifts: in which order, and by way of which places.
-# ------------------------------------------------------------------------------------------------
 
 
 ROUNDING = 1e-9  # [m]; a margin this much short of what is required counts as reaching it

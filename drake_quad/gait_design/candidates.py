@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_quad.common import BoolArray, FloatArray
-from drake_quad.math.quintic import quintic
+from drake_quad.math.curves import quintic
 from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.footholds import LIFT_OFF, FootholdPattern
 from drake_quad.robot.legs import LEGS, SIGNS, WAVE_ORDER

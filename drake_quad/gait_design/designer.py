@@ -34,9 +34,8 @@ from drake_quad.gait_design.search import (
     highest_rise,
     swing_clearance,
 )
-from drake_quad.robot.link_outline import LinkOutline, link_outline_of
 from drake_quad.robot.loader import load_robot
-from drake_quad.robot.model import RobotModel, leg_length
+from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
 

@@ -18,7 +18,7 @@ from drake_quad.math.distance import (
     point_to_box,
     point_to_stairs,
 )
-from drake_quad.robot.link_outline import CLEARANCE_WEIGHTS, SHANK_POINTS
+from drake_quad.robot.model import CLEARANCE_WEIGHTS, SHANK_POINTS
 
 # ------------------------------------------------------------------------------------------------
 # What a candidate's three feet and joints bear in one pose, and the margin that it keeps.

@@ -8,8 +8,7 @@ from drake_quad.common import FloatArray
 from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
 from drake_quad.gait_design.kernels import objectives_of_slacks, slacks
 from drake_quad.robot.kinematics import leg_array
-from drake_quad.robot.link_outline import LinkOutline
-from drake_quad.robot.model import RobotModel, leg_length
+from drake_quad.robot.model import LinkOutline, RobotModel, leg_length
 from drake_quad.stability.safety import planned_margin
 
 WIDEST_SWAY = 0.25  # of a stretched leg

@@ -26,8 +26,7 @@ from drake_quad.planning.mission import (
     plan_tasks,
 )
 from drake_quad.planning.motion_plan import evaluate
-from drake_quad.robot.link_outline import LinkOutline
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import LinkOutline, RobotModel
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 

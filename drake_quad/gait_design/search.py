@@ -22,8 +22,7 @@ from drake_quad.gait_design.objective import (
     wanted_with_tolerance,
 )
 from drake_quad.planning.footholds import FootholdPattern
-from drake_quad.robot.link_outline import LinkOutline
-from drake_quad.robot.model import RobotModel, leg_length
+from drake_quad.robot.model import LinkOutline, RobotModel, leg_length
 
 # ------------------------------------------------------------------------------------------------
 # The search for a pattern's best gait, by what room it leaves on endless staircases.

@@ -10,11 +10,6 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.jit import jit
 
-# ------------------------------------------------------------------------------------------------
-# Signed distance of points from boxes, and of the lines between them, compiled.
-# ------------------------------------------------------------------------------------------------
-
-
 ROUNDS = 12  # of golden sections: to less than a hundredth of a line
 GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
 
@@ -118,11 +113,6 @@ def points_to_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> Flo
     return found
 
 
-# ------------------------------------------------------------------------------------------------
-# Signed distance of many points from a profile of level stretches, compiled.
-# ------------------------------------------------------------------------------------------------
-
-
 @jit
 def ground_distance(
     s: FloatArray, z: FloatArray, ends: FloatArray, heights: FloatArray
@@ -150,11 +140,6 @@ def ground_distance(
             best = min(best, here)
         found[i] = best
     return found
-
-
-# ------------------------------------------------------------------------------------------------
-# Signed distance of lines between points from nosings, compiled.
-# ------------------------------------------------------------------------------------------------
 
 
 FAR = 1.0  # [m]: lines that are farther from any nosing are as good as there
@@ -214,11 +199,6 @@ def nosing_distance(
                 )  # fmt: skip
                 found[i, j] = min(found[i, j], here)
     return found
-
-
-# ------------------------------------------------------------------------------------------------
-# Distances of lines from each other, and of many pairs of them, compiled.
-# ------------------------------------------------------------------------------------------------
 
 
 PAIRS = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])  # of legs, by their rows
@@ -299,11 +279,6 @@ def distance_between_legs(points: FloatArray, radii: FloatArray, enough: float) 
                     )  # fmt: skip
                     found[n, k] = min(found[n, k], away - thick)
     return found
-
-
-# ------------------------------------------------------------------------------------------------
-# Distances from endless stairs, and from the plane above their nosings, compiled.
-# ------------------------------------------------------------------------------------------------
 
 
 NEIGHBOURS = 2  # treads to either side that can be the nearest to a point

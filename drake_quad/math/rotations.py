@@ -12,11 +12,6 @@ import numpy as np
 from drake_quad.common import FloatArray, Matrix, Vector
 from drake_quad.jit import jit
 
-# ------------------------------------------------------------------------------------------------
-# Rotations as the filter's kernels need them: small, allocation-light, compiled.
-# ------------------------------------------------------------------------------------------------
-
-
 SMALL = 1e-5  # [rad] below it the series are exact to the last digit
 
 
@@ -129,11 +124,6 @@ def write_quaternion(R: FloatArray, out: FloatArray) -> None:
         out[i] /= n
 
 
-# ------------------------------------------------------------------------------------------------
-# One rotation at a time in plain floats, for the control loop.
-# ------------------------------------------------------------------------------------------------
-
-
 @jit
 def solve_rates(J: Matrix, v: Vector) -> Vector:
     """Joint speeds that move the foot at `v`, by Cramer's rule; zero for a singular leg."""
@@ -190,11 +180,6 @@ def quaternion_rotation(w: float, x: float, y: float, z: float) -> Matrix:
     )
 
 
-# ------------------------------------------------------------------------------------------------
-# Many rotations at once, for plans and logs.
-# ------------------------------------------------------------------------------------------------
-
-
 def rotations(body: FloatArray) -> FloatArray:
     """Returns R_WB (..., 3, 3) of body poses (..., 5): yaw about z, then pitch about y."""
     cp, sp = np.cos(body[..., 3]), np.sin(body[..., 3])
@@ -246,11 +231,6 @@ def roll_pitch_yaw(quaternion: FloatArray) -> FloatArray:
         ],
         axis=-1,
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# Rotations in the plane.
-# ------------------------------------------------------------------------------------------------
 
 
 def rotation(yaw: float) -> FloatArray:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.math.bspline import BodySpline
+from drake_quad.math.curves import BodySpline
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.clearance import WORTH, shank_clearance, trunk_clearance
 from drake_quad.planning.contact_plan import ContactPlan

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.math.bspline import BodySpline, greville, join_weights, knot_spacing
+from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing
 from drake_quad.planning.body_constraints import (
     LegLimits,
     Shanks,

@@ -36,7 +36,7 @@ from scipy import sparse
 
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.math.bspline import knot_count, weights
+from drake_quad.math.curves import knot_count, weights
 from drake_quad.planning.body_constraints import LegLimits, Sides, make_sides
 from drake_quad.planning.contact_plan import ContactPlan
 

@@ -21,8 +21,7 @@ from drake_quad.planning.motion_plan import PlanSamples
 from drake_quad.planning.problem import Task
 from drake_quad.robot.kinematics import calc_knees
 from drake_quad.robot.legs import LEGS
-from drake_quad.robot.link_outline import CLEARANCE_WEIGHTS, SHANK_POINTS, LinkOutline
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import CLEARANCE_WEIGHTS, SHANK_POINTS, LinkOutline, RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 

@@ -14,7 +14,7 @@ from drake_quad.common import GRAVITY, BoolArray, FloatArray, Matrix, Vector
 from drake_quad.math.rotations import rotations, solve_rates
 from drake_quad.planning.motion_plan import PlanSamples
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.actuation import leg_limits
+from drake_quad.stability.equilibrium_region import leg_limits
 
 # ------------------------------------------------------------------------------------------------
 # How the standing feet share the wrench that holds the robot up and moves it as planned.

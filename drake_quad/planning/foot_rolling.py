@@ -14,7 +14,7 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.jit import jit
-from drake_quad.math.bspline import BodySpline
+from drake_quad.math.curves import BodySpline
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.model import RobotModel

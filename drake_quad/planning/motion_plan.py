@@ -12,8 +12,13 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.jit import jit
-from drake_quad.math.bspline import BodySpline, sample_body
-from drake_quad.math.quintic import quintic, quintic_acceleration, quintic_rate
+from drake_quad.math.curves import (
+    BodySpline,
+    quintic,
+    quintic_acceleration,
+    quintic_rate,
+    sample_body,
+)
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.robot.kinematics import constants, pose
 from drake_quad.robot.model import RobotModel

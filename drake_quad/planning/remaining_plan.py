@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.common import FloatArray, read_only
-from drake_quad.math.bspline import BodySpline, greville, join_weights
+from drake_quad.math.curves import BodySpline, greville, join_weights
 from drake_quad.planning.body_reference import BodyReference, GroundProfile
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance

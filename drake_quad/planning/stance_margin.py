@@ -20,7 +20,6 @@ from drake_quad.planning.problem import PlanSettings
 from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.legs import LEGS, SHORT_NAMES
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.actuation import leg_limits
 from drake_quad.stability.equilibrium_region import (
     FEASIBLE,
     FRICTION,
@@ -30,6 +29,7 @@ from drake_quad.stability.equilibrium_region import (
     Region,
     are_hulls,
     find_region,
+    leg_limits,
 )
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course, ground_normals

@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.math.bspline import BodySpline, knot_count
+from drake_quad.math.curves import BodySpline, knot_count
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.math.bspline import BodySpline
+from drake_quad.math.curves import BodySpline
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.robot.kinematics import solve_legs

@@ -13,13 +13,13 @@ from drake_quad.report.derived import BaseMotion, base_motion, touchdowns
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.reader import RecordedRun
-from drake_quad.stability.actuation import joint_limits
 from drake_quad.stability.equilibrium_region import (
     FEASIBLE,
     FRICTION,
     HULL,
     Region,
     find_region,
+    joint_limits,
     static_region,
     stricter,
 )

@@ -37,8 +37,7 @@ from drake_quad.report.tables import bounds, push_rows, recovery_rows, segment_r
 from drake_quad.report.verdict import grade_run
 from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
 from drake_quad.stability.safety import safe_margin
-from drake_quad.util.files import write_whole
-from drake_quad.util.input_files import MOST_YAML, read_given_text
+from drake_quad.util.files import MOST_YAML, read_given_text, write_whole
 
 # ------------------------------------------------------------------------------------------------
 # The figures of a run's page, in their order, with what is said of each.

@@ -19,11 +19,6 @@ from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import LegGeometry, RobotModel
 from drake_quad.robot.read_outline import bounding_box, outer_boxes, read_sides, read_thighs
 
-# ------------------------------------------------------------------------------------------------
-# The legs of a plant's robot in normal form: which they are, how long, and their feet.
-# ------------------------------------------------------------------------------------------------
-
-
 Refuse = Callable[[str, object, str], InputError]  # of field, value and what would be right
 Chain = list[RevoluteJoint]  # a leg's joints, from the trunk on
 
@@ -194,11 +189,6 @@ def _leg_chains(plant: MultibodyPlant, trunk: RigidBody) -> list[Chain]:
             chain.append(following[0])
         chains.append(chain)
     return chains
-
-
-# ------------------------------------------------------------------------------------------------
-# Reads a RobotModel from a plant that holds a robot in normal form, and says what does not fit.
-# ------------------------------------------------------------------------------------------------
 
 
 LARGEST = 10.0  # [m] of any length of a leg

@@ -16,13 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.common import FloatArray, Matrix, Vector
+from drake_quad.common import GRAVITY, FloatArray, Matrix, Vector
 from drake_quad.jit import jit
 from drake_quad.robot.model import LegGeometry, RobotModel
-
-# ------------------------------------------------------------------------------------------------
-# Kinematics of the abduction-hip-knee leg, for any number of poses of all four legs at once.
-# ------------------------------------------------------------------------------------------------
 
 
 def calc_feet(geometry: LegGeometry, q: FloatArray) -> FloatArray:
@@ -94,11 +90,6 @@ def calc_jacobians(geometry: LegGeometry, q: FloatArray) -> FloatArray:
         jacobian[..., 1, column] = -sa * dz
         jacobian[..., 2, column] = ca * dz
     return jacobian
-
-
-# ------------------------------------------------------------------------------------------------
-# The same leg, one at a time in plain floats: for the control loop.
-# ------------------------------------------------------------------------------------------------
 
 
 class LegConstants(NamedTuple):
@@ -188,29 +179,17 @@ def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
     return a, atan2(-x, -down) - atan2(l2 * sin(knee), l1 + l2 * cos(knee)), knee
 
 
-# ------------------------------------------------------------------------------------------------
-# The whole robot's centre of mass.
-# ------------------------------------------------------------------------------------------------
-
-
 def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
     """Returns the whole robot's centre of mass in B, (..., 3) [m], for joint angles (..., 4, 3)."""
     a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
     g, c = robot.geometry, robot.link_com
-
-    def pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
-        x, y, z = p[..., 0], p[..., 1], p[..., 2]
-        ca, sa = np.cos(angle), np.sin(angle)
-        y = np.broadcast_to(y, angle.shape)
-        return np.stack([ca * x + sa * z, y, -sa * x + ca * z], axis=-1)
-
     zero, plane = np.zeros(4), g.p_HP
-    knee_at = plane + pitched(hip, np.stack([zero, zero, -g.thigh], axis=-1))
+    knee_at = plane + _pitched(hip, np.stack([zero, zero, -g.thigh], axis=-1))
     m = robot.link_mass
     moment = (
         m[:, 0, None] * c[:, 0]
-        + m[:, 1, None] * (plane + pitched(hip, c[:, 1]))
-        + m[:, 2, None] * (knee_at + pitched(knee, c[:, 2]))
+        + m[:, 1, None] * (plane + _pitched(hip, c[:, 1]))
+        + m[:, 2, None] * (knee_at + _pitched(knee, c[:, 2]))
     )
     ca, sa = np.cos(a), np.sin(a)
     x, y, z = moment[..., 0], moment[..., 1], moment[..., 2]
@@ -221,9 +200,43 @@ def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
     return np.asarray(total / robot.mass)
 
 
-# ------------------------------------------------------------------------------------------------
-# Inverse kinematics and centre of mass of many poses: what every sampled plan is judged by.
-# ------------------------------------------------------------------------------------------------
+def calc_holding(robot: RobotModel, q: FloatArray, up: FloatArray) -> FloatArray:
+    """Torques that hold the legs' own links up, the feet in the air, (..., 4, 3) [Nm].
+
+    Args:
+        robot: The robot.
+        q: (..., 4, 3) joint angles [rad].
+        up: (..., 3) the upward unit vector in B.
+    """
+    g, m = robot.geometry, robot.link_mass
+    a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
+    zero, plane = np.zeros(4), g.p_HP
+    down = np.stack([zero, zero, -g.thigh], axis=-1)
+    at_knee = _pitched(hip, down)
+    # From the hip, before the abduction: of each link its centre of mass, of each joint its axis.
+    hip_link = robot.link_com[:, 0]
+    thigh = plane + _pitched(hip, robot.link_com[:, 1])
+    shank = plane + at_knee + _pitched(knee, robot.link_com[:, 2])
+    # `up` seen from there; joints turn about x, y, y.
+    ca, sa = np.cos(a), np.sin(a)
+    x, y, z = up[..., 0, None], up[..., 1, None], up[..., 2, None]
+    ux, uy, uz = x + zero, ca * y + sa * z, ca * z - sa * y
+    seen = np.stack([ux, uy, uz], axis=-1)
+
+    def about(axis: int, arms: FloatArray, mass: FloatArray) -> FloatArray:
+        return np.asarray(GRAVITY * mass * np.cross(arms, seen)[..., axis])
+
+    first = about(0, hip_link, m[:, 0]) + about(0, thigh, m[:, 1]) + about(0, shank, m[:, 2])
+    second = about(1, thigh - plane, m[:, 1]) + about(1, shank - plane, m[:, 2])
+    third = about(1, shank - plane - at_knee, m[:, 2])
+    return np.stack([first, second, third], axis=-1)
+
+
+def _pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
+    """Points (..., 4, 3) turned about y by angles (..., 4)."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = p[..., 0], np.broadcast_to(p[..., 1], angle.shape), p[..., 2]
+    return np.stack([c * x + s * z, y, c * z - s * x], axis=-1)
 
 
 # Columns of a leg's constants: those of `leg_array`, then the masses of hip, thigh and shank [kg]

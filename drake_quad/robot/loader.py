@@ -18,18 +18,12 @@ from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
 from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
-from drake_quad.robot.importer.sanitize import HEAVY
+from drake_quad.robot.importer.sanitize import HEAVY, links_with_friction
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
-from drake_quad.robot.importer.surface_friction import links_with_friction
 from drake_quad.robot.importer.xml_io import read_xml
 from drake_quad.robot.model import RobotModel
-from drake_quad.util.files import user_path
-from drake_quad.util.input_files import MOST_MESH, MOST_TEXT, check_given, read_given
-
-# ------------------------------------------------------------------------------------------------
-# Loads a robot: any quadruped's file, by way of its normal form, into a RobotModel or a plant.
-# ------------------------------------------------------------------------------------------------
+from drake_quad.util.files import MOST_MESH, MOST_TEXT, check_given, read_given, user_path
 
 
 def AddRobot(plant: MultibodyPlant, url: str) -> ModelInstanceIndex:
@@ -174,11 +168,6 @@ def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:
         raise refuse(f"holds {len(models)} models; give a file with one")
     instance: ModelInstanceIndex = models[0]
     return instance
-
-
-# ------------------------------------------------------------------------------------------------
-# What tells two robots apart that are called alike.
-# ------------------------------------------------------------------------------------------------
 
 
 # [bytes] A greater file is a mesh, whose name and size stand for it: some have tens of megabytes.

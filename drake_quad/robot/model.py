@@ -9,15 +9,11 @@ order (abduction, hip pitch, knee) and zero with the leg straight down.
 `MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from drake_quad.common import FloatArray
-
-# ------------------------------------------------------------------------------------------------
-# The geometry of the legs.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -49,11 +45,6 @@ class LegGeometry:
     def reach(self) -> FloatArray:
         """Length of each leg stretched out, (4,) [m]."""
         return self.thigh + self.shank
-
-
-# ------------------------------------------------------------------------------------------------
-# A quadruped as the planners see it: four legs with geometry, limits and masses.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,3 +131,66 @@ def leg_length(robot: RobotModel) -> float:
     straightest = np.where(np.prod(knees, axis=0) <= 0.0, 0.0, np.min(np.abs(knees), axis=0))
     square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(straightest)
     return float(np.sqrt(np.min(square)))
+
+
+# From the knee on, to the foot: 1. The last is where a thick shank ends above a thin foot: over a
+# nosing, and leaning, it is what comes down on it first.
+SHANK_POINTS = np.append(0.14 * np.arange(7), 0.93)
+# By which a distance at them is multiplied where it is weighed against the room wanted: the end
+# is always near to what its foot is on, and a third of that will do.
+CLEARANCE_WEIGHTS = np.append(np.ones(7), 3.0)
+
+
+@dataclass(frozen=True, eq=False)
+class LinkOutline:
+    """A robot's outline.
+
+    Attributes:
+        trunk_lower: Least x, y, z of the trunk in B (3,) [m].
+        trunk_upper: Greatest ones (3,) [m].
+        trunk_parts: Least and greatest ones of each of its parts (K, 2, 3) [m].
+        shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
+            middle of its shank is at SHANK_POINTS, feet left out (4, 8) [m].
+        shank_radii: How far it reaches from there to either side (4, 8) [m].
+    """
+
+    trunk_lower: FloatArray
+    trunk_upper: FloatArray
+    trunk_parts: FloatArray
+    shank_offsets: FloatArray
+    shank_radii: FloatArray
+
+
+def link_outline_of(robot: RobotModel) -> LinkOutline:
+    """The outline of a robot's collision geometry; of its hips where the trunk has none."""
+    return LinkOutline(
+        trunk_lower=robot.trunk_box[0],
+        trunk_upper=robot.trunk_box[1],
+        trunk_parts=robot.trunk_boxes,
+        shank_offsets=robot.shank_offsets,
+        shank_radii=robot.shank_radii,
+    )
+
+
+def with_point_feet(robot: RobotModel) -> RobotModel:
+    """Returns the robot with each foot the lowest point of its ball, on the shank's own line.
+
+    The legs stay as long as they are; the feet have no radius, so that they do not roll and swings
+    clear edges by the paper's Δh alone. Masses, limits and shapes stay as they are.
+    """
+    geometry, radius = robot.geometry, robot.foot_radius
+    # Along the longer line from knee to foot the shank's outline is nearer to the knee.
+    longer = 1.0 + radius / geometry.shank
+    along = SHANK_POINTS * longer[:, None]
+    offsets, radii = (
+        np.stack([np.interp(a, SHANK_POINTS, row) for a, row in zip(along, rows, strict=True)])
+        for rows in (robot.shank_offsets, robot.shank_radii)
+    )
+    return replace(
+        robot,
+        geometry=replace(geometry, shank=geometry.shank + radius),
+        foot_radius=0.0,
+        foot_smaller=np.zeros(4),
+        shank_offsets=offsets,
+        shank_radii=radii,
+    )

@@ -7,12 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.link_outline import SHANK_POINTS
-
-# ------------------------------------------------------------------------------------------------
-# How far shanks reach from the line from knee to foot, by their collision shapes.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.robot.model import SHANK_POINTS
 
 SPECK = 0.005  # [m] across: geometries no larger are let be
 THIN = 0.04  # of its length: radius of a shank where it has no geometry, but for its end
@@ -113,11 +108,6 @@ def rod(shape: DrakeShape) -> tuple[FloatArray, float, float]:
     k = int(np.argmax(half))
     radius = float(np.max(np.delete(half, k)))
     return np.eye(3)[k], max(float(half[k]) - radius, 0.0), radius
-
-
-# ------------------------------------------------------------------------------------------------
-# Where a thigh's collision shapes are: the edges of its boxes, the middles of what is round.
-# ------------------------------------------------------------------------------------------------
 
 
 # A way along a box's edges, by corners: round one side, round the other.

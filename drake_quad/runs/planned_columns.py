@@ -12,8 +12,12 @@ from drake_quad.planning.contact_forces import Share, min_norm_forces, torque_ra
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
 from drake_quad.robot.model import RobotModel, contact_friction
 from drake_quad.runs.schema import Columns
-from drake_quad.stability.actuation import joint_limits
-from drake_quad.stability.equilibrium_region import find_region, is_hull, make_contacts
+from drake_quad.stability.equilibrium_region import (
+    find_region,
+    is_hull,
+    joint_limits,
+    make_contacts,
+)
 from drake_quad.stability.margins import Margins
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.systems.stability_monitor import NO_SUPPORT

@@ -18,8 +18,7 @@ from drake_quad.scenario.build import course_of, robot_of, world_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.terrain.course import Course
-from drake_quad.util.files import plain_of, user_path
-from drake_quad.util.input_files import MOST_JSON, read_given, read_given_table
+from drake_quad.util.files import MOST_JSON, plain_of, read_given, read_given_table, user_path
 
 # ------------------------------------------------------------------------------------------------
 # The log of a finished run as arrays: every column is there, nan where the file lacks it.

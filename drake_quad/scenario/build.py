@@ -21,8 +21,7 @@ from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.problem import PlanSettings, Task, derive_mission
 from drake_quad.robot.legs import Leg
 from drake_quad.robot.loader import MakeModelPlant, load_robot
-from drake_quad.robot.model import RobotModel
-from drake_quad.robot.point_feet import with_point_feet
+from drake_quad.robot.model import RobotModel, with_point_feet
 from drake_quad.scenario.config import PushConfig, Scenario
 from drake_quad.systems.disturbances import Disturbances, Push, Vector
 from drake_quad.terrain.as_built import MapErrors, build_as_built

@@ -25,10 +25,15 @@ from drake_quad.scenario.build import (
 )
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.validate import check_scenario
-from drake_quad.util.files import user_path
-from drake_quad.util.input_files import MOST_YAML, is_given, read_given_text
-from drake_quad.util.schema import conform, field_types, unknown_key_remedy, unwrap_optional
-from drake_quad.util.yaml_io import parse_value, parse_yaml
+from drake_quad.util.files import MOST_YAML, is_given, read_given_text, user_path
+from drake_quad.util.yaml_io import (
+    conform,
+    field_types,
+    parse_value,
+    parse_yaml,
+    unknown_key_remedy,
+    unwrap_optional,
+)
 
 # ------------------------------------------------------------------------------------------------
 # Overrides of single fields: `gait.duty_factor=0.8`, `course[1].rise=0.2`.

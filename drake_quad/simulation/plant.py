@@ -20,13 +20,12 @@ from drake_quad.common import FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.planning.motion_plan import Stance, pose_robot
-from drake_quad.robot.contact_surface import SetContactFriction, SetHydroelastic
 from drake_quad.robot.loader import AddRobot
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.systems.disturbances import Disturbances
 from drake_quad.terrain.course import Course
-from drake_quad.terrain.drake_geometry import AddCourse
+from drake_quad.terrain.drake_geometry import AddCourse, SetContactFriction, SetHydroelastic
 
 NO_STRENGTH = 1e-6  # what is left of a dead drive: Drake wants stiffness and limit above zero
 PAYLOAD_DENSITY = 1000.0  # [kg/m³] a cube of water

@@ -63,9 +63,9 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "stability.support_polygon.watch_margins": (
                 _V, _I, _F, _F, _F, _B, _F, _F, _F, _V, _V, _V,
             ),
-            # contacts.add_contact is left to its first call: the versions of Drake differ in which
-            # of its arguments may be written to.
-            "estimation.contacts.conclude": (_M, _F, _V, _V, _V, _V, _V),
+            # sensor_models.add_contact is left to its first call: the versions of Drake differ in
+            # which of its arguments may be written to.
+            "estimation.sensor_models.conclude": (_M, _F, _V, _V, _V, _V, _V),
         },
         "estimator": {
             "estimation.filter.run_filter": (
@@ -77,7 +77,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "estimation.filter.write_deviation": (_V, _V),
         },
         "plan": {
-            "math.bspline.sample_body": (_RM, _F, _F),
+            "math.curves.sample_body": (_RM, _F, _F),
             "robot.kinematics.pose": (_M, _V, _M, _T),
             "planning.foot_rolling._roll": (_F, _V, _M, _T, _BM, _M, _T),
         },

@@ -37,7 +37,6 @@ from math import pi, sqrt
 import numpy as np
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray, read_only
-from drake_quad.math.polygon import nearest_on_segment
 from drake_quad.stability.equilibrium_region import (
     Contacts,
     ForceLimits,
@@ -49,12 +48,11 @@ from drake_quad.stability.equilibrium_region import (
     force_rows,
 )
 from drake_quad.stability.projection import PolytopeProjection, project_polygon
-from drake_quad.stability.support_polygon import stability_margin, support_polygon
-
-# ------------------------------------------------------------------------------------------------
-# The robot as a linear inverted pendulum: its capture point, and where its pressure can be.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.stability.support_polygon import (
+    nearest_on_segment,
+    stability_margin,
+    support_polygon,
+)
 
 LEAST_HEIGHT = 0.1  # [m] of the centre of mass over the ground
 
@@ -128,11 +126,6 @@ def find_pressure_area(
     C[0, X] = C[1, Y] = -body.height
     corners = project_polygon(PolytopeProjection(A, lower, upper, C, np.array([body.x, body.y])))
     return Region(read_only(np.array(corners).reshape(-1, 2)))
-
-
-# ------------------------------------------------------------------------------------------------
-# How hard a stance can be pushed, by direction, before it takes a step.
-# ------------------------------------------------------------------------------------------------
 
 
 SWING_BACK = 0.5  # of a throw, that the robot may miss its place by when it comes back
@@ -217,11 +210,6 @@ def capture_margin(region: Region, area: Region, body: Pendulum) -> float:
     """
     x, y = body.capture
     return min(region.margin(x, y), area.margin(x, y))
-
-
-# ------------------------------------------------------------------------------------------------
-# How a pushed robot falls: the linear inverted pendulum over the feet that bear.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

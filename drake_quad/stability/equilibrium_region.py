@@ -33,14 +33,11 @@ from math import cos, hypot, pi, sin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_quad.common import BoolArray, FloatArray, read_only
+from drake_quad.common import GRAVITY, BoolArray, FloatArray, read_only
+from drake_quad.robot.kinematics import calc_holding, calc_jacobians
+from drake_quad.robot.model import RobotModel
 from drake_quad.stability.projection import NONE, PolytopeProjection, project_polygon
 from drake_quad.stability.support_polygon import margin_of_floats, support_polygon
-
-# ------------------------------------------------------------------------------------------------
-# Feet on the ground, and what each of them can push with: Coulomb's cone as a pyramid.
-# ------------------------------------------------------------------------------------------------
-
 
 PARALLEL = 0.99  # cosine above which a direction is too near to the normal to lie in the plane
 
@@ -133,11 +130,6 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Cross product; numpy's own takes ten times as long for three numbers."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-
-
-# ------------------------------------------------------------------------------------------------
-# Where the centre of mass may be above given feet: the region of balance, exactly.
-# ------------------------------------------------------------------------------------------------
 
 
 MOST_FORCE = 10.0  # of the weight, that a foot pushes with at most: no region is without end
@@ -274,9 +266,49 @@ def force_rows(
     return A, lower, upper
 
 
-# ------------------------------------------------------------------------------------------------
-# Where the region of balance is the hull of the feet, with a proof that needs no program.
-# ------------------------------------------------------------------------------------------------
+def joint_limits(
+    robot: RobotModel,
+    R_WB: FloatArray,
+    q: FloatArray,
+    standing: ArrayLike,
+    *,
+    mass: float | None = None,
+    effort: FloatArray | None = None,
+) -> ForceLimits:
+    """Limits that the joints' torques set to the forces on the standing feet.
+
+    Static: torque = what holds the leg's links - Jᵀ f, with f the force on the foot.
+
+    Args:
+        robot: The robot.
+        R_WB: (3, 3) orientation of B.
+        q: (4, 3) joint angles [rad].
+        standing: (4,) which feet stand.
+        mass: Of the whole robot, payload included, if it is another than the model's [kg].
+        effort: (12,) torque limits, if they are others than the model's [Nm].
+    """
+    who = np.asarray(standing, dtype=np.bool_)
+    legs = leg_limits(robot, R_WB, q, mass=mass, effort=effort)
+    return ForceLimits(legs.rows[who], legs.lower[who], legs.upper[who])
+
+
+def leg_limits(
+    robot: RobotModel,
+    R_WB: FloatArray,
+    q: FloatArray,
+    *,
+    mass: float | None = None,
+    effort: FloatArray | None = None,
+) -> ForceLimits:
+    """The same of all four legs, for any number of poses: R_WB (..., 3, 3), q (..., 4, 3).
+
+    Its arrays are (..., 4, 3, 3) and (..., 4, 3).
+    """
+    weight = GRAVITY * (robot.mass if mass is None else mass)
+    most = (robot.effort if effort is None else effort).reshape(4, 3)
+    hold = calc_holding(robot, q, R_WB[..., 2, :])
+    rows = np.swapaxes(R_WB[..., None, :, :] @ calc_jacobians(robot.geometry, q), -1, -2)
+    return ForceLimits(rows, (hold - most) / weight, (hold + most) / weight)
 
 
 LEVEL = 1e-9  # 1 - the normal's z, beyond which ground is not level
@@ -318,11 +350,6 @@ def static_region(contacts: Contacts) -> Region:
     if is_hull(contacts):
         return Region(support_polygon(contacts.places[:, :2]))
     return find_region(contacts)
-
-
-# ------------------------------------------------------------------------------------------------
-# Over what a margin of the centre of mass is measured: the three answers, from cheap to true.
-# ------------------------------------------------------------------------------------------------
 
 
 # The convex hull of the feet; the region of balance within friction; within torque limits, too.

@@ -17,7 +17,6 @@ from drake_quad.robot.kinematics import (
     solve_legs,
 )
 from drake_quad.robot.model import RobotModel, contact_friction
-from drake_quad.stability.actuation import joint_limits
 from drake_quad.stability.capture_point import (
     SWING_BACK,
     Pendulum,
@@ -33,14 +32,10 @@ from drake_quad.stability.equilibrium_region import (
     Contacts,
     WrenchDemand,
     find_region,
+    joint_limits,
     make_contacts,
     static_region,
 )
-
-# ------------------------------------------------------------------------------------------------
-# How far the robot can be carried aside before a leg that stands is at its limits.
-# ------------------------------------------------------------------------------------------------
-
 
 STEPS = 6  # of the way that are looked at, and
 HALVINGS = 5  # of the step in which a leg comes to its limit
@@ -90,11 +85,6 @@ def leg_stroke_left(
     there, _ = posed(low)
     moved = (calc_com(robot, there) - calc_com(robot, q)) @ R_WB.T
     return np.maximum(low + np.sum(moved[:, :2] * ways, axis=-1), 0.0)
-
-
-# ------------------------------------------------------------------------------------------------
-# All margins of one instant, from what is measured of a robot.
-# ------------------------------------------------------------------------------------------------
 
 
 WAYS = directions(16)
@@ -253,11 +243,6 @@ def demand_of(
     weight = GRAVITY * mass
     mx, my, mz, fx, fy, fz = ((momentum - before) / (time * weight)).tolist()
     return WrenchDemand((fx, fy, 1.0 + fz), (mx, my, mz), height)
-
-
-# ------------------------------------------------------------------------------------------------
-# When a robot counts as fallen: for the monitor that says so, and for who plans.
-# ------------------------------------------------------------------------------------------------
 
 
 FALLEN_TILT = 0.7  # [rad] of the trunk, 40 degrees, whatever it meant to do

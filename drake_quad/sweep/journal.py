@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from drake_quad.errors import InputError
-from drake_quad.util.files import is_whole, plain_of, write_whole
-from drake_quad.util.input_files import MOST_JOURNAL, read_given
+from drake_quad.util.files import MOST_JOURNAL, is_whole, plain_of, read_given, write_whole
 
 # ------------------------------------------------------------------------------------------------
 # A sweep's journal, read: what can be a line of it, and what is kept of one that is damaged.

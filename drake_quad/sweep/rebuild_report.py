@@ -28,8 +28,7 @@ from drake_quad.sweep.results import (
 )
 from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import study_from
-from drake_quad.util.files import is_number
-from drake_quad.util.input_files import read_given_table
+from drake_quad.util.files import is_number, read_given_table
 
 # Of the sweep itself, and not of its tables.
 KEPT: dict[str, Kind] = {

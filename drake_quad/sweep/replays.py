@@ -14,8 +14,7 @@ from drake_quad.simulation.run import simulate
 from drake_quad.sweep.findings import worst_first
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.trials import TRIALS_DIRECTORY, directory_of, make_trials
-from drake_quad.util.files import plain_of
-from drake_quad.util.input_files import MOST_JSON, read_given
+from drake_quad.util.files import MOST_JSON, plain_of, read_given
 
 # Trials with these outcomes had no run, or would take this process with them.
 NO_RUN = ("refused", "infeasible", "crashed", "killed", "memory", "timeout", "error")

@@ -19,8 +19,7 @@ from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import as_plain
 from drake_quad.sweep.trials import repeat_into
 from drake_quad.systems.stability_monitor import NO_SUPPORT
-from drake_quad.util.files import write_whole
-from drake_quad.util.input_files import MOST_TEXT, read_given_text
+from drake_quad.util.files import MOST_TEXT, read_given_text, write_whole
 
 # ------------------------------------------------------------------------------------------------
 # What a sweep leaves for people: report.html.

@@ -16,9 +16,16 @@ from drake_quad.sweep.sampling import GRID, distribution_of, support_of
 from drake_quad.sweep.study import Base, Study, Vary
 from drake_quad.sweep.study_loading import FREE, LONGEST_AXIS, MOST_WHOLE
 from drake_quad.sweep.trials import RANKED_BY, Trial, count_trials, figures_of, make_trials, repeat
-from drake_quad.util.files import is_number, is_whole, plain_of, write_whole
-from drake_quad.util.input_files import MOST_JSON, read_given, read_given_table
-from drake_quad.util.schema import conform
+from drake_quad.util.files import (
+    MOST_JSON,
+    is_number,
+    is_whole,
+    plain_of,
+    read_given,
+    read_given_table,
+    write_whole,
+)
+from drake_quad.util.yaml_io import conform
 
 # ------------------------------------------------------------------------------------------------
 # The tables of a sweep: trials.parquet, the same whoever carried them out, and clock.parquet.

@@ -11,8 +11,7 @@ from typing import Any
 
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, parse_scenario
-from drake_quad.util.files import user_path
-from drake_quad.util.input_files import MOST_YAML, is_given, read_given_text
+from drake_quad.util.files import MOST_YAML, is_given, read_given_text, user_path
 
 # ------------------------------------------------------------------------------------------------
 # A study's fields, as its YAML file fills them: what varies, how often, and what counts.

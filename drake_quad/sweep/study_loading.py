@@ -26,10 +26,8 @@ from drake_quad.sweep.sampling import (
     support_of,
 )
 from drake_quad.sweep.study import Base, Gate, Limits, Study, SuccessBound, Vary, find_base
-from drake_quad.util.files import user_path
-from drake_quad.util.input_files import MOST_YAML, read_given_text
-from drake_quad.util.schema import conform
-from drake_quad.util.yaml_io import parse_yaml
+from drake_quad.util.files import MOST_YAML, read_given_text, user_path
+from drake_quad.util.yaml_io import conform, parse_yaml
 
 # ------------------------------------------------------------------------------------------------
 # What one thing that varies must be: its path, its one way, and that way's numbers.

@@ -9,7 +9,7 @@ from pydrake.multibody.plant import ContactModel, ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.estimation.contacts import NO_FOOT, SUMS, add_contact, conclude
+from drake_quad.estimation.sensor_models import NO_FOOT, SUMS, add_contact, conclude
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.systems.leaf_system import (

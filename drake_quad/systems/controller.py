@@ -12,7 +12,7 @@ from drake_quad.control.ports import BALANCE_SIZE
 from drake_quad.control.push_recovery import Reflex
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
-from drake_quad.estimation.settings import EstimatorSettings
+from drake_quad.estimation.filter_state import EstimatorSettings
 from drake_quad.planning.motion_plan import Stance, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.recovery_step import StepTargetMap

@@ -5,8 +5,12 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.common import FloatArray
 from drake_quad.estimation.filter import run_filter, write_deviation, write_state
-from drake_quad.estimation.filter_state import initial_memory
-from drake_quad.estimation.settings import DEFAULT_SETTINGS, EstimatorSettings, settings_array
+from drake_quad.estimation.filter_state import (
+    DEFAULT_SETTINGS,
+    EstimatorSettings,
+    initial_memory,
+    settings_array,
+)
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout

@@ -22,11 +22,6 @@ from drake_quad.terrain.boxes import Box, Slab, face, make_box, move_face
 from drake_quad.terrain.course import Course, foundation
 from drake_quad.terrain.lane import Flight, Lane, flight_parts
 
-# ------------------------------------------------------------------------------------------------
-# The lanes of the course as it really is: where the flights' risers are, and how high the ground.
-# ------------------------------------------------------------------------------------------------
-
-
 RISE_MIN = 0.002  # [m] what is less is no riser
 RUN_MIN = 0.10  # [m]
 LEVEL_MIN = 0.3  # [m] of level ground that must be left between flights
@@ -175,12 +170,6 @@ def map_error(source: str, field: str, value: float, remedy: str) -> InputError:
     return InputError(source=source, field=f"world.{field}", value=round(value, 4), remedy=remedy)
 
 
-# ------------------------------------------------------------------------------------------------
-# The boxes of the course as it really is: flights moved and turned, the level ground to meet
-# them.
-# ------------------------------------------------------------------------------------------------
-
-
 def laid_boxes(
     course: Course,
     lanes: tuple[Lane, ...],
@@ -315,11 +304,6 @@ def _apron(
 def _width(width: float, length: float, yaw: float) -> float:
     """How wide a turned box, `length` deep, must be to cover a strip of `width` [m]."""
     return width / math.cos(yaw) + length * abs(math.tan(yaw))
-
-
-# ------------------------------------------------------------------------------------------------
-# The course as it really is: unlike the map that the controller plans on.
-# ------------------------------------------------------------------------------------------------
 
 
 YAW_MIN = 1e-6  # [rad] what is less is no turn: no slivers of ground a micron long

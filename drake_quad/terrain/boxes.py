@@ -10,11 +10,6 @@ import numpy as np
 from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.math.rotations import rotation
 
-# ------------------------------------------------------------------------------------------------
-# The boxes of a course: their footprints, and whether two of them share ground.
-# ------------------------------------------------------------------------------------------------
-
-
 OVERLAP = 1e-6  # [m] boxes that share less than this merely touch
 
 _CORNERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
@@ -128,11 +123,6 @@ def _apart(many: FloatArray, one: FloatArray, axis: FloatArray) -> BoolArray:
     a, b = many @ axis, one @ axis
     gap = np.maximum(a.min(axis=-1) - b.max(), b.min() - a.max(axis=-1))
     return np.asarray(gap > -OVERLAP)
-
-
-# ------------------------------------------------------------------------------------------------
-# Moving the faces of a course's boxes: where level ground ends.
-# ------------------------------------------------------------------------------------------------
 
 
 ALIGNED = 1e-9

@@ -22,10 +22,6 @@ from drake_quad.terrain.boxes import Box, Slab, first_overlap, make_box, move_fa
 from drake_quad.terrain.elements import DEFAULT_WIDTH, Element, check_elements
 from drake_quad.terrain.lane import EDGE, Flight, Lane, flight_parts
 
-# ------------------------------------------------------------------------------------------------
-# Laying a course out: where each element goes, as intervals of a lane and as slabs of ground.
-# ------------------------------------------------------------------------------------------------
-
 
 class Layout:
     """Where the next element goes: the lane being laid, its origin, heading and height."""
@@ -162,11 +158,6 @@ class Layout:
         self._stretch(0.5 * length, width, "landing")
 
 
-# ------------------------------------------------------------------------------------------------
-# The course: floor, stairs, landings, turns and the like, all from one list of elements.
-# ------------------------------------------------------------------------------------------------
-
-
 __all__ = ["Box", "Course", "Element", "Flight", "Lane", "build_course"]
 
 FOUNDATION = 0.2  # [m] of solid below the lowest level
@@ -301,11 +292,6 @@ def _undercut(boxes: list[Box], elements: Sequence[Element], lanes: Sequence[Lan
             before = owners.pop(0) - 1
             if flight.undercut:
                 move_face(boxes, before, lane.heading, -flight.undercut)
-
-
-# ------------------------------------------------------------------------------------------------
-# The direction of the ground under a place.
-# ------------------------------------------------------------------------------------------------
 
 
 def ground_normals(course: Course, places: FloatArray) -> FloatArray:

@@ -16,11 +16,6 @@ from typing import Any
 
 from drake_quad.errors import InputError
 
-# ------------------------------------------------------------------------------------------------
-# What a course is made of: floor, stairs, landing and the like, as a person writes them.
-# ------------------------------------------------------------------------------------------------
-
-
 DEFAULT_WIDTH = 2.0  # [m] of whatever says nothing else, but for a landing to turn on
 WIDTH_MIN = 0.8  # [m] on anything narrower no stance of a robot worth climbing with fits
 DEFAULT_THICKNESS = 0.04  # [m] of a tread that reaches out, or lies over an open riser
@@ -131,11 +126,6 @@ class Element:
         return [(sign * float(h), float(w)) for h, w in zip(heights, runs, strict=True)]
 
 
-# ------------------------------------------------------------------------------------------------
-# What every complaint about an element of a course needs: the field's path, and its value.
-# ------------------------------------------------------------------------------------------------
-
-
 class Checker:
     """Checks fields of one element.
 
@@ -178,11 +168,6 @@ class Checker:
         if not math.isfinite(value):
             raise self.error(field, "must be finite", value)
         return float(value)
-
-
-# ------------------------------------------------------------------------------------------------
-# What no flight of stairs can be.
-# ------------------------------------------------------------------------------------------------
 
 
 STEPS_MAX = 1000  # of a flight
@@ -255,11 +240,6 @@ class StairsChecker(Checker):
             raise self.error("count", f"the lists have {element.step_count} steps: leave it out")
         if element.step_count > STEPS_MAX:
             raise self.error("count", f"a flight has at most {STEPS_MAX} steps: add a landing")
-
-
-# ------------------------------------------------------------------------------------------------
-# What no course can be: each complaint names the field as the person wrote it.
-# ------------------------------------------------------------------------------------------------
 
 
 RUN_MIN = 0.10  # [m]

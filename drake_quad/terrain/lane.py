@@ -12,10 +12,6 @@ from numpy.typing import ArrayLike
 from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotation
 
-# ------------------------------------------------------------------------------------------------
-# A flight of stairs as solids: treads down to the foundation, or with noses, or open between.
-# ------------------------------------------------------------------------------------------------
-
 
 class Flight(NamedTuple):
     """The steps of one flight: intervals `first` to `last` (inclusive) of its lane.
@@ -93,11 +89,6 @@ def _open_parts(flight: Flight, ends: list[float], tops: list[float]) -> list[Pa
         a, b = (a, min(b + over, ends[-1])) if up else (max(a - over, ends[0]), b)
         parts.append(Part(f"tread_{k + 1}", a, b, tops[k + 1], flight.thickness))
     return [*parts, Part("ground", ends[0], ends[-1], tops[0] if up else tops[-1])]
-
-
-# ------------------------------------------------------------------------------------------------
-# A lane: a straight stretch of a course between two turns, as a step profile along it.
-# ------------------------------------------------------------------------------------------------
 
 
 EDGE = 1e-9  # [m] a point this near to an edge counts as on it

@@ -1,21 +1,30 @@
-"""Files that are written whole or not at all, users' paths, and JSON that anything reads."""
+"""Files: written whole or not at all, read with care, cached; users' paths, and plain JSON.
 
+A pipe without a writer would be waited for without end, and a device such as /dev/zero read until
+no memory is left. `read_given` and its kin read every file that a person, or an older run, may have
+put there; they raise an OSError, whose `strerror` says what is wrong, as of any other file.
+"""
+
+import errno
+import grp
 import json
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping
+import pwd
+import stat
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from errno import EISDIR
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import platformdirs
 
 from drake_quad.errors import InputError
 
-# ------------------------------------------------------------------------------------------------
-# Files that are whole or not there: written beside their place, then moved into it.
-# ------------------------------------------------------------------------------------------------
-
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 Write = Callable[[Path], object]  # given the path to fill
 
@@ -43,7 +52,7 @@ def write_together(
             _fill(now, write)
         for now in (*files, *gone):
             if now.is_dir():  # before anything is removed
-                raise IsADirectoryError(EISDIR, "is a directory")
+                raise IsADirectoryError(errno.EISDIR, "is a directory")
         *before, last = files
         for now in (*([last] if before else []), *gone):
             now.unlink(missing_ok=True)
@@ -81,11 +90,6 @@ def _fill(path: Path, write: Write) -> None:
         os.fsync(written.fileno())
 
 
-# ------------------------------------------------------------------------------------------------
-# Paths as people type them.
-# ------------------------------------------------------------------------------------------------
-
-
 def user_path(path: str | Path) -> Path:
     """The path with `~` and `~name` in full; as it is where there is no such user.
 
@@ -95,11 +99,6 @@ def user_path(path: str | Path) -> Path:
         return Path(path).expanduser()
     except RuntimeError:
         return Path(path)
-
-
-# ------------------------------------------------------------------------------------------------
-# JSON of files that others may have spoilt: plain data, or nothing.
-# ------------------------------------------------------------------------------------------------
 
 
 def plain_of(text: bytes) -> dict[str, Any] | None:
@@ -130,12 +129,194 @@ def is_whole(value: Any) -> bool:
     return type(value) is int and abs(value) < 2**63
 
 
-# ------------------------------------------------------------------------------------------------
-# Plain values as notebooks show them.
-# ------------------------------------------------------------------------------------------------
-
-
 def html_table(rows: Iterable[tuple[str, str]]) -> str:
     """Names and values as a table in HTML."""
     cells = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows)
     return f"<table>{''.join(cells)}</table>"
+
+
+MIB = 1 << 20
+# How many bytes a file of each kind may have: some ten times the largest that was ever needed.
+MOST_YAML = 2 * MIB  # PyYAML reads a tenth of that in a second
+MOST_JSON = 64 * MIB
+MOST_TEXT = 64 * MIB  # a Markdown page, a robot's file
+MOST_MESH = 512 * MIB
+MOST_TABLE = 1024 * MIB
+MOST_JOURNAL = 1024 * MIB
+
+KINDS = {
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def read_given(path: str | Path, *, most: int) -> bytes:
+    """The bytes of a regular file.
+
+    Args:
+        path: Of the file.
+        most: Bytes that it may have.
+
+    Raises:
+        IsADirectoryError: It is a directory.
+        OSError: It is no regular file, it is larger, or it cannot be read.
+    """
+    check_given(path, most=most)  # before it is opened, which by itself may wait, or wind a tape
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(handle, "rb") as file:
+        _check(os.fstat(file.fileno()), path, most)  # another may have come to its place
+        data = file.read(most + 1)  # of some files in /proc the size is not known before
+    if len(data) > most:
+        raise _too_large(path, len(data), most)
+    return data
+
+
+def read_given_text(path: str | Path, *, most: int, encoding: str = "utf-8") -> str:
+    """The text of a regular file, its line ends as Python has them.
+
+    Raises:
+        OSError: As `read_given`.
+        UnicodeDecodeError: It is no text in this encoding.
+    """
+    text = read_given(path, most=most).decode(encoding)
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def is_given(path: Path) -> bool:
+    """Whether anything but a directory is there: be it a pipe, which whoever reads it refuses."""
+    return path.exists() and not path.is_dir()
+
+
+def check_given(path: str | Path, *, most: int) -> None:
+    """Sees that a file is a regular one and not too large, for whoever reads it by its name.
+
+    Raises:
+        OSError: As `read_given`.
+    """
+    _check(Path(path).stat(), path, most)
+
+
+def _check(found: os.stat_result, path: str | Path, most: int) -> None:
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(found.st_mode):
+        kind = KINDS.get(stat.S_IFMT(found.st_mode), "something else")
+        raise OSError(errno.EINVAL, f"it is {kind}, and must be a regular file", str(path))
+    if found.st_size > most:
+        raise _too_large(path, found.st_size, most)
+
+
+def _too_large(path: str | Path, size: int, most: int) -> OSError:
+    said = f"it has {size / MIB:.1f} MiB or more, and may have at most {most // MIB} MiB"
+    return OSError(errno.EFBIG, said, str(path))
+
+
+MOST_VALUES = 200_000_000  # rows times columns: an hour of a log of 300 columns at 200 Hz
+MOST_MEMORY = 2048 * MIB
+ROWS = 4096  # read at a time
+
+
+def read_given_table(path: str | Path, columns: Sequence[str] | None = None) -> "pa.Table":
+    """The table of a regular file.
+
+    Args:
+        path: Of the file.
+        columns: Those that are wanted, as far as they are there; all if None.
+
+    Raises:
+        OSError: It is no regular file, it or what is in it is too large, or it cannot be read.
+        ArrowException: It is no Parquet, or cut short.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    check_given(path, most=MOST_TABLE)
+    with pq.ParquetFile(path) as file:
+        schema = file.schema_arrow
+        names = [name for name in schema.names if columns is None or name in columns]
+        rows = file.metadata.num_rows
+        if rows * max(1, len(names)) > MOST_VALUES:
+            raise _table_too_large(path, f"{rows} rows of {len(names)} columns")
+        parts, memory = [], 0
+        for part in file.iter_batches(batch_size=ROWS, columns=names, use_threads=False):
+            memory += part.nbytes
+            if memory > MOST_MEMORY:
+                raise _table_too_large(path, f"more than {MOST_MEMORY // MIB} MiB")
+            parts.append(part)
+        chosen = pa.schema([schema.field(name) for name in names], metadata=schema.metadata)
+    return pa.Table.from_batches(parts, schema=chosen)
+
+
+def _table_too_large(path: str | Path, what: str) -> OSError:
+    said = f"it holds {what}, and may hold {MOST_VALUES} values in {MOST_MEMORY // MIB} MiB"
+    return OSError(errno.EFBIG, said, str(path))
+
+
+CACHE_VARIABLE = "DRAKE_QUAD_CACHE"
+OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+
+
+def cache_directory() -> Path:
+    """The directory that the user names in DRAKE_QUAD_CACHE, or the user's cache directory.
+
+    A user without a home directory has none; a directory below the system's place for temporary
+    files serves instead.
+    """
+    own = os.environ.get(CACHE_VARIABLE)
+    if own:
+        return Path(own).absolute()
+    usual = Path(platformdirs.user_cache_dir("drake_quad"))
+    if usual.is_absolute() and _can_be_made(usual):
+        return usual
+    return Path(tempfile.gettempdir()) / f"drake_quad-{os.getuid()}"
+
+
+def private_directory(path: Path) -> bool:
+    """Makes a directory for this user alone; whether there is one that nobody else can write to.
+
+    What is loaded from a cache is executed. So the directory has to be this user's own, and no
+    other user may write to it, or to a directory above it, by which it could be replaced.
+
+    Args:
+        path: The directory, absolute.
+
+    Returns:
+        False if it cannot be made or written to, or if it cannot be trusted.
+    """
+    try:
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+        real = path.resolve(strict=True)
+        own = real.stat()
+        if own.st_uid != os.getuid() or own.st_mode & OTHERS_WRITE or not os.access(real, os.W_OK):
+            return False
+        return all(_safe_above(folder.stat()) for folder in real.parents)
+    except OSError:
+        return False
+
+
+def _can_be_made(path: Path) -> bool:
+    """Whether the directory is there and can be written to, or can be made."""
+    there = next(folder for folder in (path, *path.parents) if folder.exists())
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+
+
+def _safe_above(folder: os.stat_result) -> bool:
+    """Whether other users cannot replace what lies in a folder of these attributes."""
+    if folder.st_uid not in (0, os.getuid()):
+        return False
+    if folder.st_mode & stat.S_ISVTX:  # as /tmp: nobody but its owner may move an entry
+        return True
+    if folder.st_mode & stat.S_IWOTH:
+        return False
+    return not folder.st_mode & stat.S_IWGRP or _has_group_alone(folder.st_gid)
+
+
+def _has_group_alone(gid: int) -> bool:
+    """Whether the group is this user's private one, as many distributions give to every user."""
+    try:
+        user, members = pwd.getpwuid(os.getuid()), grp.getgrgid(gid).gr_mem
+    except KeyError:
+        return False
+    return gid == user.pw_gid and set(members) <= {user.pw_name}

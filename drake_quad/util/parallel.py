@@ -11,11 +11,6 @@ from typing import TypeVar
 
 from drake_quad.errors import InputError
 
-# ------------------------------------------------------------------------------------------------
-# Does many independent things in several processes; what comes out does not depend on how many.
-# ------------------------------------------------------------------------------------------------
-
-
 LOOK_PERIOD = 0.3  # [s] between looks at whether to stop
 Result = TypeVar("Result")
 
@@ -95,11 +90,6 @@ def _pool(workers: int, stop: Callable[[], bool]) -> Iterator[ProcessPoolExecuto
 def _quiet() -> None:
     """Leaves Ctrl-C, which reaches all processes of a terminal, to the one that started them."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-# ------------------------------------------------------------------------------------------------
-# How many processes may be asked for: the same of every command that takes `--workers`.
-# ------------------------------------------------------------------------------------------------
 
 
 MOST_EACH = 8  # processes a core

@@ -23,7 +23,7 @@ from drake_quad.gait.workspace import (
     spin_phi_max,
     wave_desired_configuration,
 )
-from drake_quad.math.quintic import quintic, quintic_inverse
+from drake_quad.math.curves import quintic, quintic_inverse
 from drake_quad.robot.legs import Leg
 from drake_quad.stability.support_polygon import stability_margins
 from paper.study import TABLE_I

@@ -8,9 +8,8 @@ import pytest
 from estimation_rig import DT, angle_between, crawl, estimate, readings, stand
 from rig import paper_robot
 
-from drake_quad.estimation.filter_state import E_GYRO
+from drake_quad.estimation.filter_state import E_GYRO, EstimatorSettings
 from drake_quad.estimation.sensor_models import IDEAL_IMU, MTI_300, ODRI_DRIVE
-from drake_quad.estimation.settings import EstimatorSettings
 
 NOISY: dict[str, Any] = {"imu_noise": MTI_300, "joint_noise": ODRI_DRIVE}
 

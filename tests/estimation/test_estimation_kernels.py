@@ -12,10 +12,10 @@ from rig import paper_robot, with_raised
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from drake_quad.estimation import settings as module
+from drake_quad.estimation import filter_state as module
 from drake_quad.estimation.correction import feet_in_body
+from drake_quad.estimation.filter_state import EstimatorSettings, settings_array
 from drake_quad.estimation.sensor_models import BIAS_ROWS, MTI_300, WHITE_ROWS, draw_imu_errors
-from drake_quad.estimation.settings import EstimatorSettings, settings_array
 from drake_quad.math.rotations import (
     left_jacobian,
     multiply,

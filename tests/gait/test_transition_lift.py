@@ -10,8 +10,11 @@ from scipy.optimize import linprog
 from drake_quad.common import FloatArray
 from drake_quad.gait.transition_search import LiftRules, best_point
 from drake_quad.gait.workspace import PAPER_WORKSPACE
-from drake_quad.math.polygon import nearest_on_segment
-from drake_quad.stability.support_polygon import stability_margin, support_polygon
+from drake_quad.stability.support_polygon import (
+    nearest_on_segment,
+    stability_margin,
+    support_polygon,
+)
 
 coordinate = st.floats(-1.0, 1.0).map(lambda x: round(x, 4))
 triangles = arrays(np.float64, (3, 2), elements=coordinate)

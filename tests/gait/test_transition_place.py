@@ -8,8 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from drake_quad.common import FloatArray
 from drake_quad.gait.transition_detour import Triple, best_place, clip, places_with_margin
-from drake_quad.math.polygon import Point
-from drake_quad.stability.support_polygon import stability_margin
+from drake_quad.stability.support_polygon import Point, stability_margin
 
 BOX: list[Point] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
 coordinate = st.floats(-1.0, 1.0).map(lambda x: round(x, 3))

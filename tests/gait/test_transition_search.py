@@ -18,8 +18,7 @@ from drake_quad.gait.transition_search import (
     sequences,
 )
 from drake_quad.gait.workspace import PAPER_WORKSPACE
-from drake_quad.math.polygon import Point
-from drake_quad.stability.support_polygon import stability_margin
+from drake_quad.stability.support_polygon import Point, stability_margin
 
 offsets = arrays(np.float64, (4, 2), elements=st.floats(-0.2, 0.2))
 ALL = frozenset(range(4))

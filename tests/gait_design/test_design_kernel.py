@@ -40,7 +40,7 @@ from drake_quad.planning.clearance import knee_axes, shank_middles
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.kinematics import calc_jacobians, calc_knees, leg_array
-from drake_quad.robot.link_outline import SHANK_POINTS
+from drake_quad.robot.model import SHANK_POINTS
 from drake_quad.stability.support_polygon import stability_margins
 
 

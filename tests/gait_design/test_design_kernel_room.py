@@ -39,7 +39,7 @@ from drake_quad.planning.clearance import (
 )
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.kinematics import calc_knees
-from drake_quad.robot.link_outline import SHANK_POINTS
+from drake_quad.robot.model import SHANK_POINTS
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import parse_scenario
 

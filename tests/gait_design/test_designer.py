@@ -21,7 +21,7 @@ from drake_quad.planning.mission import (
     plan_mission,
     plan_tasks,
 )
-from drake_quad.robot.link_outline import link_outline_of
+from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_quad.math.bspline import (
+from drake_quad.math.curves import (
     BodySpline,
     greville,
     join_weights,

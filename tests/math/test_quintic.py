@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_quad.math.quintic import quintic, quintic_acceleration, quintic_inverse, quintic_rate
+from drake_quad.math.curves import quintic, quintic_acceleration, quintic_inverse, quintic_rate
 
 phases = st.floats(0.0, 1.0)
 

@@ -9,7 +9,7 @@ from rig import flat_course, paper_robot, rotations, stairs_course, stance_at, w
 
 from drake_quad.common import FloatArray
 from drake_quad.gait.workspace import Workspace
-from drake_quad.math.bspline import BodySpline
+from drake_quad.math.curves import BodySpline
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference, body_pitch, level_pose, robot_stance
 from drake_quad.planning.contact_plan import ContactPlan, sample_times

@@ -11,7 +11,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.schedule import wave_schedule
 from drake_quad.gait.swing import Swing
 from drake_quad.gait.workspace import Workspace, wave_desired_configuration
-from drake_quad.math.bspline import BodySpline
+from drake_quad.math.curves import BodySpline
 from drake_quad.planning import body_qp
 from drake_quad.planning.body_qp import BodyProblem, BodySolution, solve_body
 from drake_quad.planning.contact_plan import ContactPlan, Step, sample_times

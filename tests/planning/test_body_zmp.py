@@ -17,7 +17,7 @@ from rig import (
 )
 
 from drake_quad.common import FloatArray
-from drake_quad.math.bspline import BodySpline, knot_count
+from drake_quad.math.curves import BodySpline, knot_count
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.planning.problem import PlanSettings

@@ -33,7 +33,6 @@ from drake_quad.planning.task import plan_task
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.plan_report import describe_plan
-from drake_quad.stability.actuation import joint_limits, leg_limits
 from drake_quad.stability.equilibrium_region import (
     FEASIBLE,
     FRICTION,
@@ -42,6 +41,8 @@ from drake_quad.stability.equilibrium_region import (
     are_hulls,
     find_region,
     is_hull,
+    joint_limits,
+    leg_limits,
     make_contacts,
     stricter,
 )

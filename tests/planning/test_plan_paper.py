@@ -16,7 +16,7 @@ from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import calc_feet, solve_legs
 from drake_quad.robot.loader import load_robot
-from drake_quad.robot.point_feet import with_point_feet
+from drake_quad.robot.model import with_point_feet
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.simulation.run import simulate

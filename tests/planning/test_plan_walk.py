@@ -27,7 +27,7 @@ from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.task import plan_task
 from drake_quad.robot.legs import LEGS, WAVE_ORDER
-from drake_quad.robot.point_feet import with_point_feet
+from drake_quad.robot.model import with_point_feet
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.elements import Element
 from drake_quad.terrain.lane import Lane

@@ -27,12 +27,11 @@ from drake_quad.planning import clearance as thighs
 from drake_quad.planning.body_constraints import reach_left
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.zmp import link_places
-from drake_quad.robot.kinematics import calc_feet
+from drake_quad.robot.kinematics import calc_feet, calc_holding
 from drake_quad.robot.loader import MakeModelPlant, load_robot
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.stability.actuation import calc_holding
 from drake_quad.terrain.elements import Element
 
 RAISED = {"FL": -0.08, "FR": -0.08, "RL": 0.03, "RR": 0.03}

@@ -19,18 +19,16 @@ from rig import paper_robot
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
 from drake_quad.planning.motion_plan import Stance
-from drake_quad.robot.contact_surface import SetContactFriction, SetHydroelastic
 from drake_quad.robot.importer.raw_robot import DROPPED
-from drake_quad.robot.importer.sanitize import Cleaned
+from drake_quad.robot.importer.sanitize import Cleaned, read_friction
 from drake_quad.robot.importer.sources import PACKAGES, root_of
-from drake_quad.robot.importer.surface_friction import read_friction
 from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.loader import AddRobot, load_robot
 from drake_quad.robot.model import RobotModel, contact_friction
 from drake_quad.scenario.config import SimulationConfig
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.terrain.course import Course, build_course
-from drake_quad.terrain.drake_geometry import AddCourse
+from drake_quad.terrain.drake_geometry import AddCourse, SetContactFriction, SetHydroelastic
 from drake_quad.terrain.elements import Element
 
 SPEED = 1.0  # [m/s] at which the robot is dragged ahead

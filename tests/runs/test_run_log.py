@@ -23,7 +23,7 @@ from rig import (
 
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import CATCH_SIZE, SIZE, Catch, GaitPhase, Mode
-from drake_quad.math.bspline import BodySpline
+from drake_quad.math.curves import BodySpline
 from drake_quad.math.rotations import roll_pitch_yaw
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.robot.legs import SHORT_NAMES

@@ -26,7 +26,7 @@ from drake_quad.scenario.load import (
     scenario_text,
     shipped_scenarios,
 )
-from drake_quad.util.schema import field_types
+from drake_quad.util.yaml_io import field_types
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = ("case_study", "descend", "flat_walk", "paper", "spin_both_ways")

@@ -14,7 +14,6 @@ from rig import feet_of
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
 from drake_quad.planning.motion_plan import Stance
-from drake_quad.robot.contact_surface import SetContactFriction
 from drake_quad.robot.loader import AddRobot, MakeModelPlant
 from drake_quad.robot.state import make_layout
 from drake_quad.scenario.build import control_settings, sensor_errors
@@ -25,7 +24,7 @@ from drake_quad.simulation.signal_log import ESTIMATE_LOGS, LOGS
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.disturbances import Disturbances
-from drake_quad.terrain.drake_geometry import AddCourse
+from drake_quad.terrain.drake_geometry import AddCourse, SetContactFriction
 
 TICK = 0.005  # [s]
 

@@ -9,9 +9,13 @@ from rig import GRAVITY, model_layout, model_plant, paper_robot, stand_plan, sta
 from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import pose_robot
-from drake_quad.robot.kinematics import calc_feet
-from drake_quad.stability.actuation import calc_holding, joint_limits
-from drake_quad.stability.equilibrium_region import com_projection, find_region, make_contacts
+from drake_quad.robot.kinematics import calc_feet, calc_holding
+from drake_quad.stability.equilibrium_region import (
+    com_projection,
+    find_region,
+    joint_limits,
+    make_contacts,
+)
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=20, deadline=None)

@@ -14,7 +14,7 @@ from rig import paper_robot
 from drake_quad.certificate.certify import Certificate, certify_plans
 from drake_quad.certificate.kinematics import Shank, shank_of
 from drake_quad.common import FloatArray
-from drake_quad.math.bspline import BodySpline
+from drake_quad.math.curves import BodySpline
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare

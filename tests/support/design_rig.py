@@ -14,7 +14,7 @@ from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.objective import NAMES, wanted_with_tolerance
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.robot.kinematics import leg_array
-from drake_quad.robot.link_outline import LinkOutline, link_outline_of
+from drake_quad.robot.model import LinkOutline, link_outline_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.equilibrium_region import HULL
 

@@ -9,7 +9,13 @@ from rig import GRAVITY, model_layout, paper_robot, stand_plan
 from drake_quad.common import FloatArray
 from drake_quad.estimation import filter_state as at
 from drake_quad.estimation.filter import step, write_deviation
-from drake_quad.estimation.filter_state import COVARIANCE, ERRORS, initial_memory
+from drake_quad.estimation.filter_state import (
+    COVARIANCE,
+    ERRORS,
+    EstimatorSettings,
+    initial_memory,
+    settings_array,
+)
 from drake_quad.estimation.sensor_models import (
     IDEAL_IMU,
     IDEAL_JOINTS,
@@ -19,7 +25,6 @@ from drake_quad.estimation.sensor_models import (
     draw_joint_errors,
     imu_increments,
 )
-from drake_quad.estimation.settings import EstimatorSettings, settings_array
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.kinematics import leg_array
 

@@ -20,7 +20,7 @@ from synthetic_robot import Quadruped
 
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import parse_scenario, scenario_text
-from drake_quad.util.schema import field_types, unwrap_optional
+from drake_quad.util.yaml_io import field_types, unwrap_optional
 
 ROOT = Path(__file__).resolve().parents[2]
 # Of cases that are robots' files alone, from number FILES on.

@@ -4,7 +4,7 @@ import pytest
 
 from drake_quad.errors import InputError
 from drake_quad.scenario.load import parse_scenario
-from drake_quad.util.schema import field_types
+from drake_quad.util.yaml_io import field_types
 
 
 def refused(text: str, overrides: tuple[str, ...] = ()) -> InputError:

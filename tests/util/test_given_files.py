@@ -24,8 +24,8 @@ from drake_quad.sweep.journal import NAME, read_journal
 from drake_quad.sweep.rebuild_report import rebuild_report
 from drake_quad.sweep.report import check_page, write_sweep_report
 from drake_quad.sweep.study_loading import load_study_and_base
-from drake_quad.util import input_files as given_tables
-from drake_quad.util.input_files import (
+from drake_quad.util import files as given_tables
+from drake_quad.util.files import (
     MOST_MESH,
     MOST_TABLE,
     read_given,

@@ -11,10 +11,6 @@ MuJoCo itself refuses any other, so nothing that it reads is in danger here.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-# ------------------------------------------------------------------------------------------------
-# How a format's table says which attributes and elements there are.
-# ------------------------------------------------------------------------------------------------
-
 
 @dataclass(frozen=True)
 class Names:
@@ -42,11 +38,6 @@ Table = Mapping[str, Names]
 def names(attributes: str = "", *, once: str = "", many: str = "", idle: str = "") -> Names:
     """The names of an element, each a string of words."""
     return Names(*(frozenset(text.split()) for text in (attributes, once, many, idle)))
-
-
-# ------------------------------------------------------------------------------------------------
-# The names of URDF, of what makes a robot: those of ROS, of Drake, and of others that are common.
-# ------------------------------------------------------------------------------------------------
 
 
 # fmt: off
@@ -119,11 +110,6 @@ URDF = {
     "drake:rotor_inertia": _VALUE,
 }
 # fmt: on
-
-
-# ------------------------------------------------------------------------------------------------
-# The names of SDFormat, of what makes a robot: of versions 1.0 to 1.12, and Drake's.
-# ------------------------------------------------------------------------------------------------
 
 
 # fmt: off
@@ -215,11 +201,6 @@ SDF = {
     ),
 }
 # fmt: on
-
-
-# ------------------------------------------------------------------------------------------------
-# The names of MJCF: of what makes a robot, in any version of MuJoCo so far.
-# ------------------------------------------------------------------------------------------------
 
 
 # fmt: off

@@ -29,11 +29,6 @@ from drake_quad.robot.importer.raw_robot import (
     RigidGroup,
 )
 
-# ------------------------------------------------------------------------------------------------
-# Finds which joints are the four legs', from where they are and how they turn.
-# ------------------------------------------------------------------------------------------------
-
-
 AXIS_TOLERANCE = np.deg2rad(5.0)  # [rad] from the axis that a leg of the normal form has
 
 
@@ -151,11 +146,6 @@ def _by_names(tree: Tree, names: list[str], source: str) -> list[int]:
     return chain
 
 
-# ------------------------------------------------------------------------------------------------
-# Finds a leg's foot: the sphere that is to stand on the ground.
-# ------------------------------------------------------------------------------------------------
-
-
 SMALLEST, LARGEST = 0.015, 0.030  # [m] radius of a foot of which the file says nothing
 SHARE = 0.07  # of the shank's length, between these
 
@@ -251,11 +241,6 @@ def _tip(piece: GeometryInstance, knee: FloatArray) -> FloatArray:
     return np.asarray(knee + direction / max(np.linalg.norm(direction), 1e-9) * far.max())
 
 
-# ------------------------------------------------------------------------------------------------
-# Where a leg's joints are in normal form, and by how much each turns to get there.
-# ------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class LegFrames:
     """One leg in normal form, told in B (whose axes are forward, left, up).
@@ -340,11 +325,6 @@ def about(axis: FloatArray, point: FloatArray, angle: float) -> RigidTransform:
 
     R = RotationMatrix(Rotation.from_rotvec(angle * axis).as_matrix())
     return RigidTransform(R, point - R @ point)
-
-
-# ------------------------------------------------------------------------------------------------
-# Refuses legs that the normal form does not have, and notes those that it has nearly.
-# ------------------------------------------------------------------------------------------------
 
 
 APART = 0.5  # of thigh and shank: heights of the hip pitch axis over the abduction axis, at most

@@ -14,12 +14,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.util.input_files import MOST_MESH, check_given, read_given
-
-# ------------------------------------------------------------------------------------------------
-# Reads meshes of any common format and writes those that Drake takes.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.util.files import MOST_MESH, check_given, read_given
 
 FARTHEST = 1e9  # in a mesh's own units
 
@@ -134,11 +129,6 @@ def _write_obj(path: Path, points: FloatArray, faces: Any) -> None:
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in np.asarray(faces).tolist()]
     path.write_text("\n".join(lines) + "\n")
-
-
-# ------------------------------------------------------------------------------------------------
-# Triangle surfaces for pictures: made coarser, given normals, written as .obj.
-# ------------------------------------------------------------------------------------------------
 
 
 Faces = np.ndarray[tuple[int, ...], np.dtype[np.int64]]

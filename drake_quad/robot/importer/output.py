@@ -21,11 +21,6 @@ from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink, NormalR
 from drake_quad.robot.importer.raw_robot import ASSUMED, DROPPED, GeometryInstance, Note
 from drake_quad.robot.importer.sources import EXTRA
 
-# ------------------------------------------------------------------------------------------------
-# Visual shapes of the normal form: meshes of any format as plain .obj files beside the URDF.
-# ------------------------------------------------------------------------------------------------
-
-
 FOLDER = "meshes"
 MOST_FACES = 6000  # of one mesh file
 SHOWN = frozenset({".obj", ".gltf"})  # formats that Drake shows
@@ -139,11 +134,6 @@ def _colour(geometry: Any) -> Colour | None:
             rgba = np.asarray(material.main_color, dtype=float)
     # Half a shade is no other colour. Opaque: exporters often write 0 for opacity.
     return (*(round(float(c) / 255.0, 2) for c in rgba[:3]), 1.0)
-
-
-# ------------------------------------------------------------------------------------------------
-# Writes a quadruped in normal form as a URDF.
-# ------------------------------------------------------------------------------------------------
 
 
 def make_urdf(

@@ -10,14 +10,10 @@ from typing import Any
 import numpy as np
 
 from drake_quad.errors import InputError
-from drake_quad.robot.importer.limits import JointLimits
+from drake_quad.robot.importer.raw_robot import JointLimits
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.util.input_files import MOST_YAML, read_given_text
+from drake_quad.util.files import MOST_YAML, read_given_text
 from drake_quad.util.yaml_io import parse_yaml
-
-# ------------------------------------------------------------------------------------------------
-# What a person may say of a robot that its file does not, or says wrongly: a `.robot.yaml`.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -82,11 +78,6 @@ class Overrides:
             speed=limits.speed if self.speed is None else np.array(self.speed, dtype=float),
             notes=notes,
         )
-
-
-# ------------------------------------------------------------------------------------------------
-# Reads a `.robot.yaml`, and refuses what no robot can have.
-# ------------------------------------------------------------------------------------------------
 
 
 YAML = (".yaml", ".yml")

@@ -22,11 +22,6 @@ from drake_quad.robot.importer.sources import Found
 from drake_quad.robot.importer.spelling import check_spelling
 from drake_quad.robot.importer.xml_io import COLON, read_xml, write_xml
 
-# ------------------------------------------------------------------------------------------------
-# Why Drake's parser refuses a file, in words of the file's and on one line.
-# ------------------------------------------------------------------------------------------------
-
-
 _CONDITION = re.compile(r"Failure at \S+ in (\w+)\(\): condition '(.*?)' failed\.?(.*)")
 _SDFORMAT = re.compile(r"SDFormat Error.*?Msg: (.*)")
 
@@ -78,11 +73,6 @@ class _Said(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Keeps one message."""
         self.lines.append(record.getMessage())
-
-
-# ------------------------------------------------------------------------------------------------
-# Reads a robot's file through Drake's parser, cleaned before.
-# ------------------------------------------------------------------------------------------------
 
 
 # What a file can make Drake raise: its assertions are a SystemExit in Python.
@@ -149,11 +139,6 @@ def parse(found: Found) -> Iterator[Parsed]:
             reason = parser_reason(error, said, names)
             raise refuse(f"cannot be read as a robot: {reason}") from None
         yield Parsed(plant, scene_graph, instances, c)
-
-
-# ------------------------------------------------------------------------------------------------
-# A parsed plant as a tree: bodies, and the joints that carry them.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

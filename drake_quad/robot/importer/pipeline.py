@@ -34,12 +34,7 @@ from drake_quad.robot.importer.parse import PARSER_ERRORS, Parsed, parse, parser
 from drake_quad.robot.importer.raw_robot import APPROXIMATED, GeometryInstance, Note
 from drake_quad.robot.importer.read_robot import read_robot
 from drake_quad.robot.importer.sources import Found, files_named_in, find_robot
-from drake_quad.util.cache_directory import CACHE_VARIABLE, cache_directory
-from drake_quad.util.input_files import MOST_TEXT, is_given, read_given
-
-# ------------------------------------------------------------------------------------------------
-# Refuses what a person says of a robot where the robot itself says otherwise.
-# ------------------------------------------------------------------------------------------------
+from drake_quad.util.files import CACHE_VARIABLE, MOST_TEXT, cache_directory, is_given, read_given
 
 
 def check_said(robot: NormalRobot, overrides: Overrides, *, source: str) -> None:
@@ -65,11 +60,6 @@ def check_said(robot: NormalRobot, overrides: Overrides, *, source: str) -> None
                 remedy=f"by where their hips are these joints are {leg.short}'s: front is +x and "
                 "left is +y of the trunk, unless forward_deg says otherwise",
             )
-
-
-# ------------------------------------------------------------------------------------------------
-# A normal form that was just written is read as every run will read it.
-# ------------------------------------------------------------------------------------------------
 
 
 def read_again(urdf: Path, source: str) -> None:
@@ -99,11 +89,6 @@ def read_again(urdf: Path, source: str) -> None:
         read_model(plant, scene_graph, instance, url=source, tolerance=IMPORTED)
 
 
-# ------------------------------------------------------------------------------------------------
-# What a robot's own file calls its joints and angles, kept beside its normal form.
-# ------------------------------------------------------------------------------------------------
-
-
 def make_mapping(robot: NormalRobot, notes: list[Note], *, source: str) -> dict[str, Any]:
     """The mapping as plain data: angle in the file = sign * (angle in normal form + turn)."""
     return {
@@ -128,11 +113,6 @@ def make_mapping(robot: NormalRobot, notes: list[Note], *, source: str) -> dict[
         },
         "notes": [{"kind": note.kind, "text": note.text} for note in notes],
     }
-
-
-# ------------------------------------------------------------------------------------------------
-# Any quadruped's file in, a URDF in normal form in the cache out.
-# ------------------------------------------------------------------------------------------------
 
 
 MAPPING = "drake_quad_mapping.yaml"  # beside every file that is written here

@@ -157,6 +157,27 @@ class RevoluteJoint:
 
 
 @dataclass(frozen=True)
+class JointLimits:
+    """Of a leg's three joints in normal form.
+
+    Attributes:
+        lower: (3,) [rad].
+        upper: (3,) [rad].
+        effort: (3,) [Nm].
+        speed: (3,) [rad/s].
+        turn: As in LegFrames, with whole turns added so that the limits are about zero, (3,).
+        notes: What was repaired or assumed.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    effort: FloatArray
+    speed: FloatArray
+    turn: FloatArray
+    notes: tuple[Note, ...]
+
+
+@dataclass(frozen=True)
 class RawLeg:
     """A leg as the file has it: three hinges and the groups that they carry (hip, thigh, shank)."""
 

@@ -16,12 +16,7 @@ from drake_quad.robot.importer.meshes import hull_as_obj
 from drake_quad.robot.importer.raw_robot import DOUBTFUL, DROPPED, REPAIRED, Note
 from drake_quad.robot.importer.sources import resolve
 from drake_quad.robot.importer.spelling import check_spelling
-from drake_quad.robot.importer.xml_io import check_depth, floats, read_xml
-
-# ------------------------------------------------------------------------------------------------
-# What cleaning a robot's file gives, and what the three formats have in common.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.robot.importer.xml_io import COLON, check_depth, floats, read_xml
 
 # Of Drake's tags for a drive: what is taken if there is none, and the most that any drive has.
 DRIVE_NUMBERS = (("rotor_inertia", 0.0, 1e3), ("gear_ratio", 1.0, 1e4))  # [kg m²], none
@@ -137,11 +132,6 @@ class Cleaned:
         return found
 
 
-# ------------------------------------------------------------------------------------------------
-# Files that a robot's file includes: found, read, and none of them within itself.
-# ------------------------------------------------------------------------------------------------
-
-
 MOST_INCLUDED = 200  # by one robot: its file, twice in a file that is twice in another ..., grows
 Chain = tuple[Path, ...]  # the robot's file, one that it includes, one that this includes, ...
 
@@ -219,11 +209,6 @@ def _include(c: Cleaned, root: ET.Element, chain: Chain) -> None:
             _include(c, other, (*chain, c.included[-1]))
             place = list(element).index(child)
             element[place : place + 1] = list(other)
-
-
-# ------------------------------------------------------------------------------------------------
-# Masses and inertias that a file gives its links: those that no body has, refused or noted.
-# ------------------------------------------------------------------------------------------------
 
 
 LIGHT = 1e-3  # [kg], [kg m²]: a link below both is a frame with a name, whatever it is given
@@ -319,11 +304,6 @@ def _note_impossible(c: Cleaned, name: str, mass: float, values: list[float]) ->
         c.note(REPAIRED, text)
 
 
-# ------------------------------------------------------------------------------------------------
-# Sizes of the primitive shapes in a file: Drake's parsers read some that are none as 0 or 1 m.
-# ------------------------------------------------------------------------------------------------
-
-
 # Of a shape in SDF: the elements that hold its sizes, and how many each holds.
 _SDF = {
     "sphere": {"radius": 1},
@@ -375,3 +355,35 @@ def _sizes_above_zero(c: Cleaned, field: str, text: str | None, count: int) -> N
     if len(values) < count or min(values) <= 0.0:
         what = "must be a number" if count == 1 else f"must be {count} numbers"
         raise c.refuse(field, text, f"{what} above zero [m]")
+
+
+DRAKE_TAGS = (f"drake{COLON}mu_static", f"drake{COLON}mu_dynamic")
+OTHERS = ("mu", "mu1", "mu2")  # ODE's, in SDF and in a URDF's `gazebo`
+
+
+def states_friction(link: ET.Element) -> bool:
+    """Whether a collision shape of a link (URDF or SDF) has a friction of Drake's kind."""
+    return any(
+        element.tag in DRAKE_TAGS
+        for collision in link.findall("collision")
+        for element in collision.iter()
+    )
+
+
+def links_with_friction(root: ET.Element) -> set[str]:
+    """The links of a URDF or SDF that state a friction of Drake's kind, by name."""
+    return {link.get("name", "") for link in root.iter("link") if states_friction(link)}
+
+
+def read_friction(c: Cleaned) -> None:
+    """Remembers which links state their friction, and notes a friction that is not used."""
+    c.frictional |= links_with_friction(c.root)
+    mjcf = c.root.tag == "mujoco"
+    if any(e.get("friction") for e in c.root.iter("geom")) if mjcf else _has_others(c.root):
+        whose = "MuJoCo's" if mjcf else "ODE's"
+        text = f"friction of {whose} kind is not used: that of contacts is simulation.friction"
+        c.note(DROPPED, text)
+
+
+def _has_others(root: ET.Element) -> bool:
+    return any(element.tag in OTHERS for element in root.iter())

@@ -18,14 +18,9 @@ from drake_quad.robot.importer.sanitize import (
     check_mjcf_inertial,
     check_mjcf_sizes,
     include_mjcf,
+    read_friction,
 )
-from drake_quad.robot.importer.surface_friction import read_friction
 from drake_quad.robot.importer.xml_io import floats
-
-# ------------------------------------------------------------------------------------------------
-# Writes the defaults of an MJCF out where they are used.
-# ------------------------------------------------------------------------------------------------
-
 
 Defaults = dict[str, dict[str, dict[str, str]]]  # class -> tag -> attributes
 ACTUATORS = ("motor", "position", "velocity", "general", "intvelocity", "damper")
@@ -94,11 +89,6 @@ def _write_out(c: Cleaned, body: ET.Element, inside: str, defaults: Defaults) ->
             child.attrib.pop("class", None)
 
 
-# ------------------------------------------------------------------------------------------------
-# What an MJCF says of its joints' drives, and of the pose in which the robot stands.
-# ------------------------------------------------------------------------------------------------
-
-
 _POSITIONS = {"free": 7, "ball": 4}  # of a joint in a keyframe; of all others one
 
 
@@ -164,11 +154,6 @@ def read_pose(c: Cleaned) -> None:
             c.note(DROPPED, text)
         elif told:
             c.reference.update({name: told[start] for name, start in starts.items() if name})
-
-
-# ------------------------------------------------------------------------------------------------
-# Makes an MJCF one that Drake's parser takes and reads as MuJoCo would.
-# ------------------------------------------------------------------------------------------------
 
 
 # What holds bodies, or changes masses, and Drake's parser passes over.

@@ -15,9 +15,9 @@ from drake_quad.robot.importer.sanitize import (
     check_sdf_inertial,
     check_sdf_sizes,
     open_included,
+    read_friction,
     told,
 )
-from drake_quad.robot.importer.surface_friction import read_friction
 from drake_quad.robot.importer.xml_io import COLON, floats, write_xml
 
 

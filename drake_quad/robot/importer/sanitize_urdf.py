@@ -5,8 +5,13 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from drake_quad.robot.importer.raw_robot import REPAIRED
-from drake_quad.robot.importer.sanitize import DRIVE_NUMBERS, Cleaned, Drive, check_urdf_inertial
-from drake_quad.robot.importer.surface_friction import read_friction
+from drake_quad.robot.importer.sanitize import (
+    DRIVE_NUMBERS,
+    Cleaned,
+    Drive,
+    check_urdf_inertial,
+    read_friction,
+)
 from drake_quad.robot.importer.xml_io import COLON, floats, read_xml
 
 

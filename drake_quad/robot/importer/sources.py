@@ -12,13 +12,7 @@ from pathlib import Path
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importer.xml_io import read_text
-from drake_quad.util.files import user_path
-from drake_quad.util.input_files import is_given
-
-# ------------------------------------------------------------------------------------------------
-# Robots in Python packages: which name is which file, and where that file is on this computer.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.util.files import is_given, user_path
 
 EXTRA = "drake_quad[robots]"
 
@@ -158,11 +152,6 @@ def find_by_name(model: str) -> Path:
             return root / package.robots[name]
     ways = " or ".join(f"{p.pip} ({p.name})" for p in holders)
     raise refuse(f"is in a package that is not installed: {ways}")
-
-
-# ------------------------------------------------------------------------------------------------
-# Finds a robot's file, and the files that it names.
-# ------------------------------------------------------------------------------------------------
 
 
 _FOLDER = re.compile(r"(?:meshdir|assetdir)\s*=\s*(['\"])(.+?)\1")

@@ -7,12 +7,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from drake_quad.errors import InputError
-from drake_quad.util.input_files import MOST_TEXT, read_given
-
-# ------------------------------------------------------------------------------------------------
-# The numbers in a robot's file: read strictly, and those that no robot has refused.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.util.files import MOST_TEXT, read_given
 
 COLON = "__colon__"  # stands in a tree for the colon of a prefix
 GREATEST = 1e15  # in SI units: nothing of a robot is greater, and squares of it do not overflow
@@ -74,11 +69,6 @@ def check_xml_numbers(root: ET.Element, source: str) -> None:
                         value=text,
                         remedy=f"must be a number, and none beyond {GREATEST:g}",
                     )
-
-
-# ------------------------------------------------------------------------------------------------
-# A robot's file as an XML tree, whatever it does with namespaces and encodings.
-# ------------------------------------------------------------------------------------------------
 
 
 MOST_NESTED = 200  # levels of elements: robots have some thirty, Python's stack a thousand
