@@ -29,7 +29,7 @@ from drake_quad.common import FloatArray
 from drake_quad.control.whole_body_qp import Program, solve_sound
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.systems import whole_body_controller
+from drake_quad.systems import tracking_controller
 from drake_quad.systems.tracking_controller import TrackingController
 
 ASKED = {"program": (0.15e-3, 0.5e-3), "tick": (0.5e-3, None)}  # [s] median, 99th percentile
@@ -52,7 +52,7 @@ def run(
     prepared = prepare(load_scenario(scenario, (*COMMON, *overrides)))
     watches = []
     for owner, name in (
-        (whole_body_controller, "solve_sound"),
+        (tracking_controller, "solve_sound"),
         (TrackingController, "_update"),
     ):
         with stopwatch(owner, name) as watch:  # before the diagram keeps the bound methods
@@ -62,7 +62,7 @@ def run(
             watch.seconds.clear()
             simulator.AdvanceTo(end)
         watches.append(watch)
-    with patch.object(whole_body_controller, "solve_sound", _keeping(programs)):
+    with patch.object(tracking_controller, "solve_sound", _keeping(programs)):
         _, simulator = make_whole(prepared)
         simulator.AdvanceTo(begin)
         programs.clear()

@@ -1,5 +1,7 @@
 """Array types and constants that every module needs and none should define again."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ GRAVITY = 9.81  # [m/s^2], as in Drake's plants
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.integer[Any]]
 
 
 def read_only(array: FloatArray) -> FloatArray:

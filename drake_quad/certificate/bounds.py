@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.cells import Cells, IntArray, Pieces, join_cells, make_cells, pick
+from drake_quad.certificate.cells import Cells, Pieces, join_cells, make_cells, pick
 from drake_quad.certificate.clearance import (
     MOST_PAIRS,
     Obstacles,
@@ -30,13 +30,8 @@ from drake_quad.certificate.kinematics import (
     make_chain,
 )
 from drake_quad.certificate.statics import enclose_margin, enclose_statics, find_support
-from drake_quad.common import BoolArray, FloatArray
+from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.robot.model import RobotModel
-
-# ------------------------------------------------------------------------------------------------
-# All that is asked of a plan, bounded over cells of time.
-# ------------------------------------------------------------------------------------------------
-
 
 # What is bounded from below, a column each: first what a claim gives figures of, then what has to
 # be so for it to mean anything. Units: m, m, m, rad, part of the limit; m, m, part of the weight.
@@ -196,11 +191,6 @@ def _reach_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
     low = np.minimum(g.reach - far.upper, far.lower - folded)
     here = np.minimum(g.reach - far.centre, far.centre - folded)
     return low, np.where(np.isnan(here), -1.0, here)
-
-
-# ------------------------------------------------------------------------------------------------
-# Bounds of a whole plan by branch and bound: cells are halved where a bound has to be better.
-# ------------------------------------------------------------------------------------------------
 
 
 # How far below the least value a claim is, of margin, foot, shank, joints, torque: [m], [m], [m],

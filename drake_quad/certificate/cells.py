@@ -10,19 +10,11 @@ from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_quad.certificate.enclosure import UNIT, Enclosure, compose
-from drake_quad.common import BoolArray, FloatArray
+from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.planning.contact_plan import FootRoll, Step
 from drake_quad.planning.motion_plan import MotionPlan
-
-# ------------------------------------------------------------------------------------------------
-# A mission's plan cut into pieces of time on which everything that moves is a polynomial.
-# ------------------------------------------------------------------------------------------------
-
-
-IntArray = NDArray[np.int_]
 
 BODY, FOOT = 4, 6  # coefficients of the body's cubics and of the swing foot's quintics
 SLIVER = 1e-7  # [s]; a knot this near to a switch is no piece of its own: the spline is C2 there
@@ -152,11 +144,6 @@ def _foot(step: Step, a: float, b: float) -> FloatArray:
     foot[2] = rise * compose(_QUINTIC, (a - step.lift_off - begin) / lasts, (b - a) / lasts)
     foot[2, 0] += base
     return foot
-
-
-# ------------------------------------------------------------------------------------------------
-# Cells: stretches of a plan's pieces, with their polynomials about the middle of each.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

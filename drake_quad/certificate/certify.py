@@ -16,19 +16,13 @@ import numpy as np
 from drake_quad.certificate.bounds import Proof, make_demand, pose_problem, prove
 from drake_quad.certificate.cells import Pieces, cut_pieces
 from drake_quad.certificate.clearance import find_box_obstacles
-from drake_quad.certificate.continuity import Joins, check_joins
-from drake_quad.certificate.failure import Failure, first_failure
+from drake_quad.certificate.failure import Failure, Joins, check_joins, first_failure
 from drake_quad.certificate.kinematics import Shank
 from drake_quad.common import FloatArray
 from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.boxes import Box
-
-# ------------------------------------------------------------------------------------------------
-# certificate.json: a certificate that holds all it takes to check it again.
-# ------------------------------------------------------------------------------------------------
-
 
 FORMAT = "drake_quad certificate"
 VERSION = 2
@@ -160,11 +154,6 @@ def _roll(plan: MotionPlan) -> dict[str, Any]:
 def _plain(values: FloatArray) -> Any:
     """Nested lists of floats, -0 as 0."""
     return (np.asarray(values, dtype=float) + 0.0).tolist()
-
-
-# ------------------------------------------------------------------------------------------------
-# Certifies a mission's plan: bounds that hold at every time, or the first time that they fail.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,16 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.cells import FOOT, Cells, IntArray, Pieces
+from drake_quad.certificate.cells import FOOT, Cells, Pieces
 from drake_quad.certificate.enclosure import bernstein
 from drake_quad.certificate.kinematics import Chain, Points
-from drake_quad.common import BoolArray, FloatArray
+from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.terrain.boxes import Box
-
-# ------------------------------------------------------------------------------------------------
-# A course as convex obstacles: its boxes, and the faces below their nosings.
-# ------------------------------------------------------------------------------------------------
-
 
 CAP = 0.1  # [m]; more room than this is not told from it
 LEVEL = 1e-6  # [m] of height within which ground goes on
@@ -140,11 +135,6 @@ def _uncovered(ends: FloatArray, own: Box, boxes: Sequence[Box]) -> list[tuple[f
     return free
 
 
-# ------------------------------------------------------------------------------------------------
-# Room between swing feet and the course, bounded over stretches of time.
-# ------------------------------------------------------------------------------------------------
-
-
 TILTED = 5e-3  # [m] from a slope within which a foot stands on it: its sphere dips into it
 
 
@@ -252,11 +242,6 @@ def enclose_foot_clearance(
     worst = ~own & (bound <= room.low[cell])
     room.obstacle[cell[worst]] = which[worst]
     return room
-
-
-# ------------------------------------------------------------------------------------------------
-# Room between knees and shanks and the course, bounded over stretches of time.
-# ------------------------------------------------------------------------------------------------
 
 
 _HALVINGS = 24  # of a part of a shank, in search of its nearest point

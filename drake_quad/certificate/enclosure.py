@@ -20,11 +20,6 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 
-# ------------------------------------------------------------------------------------------------
-# Numbers that depend on time, enclosed over stretches of time: mean value forms, vectorised.
-# ------------------------------------------------------------------------------------------------
-
-
 UNIT = 2.0**-50  # eight rounding errors of a double: libm's sine and its like are good to one
 _GROW = 1.0 + 2.0**-44  # covers the rounding of the radii's own arithmetic
 
@@ -246,11 +241,6 @@ def _meet(
     return Enclosure(
         centre, error, np.fmin(radius + pad, by_mean_value) * _GROW, rate, rate_radius, half
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# Polynomials on stretches of time: as coefficients of powers, last axis, lowest first.
-# ------------------------------------------------------------------------------------------------
 
 
 def compose(powers: FloatArray, at: FloatArray | float, scale: FloatArray | float) -> FloatArray:

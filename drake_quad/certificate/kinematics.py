@@ -7,15 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.cells import Cells, IntArray, Pieces
+from drake_quad.certificate.cells import Cells, Pieces
 from drake_quad.certificate.enclosure import Enclosure, angle_of
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, IntArray
 from drake_quad.robot.model import SHANK_POINTS, RobotModel
-
-# ------------------------------------------------------------------------------------------------
-# The legs of a moving robot, enclosed over stretches of time: joint angles, knees, first moments.
-# ------------------------------------------------------------------------------------------------
-
 
 TURN = 2.0 * np.pi
 Vector = tuple[Enclosure, Enclosure, Enclosure]
@@ -197,11 +192,6 @@ def enclose_moments(robot: RobotModel, frame: Frame, legs: Legs) -> Moments:
         )
     )
     return Moments(across, thigh, shank, (frame.origin[0] + offset[0], frame.origin[1] + offset[1]))
-
-
-# ------------------------------------------------------------------------------------------------
-# Shanks as chains of rounded parts that move with the legs.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

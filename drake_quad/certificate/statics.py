@@ -25,11 +25,6 @@ from drake_quad.certificate.kinematics import Frame, Legs, Moments
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.robot.model import RobotModel
 
-# ------------------------------------------------------------------------------------------------
-# The static margin, enclosed over stretches of time.
-# ------------------------------------------------------------------------------------------------
-
-
 NO_SIDE = 1e3  # [m] stands for the margin to a side that is not there
 _PAIRS = np.array([(i, j) for i in range(4) for j in range(4) if i != j])
 SIDES = len(_PAIRS)
@@ -109,11 +104,6 @@ def enclose_margin(support: Support, moments: Moments) -> Enclosure:
     still = x * support.normal[..., 0] + y * support.normal[..., 1] - support.offset
     away = support.away[:, None]
     return widen(still, away, away / still.half)
-
-
-# ------------------------------------------------------------------------------------------------
-# Static forces and torques, enclosed over stretches of time.
-# ------------------------------------------------------------------------------------------------
 
 
 _CHOICES = np.linspace(0.02, 0.98, 25)  # of a force distribution over four feet

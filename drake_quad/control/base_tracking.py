@@ -21,15 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
-from drake_quad.control.kernel_state import Pace
+from drake_quad.control.kernel_state import BaseGains, Pace
 from drake_quad.jit import copy_vector, jit
 from drake_quad.math.rotations import yaw_pitch_rotation
 from drake_quad.robot.kinematics import leg_row
-from drake_quad.robot.model import LegGeometry
-
-# ------------------------------------------------------------------------------------------------
-# The base's part of a plan: pose, velocity, rotation error, and the acceleration wanted.
-# ------------------------------------------------------------------------------------------------
 
 
 class Target(NamedTuple):
@@ -62,7 +57,7 @@ def body_motion(
 
     Args:
         body: (3, 5) value, and first and second derivative by gait time, of x, y, z, pitch, yaw.
-        rate: By which the body goes along its path, gait time by time; see `body_rate.py`.
+        rate: By which the body goes along its path, gait time by time; see `next_body_rate`.
         change: Of that rate [1/s]. Of the pitch neither this nor its second derivative is
             in the acceleration.
         height: To add to z [m].
@@ -115,28 +110,6 @@ def shorten(v: FloatArray, most: float) -> FloatArray:
     return v * min(1.0, most / max(length, 1e-12))
 
 
-class BaseGains(NamedTuple):
-    """How the base's errors are corrected: accelerations per error, and the most of each.
-
-    Attributes:
-        stiffness: [1/s^2].
-        damping: [1/s].
-        rotation_stiffness: [1/s^2].
-        rotation_damping: [1/s].
-        most_shift: Of an error of place, how much counts [m].
-        most_turn: Of an error of orientation [rad].
-        most_acceleration: Horizontal, in all [m/s^2].
-    """
-
-    stiffness: float
-    damping: float
-    rotation_stiffness: float
-    rotation_damping: float
-    most_shift: float
-    most_turn: float
-    most_acceleration: float
-
-
 @jit
 def wanted_acceleration(
     acceleration: FloatArray,
@@ -173,11 +146,6 @@ def smooth(x: float) -> float:
 
 
 smooth_step = jit(smooth)
-
-
-# ------------------------------------------------------------------------------------------------
-# How fast the body follows its path: as the gait clock runs, but brought to rest like a pendulum.
-# ------------------------------------------------------------------------------------------------
 
 
 LEAST_HEIGHT = 0.1  # [m] that a body over its feet is taken for: fallen, it has none
@@ -228,27 +196,9 @@ def next_body_rate(
     return body_rate, lead + (body_rate - rate) * period, change
 
 
-# ------------------------------------------------------------------------------------------------
-# How much lower the body has to be for its legs to reach the ground that was found.
-# ------------------------------------------------------------------------------------------------
-
-
 MOST_LOWER = 0.06  # [m]; ground further down is no tread's error
 STEPS = 3  # of Newton's method, which nearly ends in one: legs are long and shortages small
 LEAST_SLOPE = 0.3  # of a leg's length by the body's height: less, and lowering hardly helps
-
-
-def longest_legs(geometry: LegGeometry, q_lower: FloatArray, q_upper: FloatArray) -> FloatArray:
-    """From hip to foot's centre, the knee as straight as its limits let it be (4,) [m].
-
-    Args:
-        geometry: Of the legs.
-        q_lower: Of the joints, leg by leg (12,) [rad].
-        q_upper: The same.
-    """
-    least = np.maximum(np.maximum(q_lower[2::3], -q_upper[2::3]), 0.0)  # |knee|
-    a, b = geometry.thigh, geometry.shank
-    return np.asarray(np.sqrt(a * a + b * b + 2.0 * a * b * np.cos(least)))
 
 
 @jit

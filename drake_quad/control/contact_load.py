@@ -18,11 +18,6 @@ from drake_quad.control.base_tracking import smooth_step
 from drake_quad.jit import jit
 from drake_quad.planning.motion_plan import END, START, SWING, phase_index
 
-# ------------------------------------------------------------------------------------------------
-# How much of a full load each foot may carry: by the plan, by what landed or was lost, caught.
-# ------------------------------------------------------------------------------------------------
-
-
 LANDED_LOAD = 0.2  # how much of a full load a foot carries that has landed, as a swing ends
 LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
 
@@ -95,11 +90,6 @@ def caught_load(standing: BoolArray, bearing: FloatArray) -> FloatArray:
         for k in range(4):
             load[k] = 1.0 if standing[k] else 0.0
     return load
-
-
-# ------------------------------------------------------------------------------------------------
-# How hard a lightly loaded foot is to be pressed down, so that it does not lose the ground.
-# ------------------------------------------------------------------------------------------------
 
 
 REST_SHARE = 0.5  # of what a foot would bear at rest that it keeps,
@@ -182,11 +172,6 @@ def tangential_prices(shares: FloatArray) -> FloatArray:
         part = EVEN_SHARE / max(shares[k], LEAST_BORNE)
         prices[k] = part * part
     return prices
-
-
-# ------------------------------------------------------------------------------------------------
-# What slipping feet tell of the ground: how much friction the forces may count on.
-# ------------------------------------------------------------------------------------------------
 
 
 SLIPPING = 0.06  # [m/s] along the ground, above which a foot that carries slips

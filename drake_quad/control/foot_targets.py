@@ -23,11 +23,6 @@ from drake_quad.control.kernel_state import (
 from drake_quad.jit import copy_vector, jit
 from drake_quad.robot.legs import LEGS
 
-# ------------------------------------------------------------------------------------------------
-# Where one foot is to be: caught in a push, swung, or held where it stands.
-# ------------------------------------------------------------------------------------------------
-
-
 MIRRORED = tuple(leg.mirrored.row for leg in LEGS)  # the row of each leg's other foot of its pair
 URGENT_SEARCH = 0.3  # [m/s] downwards, of a foot that lost the ground in a push
 DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where it is
@@ -213,11 +208,6 @@ def stand_foot(
     for i in range(3):
         lifted[i] = hold[i] - planned[k, i]
         place[k, i] = hold[i]
-
-
-# ------------------------------------------------------------------------------------------------
-# Where the feet are to be now; `joint_targets.py` has the joints that put them there.
-# ------------------------------------------------------------------------------------------------
 
 
 @jit

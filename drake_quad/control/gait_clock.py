@@ -11,11 +11,6 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.jit import jit
 from drake_quad.planning.motion_plan import END, START, SWING, MotionPlan, phase_index
 
-# ------------------------------------------------------------------------------------------------
-# The gait clock's common tick: nothing happens but that time goes on.
-# ------------------------------------------------------------------------------------------------
-
-
 TASK, TIME, RATE, SEGMENT, SWING_LEG, SWING_PHASE, WAITED, DONE, MODE, REVISION = (
     int(p) for p in GaitPhase
 )
@@ -70,11 +65,6 @@ def advance_if_uneventful(
     return True
 
 
-# ------------------------------------------------------------------------------------------------
-# How fast the gait clock may run for a margin to stay above what is demanded.
-# ------------------------------------------------------------------------------------------------
-
-
 LOOK_AHEAD = 0.4  # [s]
 BRAKING = 2.5  # times that, in which the margin may run out at most: the body comes to rest late
 STOPPED = 0.02  # of the clock's full rate, below which it stands
@@ -123,11 +113,6 @@ def guarded_rate(
         return 0.0
     rate = allowed_rate(balance_margin(balance, who), balance_margin(moved, who), demanded)
     return rate if rate > STOPPED else 0.0
-
-
-# ------------------------------------------------------------------------------------------------
-# What the gait clock waits for: feet that bear, a margin, a robot that is back from a push.
-# ------------------------------------------------------------------------------------------------
 
 
 # Of the base against what the controller wants, below which the clock goes on.

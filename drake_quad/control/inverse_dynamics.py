@@ -5,15 +5,15 @@ follow from the base's, and the base's from the forces on the feet:
 
     M_b a_b + h_b = G f,    qdd = B a_b + d,    tau = T f + t.
 
-What is left to choose are the forces f, in a small program (`force_qp.py`).
+What is left to choose are the forces f, in a small program (`whole_body_qp.py`).
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.common import FloatArray
-from drake_quad.control.measurement import Feet, IntArray
+from drake_quad.common import FloatArray, IntArray
+from drake_quad.control.measurement import Feet
 from drake_quad.jit import jit
 
 SINGULAR = 1e-5  # [m^3] determinant of a leg's Jacobian below which it counts as just that
@@ -134,6 +134,30 @@ def reduce_dynamics(
         right[:, :12].copy(), right[:, 12].copy(), joint[:, :12].copy(), joint[:, 12].copy(),
         torque[:, :12].copy(), torque[:, 12].copy(),
     )  # fmt: skip
+
+
+@jit
+def contact_axes(normals: FloatArray) -> FloatArray:
+    """The axes (4, 3, 3) in W, in columns, of the force on each foot: two along the ground, normal.
+
+    The first points straight down the slope; on level ground they are W's x, y and z,
+    and that is where the last one's z is 1.
+
+    Args:
+        normals: Of the ground under the feet (4, 3).
+    """
+    axes = np.zeros((4, 3, 3))
+    for k in range(4):
+        nx, ny, nz = normals[k, 0], normals[k, 1], normals[k, 2]
+        if nz == 1.0:
+            axes[k, 0, 0] = axes[k, 1, 1] = axes[k, 2, 2] = 1.0
+            continue
+        tilt = np.sqrt(nx * nx + ny * ny)
+        dx, dy = nx / tilt, ny / tilt
+        axes[k, 0, 0], axes[k, 1, 0], axes[k, 2, 0] = dx * nz, dy * nz, -tilt
+        axes[k, 0, 1], axes[k, 1, 1] = -dy, dx
+        axes[k, 0, 2], axes[k, 1, 2], axes[k, 2, 2] = nx, ny, nz
+    return axes
 
 
 @jit

@@ -1,4 +1,4 @@
-"""Structured array types of the control loop, which its compiled kernels read and write.
+"""Structured array types of the control loop, which its kernels read and write, and its constants.
 
 A kernel's call costs by the number of its arguments, and a NamedTuple counts field by field. A
 record is an array of one element, whose fields have the names that the NamedTuples have: kernels
@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_quad.common import FloatArray
-
-# ------------------------------------------------------------------------------------------------
-# What a tick works on, as records: a compiled kernel takes one in one piece, whatever it holds.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.common import GRAVITY, FloatArray, IntArray
+from drake_quad.control.settings import ControlSettings
+from drake_quad.robot.kinematics import leg_array
+from drake_quad.robot.model import LegGeometry, RobotModel
+from drake_quad.robot.state import StateLayout
 
 # One element of such an array, its fields read as attributes: by numba, and by numpy's recarray.
 Record = Any
@@ -102,11 +101,6 @@ def fields_of(record: Records) -> Record:
     return record.view(np.recarray)[0]
 
 
-# ------------------------------------------------------------------------------------------------
-# What a controller remembers of its feet and its body from tick to tick, and where.
-# ------------------------------------------------------------------------------------------------
-
-
 # Places in a controller's memory: each foot's hold in W (12) [m]; the foot less its planned place
 # when it lifted off (12) [m]; how deep a foot has searched below the plan for ground [m]; whether
 # the swing foot found ground before its time; the standing feet's mean height over the plan's [m];
@@ -129,11 +123,6 @@ def new_memory(feet: FloatArray) -> FloatArray:
     return memory
 
 
-# ------------------------------------------------------------------------------------------------
-# How fast feet are moved, searched for and followed.
-# ------------------------------------------------------------------------------------------------
-
-
 class Pace(NamedTuple):
     """Times and speeds of `compute_foot_targets`; see ControlSettings.
 
@@ -150,3 +139,199 @@ class Pace(NamedTuple):
     touchdown_press: float
     search_speed: float
     height_time: float
+
+
+class Weights(NamedTuple):
+    """What the program weighs and allows.
+
+    Attributes:
+        angular: Of the base's angular acceleration's error.
+        linear: Of its linear one's.
+        force: Of the squared normal forces [1/N^2].
+        along: Of the squared forces along the ground, of a foot that bears its even share [1/N^2].
+        greatest_force: Of a foot under full load [N].
+        pressure_margin: Of the centre of pressure from the support's sides [m].
+    """
+
+    angular: float
+    linear: float
+    force: float
+    along: float
+    greatest_force: float
+    pressure_margin: float
+
+
+class BaseGains(NamedTuple):
+    """How the base's errors are corrected: accelerations per error, and the most of each.
+
+    Attributes:
+        stiffness: [1/s^2].
+        damping: [1/s].
+        rotation_stiffness: [1/s^2].
+        rotation_damping: [1/s].
+        most_shift: Of an error of place, how much counts [m].
+        most_turn: Of an error of orientation [rad].
+        most_acceleration: Horizontal, in all [m/s^2].
+    """
+
+    stiffness: float
+    damping: float
+    rotation_stiffness: float
+    rotation_damping: float
+    most_shift: float
+    most_turn: float
+    most_acceleration: float
+
+
+def longest_legs(geometry: LegGeometry, q_lower: FloatArray, q_upper: FloatArray) -> FloatArray:
+    """From hip to foot's centre, the knee as straight as its limits let it be (4,) [m].
+
+    Args:
+        geometry: Of the legs.
+        q_lower: Of the joints, leg by leg (12,) [rad].
+        q_upper: The same.
+    """
+    least = np.maximum(np.maximum(q_lower[2::3], -q_upper[2::3]), 0.0)  # |knee|
+    a, b = geometry.thigh, geometry.shank
+    return np.asarray(np.sqrt(a * a + b * b + 2.0 * a * b * np.cos(least)))
+
+
+class Softness(NamedTuple):
+    """How much of the joints' stiffness a loaded leg keeps, and how far it may pull.
+
+    Attributes:
+        share: Of the stiffness and damping.
+        most_away: Of a loaded leg's joints from their targets [rad].
+        most_faster: The same of their speeds [rad/s].
+    """
+
+    share: float
+    most_away: float
+    most_faster: float
+
+
+class PayloadUpdate(NamedTuple):
+    """How it is learned.
+
+    Attributes:
+        force_rate: Of the force per height error [N/(m s)].
+        moment_rate: Of the moments per tilt error [Nm/(rad s)].
+        weight: The robot's own [N].
+        period: Of the controller [s].
+    """
+
+    force_rate: float
+    moment_rate: float
+    weight: float
+    period: float
+
+
+def state_indices(layout: StateLayout) -> IntArray:
+    """Where quaternion and angular velocity of the base, joint angles and speeds are (26,)."""
+    return np.concatenate([[layout.q_base, layout.v_base], layout.q_joints, layout.v_joints])
+
+
+# Of a large error only so much is asked for at once: more than the feet can give makes the program
+# trade the robot's uprightness for it.
+MOST_SHIFT = 0.04  # [m]
+MOST_TURN = 0.03  # [rad]
+MOST_ACCELERATION = 3.0  # [m/s^2], horizontal
+MOST_AWAY = 0.05  # [rad] of a loaded leg's joints from their targets
+MOST_FASTER = 0.5  # [rad/s]
+
+
+def _numbers(kind: Any) -> np.dtype[np.void]:
+    return record_type(dict.fromkeys(kind._fields, ()))
+
+
+# Of the robot: see ROBOT; the feet's radius [m], how long its legs can be [m], the joints' limits,
+# leg by leg; the joints' places in the velocities; and in which order the actuators have the
+# joints. The settings, see there.
+CONSTANTS = np.dtype(
+    [
+        *ROBOT,
+        ("radius", np.float64),
+        ("longest", np.float64, (4,)),
+        ("velocities", np.int64, (12,)),
+        ("order", np.int64, (12,)),
+        ("q_lower", np.float64, (12,)),
+        ("q_upper", np.float64, (12,)),
+        ("effort", np.float64, (12,)),
+        ("speed", np.float64, (12,)),
+        ("unload_time", np.float64),
+        ("load_time", np.float64),
+        ("friction", np.float64),
+        ("least_force", np.float64),
+        ("pace", _numbers(Pace)),
+        ("weights", _numbers(Weights)),
+        ("gains", _numbers(BaseGains)),
+        ("softness", _numbers(Softness)),
+        ("learning", _numbers(PayloadUpdate)),
+    ],
+    align=True,
+)
+
+
+def make_constants(
+    robot: RobotModel,
+    layout: StateLayout,
+    control: ControlSettings,
+    *,
+    stiffness: float,
+    inertia: float,
+) -> Records:
+    """The record, of type CONSTANTS.
+
+    Args:
+        robot: The robot.
+        layout: Of its state.
+        control: Of the controller.
+        stiffness: Share of the joints' that a loaded leg keeps.
+        inertia: The robot's moment of inertia [kg m^2].
+    """
+    constants = np.zeros(1, dtype=CONSTANTS)
+    c = constants[0]
+    c["legs"], c["radius"] = leg_array(robot.geometry), robot.foot_radius
+    c["longest"] = longest_legs(robot.geometry, robot.q_lower, robot.q_upper)
+    c["places"] = state_indices(layout)
+    c["velocities"] = layout.v_joints - layout.num_positions
+    c["order"] = np.argsort(layout.actuators)
+    c["q_lower"], c["q_upper"] = robot.q_lower, robot.q_upper
+    c["effort"], c["speed"] = robot.effort, robot.speed
+    c["unload_time"], c["load_time"] = control.unload_time, control.load_time
+    c["friction"], c["least_force"] = control.friction, control.least_force
+    c["pace"] = Pace(
+        control.period,
+        control.foothold_time,
+        control.touchdown_press,
+        control.search_speed,
+        control.height_time,
+    )
+    weight = robot.mass * GRAVITY
+    c["weights"] = Weights(
+        angular=30.0,
+        linear=1.0,
+        force=1e-6,
+        along=1e-5,
+        greatest_force=1.5 * weight,
+        pressure_margin=control.pressure_margin,
+    )
+    c["gains"] = BaseGains(
+        control.base_stiffness / robot.mass,
+        control.base_damping / robot.mass,
+        control.base_rotation_stiffness / inertia,
+        control.base_rotation_damping / inertia,
+        MOST_SHIFT,
+        MOST_TURN,
+        MOST_ACCELERATION,
+    )
+    c["softness"] = Softness(stiffness, MOST_AWAY, MOST_FASTER)
+    learn_time = max(control.load_time, control.period)
+    c["learning"] = PayloadUpdate(
+        control.base_stiffness / learn_time,
+        control.base_rotation_stiffness / learn_time,
+        weight,
+        control.period,
+    )
+    constants.setflags(write=False)
+    return constants

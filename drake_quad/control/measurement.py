@@ -1,24 +1,72 @@
-"""The robot as it is measured: base, joints, feet and their Jacobians."""
+"""The robot as measured: base, joints, feet with their Jacobians, and the ground under them."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_quad.common import FloatArray
-from drake_quad.control.contact_frames import ground_table, normal_at
-from drake_quad.control.kernel_state import MEASURED, ROBOT, Record, Records, fields_of, new_record
+from drake_quad.common import FloatArray, IntArray
+from drake_quad.control.kernel_state import (
+    MEASURED,
+    ROBOT,
+    Record,
+    Records,
+    fields_of,
+    new_record,
+    state_indices,
+)
 from drake_quad.jit import copy_matrix, copy_stack, copy_vector, jit
 from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row
 from drake_quad.robot.state import StateLayout
+from drake_quad.terrain.course import Course
+from drake_quad.terrain.lane import EDGE
 
-# ------------------------------------------------------------------------------------------------
-# What the four feet do, by the joints and the base as they are: places, velocities, Jacobians.
-# ------------------------------------------------------------------------------------------------
+COLUMNS = 10  # of a box: its two axes (2, 2), its middle (2), half its extent (2), top, gradient
 
 
-IntArray = NDArray[np.integer[Any]]
+def ground_table(course: Course | None) -> FloatArray:
+    """The tops of a course's boxes (n, COLUMNS), writable; none if all of them are level.
+
+    Contact sensors say whether a foot bears, not which way it is pushed, so the map alone tells
+    the ground's tilt.
+    """
+    boxes = [] if course is None else list(course.boxes)
+    if not any(box.gradient for box in boxes):
+        return np.zeros((0, COLUMNS))
+    return np.array(
+        [
+            [*box.axes.ravel(), *box.middle, *(0.5 * box.extent), box.top, box.gradient]
+            for box in boxes
+        ]
+    )
+
+
+@jit
+def normal_at(ground: FloatArray, x: float, y: float) -> tuple[float, float, float]:
+    """The unit normal in W of the ground at a place [m]; upright off the course.
+
+    The same as `terrain.course.ground_normals`, for one place.
+
+    Args:
+        ground: See `ground_table`.
+        x: In W [m].
+        y: In W [m].
+    """
+    highest, gx, gy = -np.inf, 0.0, 0.0
+    for k in range(len(ground)):
+        box = ground[k]
+        dx, dy = x - box[4], y - box[5]
+        along, across = box[0] * dx + box[1] * dy, box[2] * dx + box[3] * dy
+        if abs(along) > box[6] + EDGE or abs(across) > box[7] + EDGE:
+            continue
+        z = box[8] + box[9] * along
+        if z > highest:
+            highest, gx, gy = z, box[9] * box[0], box[9] * box[1]
+    if gx == 0.0 and gy == 0.0:
+        return 0.0, 0.0, 1.0
+    length = np.sqrt(gx * gx + gy * gy + 1.0)
+    return -gx / length, -gy / length, 1.0 / length
+
 
 STEP = 1e-5  # [s] of the central difference that gives the Jacobian's rate
 
@@ -123,11 +171,6 @@ def measure_feet(
     return Feet(place, velocity, drift, jacobian, contact, normal)
 
 
-# ------------------------------------------------------------------------------------------------
-# The robot as estimated, in the terms that the controllers think in.
-# ------------------------------------------------------------------------------------------------
-
-
 class RobotMeasurement(NamedTuple):
     """One state of the robot. W world, B body.
 
@@ -152,11 +195,6 @@ class RobotMeasurement(NamedTuple):
     qd: FloatArray
     feet: Feet
     known: bool
-
-
-def state_indices(layout: StateLayout) -> IntArray:
-    """Where quaternion and angular velocity of the base, joint angles and speeds are (26,)."""
-    return np.concatenate([[layout.q_base, layout.v_base], layout.q_joints, layout.v_joints])
 
 
 @jit

@@ -6,11 +6,11 @@ kept in the heading frame H (B's origin, x along the heading, z up), in which th
 """
 
 from math import cos, hypot, sin
-from typing import NamedTuple
 
 import numpy as np
 
 from drake_quad.common import FloatArray
+from drake_quad.control.kernel_state import PayloadUpdate
 from drake_quad.jit import jit
 
 # Errors of the base beyond which it is being pushed, and nothing can be learned about its load.
@@ -21,22 +21,6 @@ MOST_FORCE = 0.6  # of the robot's weight
 MOST_ARM = 0.25  # [m] times the robot's weight: of the moment
 IGNORED = 0.005  # [m] of the centre of mass, which errors of other kinds make as well
 MOST_SHIFT = 0.12  # [m] of the body
-
-
-class PayloadUpdate(NamedTuple):
-    """How it is learned.
-
-    Attributes:
-        force_rate: Of the force per height error [N/(m s)].
-        moment_rate: Of the moments per tilt error [Nm/(rad s)].
-        weight: The robot's own [N].
-        period: Of the controller [s].
-    """
-
-    force_rate: float
-    moment_rate: float
-    weight: float
-    period: float
 
 
 @jit
@@ -66,7 +50,7 @@ def update_payload(
         height_error: By how much the base is too low [m].
         tilt: The rotation vector in W that would right the base (3,) [rad].
         heading: Of the body [rad].
-        how: See Learning.
+        how: See PayloadUpdate.
     """
     c, s = cos(heading), sin(heading)
     x, y = c * tilt[0] + s * tilt[1], c * tilt[1] - s * tilt[0]

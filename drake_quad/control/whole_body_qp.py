@@ -26,14 +26,13 @@ from typing import NamedTuple
 import daqp
 import numpy as np
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, IntArray
 from drake_quad.control.base_tracking import (
     height_over,
     pendulum_rate,
     rotation_error,
     wanted_acceleration,
 )
-from drake_quad.control.contact_frames import contact_axes
 from drake_quad.control.contact_load import (
     MOST_TIMES,
     min_normal_forces,
@@ -41,10 +40,8 @@ from drake_quad.control.contact_load import (
     tangential_prices,
     update_friction,
 )
-from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics, turn_forces
-from drake_quad.control.joint_targets import LOOK_AHEAD
-from drake_quad.control.kernel_state import Records
-from drake_quad.control.measurement import IntArray
+from drake_quad.control.inverse_dynamics import Dynamics, contact_axes, reduce_dynamics, turn_forces
+from drake_quad.control.kernel_state import Records, Weights
 from drake_quad.control.payload_observer import (
     at_rest,
     compensating_shift,
@@ -52,12 +49,8 @@ from drake_quad.control.payload_observer import (
     payload_wrench,
     update_payload,
 )
+from drake_quad.control.tracking import LOOK_AHEAD
 from drake_quad.jit import copy_matrix, copy_vector, jit
-
-# ------------------------------------------------------------------------------------------------
-# The whole-body program: forces on the feet that move the base as wanted and can be made.
-# ------------------------------------------------------------------------------------------------
-
 
 SOFT = 8  # DAQP's mark of a constraint that may give way
 NONE = 1e30  # its bound that is none
@@ -82,26 +75,6 @@ class Program(NamedTuple):
     lower: FloatArray
     upper: FloatArray
     sense: IntArray
-
-
-class Weights(NamedTuple):
-    """What the program weighs and allows.
-
-    Attributes:
-        angular: Of the base's angular acceleration's error.
-        linear: Of its linear one's.
-        force: Of the squared normal forces [1/N^2].
-        along: Of the squared forces along the ground, of a foot that bears its even share [1/N^2].
-        greatest_force: Of a foot under full load [N].
-        pressure_margin: Of the centre of pressure from the support's sides [m].
-    """
-
-    angular: float
-    linear: float
-    force: float
-    along: float
-    greatest_force: float
-    pressure_margin: float
 
 
 @jit
@@ -299,11 +272,6 @@ def spread_variables(x: FloatArray, load: FloatArray) -> FloatArray:
             copy_vector(forces[3 * k : 3 * k + 3], x[3 * i : 3 * i + 3])
             i += 1
     return forces
-
-
-# ------------------------------------------------------------------------------------------------
-# The whole-body controller's tick between the model's dynamics and the program's solver.
-# ------------------------------------------------------------------------------------------------
 
 
 COM_PER_SHIFT = 0.8  # how much of a shift of the body the centre of mass makes, feet standing

@@ -5,20 +5,14 @@ from functools import lru_cache
 from math import gcd
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_quad.common import BoolArray, FloatArray
+from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.math.curves import quintic
 from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.footholds import LIFT_OFF, FootholdPattern
 from drake_quad.robot.legs import LEGS, SIGNS, WAVE_ORDER
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.terrain.course import Course
-
-# ------------------------------------------------------------------------------------------------
-# Candidate gaits: the footprints' pattern, and what else a gait is free in.
-# ------------------------------------------------------------------------------------------------
-
 
 TREADS = (1, 2, 3)
 LAGS = (1, 2, 3, 4)
@@ -158,11 +152,6 @@ def make_foothold_patterns(
     ]
 
 
-# ------------------------------------------------------------------------------------------------
-# An endless regular staircase, as a gait's cycle sees it: lengths and slope.
-# ------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Staircase:
     """Treads of one rise and one run without end, or level ground.
@@ -188,11 +177,6 @@ class Staircase:
         return self.slope * s
 
 
-# ------------------------------------------------------------------------------------------------
-# Body and feet over a cycle of candidate gaits on an endless staircase, swing by swing.
-# ------------------------------------------------------------------------------------------------
-
-
 PHASES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of every swing, that are looked at
 
 
@@ -212,7 +196,7 @@ class Cycle:
     feet: FloatArray
     standing: BoolArray
     swing: FloatArray
-    landed: NDArray[np.intp]
+    landed: IntArray
 
 
 def make_cycle(
@@ -277,7 +261,7 @@ def _body(grid: CandidateBatch, stairs: Staircase, at: FloatArray, per: int) -> 
 
 
 def _ways(
-    stairs: Staircase, begin: NDArray[np.intp], end: NDArray[np.intp], per: int, clearance: float
+    stairs: Staircase, begin: IntArray, end: IntArray, per: int, clearance: float
 ) -> tuple[FloatArray, FloatArray]:
     """How far along the stairs and how high feet are, (4, N) [m], from places to places (4, N).
 
@@ -294,7 +278,7 @@ def _ways(
     return along, np.where(s == 0.0, low, np.where(s == 1.0, high, over))
 
 
-def _landed(cycles: int) -> NDArray[np.intp]:
+def _landed(cycles: int) -> IntArray:
     """See Cycle; the end of each leg's swing, or of its swing in the cycle before."""
     last = len(PHASES) - 1
     landed = np.empty((cycles, 4, len(PHASES), 4), dtype=np.intp)
@@ -307,11 +291,6 @@ def _landed(cycles: int) -> NDArray[np.intp]:
             own = (4 * c + beat) * len(PHASES) + last
             landed[c, beat, last, WAVE_ORDER[beat].row] = own
     return landed.reshape(-1, 4)
-
-
-# ------------------------------------------------------------------------------------------------
-# What a course asks of a gait: its flights as endless staircases.
-# ------------------------------------------------------------------------------------------------
 
 
 SAME = 1e-4  # [m]

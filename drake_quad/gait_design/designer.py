@@ -39,11 +39,6 @@ from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_out
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
 
-# ------------------------------------------------------------------------------------------------
-# A designed gait as the fields of a scenario, with feedback scaled to the robot's size.
-# ------------------------------------------------------------------------------------------------
-
-
 Fields = dict[str, dict[str, float | int | str]]
 
 MASS, LEG = 60.0, 1.22  # of the robot that the numbers below are of [kg], [m]
@@ -150,11 +145,6 @@ def control_fields(mass: float, size: float, foot_radius: float) -> dict[str, fl
 def _short(value: float | int | str) -> float | int | str:
     """Four digits are enough, and pleasant to read."""
     return float(f"{value:.4g}") if isinstance(value, float) else value
-
-
-# ------------------------------------------------------------------------------------------------
-# Fills in the gait of a scenario that names a robot and a course, and leaves the rest to us.
-# ------------------------------------------------------------------------------------------------
 
 
 DEEP = 1.0  # of a leg: depth of treads that may be walked as floors with curbs between them

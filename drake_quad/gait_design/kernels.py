@@ -7,9 +7,8 @@ no nearer than something else already was is not looked at, which changes no res
 from math import acos, atan2, cos, pi, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.common import GRAVITY, FloatArray, IntArray
 from drake_quad.jit import copy_vector, jit
 from drake_quad.math.distance import (
     line_over_nosings,
@@ -19,11 +18,6 @@ from drake_quad.math.distance import (
     point_to_stairs,
 )
 from drake_quad.robot.model import CLEARANCE_WEIGHTS, SHANK_POINTS
-
-# ------------------------------------------------------------------------------------------------
-# What a candidate's three feet and joints bear in one pose, and the margin that it keeps.
-# ------------------------------------------------------------------------------------------------
-
 
 SWAYS = 9  # that are tried, evenly from side to side
 LEAST_AREA = 1e-9
@@ -105,11 +99,6 @@ def torque_used(
     t1 = z * fx - ca * x * fz
     t2 = zk * fx - ca * xk * fz
     return max(abs(t0) / effort[0], max(abs(t1) / effort[1], abs(t2) / effort[2]))
-
-
-# ------------------------------------------------------------------------------------------------
-# Where a candidate's links are in one pose: angles, centre of mass, points along its legs.
-# ------------------------------------------------------------------------------------------------
 
 
 SHANK, THIGH = len(SHANK_POINTS), 3  # points of a leg that are looked at
@@ -219,11 +208,6 @@ def place_points(
             points[SHANK + i, j] = knee[j] + share * (hip[j] - knee[j])
 
 
-# ------------------------------------------------------------------------------------------------
-# The least room of a candidate's parts in one pose, each the less of what is told and found.
-# ------------------------------------------------------------------------------------------------
-
-
 SURE = 1e-9  # [m] by which a bound may be wrong, for rounding
 
 
@@ -238,7 +222,7 @@ def pose_leg_clearance(
         radii: At the points (SHANK,) [m].
         rise: Of the staircase [m].
         run: Of the staircase [m].
-        least: What there is elsewhere [m], weighed by ROOM_WORTH as this is.
+        least: What there is elsewhere [m], weighed by CLEARANCE_WEIGHTS as this is.
     """
     before = 0.0
     for i in range(SHANK):
@@ -342,11 +326,6 @@ def clearance_under_line(points: FloatArray, rise: float, run: float, least: flo
     return least
 
 
-# ------------------------------------------------------------------------------------------------
-# The arithmetic of `evaluate`, pose by pose: a search looks at tens of thousands of them.
-# ------------------------------------------------------------------------------------------------
-
-
 UNDER = 7  # points under the trunk that are looked at
 STRIDE = 7  # between moments looked at in turn: unlike ones sooner tell what is in the way
 # Weight of the smallest slack in `objective_of_slacks`; the rest is that of their mean.
@@ -384,7 +363,7 @@ def slacks(
     body: FloatArray,
     feet: FloatArray,
     swing: FloatArray,
-    landed: NDArray[np.intp],
+    landed: IntArray,
     rise: float,
     run: float,
     foot_radius: float,

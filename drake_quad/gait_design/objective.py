@@ -70,7 +70,7 @@ def evaluate_candidates(
 ) -> FloatArray:
     """The least room that every candidate of a grid leaves on a staircase, (C, 7) by NAMES.
 
-    Of everything but a torque it is a length or an angle as Wanted has it; of torques, the share
+    Of everything but a torque it is a length or an angle as Targets has it; of torques, the share
     of the limit that is left. Negative where it is not to be had.
 
     Args:

@@ -30,11 +30,6 @@ from drake_quad.robot.model import LinkOutline, RobotModel
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 
-# ------------------------------------------------------------------------------------------------
-# A designed gait's plan on the scenario's own course, and what it is worth.
-# ------------------------------------------------------------------------------------------------
-
-
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
@@ -161,11 +156,6 @@ def _quality(
         room.worth / (GOOD_ROOM * wanted["legs"]),
         torque / (GOOD_TORQUE * wanted["torque"]),
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# Bodies that are lower, and gaits that are slower, where a design cannot be planned as it is.
-# ------------------------------------------------------------------------------------------------
 
 
 LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lowered for a plan

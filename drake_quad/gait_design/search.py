@@ -24,11 +24,6 @@ from drake_quad.gait_design.objective import (
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length
 
-# ------------------------------------------------------------------------------------------------
-# The search for a pattern's best gait, by what room it leaves on endless staircases.
-# ------------------------------------------------------------------------------------------------
-
-
 CLEARANCE = 0.02  # of swing feet, of a leg of one metre
 GENERATIONS = {1: 80, 2: 160}  # of a search, by places a tread
 UNUSUAL = 0.05  # that a gait unlike the usual one costs
@@ -165,11 +160,6 @@ def least_clearance(
     return room
 
 
-# ------------------------------------------------------------------------------------------------
-# Chooses the gait for a robot and its flights of stairs, or says what is in the way.
-# ------------------------------------------------------------------------------------------------
-
-
 LEVEL_PATTERNS = [FootholdPattern(2, 1), FootholdPattern(1, 1), FootholdPattern(2, 2)]
 SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
@@ -185,7 +175,7 @@ class Design:
     """A gait, and the room that it leaves.
 
     Attributes:
-        gait: The gait alone: a Grid of one.
+        gait: The gait alone: a CandidateBatch of one.
         score: The least share of the room wanted that it leaves, at most 1; negative if it cannot
             be done.
         slacks: The least room on any of the flights and on level ground, by NAMES.
@@ -377,11 +367,6 @@ def _with_level(
         stride=best[1],
         limit=NAMES[int(np.argmin(shares))],
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# What a design lacks, in words.
-# ------------------------------------------------------------------------------------------------
 
 
 _WORDS = {

@@ -19,9 +19,8 @@ from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_quad.common import GRAVITY, BoolArray, FloatArray
+from drake_quad.common import GRAVITY, BoolArray, FloatArray, IntArray
 from drake_quad.errors import PlanningError
 from drake_quad.math.curves import BodySpline
 from drake_quad.math.rotations import rotations
@@ -35,11 +34,6 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import LEVEL
 from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.lane import Lane
-
-# ------------------------------------------------------------------------------------------------
-# The sides of the support polygons, as rows of the body's program.
-# ------------------------------------------------------------------------------------------------
-
 
 NARROW = 1e-5  # [m] beside such a diagonal: an interior-point solver needs an inside
 CROSSING_TIME = 0.5  # [s] to either side of such a switch in which the margin is to be reached
@@ -57,11 +51,11 @@ class Sides:
         phase: Index of the contact phase whose feet it is of.
     """
 
-    sample: NDArray[np.intp]
+    sample: IntArray
     normal: FloatArray
     offset: FloatArray
     weight: FloatArray
-    phase: NDArray[np.intp]
+    phase: IntArray
 
 
 def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
@@ -129,12 +123,6 @@ def _crossings(contacts: ContactPlan) -> set[float]:
     }
 
 
-# ------------------------------------------------------------------------------------------------
-# The sides of the true regions of balance, in place of those of the feet's hulls.
-# ------------------------------------------------------------------------------------------------
-
-
-Indices = NDArray[np.intp]
 HELD = 0.25  # [s] for which a region counts, half of it before its time and half after
 SAME = 1e-6  # [m] within which a region is the hull
 APART = 1e-3  # [m] corners nearer than this are one: sides between them have no sure direction
@@ -175,9 +163,9 @@ def region_sides(
     return Sides(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Sides)))
 
 
-def _groups(phase: Indices, times: FloatArray) -> list[Indices]:
+def _groups(phase: IntArray, times: FloatArray) -> list[IntArray]:
     """Rows of one phase that follow one another, in groups that share a region."""
-    found: list[Indices] = []
+    found: list[IntArray] = []
     for mine in np.split(np.arange(len(phase)), np.flatnonzero(np.diff(phase)) + 1):
         since = times[mine] - times[mine[0]]
         count = max(int(np.ceil(since[-1] / HELD)), 1)
@@ -186,7 +174,7 @@ def _groups(phase: Indices, times: FloatArray) -> list[Indices]:
     return found
 
 
-def _corners(stances: Stances, group: Indices) -> FloatArray | None:
+def _corners(stances: Stances, group: IntArray) -> FloatArray | None:
     """The corners of the region in the middle of a group; None if it has no inside, or is the hull.
 
     Of a hull all rows are exact, those of a group are held.
@@ -205,7 +193,7 @@ def _corners(stances: Stances, group: Indices) -> FloatArray | None:
     return corners if len(corners) >= 3 else None
 
 
-def _sides(corners: FloatArray, samples: Indices, eased: FloatArray, phase: int) -> Sides:
+def _sides(corners: FloatArray, samples: IntArray, eased: FloatArray, phase: int) -> Sides:
     """Every side of a counterclockwise polygon (k, 2) at each of some samples."""
     edge = np.roll(corners, -1, axis=0) - corners
     normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1) / np.hypot(*edge.T)[:, None]
@@ -226,11 +214,6 @@ def _apart(corners: FloatArray) -> FloatArray:
     while len(kept) > 1 and np.hypot(*(kept[0] - kept[-1])) <= APART:
         kept.pop()
     return np.array(kept).reshape(-1, 2)
-
-
-# ------------------------------------------------------------------------------------------------
-# How near legs come to their limits along a body path, as sides that the path is to stay within.
-# ------------------------------------------------------------------------------------------------
 
 
 SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
@@ -256,7 +239,7 @@ class LegLimits:
             the sum of the worst of either kind, that of the legs counting tenfold [m].
     """
 
-    sample: NDArray[np.intp]
+    sample: IntArray
     normal: FloatArray
     offset: FloatArray
     shank: BoolArray
@@ -265,12 +248,12 @@ class LegLimits:
 
 @dataclass(frozen=True, eq=False)
 class Shanks:
-    """The room that shanks are to have.
+    """The clearance that shanks are to have.
 
     Attributes:
         lane: The ground; None: it is level, and only the trunk can be in their way.
-        room: Between them and it, at their ends as ROOM_WORTH has it; half of that between them
-            and the trunk [m].
+        room: Clearance from the ground, weighted by CLEARANCE_WEIGHTS; half of that from the trunk
+            [m].
     """
 
     lane: Lane | None
@@ -375,11 +358,6 @@ def find_limits(
     worst = np.minimum(room.min(axis=(0, 1)), 0.0)
     short = -10.0 * float(worst[:LIMITS].min()) - float(np.min(worst[LIMITS:], initial=0.0))
     return LegLimits(k, gradient, keep - room[k, leg, which] + here, shank, short)
-
-
-# ------------------------------------------------------------------------------------------------
-# The legs' share in the balance: of the centre of mass, and of the zero-moment point.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,8 +31,14 @@ from drake_quad.planning.body_qp import (
     with_sides,
 )
 from drake_quad.planning.body_reference import ROUNDING, BodyReference, body_pitch
-from drake_quad.planning.contact_plan import SAMPLE_PERIOD, ContactPlan, sample_times, swing_times
-from drake_quad.planning.foot_rolling import roll_along
+from drake_quad.planning.contact_plan import (
+    SAMPLE_PERIOD,
+    ContactPlan,
+    FootRoll,
+    roll_feet,
+    sample_times,
+    swing_times,
+)
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.planning.stance_margin import Footing
@@ -40,11 +46,6 @@ from drake_quad.planning.zmp import sample_zmp, shift_response
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.margins import FALLEN_TILT
 from drake_quad.stability.support_polygon import stability_margins
-
-# ------------------------------------------------------------------------------------------------
-# A body path on the way to be found: the program around the path so far, and what that is worth.
-# ------------------------------------------------------------------------------------------------
-
 
 # Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
 CALMEST_SWING = 1.2  # [s]
@@ -240,11 +241,6 @@ def _tempo(contacts: ContactPlan) -> float:
     return max(LEAST_TEMPO, min(1.0, min(swings, default=CALMEST_SWING) / CALMEST_SWING))
 
 
-# ------------------------------------------------------------------------------------------------
-# The body's path over a contact plan: nominal course, sway for margin, height and pitch.
-# ------------------------------------------------------------------------------------------------
-
-
 DYNAMIC_PASSES = 3
 FEASIBLE_PASSES = 4  # where the region is that of the posture
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
@@ -307,3 +303,27 @@ def _search(search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool
         search.follow(path)
     if best_path is not search.control:  # it went to and fro
         search.follow(best_path)
+
+
+def roll_along(
+    robot: RobotModel,
+    contacts: ContactPlan,
+    path: BodySpline,
+    times: FloatArray,
+    begin: FloatArray,
+) -> ContactPlan:
+    """The contacts, with feet that roll as they do along a path.
+
+    Args:
+        robot: The robot.
+        contacts: Who stands where, when; how its feet rolled along another path is a beginning.
+        path: Of the body.
+        times: At which it is followed, every lift-off and touchdown among them (N,) [s].
+        begin: How far they have rolled before (4, 2) [m].
+    """
+    body = path.samples(times)[:, 0]
+    feet, standing = contacts.feet_at(times)
+    q, _, _ = pose_robot(robot, body, feet)
+    roll = roll_feet(robot, times, body, q, standing, begin)
+    fewer = sample_times(contacts, path.knot)  # a certificate's pieces end at each
+    return contacts.rolled(FootRoll(fewer, roll.at(fewer)))

@@ -27,22 +27,16 @@ programs", 1960).
 """
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 import piqp
-from numpy.typing import NDArray
 from scipy import sparse
 
-from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.common import GRAVITY, FloatArray, IntArray
 from drake_quad.errors import PlanningError
 from drake_quad.math.curves import knot_count, weights
 from drake_quad.planning.body_constraints import LegLimits, Sides, make_sides
 from drake_quad.planning.contact_plan import ContactPlan
-
-# ------------------------------------------------------------------------------------------------
-# What the body's program is given, and what it answers.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +105,7 @@ class BodySolution:
         margin: The static margin that the program believes in [m].
         zmp_margin: The same for the zero-moment point [m].
         path: Value, velocity, acceleration at the sampled times, (N, 3, axes).
-        scalars: The program's scalars, see `body_rows` (5,) [m].
+        scalars: The program's scalars, MARGIN to SHANKS (5,) [m].
     """
 
     control: FloatArray
@@ -121,15 +115,9 @@ class BodySolution:
     scalars: FloatArray
 
 
-# ------------------------------------------------------------------------------------------------
-# The inequalities of the body's program, kept small: a side's normal and a sampled time each.
-# ------------------------------------------------------------------------------------------------
-
-
 FAR = 5.0  # [m]: a limit beyond it is none
 REACH_STRIDE = 4  # a foot's place in its box changes slowly: every so many samples will do
 SHIFT_STRIDE = 2
-Indices = NDArray[Any]  # of whole numbers
 SCALARS = 5  # behind the control points:
 MARGIN, ZMP_MARGIN, EXCESS, BEYOND, SHANKS = range(SCALARS)
 
@@ -147,10 +135,10 @@ class Rows:
         lower: [m], (r,).
     """
 
-    sample: Indices
+    sample: IntArray
     normal: FloatArray
     lean: FloatArray
-    scalar: Indices
+    scalar: IntArray
     weight: FloatArray
     lower: FloatArray
 
@@ -162,7 +150,7 @@ class Rows:
             kept += self.normal[:, axis] * at
         return np.asarray(kept)
 
-    def matrix(self, chosen: Indices, basis: "Basis") -> tuple[sparse.csc_matrix, FloatArray]:
+    def matrix(self, chosen: IntArray, basis: "Basis") -> tuple[sparse.csc_matrix, FloatArray]:
         """The chosen rows written out, (k, axes n + SCALARS), and their lower bounds (k,)."""
         k, size, axes = self.sample[chosen], len(chosen), self.normal.shape[1]
         along = basis.weights[k, 0] - self.lean[chosen, None] * basis.weights[k, 2]
@@ -193,7 +181,7 @@ class Rows:
 class Basis:
     """The spline at the sampled times: first control point (N,), weights (N, 3, 4), how many."""
 
-    first: Indices
+    first: IntArray
     weights: FloatArray
     count: int
 
@@ -273,7 +261,7 @@ def limit_rows(limits: LegLimits) -> Rows:
     )
 
 
-def _within(sample: Indices, e: FloatArray, at: FloatArray, most: float) -> Rows:
+def _within(sample: IntArray, e: FloatArray, at: FloatArray, most: float) -> Rows:
     """The body's centre along `e` no further than `most` from `at`, to either side."""
     size = 2 * len(sample)
     return Rows(
@@ -289,11 +277,6 @@ def _within(sample: Indices, e: FloatArray, at: FloatArray, most: float) -> Rows
 def _across(heading: FloatArray) -> FloatArray:
     """Unit vectors to the left of headings (N, 2)."""
     return np.stack([-heading[:, 1], heading[:, 0]], axis=-1)
-
-
-# ------------------------------------------------------------------------------------------------
-# The body's horizontal path as one quadratic program.
-# ------------------------------------------------------------------------------------------------
 
 
 FOLLOW = 0.02  # what a distance from the nominal path costs; an acceleration costs 1 [1/s^4]
@@ -400,7 +383,7 @@ def solve_body(
     return BodySolution(control, float(margins[0]), float(margins[1]), path, scalars)
 
 
-def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: Indices) -> FloatArray:
+def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: IntArray) -> FloatArray:
     """The path's control points, their axes in turn, and the scalars (axes n + 5,)."""
     total, axes = len(frame.c), p.axes
     G, lower = rows.matrix(chosen, frame.basis)
@@ -449,7 +432,7 @@ def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
     return P, np.append(c.ravel(), PRICES)
 
 
-def _bands(basis: Basis, at: Indices, weight: FloatArray, pull: float) -> list[FloatArray]:
+def _bands(basis: Basis, at: IntArray, weight: FloatArray, pull: float) -> list[FloatArray]:
     """The diagonals of one axis's cost on and above the main one; the d-th is n - d long."""
     follow, accelerate = basis.weights[:, 0], basis.weights[:, 2]
     square = (
@@ -466,13 +449,3 @@ def _bands(basis: Basis, at: Indices, weight: FloatArray, pull: float) -> list[F
         band = np.bincount(at[:, : 4 - d].ravel(), pairs.ravel(), minlength=basis.count)
         bands.append(np.asarray(band[: basis.count - d], dtype=np.float64))
     return bands
-
-
-__all__ = [
-    "BodyFrame",
-    "BodyProblem",
-    "BodySolution",
-    "make_frame",
-    "solve_body",
-    "with_sides",
-]

@@ -12,11 +12,6 @@ from drake_quad.planning.problem import PlanSettings
 from drake_quad.stability.margins import FALLEN_TILT
 from drake_quad.terrain.lane import Lane
 
-# ------------------------------------------------------------------------------------------------
-# Where the body is to be if margins did not matter.
-# ------------------------------------------------------------------------------------------------
-
-
 ROUNDING = 1e-9  # [m], [rad] by which a body that begins as the ground asks for may be off that
 
 
@@ -90,11 +85,6 @@ def robot_stance(settings: PlanSettings) -> FloatArray:
 def level_pose(p_xy: FloatArray, yaw: float, ground: float, settings: PlanSettings) -> FloatArray:
     """The body's pose (5,) at rest on level ground."""
     return np.array([*p_xy, ground + settings.body_height, 0.0, yaw])
-
-
-# ------------------------------------------------------------------------------------------------
-# Where on the treads feet stand, and how far ahead of them the body goes: by the slope there.
-# ------------------------------------------------------------------------------------------------
 
 
 FULL = 1.0 / 3.0  # share of the flight's slope from which feet stand as on the flight, and

@@ -25,10 +25,6 @@ from drake_quad.robot.model import CLEARANCE_WEIGHTS, SHANK_POINTS, LinkOutline,
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 
-# ------------------------------------------------------------------------------------------------
-# How far points, and the lines that join them, are from the ground of a lane and its nosings.
-# ------------------------------------------------------------------------------------------------
-
 
 def from_ground(lane: Lane, points: FloatArray) -> FloatArray:
     """Signed distance of points (..., 3) in W from a lane's ground [m], negative inside it.
@@ -57,13 +53,8 @@ def _profile(
     return np.ascontiguousarray(s), z, ends, np.array(lane.heights, dtype=float)
 
 
-# ------------------------------------------------------------------------------------------------
-# Room between a robot's shanks and the ground of a lane: of points, and of lines to nosings.
-# ------------------------------------------------------------------------------------------------
-
-
-FAR = 0.1  # [m]: room beyond which nobody asks how much it is
-# By which room at `shank_clearance`'s places is multiplied where it is weighed, see ROOM_WORTH.
+FAR = 0.1  # [m] from which on a clearance need not be exact
+# Weights of the clearances that `shank_clearance` returns.
 WORTH = np.concatenate([CLEARANCE_WEIGHTS, CLEARANCE_WEIGHTS[1:]])
 
 
@@ -153,11 +144,6 @@ def knee_axes(q: FloatArray) -> FloatArray:
     return np.stack([np.zeros_like(a), np.cos(a), np.sin(a)], axis=-1)
 
 
-# ------------------------------------------------------------------------------------------------
-# Room between a robot's thighs and the ground of a lane.
-# ------------------------------------------------------------------------------------------------
-
-
 def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -> FloatArray:
     """Between thighs and a lane's ground, negative inside (N, 4) [m].
 
@@ -189,11 +175,6 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
     return np.asarray((nearest - radii).min(axis=-1))
 
 
-# ------------------------------------------------------------------------------------------------
-# Room between a robot's legs: of shanks from each other, and from thighs.
-# ------------------------------------------------------------------------------------------------
-
-
 ENOUGH = 0.02  # [m]: nobody asks how much more it is
 
 
@@ -212,11 +193,6 @@ def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatAr
     return distance_between_legs(points, robot.shank_radii, ENOUGH)
 
 
-# ------------------------------------------------------------------------------------------------
-# Room between a planned robot's knees, shanks and trunk and the course that it is planned on.
-# ------------------------------------------------------------------------------------------------
-
-
 TRUNK_POINTS = 7
 
 
@@ -226,7 +202,7 @@ class Clearance:
 
     Attributes:
         worth: The distance as it is weighed against the room wanted: at a shank's end more than it
-            is, see `shank_room.WORTH` [m].
+            is, see WORTH [m].
         distance: Between a part of the robot and the course [m], negative inside it.
         part: Which, for people.
         task: The task's name.
@@ -266,11 +242,6 @@ def find_clearance(
             if worth < least.worth:
                 least = Clearance(worth, here, part, task.name, float(s.times[k]))
     return least
-
-
-# ------------------------------------------------------------------------------------------------
-# Refuses plans in which a robot's parts come into each other, or its thighs into the ground.
-# ------------------------------------------------------------------------------------------------
 
 
 FEET_APART = 0.005  # [m] between two feet: as exactly as plans are followed, and more

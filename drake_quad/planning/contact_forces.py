@@ -16,11 +16,6 @@ from drake_quad.planning.motion_plan import PlanSamples
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import leg_limits
 
-# ------------------------------------------------------------------------------------------------
-# How the standing feet share the wrench that holds the robot up and moves it as planned.
-# ------------------------------------------------------------------------------------------------
-
-
 UPRIGHT: tuple[Vector, ...] = ((0.0, 0.0, 1.0),) * 4
 _OTHERS = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
@@ -146,11 +141,6 @@ def _along_null(
             high = min(high, (least - f) / n)
     shift = min(max(0.0, low), high) if low <= high else 0.5 * (low + high)
     return [f + shift * n / scale for f, n in zip(normal, null, strict=True)]
-
-
-# ------------------------------------------------------------------------------------------------
-# What a plan asks of the drives: the joints' torques of a robot that stands still in its poses.
-# ------------------------------------------------------------------------------------------------
 
 
 FRICTION = 0.5

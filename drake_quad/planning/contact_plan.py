@@ -4,18 +4,17 @@ from bisect import bisect_right
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_quad.common import BoolArray, FloatArray, read_only
+from drake_quad.common import BoolArray, FloatArray, IntArray, read_only
 from drake_quad.gait.swing import Swing, swing_positions
+from drake_quad.jit import jit
 from drake_quad.robot.legs import Leg
+from drake_quad.robot.model import RobotModel
 from drake_quad.stability.support_polygon import support_order
-
-# ------------------------------------------------------------------------------------------------
-# How far standing feet have rolled from where they were set down, along a plan.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +34,6 @@ class FootRoll:
         flat = self.offset.reshape(len(self.times), 8)
         columns = [np.interp(times, self.times, flat[:, k]) for k in range(8)]
         return np.stack(columns, axis=-1).reshape(-1, 4, 2)
-
-
-# ------------------------------------------------------------------------------------------------
-# Who stands when and where: the feet's part of a motion plan.
-# ------------------------------------------------------------------------------------------------
 
 
 SAMPLE_PERIOD = 0.1  # [s] at which plans are looked at, and the body's program has its rows
@@ -74,7 +68,7 @@ class Phase:
     step: Step | None
 
     @cached_property
-    def corners(self) -> NDArray[np.intp]:
+    def corners(self) -> IntArray:
         """Rows of the legs at the corners of its support polygon, counterclockwise."""
         rows = np.flatnonzero(self.standing)
         return rows[support_order(self.feet[rows, :2])]
@@ -181,3 +175,85 @@ def swing_times(contacts: ContactPlan, count: int) -> FloatArray:
     """So many moments of every swing, evenly from lift-off to touchdown (N,) [s]."""
     ends = [np.linspace(s.lift_off, s.touchdown, count) for s in contacts.steps]
     return np.concatenate(ends) if ends else np.zeros(1)
+
+
+LET_GO = 1.5  # a swing foot is back on its planned way at 1 / LET_GO of its swing
+
+
+def roll_feet(
+    robot: RobotModel,
+    times: FloatArray,
+    body: FloatArray,
+    q: FloatArray,
+    standing: BoolArray,
+    begin: FloatArray,
+) -> FootRoll:
+    """How far standing feet roll along a sampled plan: they are balls, and the shank above turns.
+
+    A ball of radius r on level ground moves by r (ω × z) while it turns by ω, and it turns with its
+    shank. That turns with the body's pitch about a level axis, with the leg's abduction about the
+    body's x axis, and with hip and knee about the leg's own y axis (yaw turns it about the ground's
+    normal, which moves nothing): some millimetres in the course of a stance, forward as the knee
+    goes forward, and to the side as the body sways, however much the shank leans. The controller
+    lets feet roll, and sets each down where the plan has it.
+
+    Args:
+        robot: The robot.
+        times: Sampled times (N,), every lift-off and touchdown among them [s].
+        body: (N, 5) poses in W.
+        q: (N, 4, 3) joint angles [rad].
+        standing: (N, 4), from each time to the next.
+        begin: How far they have rolled before (4, 2) [m].
+    """
+    offset = np.empty((len(times), 4, 2))
+    body = np.ascontiguousarray(body)  # kernels are compiled anew for other layouts
+    _roll(robot.foot_radius, times, body, q, standing, begin, offset)
+    return FootRoll(times, offset)
+
+
+@jit
+def _roll(
+    radius: float,
+    times: FloatArray,
+    body: FloatArray,
+    q: FloatArray,
+    standing: BoolArray,
+    begin: FloatArray,
+    offset: FloatArray,
+) -> None:
+    """The arithmetic of `roll_feet`, into `offset`."""
+    size = len(times)
+    for k in range(4):
+        x, y, lifted, since = begin[k, 0], begin[k, 1], 0, False
+        offset[0, k, 0], offset[0, k, 1] = x, y
+        for n in range(1, size):
+            if standing[n - 1, k]:
+                on_x, on_y = _goes(body[n - 1], body[n], q[n - 1, k], q[n, k])
+                x += radius * on_x
+                y += radius * on_y
+            elif not since:
+                lifted, since = n - 1, True
+            if since and (standing[n, k] or n == size - 1):  # it lands here
+                for i in range(lifted, n):
+                    s = (times[i] - times[lifted]) / (times[n] - times[lifted])
+                    r = min(LET_GO * s, 1.0)
+                    rest = 1.0 - r * r * (3.0 - 2.0 * r)
+                    offset[i, k, 0], offset[i, k, 1] = rest * x, rest * y
+                x, y, since = 0.0, 0.0, False
+            offset[n, k, 0], offset[n, k, 1] = x, y
+
+
+@jit
+def _goes(
+    body0: FloatArray, body1: FloatArray, q0: FloatArray, q1: FloatArray
+) -> tuple[float, float]:
+    """ω × z along x and y of W, from one body pose (5,) and a leg's angles (3,) to the next."""
+    pitch, yaw = 0.5 * (body0[3] + body1[3]), 0.5 * (body0[4] + body1[4])
+    out = 0.5 * (q0[0] + q1[0])
+    cp, sp, cy, sy, ca, sa = cos(pitch), sin(pitch), cos(yaw), sin(yaw), cos(out), sin(out)
+    tilts, abducts = body1[3] - body0[3], q1[0] - q0[0]
+    bends = q1[1] + q1[2] - q0[1] - q0[2]
+    # Of each axis (x, y, z) the part that moves a ball: (y, -x).
+    on_x = tilts * cy + abducts * sy * cp + bends * (ca * cy + sa * sy * sp)
+    on_y = tilts * sy - abducts * cy * cp + bends * (ca * sy - sa * cy * sp)
+    return on_x, on_y

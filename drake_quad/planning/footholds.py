@@ -20,11 +20,6 @@ from drake_quad.errors import PlanningError
 from drake_quad.robot.legs import LEGS, Leg
 from drake_quad.terrain.lane import Lane
 
-# ------------------------------------------------------------------------------------------------
-# Where feet step on account of curbs and blocks: on both sides of them, or on their middle.
-# ------------------------------------------------------------------------------------------------
-
-
 SHORTEST_BLOCK = 0.4  # of the spacing: on a shorter one no foot steps
 LONGEST_BLOCK = 1.5  # of the spacing: a longer one is a step up, and then a step down
 NEAREST = 0.2  # of the spacing: a place on account of an obstacle is no nearer to the one before
@@ -103,11 +98,6 @@ def snap_to_obstacles(
                 level.append(not over)
                 over = True
     return end
-
-
-# ------------------------------------------------------------------------------------------------
-# Where along a lane the feet may step: on every tread, on evenly spaced places between flights.
-# ------------------------------------------------------------------------------------------------
 
 
 SHORTEST_LANDING = 0.4  # of a tread: on a shorter one between two flights there is no place
@@ -258,11 +248,6 @@ def make_foothold_grid(
         on_tread=tuple(kinds),
         line=line,
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# The wave gait's footprints on a lattice of places: which place each foot stands on, and when.
-# ------------------------------------------------------------------------------------------------
 
 
 # The fraction of the cycle at which each leg lifts off, in the order 1-4-2-3.

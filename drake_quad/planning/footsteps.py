@@ -25,10 +25,6 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 
-# ------------------------------------------------------------------------------------------------
-# Lays the steps of a transition: which leg, where to, when; in W, from the feet as they stand.
-# ------------------------------------------------------------------------------------------------
-
 
 def plan_transition_footsteps(
     builder: StepBuilder,
@@ -103,11 +99,6 @@ def plan_transition_footsteps(
             }
         )
     return Segment(name, "transition", start, builder.time, {"steps": steps})
-
-
-# ------------------------------------------------------------------------------------------------
-# Lays a walk along a lane: transition to the wave gait's desired configuration, then the wave.
-# ------------------------------------------------------------------------------------------------
 
 
 # A walk begins where the body's program ended the task before, to its tolerance: without some slack
@@ -316,11 +307,6 @@ def _level_stretch(lane: Lane, s: float) -> tuple[float, float]:
         float(lane.breaks[before[-1] + 1]) if len(before) else -np.inf,
         float(lane.breaks[after[0]]) if len(after) else np.inf,
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# Lays a spin in place: transition to the spin's desired configuration, then its cycles.
-# ------------------------------------------------------------------------------------------------
 
 
 def plan_spin_footsteps(

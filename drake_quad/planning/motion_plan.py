@@ -25,11 +25,6 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.stability.support_polygon import stability_margins
 
-# ------------------------------------------------------------------------------------------------
-# A motion plan as two arrays, and what it has at one time: for the control loop.
-# ------------------------------------------------------------------------------------------------
-
-
 # Columns of the table of phases: times [s], who stands (4), the feet (12) [m], the row of the
 # swing leg (-1 for none), and its swing: from (3), to (3) [m], how long, when the apex [s], its
 # height [m], and its arc: pivot (2) [m], turn [rad] (0: it goes straight), end over start distance.
@@ -139,11 +134,6 @@ def _round_pivot(
     velocity[0], velocity[1] = rate_x * dq, rate_y * dq
     acceleration[0] = bend_x * dq * dq + rate_x * ddq
     acceleration[1] = bend_y * dq * dq + rate_y * ddq
-
-
-# ------------------------------------------------------------------------------------------------
-# MotionPlan: body and feet at any gait time, with the segments that it is made of.
-# ------------------------------------------------------------------------------------------------
 
 
 SEGMENT_KINDS = ("stand", "transition", "wave", "spin")

@@ -8,10 +8,6 @@ from drake_quad.robot.legs import Leg
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.course import Course
 
-# ------------------------------------------------------------------------------------------------
-# What a plan is asked to be: frozen values, checked by whoever fills them (the scenario).
-# ------------------------------------------------------------------------------------------------
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlanSettings:
@@ -113,11 +109,6 @@ class PlanSettings:
     zmp_margin: float = 0.08
     margin: str = HULL
     friction: float = 0.5
-
-
-# ------------------------------------------------------------------------------------------------
-# What is to be done, as a list of tasks that follow one another from rest to rest.
-# ------------------------------------------------------------------------------------------------
 
 
 END_CLEARANCE = 0.25  # [m] between the foremost foot and the end of the course

@@ -19,11 +19,6 @@ from drake_quad.stability.support_polygon import stability_margin, stability_mar
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import EDGE
 
-# ------------------------------------------------------------------------------------------------
-# Whether the ground can take a foot: whole on one level, and nothing in the way there.
-# ------------------------------------------------------------------------------------------------
-
-
 FOOTING = 0.015  # [m] of level ground around the foot's sphere
 APART = 0.08  # [m] between feet
 CLEARANCE = 0.02  # [m] of a foot on its way above whatever it passes that is above its own ground
@@ -121,11 +116,6 @@ def _distance(p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     length = np.maximum(np.sum(ab * ab, axis=-1), 1e-12)
     t = np.clip(np.sum((p - a) * ab, axis=-1) / length, 0.0, 1.0)
     return np.asarray(np.linalg.norm(p - a - t[..., None] * ab, axis=-1))
-
-
-# ------------------------------------------------------------------------------------------------
-# Where to put a foot down at once, when a push carries the capture point out of the support.
-# ------------------------------------------------------------------------------------------------
 
 
 RADII = np.linspace(0.05, 0.45, 9)  # [m] of the fan about the foot

@@ -35,11 +35,6 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 
-# ------------------------------------------------------------------------------------------------
-# Lays the steps with which a robot gets back to a plan from the feet as they really stand.
-# ------------------------------------------------------------------------------------------------
-
-
 ROUNDING = 1e-9  # [m]
 LEAST_JOIN = 1.0  # [s] on four feet before the plan goes on: the body's path starts from rest
 BACK_OFF = (0.04, 0.08, 0.12, 0.16)  # [m] from a riser that a foot stands too close to
@@ -167,11 +162,6 @@ def _lay_in_turn(
         steps.append({"leg": int(step.leg), "margin": float(step.margin), "start": lift_off,
                       "end": builder.time, "from": p_from, "to": to.tolist()})  # fmt: skip
     return steps
-
-
-# ------------------------------------------------------------------------------------------------
-# Plans the rest of a task anew, from the feet as they really stand.
-# ------------------------------------------------------------------------------------------------
 
 
 TOLERANCE = 0.03  # [m] from its place, within which a foot stays where it stands
@@ -322,11 +312,6 @@ def _resume(
     over = np.maximum(robot.q_lower - q, q - robot.q_upper)
     excess = max(float(samples.reach_excess.max()), float(over.max()), 0.0)
     return margin - excess, replace(resumed, margin=margin)
-
-
-# ------------------------------------------------------------------------------------------------
-# Feet that stand higher or lower than the map has the ground, as they would stand on the map.
-# ------------------------------------------------------------------------------------------------
 
 
 NEGLIGIBLE = 0.005  # [m]: what feet sink in, and maps are off by

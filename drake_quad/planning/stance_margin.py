@@ -34,11 +34,6 @@ from drake_quad.stability.equilibrium_region import (
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course, ground_normals
 
-# ------------------------------------------------------------------------------------------------
-# What standing feet push against, and with what: where a plan's margin is measured from.
-# ------------------------------------------------------------------------------------------------
-
-
 Normals = Callable[[FloatArray], FloatArray]
 
 
@@ -159,11 +154,6 @@ def refuse_stance(
         "and gait.margin: hull does not look",
         margin=margin,
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# Whether the robot can stand as it is to begin, before anything is planned from there.
-# ------------------------------------------------------------------------------------------------
 
 
 MISSED = 1e-6  # [m] that counts as reached

@@ -27,7 +27,7 @@ class StepBuilder:
         feet: Foot sphere centres at first, (4, 3) [m] in W.
         foot_radius: [m].
         clearance: Δh beyond the foot's radius [m].
-        map_error_place: By how much risers may be off, see `swing_room` [m].
+        map_error_place: By how much risers may be off, see `inflate_profile` [m].
         map_error_height: By how much treads may be higher [m].
     """
 

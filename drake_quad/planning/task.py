@@ -23,11 +23,6 @@ from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 
-# ------------------------------------------------------------------------------------------------
-# The room between feet that stand, rolled as they are, and the risers ahead of them.
-# ------------------------------------------------------------------------------------------------
-
-
 KEPT = 0.004  # [m] that feet keep from risers as they roll; they are set down farther off
 JUST = 1e-6  # [s] before a lift-off
 ENOUGH = 0.001  # [m] with which no plan is made anew
@@ -83,11 +78,6 @@ def gap_to_riser(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
     has = k < len(ahead)
     room[has] = ahead[k[has]] - s[has] - foot_radius
     return room
-
-
-# ------------------------------------------------------------------------------------------------
-# Plans one task from the stance that the robot is in.
-# ------------------------------------------------------------------------------------------------
 
 
 KNOT = 0.2  # [s]

@@ -36,8 +36,7 @@ from drake_quad.stability.equilibrium_region import HULL, stricter
 from drake_quad.stability.margins import MarginEstimator
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.controller import MakeController, MakeTracking
-from drake_quad.systems.delay import Delay
-from drake_quad.systems.disturbances import Disturbances, PushSource
+from drake_quad.systems.disturbances import Delay, Disturbances, PushSource
 from drake_quad.systems.sensors import Imu, JointSensor
 from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
 from drake_quad.terrain.course import Course

@@ -36,8 +36,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
     The kernels of a group are compiled one after the other in one process. Kernels that only other
     kernels call are compiled with these.
     """
-    from drake_quad.control.constants import CONSTANTS
-    from drake_quad.control.kernel_state import MEASURED, ROBOT, WORK
+    from drake_quad.control.kernel_state import CONSTANTS, MEASURED, ROBOT, WORK
 
     work, measured = typeof(np.zeros(1, WORK)), typeof(np.zeros(1, MEASURED))
     constants = typeof(np.zeros(1, CONSTANTS)).copy(readonly=True)
@@ -79,7 +78,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         "plan": {
             "math.curves.sample_body": (_RM, _F, _F),
             "robot.kinematics.pose": (_M, _V, _M, _T),
-            "planning.foot_rolling._roll": (_F, _V, _M, _T, _BM, _M, _T),
+            "planning.contact_plan._roll": (_F, _V, _M, _T, _BM, _M, _T),
         },
         "room": {
             "planning.clearance._middles": (_RM, _T, _T, _T),

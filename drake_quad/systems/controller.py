@@ -19,11 +19,13 @@ from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.systems.gait_scheduler import GaitScheduler
-from drake_quad.systems.ik_controller import IkController
 from drake_quad.systems.state_estimator import StateEstimator
-from drake_quad.systems.tracking_controller import TrackingController
+from drake_quad.systems.tracking_controller import (
+    IkController,
+    TrackingController,
+    WholeBodyController,
+)
 from drake_quad.systems.transition_planner import TransitionPlanner
-from drake_quad.systems.whole_body_controller import WholeBodyController
 from drake_quad.terrain.course import Course
 
 LEVEL_START = 0.002  # [m]: courses begin with a level floor or landing

@@ -20,15 +20,11 @@ from pydrake.systems.framework import (
 
 from drake_quad.common import FloatArray
 
-# ------------------------------------------------------------------------------------------------
-# What a system scribbles on, held in a cache entry of its Context.
-# ------------------------------------------------------------------------------------------------
-
 
 def DeclareModelContext(
     system: LeafSystem, model: MultibodyPlant, more: Callable[[], Any] | None = None
 ) -> CacheEntry:
-    """Declares the cache entry; read it with EvalScratch.
+    """Declares the cache entry; read it with EvalModelContext.
 
     Args:
         system: That uses it.
@@ -55,11 +51,6 @@ def EvalModelContext(entry: CacheEntry, context: Context) -> Any:
     return entry.EvalAbstract(context).get_value()
 
 
-# ------------------------------------------------------------------------------------------------
-# Discrete state that is an output port.
-# ------------------------------------------------------------------------------------------------
-
-
 def DeclareStateOutput(system: LeafSystem, name: str, value: int | FloatArray) -> int:
     """Declares discrete state, and an output port `name` that shows it.
 
@@ -76,10 +67,6 @@ def DeclareStateOutput(system: LeafSystem, name: str, value: int | FloatArray) -
     system.DeclareStateOutputPort(name, index)
     return int(index)
 
-
-# ------------------------------------------------------------------------------------------------
-# Vectors computed together, once for an instant, each an output port.
-# ------------------------------------------------------------------------------------------------
 
 Vectors = list[FloatArray]
 

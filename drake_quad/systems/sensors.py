@@ -19,10 +19,6 @@ from drake_quad.estimation.sensor_models import (
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareStateOutput
 
-# ------------------------------------------------------------------------------------------------
-# Imu: what an inertial measurement unit at the base's origin feels.
-# ------------------------------------------------------------------------------------------------
-
 
 class Imu(LeafSystem):
     """A strapdown IMU whose axes are B's, at B's origin.
@@ -76,11 +72,6 @@ class Imu(LeafSystem):
             round(context.get_time() / self._period), errors.white, errors.bias, errors.limit,
             self._period, state.get_mutable_value(self._measured),
         )  # fmt: skip
-
-
-# ------------------------------------------------------------------------------------------------
-# JointSensor: what the joints' encoders say.
-# ------------------------------------------------------------------------------------------------
 
 
 class JointSensor(LeafSystem):

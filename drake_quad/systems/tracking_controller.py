@@ -1,4 +1,4 @@
-"""TrackingController: what the controllers share, from the plan to the joints' targets."""
+"""The controllers: what they share, from plan to joint targets; by statics; by inverse dynamics."""
 
 from typing import NamedTuple
 
@@ -7,14 +7,24 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from drake_quad.common import FloatArray
-from drake_quad.control.constants import make_constants
-from drake_quad.control.contact_frames import ground_table
-from drake_quad.control.kernel_state import MEMORY_SIZE, WORK, Records, new_memory, new_record
-from drake_quad.control.measurement import measure
+from drake_quad.common import GRAVITY, FloatArray, Vector
+from drake_quad.control.base_tracking import rotation_error
+from drake_quad.control.kernel_state import (
+    MEMORY_SIZE,
+    WORK,
+    Record,
+    Records,
+    fields_of,
+    make_constants,
+    new_memory,
+    new_record,
+)
+from drake_quad.control.measurement import ground_table, measure
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
 from drake_quad.control.settings import ControlSettings
 from drake_quad.control.tracking import MODE, RUN, compute_commands, compute_targets
+from drake_quad.control.whole_body_qp import plan_forces, solve_sound, torques_of
+from drake_quad.planning.contact_forces import distribute_wrench
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import RobotModel
@@ -66,7 +76,7 @@ class TrackingController(LeafSystem):
         joint_state_desired: (24,) joint angles, then speeds, in the plant's actuator order.
         joint_torque_feedforward: (12,) in the plant's actuator order [Nm].
         body_desired: (5,) x, y, z, pitch, yaw that are wanted now: the plan's, a little ahead of
-            the gait clock or behind it where that has just stopped or gone on, see `body_rate.py`.
+            the gait clock or behind it where that has just stopped or gone on.
         feet_desired: (12,) foot centres that the plan has now, in W [m].
         balance_estimated: See Balance.
     """
@@ -165,3 +175,134 @@ def _rotational_inertia(model: MultibodyPlant, layout: StateLayout) -> float:
     M = model.CalcMassMatrix(model.CreateDefaultContext())
     i = layout.v_base - layout.num_positions
     return float(np.mean(np.diag(M)[i : i + 3]))
+
+
+LEAST_LOAD = 0.01  # of a full one, with which a foot counts as one of three
+
+
+class IkController(TrackingController):
+    """Joint targets by inverse kinematics, with gravity and stance forces fed forward.
+
+    Beyond what every TrackingController does, the wrench that the feet share holds a term on the
+    base's error.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        layout: StateLayout,
+        model: MultibodyPlant,
+        control: ControlSettings,
+        course: Course | None = None,
+    ) -> None:
+        super().__init__(robot=robot, layout=layout, model=model, control=control, course=course)
+        self.set_name("ik_controller")
+
+    def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
+        """Torques (12,) that carry the legs' weight and the standing feet's forces."""
+        com = self._model.CalcCenterOfMassPositionInWorld(tick.scratch)
+        cx, cy, cz = com.tolist()
+        torque = -self._model.CalcGravityGeneralizedForces(tick.scratch)[self._velocities]
+        found = fields_of(tick.work)
+        measured, target = found.measured, found.target
+        feet, load = measured.feet, target.load
+        # The shares need three feet: thrown off some of them, all are to be ready.
+        load = load if np.sum(load > LEAST_LOAD) > 2 else np.ones(4)
+        forces = distribute_wrench(
+            self._force(measured, target),
+            self._moment(measured, target),
+            [(fx - cx, fy - cy, fz - cz) for fx, fy, fz in feet.place.tolist()],
+            load.tolist(),
+            least=self._control.least_force,
+            normals=feet.normal.tolist(),
+        )
+        stance = np.einsum("kji,kj->ki", feet.jacobian, np.array(forces))
+        return Effort(torque - stance.ravel(), com)
+
+    def _force(self, measured: Record, target: Record) -> Vector:
+        """The force that the feet are to make together [N]."""
+        c, mass = self._control, self._robot.mass
+        fx, fy, fz = (
+            mass * target.acceleration[3:]
+            + c.base_stiffness * (target.body[:3] - measured.p)
+            + c.base_damping * (target.v - measured.v)
+        ).tolist()
+        return fx, fy, fz + mass * GRAVITY
+
+    def _moment(self, measured: Record, target: Record) -> Vector:
+        """The moment about the centre of mass that the feet are to make together [Nm]."""
+        c = self._control
+        error = rotation_error(target.R, measured.R)
+        mx, my, mz = (
+            c.base_rotation_stiffness * error + c.base_rotation_damping * (target.w - measured.w)
+        ).tolist()
+        return mx, my, mz
+
+
+REUSES = 10  # ticks for which the last solution serves; then the robot is held still
+
+
+class WholeBodyController(TrackingController):
+    """Inverse dynamics of the floating base, with the feet's forces from a quadratic program.
+
+    The base's acceleration is what the plan has, corrected by its errors; the feet's is the
+    plan's, or none where they stand. The program (`control/whole_body_qp.py`) finds the forces
+    within friction, torque and joint limits. An unsolved program, or an estimate that is not
+    finite, is survived: for REUSES ticks with the last torques, then with those that carry the
+    robot's weight; it is counted.
+
+    Output ports, beyond TrackingController's:
+        qp_state: (2,) programs not solved so far; and in a row.
+        carried_estimated: (3,) what an unknown load needs: a force upwards [N], and moments about
+            x and y of the heading [Nm].
+        friction_estimated: (4,) coefficient that each foot's force stays within: less after a slip.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        layout: StateLayout,
+        model: MultibodyPlant,
+        control: ControlSettings,
+        course: Course | None = None,
+    ) -> None:
+        super().__init__(
+            robot=robot,
+            layout=layout,
+            model=model,
+            control=control,
+            course=course,
+            stiffness=control.stance_stiffness,
+        )
+        self.set_name("whole_body_controller")
+        self._raw_torque = int(self.DeclareDiscreteState(12))
+        self._qp = DeclareStateOutput(self, "qp_state", 2)
+        self._carried = DeclareStateOutput(self, "carried_estimated", 3)
+        assumed = np.full(4, control.friction)
+        self._friction = DeclareStateOutput(self, "friction_estimated", assumed)
+
+    def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
+        model, work, com = self._model, tick.work, np.empty(3)
+        M = model.CalcMassMatrix(tick.scratch)
+        program, sound = plan_forces(
+            M, model.CalcBiasTerm(tick.scratch), GRAVITY, tick.running, self._constants, work,
+            state.get_mutable_value(self._carried), state.get_mutable_value(self._friction), com,
+        )  # fmt: skip
+        x = solve_sound(program) if sound else None
+        qp, torque = state.get_mutable_value(self._qp), state.get_mutable_value(self._raw_torque)
+        if x is not None:
+            torques_of(x, work, torque)
+            qp[1] = 0.0
+            return Effort(torque, com)
+        qp += 1.0
+        return Effort(torque if qp[1] <= REUSES else self._hold_still(M, tick), com)
+
+    def _hold_still(self, M: FloatArray, tick: Tick) -> FloatArray:
+        """Torques (12,) that carry the weight on the loaded feet; joint stiffness does the rest."""
+        found = fields_of(tick.work)
+        load, jacobian = found.target.load, found.measured.feet.contact_jacobian
+        share = load / max(load.sum(), 1e-9) * self._robot.mass * GRAVITY
+        legs = M[self._velocities, 5] * GRAVITY  # see `plan_forces`
+        return np.asarray(legs - (jacobian[:, 2] * share[:, None]).ravel())

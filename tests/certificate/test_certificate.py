@@ -11,8 +11,7 @@ from drake_quad.certificate.bounds import TOLERANCE, make_demand, pose_problem, 
 from drake_quad.certificate.cells import cut_pieces
 from drake_quad.certificate.certify import CLAIMS, Certificate, certify_plans
 from drake_quad.certificate.clearance import find_box_obstacles
-from drake_quad.certificate.continuity import check_joins
-from drake_quad.certificate.failure import first_failure
+from drake_quad.certificate.failure import check_joins, first_failure
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.terrain.course import Course, build_course

@@ -8,7 +8,6 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 from rig import flat_walk, rotations
 
 from drake_quad.control.base_tracking import (
-    BaseGains,
     base_target,
     body_motion,
     rotation_error,
@@ -17,6 +16,7 @@ from drake_quad.control.base_tracking import (
     smooth_step,
     wanted_acceleration,
 )
+from drake_quad.control.kernel_state import BaseGains
 
 
 @given(st.floats(-2.0, 3.0), st.floats(1e-6, 0.5))

@@ -11,7 +11,7 @@ from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.base_tracking import CATCH_UP, height_over, next_body_rate, pendulum_rate
 from drake_quad.control.ports import Balance
 from drake_quad.control.settings import ControlSettings
-from drake_quad.systems.ik_controller import IkController
+from drake_quad.systems.tracking_controller import IkController
 
 PERIOD = 0.001
 heights = st.floats(0.2, 1.0)

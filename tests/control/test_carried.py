@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.control.kernel_state import PayloadUpdate
 from drake_quad.control.payload_observer import (
     IGNORED,
     MOST_ARM,
     MOST_FORCE,
     MOST_SHIFT,
-    PayloadUpdate,
     at_rest,
     compensating_shift,
     payload_com_shift,

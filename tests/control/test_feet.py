@@ -11,8 +11,7 @@ from pydrake.systems.framework import Context
 from rig import feet_of, model_layout, model_plant, paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.control.contact_frames import ground_table
-from drake_quad.control.measurement import Feet, measure, measure_feet
+from drake_quad.control.measurement import Feet, ground_table, measure, measure_feet
 from drake_quad.robot.kinematics import leg_array, leg_constants, leg_row
 
 seeds = st.integers(0, 2**32 - 1)

@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 from rig import GRAVITY, flat_walk, model_layout, model_plant, paper_robot, state_of
 
 from drake_quad.common import FloatArray
-from drake_quad.control.contact_frames import contact_axes
-from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics, turn_forces
+from drake_quad.control.inverse_dynamics import Dynamics, contact_axes, reduce_dynamics, turn_forces
+from drake_quad.control.kernel_state import Weights
 from drake_quad.control.measurement import measure
 from drake_quad.control.whole_body_qp import (
     SOFT,
     Program,
-    Weights,
     _support_sides,
     make_program,
     solve,

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from rig import course_of, flat_course, model_layout, paper_robot, state_of
 
 from drake_quad.common import FloatArray
-from drake_quad.control.contact_frames import contact_axes, ground_table, normal_at
-from drake_quad.control.measurement import measure
+from drake_quad.control.inverse_dynamics import contact_axes
+from drake_quad.control.measurement import ground_table, measure, normal_at
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.terrain.course import Course, ground_normals
 from drake_quad.terrain.elements import Element

@@ -8,7 +8,7 @@ from pydrake.math import RollPitchYaw
 from rig import flat_walk, paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.control.joint_targets import LOOK_AHEAD, joint_targets
+from drake_quad.control.tracking import LOOK_AHEAD, joint_targets
 from drake_quad.robot.kinematics import calc_feet, calc_jacobians, leg_array
 
 seeds = st.integers(0, 2**32 - 1)

@@ -9,8 +9,8 @@ from rig import flat_walk, paper_robot
 from whole_body_rig import CONTROL, controller_of
 
 from drake_quad.common import FloatArray
-from drake_quad.control.base_tracking import MOST_LOWER, longest_legs, next_lower, shortage
-from drake_quad.control.kernel_state import Pace
+from drake_quad.control.base_tracking import MOST_LOWER, next_lower, shortage
+from drake_quad.control.kernel_state import Pace, longest_legs
 from drake_quad.math.rotations import rotations
 from drake_quad.robot.kinematics import calc_feet, leg_array, solve_legs
 

@@ -6,7 +6,7 @@ from control_rig import phase_at, state_on
 from rig import GRAVITY, model_layout, paper_robot, stand_plan
 from whole_body_rig import MASS, controller_of, ground_forces, nan_state
 
-from drake_quad.systems.whole_body_controller import REUSES
+from drake_quad.systems.tracking_controller import REUSES
 
 
 def test_lost_estimate_is_survived_with_the_last_torques_and_then_a_stand() -> None:

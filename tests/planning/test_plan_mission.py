@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rig import course_of, flat_course, paper_robot, stairs_course, stance_at
 
-from drake_quad.certificate.continuity import check_joins
+from drake_quad.certificate.failure import check_joins
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.body_reference import robot_stance

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from drake_quad.common import FloatArray
 from drake_quad.planning import body_path as body_search
-from drake_quad.planning.contact_plan import SAMPLE_PERIOD, FootRoll, sample_times
-from drake_quad.planning.foot_rolling import roll_along, roll_feet
+from drake_quad.planning.body_path import roll_along
+from drake_quad.planning.contact_plan import SAMPLE_PERIOD, FootRoll, roll_feet, sample_times
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.problem import PlanSettings, Task

@@ -13,7 +13,7 @@ from drake_quad.control.ports import BALANCE_SIZE
 from drake_quad.errors import InputError
 from drake_quad.simulation.diagram import StairClimb
 from drake_quad.systems.controller import INPUTS, OUTPUTS
-from drake_quad.systems.ik_controller import IkController
+from drake_quad.systems.tracking_controller import IkController
 
 TIME = 0.06  # [s]
 

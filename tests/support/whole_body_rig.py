@@ -10,7 +10,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.state import StateLayout
-from drake_quad.systems.whole_body_controller import WholeBodyController
+from drake_quad.systems.tracking_controller import WholeBodyController
 
 CONTROL = ControlSettings(kind="whole_body")
 MASS = paper_robot().mass

@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from tick_reader import TickReader
 
-from drake_quad.systems.delay import Delay
+from drake_quad.systems.disturbances import Delay
 
 STEP = 0.001  # [s]
 

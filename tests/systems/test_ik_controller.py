@@ -36,7 +36,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.state import StateLayout
-from drake_quad.systems.ik_controller import IkController
+from drake_quad.systems.tracking_controller import IkController
 
 CONTROL = ControlSettings()
 
