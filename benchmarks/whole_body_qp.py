@@ -26,7 +26,7 @@ import piqp
 from benchmarks.common import Stopwatch, markdown_table, provenance, stopwatch
 from benchmarks.stair_climbs import make_whole
 from drake_quad.common import FloatArray
-from drake_quad.control.whole_body_qp import Program, solve_sound
+from drake_quad.control.whole_body_qp import Program, solve
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
 from drake_quad.systems import tracking_controller
@@ -52,7 +52,7 @@ def run(
     prepared = prepare(load_scenario(scenario, (*COMMON, *overrides)))
     watches = []
     for owner, name in (
-        (tracking_controller, "solve_sound"),
+        (tracking_controller, "solve"),
         (TrackingController, "_update"),
     ):
         with stopwatch(owner, name) as watch:  # before the diagram keeps the bound methods
@@ -62,7 +62,7 @@ def run(
             watch.seconds.clear()
             simulator.AdvanceTo(end)
         watches.append(watch)
-    with patch.object(tracking_controller, "solve_sound", _keeping(programs)):
+    with patch.object(tracking_controller, "solve", _keeping(programs)):
         _, simulator = make_whole(prepared)
         simulator.AdvanceTo(begin)
         programs.clear()
@@ -71,11 +71,11 @@ def run(
 
 
 def _keeping(programs: list[Program]) -> Solver:
-    def solve(program: Program) -> FloatArray | None:
+    def keep(program: Program) -> FloatArray | None:
         programs.append(program)
-        return solve_sound(program)
+        return solve(program)
 
-    return solve
+    return keep
 
 
 def hardened(program: Program) -> Program:
@@ -113,7 +113,7 @@ def with_proxsuite(program: Program) -> FloatArray | None:
 
 def solvers() -> dict[str, Solver]:
     """By name, DAQP first; those that are there."""
-    found: dict[str, Solver] = {"daqp": solve_sound, "piqp": with_piqp}
+    found: dict[str, Solver] = {"daqp": solve, "piqp": with_piqp}
     if find_spec("proxsuite") is not None:
         found["proxsuite"] = with_proxsuite
     return found
@@ -127,7 +127,7 @@ def compare(programs: Sequence[Program]) -> dict[str, Any]:
     """
     kept = []
     for program in programs:
-        soft, hard = solve_sound(program), solve_sound(hardened(program))
+        soft, hard = solve(program), solve(hardened(program))
         if soft is not None and hard is not None and np.max(np.abs(soft - hard)) < AGREE:
             kept.append((hardened(program), hard))
     result: dict[str, Any] = {"left_out": len(programs) - len(kept), "solvers": {}}

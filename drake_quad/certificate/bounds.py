@@ -74,12 +74,12 @@ def pose_problem(robot: RobotModel, shank: Shank, pieces: Pieces, obstacles: Obs
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Of N cells.
+    """Bounds over N cells.
 
     Attributes:
         low: Bounds below over each cell (N, COLUMNS); -inf where nothing is known.
         sample: Values in its middle (N, COLUMNS).
-        where: What `low` is about: a side, an obstacle, a leg, a joint (N, COLUMNS).
+        where: Index of the side, obstacle, leg or joint that `low` is about (N, COLUMNS).
         witness: Shares of the weight in its middle (N, 4).
     """
 
@@ -100,7 +100,7 @@ def bound_cells(
     """Bounds everything over every cell.
 
     Args:
-        problem: Of the plan.
+        problem: The plan and what is around it.
         cells: The cells (N,).
         best: Least known value of each segment (segments, COLUMNS); made less by what is found.
         tolerance: How far below those bounds may be (COLUMNS,).
@@ -141,16 +141,16 @@ def _bound(
     support = find_support(pieces, cells)
     margin = enclose_margin(support, moments)
     put(MARGIN, margin.lower, margin.centre)
-    put(JOINTS, *_joint_room(robot, legs))
-    put(REACH, *_reach_room(robot, legs))
+    put(JOINTS, *_joint_slack(robot, legs))
+    put(REACH, *_reach_slack(robot, legs))
     statics = enclose_statics(robot, support, frame, legs, moments)
     effort = robot.effort.reshape(4, 3).T
-    room = [
+    left = [
         1.0 - np.maximum(t.upper, -t.lower) / e
         for t, e in zip(statics.torques, effort, strict=True)
     ]
     here = [1.0 - np.abs(t.centre) / e for t, e in zip(statics.torques, effort, strict=True)]
-    put(TORQUE, np.stack(room, axis=-1).reshape(N, 12), np.stack(here, axis=-1).reshape(N, 12))
+    put(TORQUE, np.stack(left, axis=-1).reshape(N, 12), np.stack(here, axis=-1).reshape(N, 12))
     stands = pieces.standing[cells.piece]
     put(SHARES, np.where(stands, statics.shares.lower, 1.0), np.where(stands, statics.witness, 1.0))
     foot = enclose_foot_clearance(pieces, cells, problem.obstacles, problem.rule, robot.foot_radius)
@@ -173,7 +173,7 @@ def _bound(
     return Bounds(low, sample, where, statics.witness)
 
 
-def _joint_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
+def _joint_slack(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
     """How far the angles are from the nearer of their limits, bound and value, (N, 12) each."""
     lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
     low, here = [], []
@@ -184,7 +184,7 @@ def _joint_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
     return np.stack(low, axis=-1).reshape(count, 12), np.stack(here, axis=-1).reshape(count, 12)
 
 
-def _reach_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
+def _reach_slack(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
     """How far the feet are from where a leg is straight, or folded: bound and value (N, 4) each."""
     g, far = robot.geometry, legs.extension
     folded = np.abs(g.thigh - g.shank)
@@ -194,7 +194,7 @@ def _reach_room(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
 
 
 # How far below the least value a claim is, of margin, foot, shank, joints, torque: [m], [m], [m],
-# [rad], part of the limit. Half of it is for bounds, half is room for who checks them again.
+# [rad], part of the limit. Half of it is for bounds, half is left for who checks them again.
 TOLERANCE = np.array([2e-4, 2e-4, 2e-4, 2e-3, 2e-3])
 ROUNDING = 1e-9  # covers what the robot's constants and the polygons' sides are rounded by
 ROUNDS = 24
@@ -209,7 +209,7 @@ class Proof:
 
     Attributes:
         cells: The partition of time, in order.
-        bounds: Over each.
+        bounds: The bounds over each cell.
         low: The least over each segment (segments, COLUMNS): true at every time.
         best: The least value found in each segment (segments, COLUMNS).
         claims: What a certificate claims of each segment (segments, FIGURES).

@@ -23,7 +23,7 @@ from drake_quad.certificate.kinematics import Chain, Points
 from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.terrain.boxes import Box
 
-CAP = 0.1  # [m]; more room than this is not told from it
+CAP = 0.1  # [m]; larger clearances are reported as this
 LEVEL = 1e-6  # [m] of height within which ground goes on
 MOST_PAIRS = 1_000_000  # of cells, or points, with obstacles in one go: some 100 MB
 ASIDE = 1e-4  # [m] before a side, where it is asked what ground there is
@@ -35,7 +35,7 @@ class Obstacles:
 
     Attributes:
         centre: (M, 3) in W [m].
-        axes: Of each its unit axes in W, in rows (M, 3, 3).
+        axes: Unit axes of each in W, in rows (M, 3, 3).
         half: Half sizes along its axes (M, 3) [m].
         top: Height of the top's middle (M,) [m].
         face: Which are faces, not boxes (M,).
@@ -114,11 +114,11 @@ def _uncovered(ends: FloatArray, own: Box, boxes: Sequence[Box]) -> list[tuple[f
         p = (ends[:, :2] - box.middle) @ box.axes.T
         low, high = 0.0, 1.0
         for k in (0, 1):
-            at, way, room = p[0, k], p[1, k] - p[0, k], 0.5 * box.extent[k] + LEVEL
+            at, way, reach = p[0, k], p[1, k] - p[0, k], 0.5 * box.extent[k] + LEVEL
             if abs(way) < 1e-12:
-                high = high if abs(at) <= room else -1.0
+                high = high if abs(at) <= reach else -1.0
             else:
-                a, b = sorted(((-room - at) / way, (room - at) / way))
+                a, b = sorted(((-reach - at) / way, (reach - at) / way))
                 low, high = max(low, a), min(high, b)
         if high <= low:
             continue
@@ -190,13 +190,14 @@ def _distances(points: FloatArray, obstacles: Obstacles) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class FootClearance:
-    """Of each cell (N,): bounds below over the cell, and values in its middle [m].
+    """Clearances of the swing feet, one of each cell (N,) [m].
 
     Attributes:
-        low: Of the swing foot's room to obstacles that it passes; CAP where there is none.
-        sample: The same in the middle.
-        ground_low: Of what it has over its own ground more than it needs.
-        ground_sample: The same in the middle.
+        low: Lower bound of the clearance from obstacles that the foot passes; CAP where it passes
+            none.
+        sample: Clearance in the middle of the cell.
+        ground_low: Lower bound of the excess clearance above the foot's own footholds.
+        ground_sample: Excess clearance in the middle of the cell.
         obstacle: The obstacle that `low` is about.
     """
 
@@ -210,9 +211,9 @@ class FootClearance:
 def enclose_foot_clearance(
     pieces: Pieces, cells: Cells, obstacles: Obstacles, rule: SwingRule, radius: float
 ) -> FootClearance:
-    """The room of the swing feet's spheres over each cell."""
+    """The clearance of the swing feet's spheres over each cell."""
     count = len(cells.half)
-    room = FootClearance(
+    clearance = FootClearance(
         low=np.full(count, CAP),
         sample=np.full(count, CAP),
         ground_low=np.full(count, CAP),
@@ -233,15 +234,15 @@ def enclose_foot_clearance(
     low = sample + (powers @ _BERNSTEIN.T).min(axis=1)
     phase = pieces.phase[cells.piece[cell]]
     own, floor, half = rule.own[phase, which], rule.floor[phase, which], rule.half[phase, which]
-    np.minimum.at(room.ground_low, cell[own], (low - floor)[own])
-    np.minimum.at(room.ground_sample, cell[own], (sample - floor)[own])
+    np.minimum.at(clearance.ground_low, cell[own], (low - floor)[own])
+    np.minimum.at(clearance.ground_sample, cell[own], (sample - floor)[own])
     passed = np.where(sample < half, sample, CAP)
-    np.minimum.at(room.sample, cell[~own], passed[~own])
+    np.minimum.at(clearance.sample, cell[~own], passed[~own])
     bound = np.where(low < half, low, CAP)
-    np.minimum.at(room.low, cell[~own], bound[~own])
-    worst = ~own & (bound <= room.low[cell])
-    room.obstacle[cell[worst]] = which[worst]
-    return room
+    np.minimum.at(clearance.low, cell[~own], bound[~own])
+    worst = ~own & (bound <= clearance.low[cell])
+    clearance.obstacle[cell[worst]] = which[worst]
+    return clearance
 
 
 _HALVINGS = 24  # of a part of a shank, in search of its nearest point
@@ -266,21 +267,21 @@ def enclose_shank_clearance(
     tolerance: float,
     demand: float,
 ) -> ShankClearance:
-    """The room of all shanks over each cell, knees included.
+    """The clearance of all shanks over each cell, knees included.
 
     A shank is a chain of rounded parts, each as thick as the thicker of its ends.
 
     Args:
         cells: The cells (N,).
         chain: The shanks.
-        obstacles: Of which the faces do not count: they are sides of boxes.
-        group: A number of each cell (N,): how small the room of its group is, is what matters.
-        best: The least room that is known of each group; made less where a smaller one is found.
-        tolerance: Bounds need not be better than this below the least of the group [m],
-        demand: unless this is asked for, and is in between [m].
+        obstacles: The course; faces do not count, for they are sides of boxes.
+        group: Group of each cell (N,); the least clearance of a group is what matters.
+        best: Least clearance known of each group [m]; made less where a smaller one is found.
+        tolerance: How far below the least of the group bounds may be [m].
+        demand: Demanded clearance [m]: bounds have to be good enough to show that it is met.
     """
     N = len(cells.half)
-    room = ShankClearance(np.full(N, CAP), np.full(N, CAP), np.zeros(N, dtype=int))
+    clearance = ShankClearance(np.full(N, CAP), np.full(N, CAP), np.zeros(N, dtype=int))
     low_end, high_end, thick = chain.parts()
     parts = thick.shape[1]
     K, F = chain.points.centre[:, :, 0], chain.points.centre[:, :, 1]
@@ -312,11 +313,11 @@ def enclose_shank_clearance(
         points, ends[:, fine], obstacles, which[fine], cells.half[cell[fine]], thick[fine]
     )
     np.minimum.at(best, group[cell], sample)
-    np.minimum.at(room.sample, cell, sample)
-    np.minimum.at(room.low, cell, low)
-    worst = low <= room.low[cell]
-    room.leg[cell[worst]] = leg[worst]
-    return room
+    np.minimum.at(clearance.sample, cell, sample)
+    np.minimum.at(clearance.low, cell, low)
+    worst = low <= clearance.low[cell]
+    clearance.leg[cell[worst]] = leg[worst]
+    return clearance
 
 
 def _refine(

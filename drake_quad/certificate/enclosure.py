@@ -31,8 +31,8 @@ class Enclosure:
     """Functions of time on stretches of it; all arrays broadcast against `half`.
 
     Attributes:
-        centre: About g in the middle of each stretch.
-        error: Of that.
+        centre: Approximation of g in the middle of each stretch.
+        error: Bound of its error.
         radius: How far g may be from `centre` in the stretch; inf or nan where nothing is known.
         rate: About g' there [1/s].
         rate_radius: How far g' may be from `rate` in the stretch.

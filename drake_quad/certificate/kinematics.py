@@ -149,9 +149,9 @@ class Moments:
     """First moments of mass, (N, 4) each but for `com` [kg m].
 
     Attributes:
-        leg_across: Of hip, thigh and shank about the hip, along B's y.
-        thigh: Of thigh and shank about the hip pitch axis, in the leg's plane: x and z.
-        shank: Of the shank about the knee, in the leg's plane: x and z.
+        leg_across: Moment of hip, thigh and shank about the hip, along B's y.
+        thigh: Moment of thigh and shank about the hip pitch axis, in the leg's plane: x and z.
+        shank: Moment of the shank about the knee, in the leg's plane: x and z.
         com: x and y of the whole robot's centre of mass in W, (N, 1) each [m].
     """
 

@@ -38,7 +38,7 @@ class Support:
         normal: Inward unit normals of the polygon's sides (N, SIDES, 2).
         offset: Margin to a side: normal . com - offset (N, SIDES) [m]; -NO_SIDE for none.
         share: Shares of the weight: share @ (1, com) (N, 4, 3), the least ones by squares.
-        free: By what shares may be changed without a change of their balance (N, 4).
+        free: Change of the shares that does not change their balance (N, 4).
         away: How far a standing foot may be from its place in the cell, at most (N,) [m].
     """
 
@@ -116,7 +116,7 @@ class Statics:
     Attributes:
         witness: Shares of the weight, upwards, at the middle of each cell (N, 4).
         shares: The shares over the cell (N, 4).
-        torques: Of abduction, hip pitch and knee, (N, 4) each [Nm].
+        torques: Torques of abduction, hip pitch and knee, (N, 4) each [Nm].
     """
 
     witness: FloatArray

@@ -16,80 +16,44 @@ to its leg's end above it. Then the body goes down after it, as fast as a foot s
 """
 
 from math import isnan, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
-from drake_quad.control.kernel_state import BaseGains, Pace
+from drake_quad.control.kernel_state import BaseGains, Pace, Record
 from drake_quad.jit import copy_vector, jit
 from drake_quad.math.rotations import yaw_pitch_rotation
 from drake_quad.robot.kinematics import leg_row
 
 
-class Target(NamedTuple):
-    """What base and feet are to do now, in W.
-
-    Attributes:
-        body: x, y, z [m], pitch, yaw [rad].
-        R: R_WB (3, 3).
-        v: Velocity of B (3,) [m/s].
-        w: Its angular velocity (3,) [rad/s].
-        acceleration: Angular, then linear (6,) [rad/s^2, m/s^2].
-        feet_acceleration: (4, 3) [m/s^2].
-        load: How much each foot may carry, 0 to 1, (4,).
-    """
-
-    body: FloatArray
-    R: FloatArray
-    v: FloatArray
-    w: FloatArray
-    acceleration: FloatArray
-    feet_acceleration: FloatArray
-    load: FloatArray
-
-
-@jit
-def body_motion(
-    body: FloatArray, rate: float, change: float, height: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Pose, R_WB, velocity, angular velocity and acceleration of a plan's body, see Target.
-
-    Args:
-        body: (3, 5) value, and first and second derivative by gait time, of x, y, z, pitch, yaw.
-        rate: By which the body goes along its path, gait time by time; see `next_body_rate`.
-        change: Of that rate [1/s]. Of the pitch neither this nor its second derivative is
-            in the acceleration.
-        height: To add to z [m].
-    """
-    pose = body[0].copy()
-    pose[2] += height
-    rows = yaw_pitch_rotation(pose[3], pose[4])
-    R = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = rows[i][j]
-    pitch_rate, yaw_rate = rate * body[1, 3], rate * body[1, 4]
-    w = np.array([-np.sin(pose[4]) * pitch_rate, np.cos(pose[4]) * pitch_rate, yaw_rate])
-    acceleration = np.zeros(6)
-    acceleration[2] = rate * rate * body[2, 4] + change * body[1, 4]
-    for i in range(3):
-        acceleration[3 + i] = rate * rate * body[2, i] + change * body[1, i]
-    return pose, R, rate * body[1, :3], w, acceleration
-
-
 @jit
 def base_target(
-    body: FloatArray,
-    rate: float,
-    change: float,
-    height: float,
-    feet_acceleration: FloatArray,
-    load: FloatArray,
-) -> Target:
-    """The plan's body now, `height` [m] above the plan's own; see `body_motion`."""
-    pose, R, v, w, acceleration = body_motion(body, rate, change, height)
-    return Target(pose, R, v, w, acceleration, feet_acceleration, load)
+    body: FloatArray, rate: float, change: float, height: float, target: Record
+) -> None:
+    """Writes the base's part of a target: pose, R_WB, velocities and acceleration of a plan's body.
+
+    Args:
+        body: The plan's body (3, 5): value, and first and second derivative by gait time, of x, y,
+            z, pitch, yaw.
+        rate: Gait time that the body's path advances per unit of time, see `next_body_rate`.
+        change: The rate's time derivative [1/s]. The acceleration leaves it, and the second
+            derivative, out for the pitch.
+        height: Height to add to z [m].
+        target: Result, of the type TARGET; feet and loads are left as they are.
+    """
+    copy_vector(target.body, body[0])
+    target.body[2] += height
+    rows = yaw_pitch_rotation(body[0, 3], body[0, 4])
+    for i in range(3):
+        for j in range(3):
+            target.R[i, j] = rows[i][j]
+        target.v[i] = rate * body[1, i]
+        target.acceleration[i] = 0.0
+        target.acceleration[3 + i] = rate * rate * body[2, i] + change * body[1, i]
+    pitch_rate, yaw_rate = rate * body[1, 3], rate * body[1, 4]
+    target.w[0], target.w[1] = -np.sin(body[0, 4]) * pitch_rate, np.cos(body[0, 4]) * pitch_rate
+    target.w[2] = yaw_rate
+    target.acceleration[2] = rate * rate * body[2, 4] + change * body[1, 4]
 
 
 @jit
@@ -125,9 +89,9 @@ def wanted_acceleration(
         acceleration: The plan's (6,).
         shift: Place desired less place (3,) [m].
         speed: Velocity desired less velocity (3,) [m/s].
-        turn: See `rotation_error` (3,) [rad].
+        turn: Error of orientation, see `rotation_error` (3,) [rad].
         spin: Angular velocity desired less angular velocity (3,) [rad/s].
-        gains: See BaseGains.
+        gains: The gains.
     """
     wanted = acceleration.copy()
     turned, shifted = shorten(turn, gains.most_turn), shorten(shift, gains.most_shift)
@@ -139,13 +103,11 @@ def wanted_acceleration(
     return wanted
 
 
-def smooth(x: float) -> float:
+@jit
+def smooth_step(x: float) -> float:
     """A cubic step from 0 at 0 to 1 at 1."""
     x = min(max(x, 0.0), 1.0)
     return x * x * (3.0 - 2.0 * x)
-
-
-smooth_step = jit(smooth)
 
 
 LEAST_HEIGHT = 0.1  # [m] that a body over its feet is taken for: fallen, it has none
@@ -178,11 +140,11 @@ def next_body_rate(
     past it (critically damped); with one that runs it waits to be caught up.
 
     Args:
-        body_rate: By which the body goes along its path; not a number before the first tick.
+        body_rate: Rate at which the body goes along its path; nan before the first tick.
         lead: How far it is ahead of the clock [s].
-        rate: The clock's, 0 to 1.
-        pendulum: See `pendulum_rate` [1/s].
-        period: A tick [s].
+        rate: The clock's rate, 0 to 1.
+        pendulum: The pendulum's rate, see `pendulum_rate` [1/s].
+        period: Control period [s].
 
     Returns:
         The body's rate and its lead [s] a tick later, and how fast the rate changes [1/s].
@@ -213,11 +175,11 @@ def shortage(
     """How much lower the body has to be so that these legs reach, MOST_LOWER at most [m].
 
     Args:
-        legs: See `leg_array`.
-        longest: See `longest_legs`.
+        legs: Leg lengths, see `leg_array`.
+        longest: Longest legs, see `longest_legs` (4,) [m].
         place: Where the feet are to be in W (4, 3) [m].
         counts: Whose feet count (4,).
-        p: Of the body in W (3,) [m].
+        p: The body's place in W (3,) [m].
         R: Its R_WB (3, 3).
     """
     lower = 0.0
@@ -247,8 +209,8 @@ def next_lower(lower: float, wanted: float, pace: Pace) -> float:
     """How much lower the body is a tick later: down as fast as feet search, back by and by [m].
 
     Args:
-        lower: How much it is [m].
-        wanted: See `shortage` [m].
+        lower: How much lower it is now [m].
+        wanted: How much lower it has to be, see `shortage` [m].
         pace: Times and speeds.
     """
     if wanted > lower:

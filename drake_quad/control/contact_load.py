@@ -31,9 +31,9 @@ def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
     has carried since it landed: the clock passes a touchdown with the foot on the ground.
 
     Args:
-        phases: See `phase_table`.
+        phases: The plan's phases, see `phase_table`.
         t: Gait time [s].
-        unload_time: [s].
+        unload_time: Time over which a foot takes its load up or gives it away [s].
     """
     load = np.ones(4)
     index = phase_index(phases, t)
@@ -109,8 +109,8 @@ def static_load_shares(places: FloatArray, load: FloatArray, x: float, y: float)
     Args:
         places: The feet (4, 3) in W [m].
         load: How much each may carry, 0 to 1, (4,).
-        x: Of the centre of mass in W, or of where it comes to rest [m].
-        y: The same.
+        x: Place in W of the centre of mass, or of where it comes to rest [m].
+        y: Its other coordinate [m].
     """
     s = sx = sy = sxx = sxy = syy = 0.0
     for k in range(4):
@@ -140,11 +140,11 @@ def min_normal_forces(
     """The normal forces that the feet push with at least (4,) [N].
 
     Args:
-        shares: See `static_load_shares`.
+        shares: Shares of the weight, see `static_load_shares`.
         load: How much each foot may carry, 0 to 1, (4,).
-        weight: Of the robot [N].
-        always: Of a foot under full load, whatever its share [N].
-        most: Of one, however much it would bear [N].
+        weight: Robot weight [N].
+        always: Least normal force of a foot under full load, whatever its share [N].
+        most: Greatest such force, however much the foot would bear [N].
     """
     least = np.empty(4)
     for k in range(4):
@@ -198,11 +198,12 @@ def update_friction(
 
     Args:
         friction: Coefficient foot by foot (4,); changed in place.
-        velocity: Of the feet in W (4, 3) [m/s].
+        velocity: Velocities of the feet in W (4, 3) [m/s].
         load: How much each is to carry, 0 to 1, (4,).
-        normal: Of the ground under each (4, 3): less than standing on it takes is never assumed.
+        normal: Ground normals under the feet (4, 3): less friction than standing there takes is
+            never assumed.
         assumed: The coefficient that it begins with and never exceeds.
-        period: Of the controller [s].
+        period: Control period [s].
     """
     for k in range(4):
         speed2 = velocity[k, 0] * velocity[k, 0] + velocity[k, 1] * velocity[k, 1]

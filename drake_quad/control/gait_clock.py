@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.ports import Balance, GaitPhase, Mode
-from drake_quad.control.push_recovery import balance_margin
+from drake_quad.control.push_recovery import CALM_SPEED, balance_margin
 from drake_quad.control.settings import ControlSettings
 from drake_quad.jit import jit
 from drake_quad.planning.motion_plan import END, START, SWING, MotionPlan, phase_index
@@ -33,12 +33,12 @@ def advance_if_uneventful(
     moved otherwise than planned.
 
     Args:
-        phase: See GaitPhase; goes on a tick, or stays.
-        phases: The plan's, see `phase_table`.
-        task: That the plan is for.
+        phase: The clock, see GaitPhase; goes on a tick, or stays.
+        phases: The plan's phases, see `phase_table`.
+        task: Index of the plan's task.
         until: When the segment under way ends [s].
-        period: A tick [s].
-        balance: See Balance.
+        period: Control period [s].
+        balance: The robot's balance, see Balance.
         push_speed: Error of the base's velocity from which on it may be a push [m/s].
 
     Returns:
@@ -79,8 +79,8 @@ def allowed_rate(now: float, ahead: float, demanded: float) -> float:
 
     Args:
         now: The margin [m].
-        ahead: That at the end of the time looked ahead [m].
-        demanded: [m].
+        ahead: The margin at the end of the time looked ahead [m].
+        demanded: The margin demanded [m].
     """
     if ahead >= now:
         return 1.0
@@ -96,11 +96,11 @@ def guarded_rate(
     the same moved as the plan moves the body.
 
     Args:
-        plan: That is followed.
+        plan: The plan that is followed.
         t: Gait time [s].
-        balance: See Balance.
-        standing: (4,) who is to stand.
-        demanded: [m].
+        balance: The robot's balance, see Balance.
+        standing: (4,) which feet are to stand.
+        demanded: The margin demanded [m].
     """
     later = min(t + LOOK_AHEAD, plan.duration)
     moved = balance.copy()
@@ -115,9 +115,7 @@ def guarded_rate(
     return rate if rate > STOPPED else 0.0
 
 
-# Of the base against what the controller wants, below which the clock goes on.
-CALM_SPEED = 0.04  # [m/s]
-CALM_PLACE = 0.03  # [m]
+CALM_PLACE = 0.03  # [m] of the base's place, below which the clock goes on, as below CALM_SPEED
 VX, VY = Balance.VELOCITY_ERROR, Balance.VELOCITY_ERROR + 1
 X, Y = Balance.PLACE_ERROR, Balance.PLACE_ERROR + 1
 
@@ -128,11 +126,11 @@ def clock_rate(
     """How fast the clock may go on, 0 to 1; and if it may not, why.
 
     Args:
-        plan: Of the task under way.
-        t: The clock [s].
+        plan: The plan of the task under way.
+        t: Gait time [s].
         bearing: (4,) which feet are sensed to bear.
-        balance: See Balance.
-        control: With the margins that are asked for.
+        balance: The robot's balance, see Balance.
+        control: Settings with the margins demanded.
     """
     reason = _at_switch(plan, t, bearing, balance, control)
     if reason:
@@ -150,8 +148,8 @@ def is_off_plan(balance: FloatArray, *, since: float, push_speed: float) -> bool
     It comes back to a plan that stands still without swinging past it.
 
     Args:
-        balance: See Balance.
-        since: For how long it has been [s].
+        balance: The robot's balance, see Balance.
+        since: Time that it has been off its plan for [s].
         push_speed: Error of the base's velocity from which on it may be a push [m/s].
     """
     speed = hypot(balance[VX], balance[VY])

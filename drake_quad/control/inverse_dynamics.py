@@ -1,6 +1,6 @@
 """The floating base's dynamics, with everything but the feet's forces eliminated.
 
-Every joint belongs to a leg whose foot is told how to accelerate, so the joints' accelerations
+Every joint belongs to a leg whose foot's acceleration is given, so the joints' accelerations
 follow from the base's, and the base's from the forces on the feet:
 
     M_b a_b + h_b = G f,    qdd = B a_b + d,    tau = T f + t.
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.common import FloatArray, IntArray
-from drake_quad.control.measurement import Feet
+from drake_quad.control.kernel_state import Record
 from drake_quad.jit import jit
 
 SINGULAR = 1e-5  # [m^3] determinant of a leg's Jacobian below which it counts as just that
@@ -23,11 +23,11 @@ class Dynamics(NamedTuple):
     """Linear maps of the forces f (12,) on the four feet, in W [N].
 
     Attributes:
-        base: (6, 12) of the base's acceleration: angular, then linear, in W.
+        base: (6, 12) to the base's acceleration: angular, then linear, in W.
         base_offset: (6,): a_b = base f + base_offset.
-        joint: (12, 12) of the joints' accelerations [rad/s^2].
+        joint: (12, 12) to the joints' accelerations [rad/s^2].
         joint_offset: (12,).
-        torque: (12, 12) of the joints' torques [Nm].
+        torque: (12, 12) to the joints' torques [Nm].
         torque_offset: (12,).
     """
 
@@ -41,7 +41,7 @@ class Dynamics(NamedTuple):
 
 @jit
 def _inverse(J: FloatArray) -> FloatArray:
-    """Of a leg's Jacobian (3, 3), by its adjugate: large but finite where the leg is straight."""
+    """Inverse of a leg's Jacobian (3, 3), by its adjugate: large but finite for a straight leg."""
     adjugate = np.empty((3, 3))
     for i in range(3):
         a, b = (i + 1) % 3, (i + 2) % 3
@@ -59,7 +59,7 @@ def reduce_dynamics(
     M: FloatArray,
     h: FloatArray,
     joints: IntArray,
-    feet: Feet,
+    feet: Record,
     acceleration: FloatArray,
     p: FloatArray,
     radius: float,
@@ -69,15 +69,14 @@ def reduce_dynamics(
     Args:
         M: Mass matrix (18, 18), the base's angular and linear velocity first.
         h: Coriolis and gravity terms (18,): M a + h = generalised forces.
-        joints: Places of the legs' joints in the velocities (12,).
-        feet: From `measure_feet`.
+        joints: Indices of the legs' joints in the velocities (12,).
+        feet: The feet as `measure_feet` writes them.
         acceleration: What the feet's centres are to have, in W (4, 3) [m/s^2].
         p: p_WB (3,) [m].
-        radius: Of the foot spheres [m].
+        radius: Radius of the foot spheres [m].
 
     Returns:
-        The maps. Those of a straight leg are finite, but not exact; from numbers that are none
-        come maps that are none.
+        The maps. Those of a straight leg are finite, but not exact; from nan comes nan.
     """
     # Loops all along: a call of a library for matrices this small takes longer than its work.
     # Rows of three are a leg's, which no other leg's joints touch.
@@ -138,13 +137,13 @@ def reduce_dynamics(
 
 @jit
 def contact_axes(normals: FloatArray) -> FloatArray:
-    """The axes (4, 3, 3) in W, in columns, of the force on each foot: two along the ground, normal.
+    """Axes (4, 3, 3) in W, in columns, of the force on each foot: two along the ground, its normal.
 
     The first points straight down the slope; on level ground they are W's x, y and z,
     and that is where the last one's z is 1.
 
     Args:
-        normals: Of the ground under the feet (4, 3).
+        normals: Ground normals under the feet (4, 3).
     """
     axes = np.zeros((4, 3, 3))
     for k in range(4):
@@ -162,11 +161,11 @@ def contact_axes(normals: FloatArray) -> FloatArray:
 
 @jit
 def turn_forces(dynamics: Dynamics, axes: FloatArray) -> None:
-    """Makes the maps, in place, those of forces that are told in axes of their own.
+    """Makes the maps, in place, those of forces given in axes of their own.
 
     Args:
         dynamics: From `reduce_dynamics`.
-        axes: Of each foot's force, in columns in W (4, 3, 3); those that are W's change nothing.
+        axes: Axes of each foot's force, in columns in W (4, 3, 3); W's own change nothing.
     """
     for k in range(4):
         if axes[k, 2, 2] == 1.0:
@@ -184,7 +183,7 @@ def turn_forces(dynamics: Dynamics, axes: FloatArray) -> None:
 def _solve_in_place(A: FloatArray, right: FloatArray) -> None:
     """Solves A x = right, (n, n) and (n, m), by Gauss' elimination; both are used up.
 
-    Of a singular matrix come numbers that are none.
+    A singular matrix gives nan or inf.
     """
     n, m = right.shape
     for i in range(n):

@@ -33,17 +33,19 @@ def record_type(fields: Mapping[str, Shape | Dtype]) -> Dtype:
     return np.dtype(columns, align=True)
 
 
-# The fields of Feet, Measured and Target, see there.
+# The feet at one instant, all in W. The contact Jacobian is that of the material points where the
+# ground pushes, a radius off the centres against the ground's normal.
 FEET = record_type(
     {
-        "place": (4, 3),
-        "velocity": (4, 3),
-        "drift": (4, 3),
-        "jacobian": (4, 3, 3),
-        "contact_jacobian": (4, 3, 3),
-        "normal": (4, 3),
+        "place": (4, 3),  # centres of the foot spheres [m]
+        "velocity": (4, 3),  # [m/s]
+        "drift": (4, 3),  # acceleration while base and joints have none [m/s^2]
+        "jacobian": (4, 3, 3),  # of the centres by each leg's joints [m/rad]
+        "contact_jacobian": (4, 3, 3),  # [m/rad]
+        "normal": (4, 3),  # unit normals of the ground under them, by the map
     }
 )
+# The fields of RobotMeasurement, see there.
 MEASURED = record_type(
     {
         "p": (3,),
@@ -56,21 +58,22 @@ MEASURED = record_type(
         "known": (),
     }
 )
+# What base and feet are to do now, in W.
 TARGET = record_type(
     {
-        "body": (5,),
-        "R": (3, 3),
-        "v": (3,),
-        "w": (3,),
-        "acceleration": (6,),
-        "feet_acceleration": (4, 3),
-        "load": (4,),
+        "body": (5,),  # x, y, z [m], pitch, yaw [rad]
+        "R": (3, 3),  # R_WB
+        "v": (3,),  # velocity of B [m/s]
+        "w": (3,),  # angular velocity of B [rad/s]
+        "acceleration": (6,),  # of B, angular, then linear [rad/s^2, m/s^2]
+        "feet_acceleration": (4, 3),  # [m/s^2]
+        "load": (4,),  # how much each foot may carry, 0 to 1
     }
 )
 
-# Of the robot, what its feet are measured by: its legs (see `leg_array`), and where what is in a
-# state (see `state_indices`). All records that hold these have them so: of others a kernel is
-# compiled anew.
+# What a robot's feet are measured by: its legs (see `leg_array`), and the indices of its state (see
+# `state_indices`). All records that hold these hold them in this layout, because a
+# kernel is compiled anew for any other.
 ROBOT = [("legs", np.float64, (4, 8)), ("places", np.int64, (26,))]
 
 # What a tick finds on its way. Beyond what is measured and wanted: where the feet are to be in W
@@ -127,11 +130,11 @@ class Pace(NamedTuple):
     """Times and speeds of `compute_foot_targets`; see ControlSettings.
 
     Attributes:
-        period: Of the controller [s].
-        foothold_time: [s].
-        touchdown_press: [m].
-        search_speed: [m/s].
-        height_time: Over which the body follows the height of the ground as found [s].
+        period: Control period [s].
+        foothold_time: Time over which a standing foot's target follows where it stands [s].
+        touchdown_press: How far below the ground a swing foot aims as it lands [m].
+        search_speed: Speed downwards of a foot that found no ground [m/s].
+        height_time: Time over which the body follows the height of the ground as found [s].
     """
 
     period: float
@@ -142,15 +145,16 @@ class Pace(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """What the program weighs and allows.
+    """Weights and limits of the program of contact forces.
 
     Attributes:
-        angular: Of the base's angular acceleration's error.
-        linear: Of its linear one's.
-        force: Of the squared normal forces [1/N^2].
-        along: Of the squared forces along the ground, of a foot that bears its even share [1/N^2].
-        greatest_force: Of a foot under full load [N].
-        pressure_margin: Of the centre of pressure from the support's sides [m].
+        angular: Weight of the error of the base's angular acceleration.
+        linear: Weight of the error of its linear acceleration.
+        force: Weight of the squared normal forces [1/N^2].
+        along: Weight of the squared force along the ground of a foot that bears its even share
+            [1/N^2].
+        greatest_force: Greatest normal force of a foot under full load [N].
+        pressure_margin: Distance of the centre of pressure from the support's sides [m].
     """
 
     angular: float
@@ -165,13 +169,13 @@ class BaseGains(NamedTuple):
     """How the base's errors are corrected: accelerations per error, and the most of each.
 
     Attributes:
-        stiffness: [1/s^2].
-        damping: [1/s].
-        rotation_stiffness: [1/s^2].
-        rotation_damping: [1/s].
-        most_shift: Of an error of place, how much counts [m].
-        most_turn: Of an error of orientation [rad].
-        most_acceleration: Horizontal, in all [m/s^2].
+        stiffness: Acceleration per error of place [1/s^2].
+        damping: Acceleration per error of velocity [1/s].
+        rotation_stiffness: Angular acceleration per error of orientation [1/s^2].
+        rotation_damping: Angular acceleration per error of angular velocity [1/s].
+        most_shift: Greatest error of place that counts [m].
+        most_turn: Greatest error of orientation that counts [rad].
+        most_acceleration: Greatest horizontal acceleration in all [m/s^2].
     """
 
     stiffness: float
@@ -187,9 +191,9 @@ def longest_legs(geometry: LegGeometry, q_lower: FloatArray, q_upper: FloatArray
     """From hip to foot's centre, the knee as straight as its limits let it be (4,) [m].
 
     Args:
-        geometry: Of the legs.
-        q_lower: Of the joints, leg by leg (12,) [rad].
-        q_upper: The same.
+        geometry: The legs' lengths.
+        q_lower: Lower joint limits, leg by leg (12,) [rad].
+        q_upper: Upper joint limits (12,) [rad].
     """
     least = np.maximum(np.maximum(q_lower[2::3], -q_upper[2::3]), 0.0)  # |knee|
     a, b = geometry.thigh, geometry.shank
@@ -200,9 +204,9 @@ class Softness(NamedTuple):
     """How much of the joints' stiffness a loaded leg keeps, and how far it may pull.
 
     Attributes:
-        share: Of the stiffness and damping.
-        most_away: Of a loaded leg's joints from their targets [rad].
-        most_faster: The same of their speeds [rad/s].
+        share: Share of the stiffness and damping that is left under full load.
+        most_away: Greatest distance of a loaded leg's joints from their targets [rad].
+        most_faster: Greatest distance of their speeds from the targets [rad/s].
     """
 
     share: float
@@ -211,13 +215,13 @@ class Softness(NamedTuple):
 
 
 class PayloadUpdate(NamedTuple):
-    """How it is learned.
+    """Gains of the payload observer.
 
     Attributes:
-        force_rate: Of the force per height error [N/(m s)].
-        moment_rate: Of the moments per tilt error [Nm/(rad s)].
-        weight: The robot's own [N].
-        period: Of the controller [s].
+        force_rate: Rate of the force per height error [N/(m s)].
+        moment_rate: Rate of the moments per tilt error [Nm/(rad s)].
+        weight: Robot weight without the payload [N].
+        period: Control period [s].
     """
 
     force_rate: float
@@ -227,12 +231,12 @@ class PayloadUpdate(NamedTuple):
 
 
 def state_indices(layout: StateLayout) -> IntArray:
-    """Where quaternion and angular velocity of the base, joint angles and speeds are (26,)."""
+    """Indices of the base's quaternion and angular velocity, of joint angles and speeds (26,)."""
     return np.concatenate([[layout.q_base, layout.v_base], layout.q_joints, layout.v_joints])
 
 
-# Of a large error only so much is asked for at once: more than the feet can give makes the program
-# trade the robot's uprightness for it.
+# Only so much of a large error is corrected at once: if the feet cannot give what is asked of them,
+# the program trades the robot's uprightness for it.
 MOST_SHIFT = 0.04  # [m]
 MOST_TURN = 0.03  # [rad]
 MOST_ACCELERATION = 3.0  # [m/s^2], horizontal
@@ -244,9 +248,8 @@ def _numbers(kind: Any) -> np.dtype[np.void]:
     return record_type(dict.fromkeys(kind._fields, ()))
 
 
-# Of the robot: see ROBOT; the feet's radius [m], how long its legs can be [m], the joints' limits,
-# leg by leg; the joints' places in the velocities; and in which order the actuators have the
-# joints. The settings, see there.
+# The robot (see ROBOT, and the feet's radius [m], the longest legs [m], the joints' indices in the
+# velocities, the actuators' order of the joints, the joints' limits leg by leg), and the settings.
 CONSTANTS = np.dtype(
     [
         *ROBOT,
@@ -284,9 +287,9 @@ def make_constants(
 
     Args:
         robot: The robot.
-        layout: Of its state.
-        control: Of the controller.
-        stiffness: Share of the joints' that a loaded leg keeps.
+        layout: The state's layout.
+        control: Settings of the controller.
+        stiffness: Share of the joints' stiffness that a loaded leg keeps.
         inertia: The robot's moment of inertia [kg m^2].
     """
     constants = np.zeros(1, dtype=CONSTANTS)

@@ -14,54 +14,34 @@ from drake_quad.control.kernel_state import (
     new_record,
     state_indices,
 )
-from drake_quad.jit import copy_matrix, copy_stack, copy_vector, jit
+from drake_quad.jit import copy_vector, jit
 from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row
 from drake_quad.robot.state import StateLayout
-from drake_quad.terrain.course import Course
-from drake_quad.terrain.lane import EDGE
-
-COLUMNS = 10  # of a box: its two axes (2, 2), its middle (2), half its extent (2), top, gradient
+from drake_quad.terrain.course import Course, box_tops, top_at
 
 
 def ground_table(course: Course | None) -> FloatArray:
-    """The tops of a course's boxes (n, COLUMNS), writable; none if all of them are level.
+    """A course's `box_tops`; none (0, 10) if all of them are level.
 
     Contact sensors say whether a foot bears, not which way it is pushed, so the map alone tells
     the ground's tilt.
     """
-    boxes = [] if course is None else list(course.boxes)
-    if not any(box.gradient for box in boxes):
-        return np.zeros((0, COLUMNS))
-    return np.array(
-        [
-            [*box.axes.ravel(), *box.middle, *(0.5 * box.extent), box.top, box.gradient]
-            for box in boxes
-        ]
-    )
+    if course is None or not any(box.gradient for box in course.boxes):
+        return np.zeros((0, 10))
+    return box_tops(course)
 
 
 @jit
 def normal_at(ground: FloatArray, x: float, y: float) -> tuple[float, float, float]:
     """The unit normal in W of the ground at a place [m]; upright off the course.
 
-    The same as `terrain.course.ground_normals`, for one place.
-
     Args:
-        ground: See `ground_table`.
-        x: In W [m].
-        y: In W [m].
+        ground: The map's ground, see `ground_table`.
+        x: Place in W [m].
+        y: Place in W [m].
     """
-    highest, gx, gy = -np.inf, 0.0, 0.0
-    for k in range(len(ground)):
-        box = ground[k]
-        dx, dy = x - box[4], y - box[5]
-        along, across = box[0] * dx + box[1] * dy, box[2] * dx + box[3] * dy
-        if abs(along) > box[6] + EDGE or abs(across) > box[7] + EDGE:
-            continue
-        z = box[8] + box[9] * along
-        if z > highest:
-            highest, gx, gy = z, box[9] * box[0], box[9] * box[1]
+    _, gx, gy = top_at(ground, x, y)
     if gx == 0.0 and gy == 0.0:
         return 0.0, 0.0, 1.0
     length = np.sqrt(gx * gx + gy * gy + 1.0)
@@ -71,55 +51,20 @@ def normal_at(ground: FloatArray, x: float, y: float) -> tuple[float, float, flo
 STEP = 1e-5  # [s] of the central difference that gives the Jacobian's rate
 
 
-class Feet(NamedTuple):
-    """The feet at one instant, all in W.
-
-    Attributes:
-        place: Foot sphere centres (4, 3) [m].
-        velocity: Theirs (4, 3) [m/s].
-        drift: Their acceleration while base and joints have none (4, 3) [m/s^2].
-        jacobian: Of the centres by each leg's joints (4, 3, 3) [m/rad].
-        contact_jacobian: Of the material points where ground pushes, a radius off the centres
-            against the ground's normal.
-        normal: Of the ground under them, by the map: unit vectors (4, 3).
-    """
-
-    place: FloatArray
-    velocity: FloatArray
-    drift: FloatArray
-    jacobian: FloatArray
-    contact_jacobian: FloatArray
-    normal: FloatArray
-
-
 @jit
-def measure_feet(
-    legs: FloatArray,
-    radius: float,
-    p: FloatArray,
-    R: FloatArray,
-    w: FloatArray,
-    v: FloatArray,
-    q: FloatArray,
-    qd: FloatArray,
-    ground: FloatArray,
-) -> Feet:
-    """The feet of a state.
+def measure_feet(measured: Record, legs: FloatArray, radius: float, ground: FloatArray) -> None:
+    """Writes the feet of a state.
 
     Args:
-        legs: See `robot.kinematics.leg_array`.
-        radius: Of the foot spheres [m].
-        p: p_WB (3,) [m].
-        R: R_WB (3, 3).
-        w: w_WB (3,) in W [rad/s].
-        v: v_WB (3,) in W [m/s].
-        q: Joint angles (12,), leg by leg [rad].
-        qd: Joint speeds (12,) [rad/s].
-        ground: See `ground_table`.
+        measured: The state, of the type MEASURED; its `feet` are the result.
+        legs: Leg lengths, see `robot.kinematics.leg_array`.
+        radius: Radius of the foot spheres [m].
+        ground: The map's ground, see `ground_table`.
     """
-    place, velocity, drift = np.empty((4, 3)), np.empty((4, 3)), np.empty((4, 3))
-    jacobian, contact = np.empty((4, 3, 3)), np.empty((4, 3, 3))
-    normal = np.empty((4, 3))
+    p, R, w, v, q, qd = measured.p, measured.R, measured.w, measured.v, measured.q, measured.qd
+    place, velocity, drift = measured.feet.place, measured.feet.velocity, measured.feet.drift
+    jacobian, contact = measured.feet.jacobian, measured.feet.contact_jacobian
+    normal = measured.feet.normal
     for k in range(4):
         leg = leg_row(legs, k)
         a, b, c = q[3 * k], q[3 * k + 1], q[3 * k + 2]
@@ -168,7 +113,6 @@ def measure_feet(
             contact[k, 0, j] = jacobian[k, 0, j] - radius * (y * nz - z * ny)
             contact[k, 1, j] = jacobian[k, 1, j] + radius * (x * nz - z * nx)
             contact[k, 2, j] = jacobian[k, 2, j] - radius * (x * ny - y * nx)
-    return Feet(place, velocity, drift, jacobian, contact, normal)
 
 
 class RobotMeasurement(NamedTuple):
@@ -182,7 +126,7 @@ class RobotMeasurement(NamedTuple):
         v: v_WB (3,) in W [m/s].
         q: Joint angles (12,), leg by leg [rad].
         qd: Joint speeds (12,) [rad/s].
-        feet: See Feet.
+        feet: The feet, see FEET.
         known: Whether this is the state now; if not, the last that was known.
     """
 
@@ -193,7 +137,7 @@ class RobotMeasurement(NamedTuple):
     v: FloatArray
     q: FloatArray
     qd: FloatArray
-    feet: Feet
+    feet: Record
     known: bool
 
 
@@ -211,13 +155,13 @@ def measure_into(
 
     Args:
         measured: Result, of the type MEASURED; its `known` is 1 or 0.
-        estimated: [q; v]. Where it has no numbers (a lost estimate), `last` serves instead: the
-            model plant must not be given such a state.
-        last: The last state with numbers; now that of these two that serves.
-        places: See `state_indices`.
-        legs: See `leg_array`.
-        radius: Of the foot spheres [m].
-        ground: See `ground_table`.
+        estimated: The state [q; v]. Where it is not finite (a lost estimate), `last` serves
+            instead: the model plant must not be given such a state.
+        last: The last finite state; afterwards the one of these two that serves.
+        places: Indices in the state, see `state_indices`.
+        legs: Leg lengths, see `leg_array`.
+        radius: Radius of the foot spheres [m].
+        ground: The map's ground, see `ground_table`.
     """
     total = 0.0
     for i in range(len(estimated)):
@@ -228,26 +172,13 @@ def measure_into(
         copy_vector(last, estimated)
     i, j = places[0], places[1]
     rows = quaternion_rotation(last[i], last[i + 1], last[i + 2], last[i + 3])
-    R, q, qd = np.empty((3, 3)), np.empty(12), np.empty(12)
     for a in range(3):
         for b in range(3):
-            R[a, b] = rows[a][b]
+            measured.R[a, b] = rows[a][b]
+        measured.p[a], measured.w[a], measured.v[a] = last[i + 4 + a], last[j + a], last[j + 3 + a]
     for a in range(12):
-        q[a], qd[a] = last[places[2 + a]], last[places[14 + a]]
-    p, w, v = last[i + 4 : i + 7], last[j : j + 3], last[j + 3 : j + 6]
-    copy_vector(measured.p, p)
-    copy_vector(measured.w, w)
-    copy_vector(measured.v, v)
-    copy_matrix(measured.R, R)
-    copy_vector(measured.q, q)
-    copy_vector(measured.qd, qd)
-    feet, into = measure_feet(legs, radius, p, R, w, v, q, qd, ground), measured.feet
-    copy_matrix(into.place, feet.place)
-    copy_matrix(into.velocity, feet.velocity)
-    copy_matrix(into.drift, feet.drift)
-    copy_stack(into.jacobian, feet.jacobian)
-    copy_stack(into.contact_jacobian, feet.contact_jacobian)
-    copy_matrix(into.normal, feet.normal)
+        measured.q[a], measured.qd[a] = last[places[2 + a]], last[places[14 + a]]
+    measure_feet(measured, legs, radius, ground)
 
 
 def measure(
@@ -258,15 +189,15 @@ def measure(
     last: FloatArray,
     ground: FloatArray | None = None,
 ) -> RobotMeasurement:
-    """The same where there is no hurry; nothing that is given changes.
+    """Takes a state apart as `measure_into` does, outside of the control loop.
 
     Args:
-        layout: Where what is in the state.
-        legs: See `leg_array`.
-        radius: Of the foot spheres [m].
-        estimated: See `measure_into`.
-        last: See there.
-        ground: See `ground_table`; level if none is given.
+        layout: The state's layout.
+        legs: Leg lengths, see `leg_array`.
+        radius: Radius of the foot spheres [m].
+        estimated: The state [q; v] as estimated; it does not change.
+        last: The last finite state, which serves where `estimated` is not; it does not change.
+        ground: The map's ground, see `ground_table`; level if None.
     """
     ground = ground_table(None) if ground is None else ground
     record, state = new_record(MEASURED), np.array(last, dtype=np.float64)
@@ -274,8 +205,7 @@ def measure(
     robot[0]["places"], robot[0]["legs"] = state_indices(layout), legs
     _measure_one(record, np.asarray(estimated, np.float64), state, robot, radius, ground)
     m = fields_of(record)
-    feet = Feet(*(m.feet[name] for name in Feet._fields))
-    return RobotMeasurement(state, m.p, m.R, m.w, m.v, m.q, m.qd, feet, bool(m.known))
+    return RobotMeasurement(state, m.p, m.R, m.w, m.v, m.q, m.qd, m.feet, bool(m.known))
 
 
 @jit

@@ -1,6 +1,6 @@
-"""What the robot carries and its model does not know of: how heavy it is, and where.
+"""Estimates a payload that the robot's model lacks: how heavy it is, and where.
 
-Learned from what it does to the base that would otherwise stand where it is told: the integral of
+It is learned from the errors that it makes in the base's pose: the integral of
 the base's height and tilt errors is, once those are gone, the wrench that the load needs. It is
 kept in the heading frame H (B's origin, x along the heading, z up), in which the load stays put.
 """
@@ -41,22 +41,22 @@ def at_rest(speed: FloatArray, tilt: FloatArray, spin: FloatArray) -> bool:
 
 @jit
 def update_payload(
-    carried: FloatArray, height_error: float, tilt: FloatArray, heading: float, how: PayloadUpdate
+    payload: FloatArray, height_error: float, tilt: FloatArray, heading: float, how: PayloadUpdate
 ) -> FloatArray:
     """The wrench that the load needs, a period later.
 
     Args:
-        carried: Force upwards [N] and moments about x and y of H [Nm], (3,).
-        height_error: By how much the base is too low [m].
+        payload: Force upwards [N] and moments about x and y of H [Nm], (3,).
+        height_error: How much too low the base is [m].
         tilt: The rotation vector in W that would right the base (3,) [rad].
-        heading: Of the body [rad].
-        how: See PayloadUpdate.
+        heading: Heading of the body [rad].
+        how: The observer's gains.
     """
     c, s = cos(heading), sin(heading)
     x, y = c * tilt[0] + s * tilt[1], c * tilt[1] - s * tilt[0]
-    force = carried[0] + how.force_rate * how.period * height_error
-    moment_x = carried[1] + how.moment_rate * how.period * x
-    moment_y = carried[2] + how.moment_rate * how.period * y
+    force = payload[0] + how.force_rate * how.period * height_error
+    moment_x = payload[1] + how.moment_rate * how.period * x
+    moment_y = payload[2] + how.moment_rate * how.period * y
     most = MOST_ARM * how.weight
     return np.array(
         [
@@ -68,27 +68,27 @@ def update_payload(
 
 
 @jit
-def payload_wrench(carried: FloatArray, heading: float) -> FloatArray:
+def payload_wrench(payload: FloatArray, heading: float) -> FloatArray:
     """The load's part of the base's bias terms: moment about B, then force, in W, (6,)."""
     c, s = cos(heading), sin(heading)
-    force, x, y = carried[0], carried[1], carried[2]
+    force, x, y = payload[0], payload[1], payload[2]
     return np.array([c * x - s * y, s * x + c * y, 0.0, 0.0, 0.0, force])
 
 
 @jit
 def payload_com_shift(
-    carried: FloatArray, p_BScm: FloatArray, heading: float, weight: float
+    payload: FloatArray, p_BScm: FloatArray, heading: float, weight: float
 ) -> FloatArray:
     """How far the whole's centre of mass is from the model's, in W (2,) [m].
 
     Args:
-        carried: See `update_payload`.
+        payload: The payload's wrench, see `update_payload`.
         p_BScm: From B's origin to the model's centre of mass, in W, (2,) at least [m].
-        heading: Of the body [rad].
-        weight: The robot's own [N].
+        heading: Heading of the body [rad].
+        weight: Robot weight without the payload [N].
     """
     c, s = cos(heading), sin(heading)
-    force, x, y = carried[0], carried[1], carried[2]
+    force, x, y = payload[0], payload[1], payload[2]
     # What lies ahead needs a moment that tips the base back, -y; to the left, one about +x.
     arm = np.array([c * -y - s * x, s * -y + c * x])
     shift = (arm - force * p_BScm[:2]) / (weight + force)

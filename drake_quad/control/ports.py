@@ -68,12 +68,13 @@ class Balance(IntEnum):
     """Places in the `balance_estimated` vector: what the clock needs to know of the robot.
 
     COM: The whole robot's centre of mass in W, 3 entries [m].
-    ACCELERATION: Of the base as the controller wants it, x and y in W, 2 entries [m/s^2]: the
-        plan's, and what brakes it where the clock waits.
-    VELOCITY_ERROR: Of the base against what the controller wants, x and y in W, 2 entries [m/s].
+    ACCELERATION: The base's acceleration as the controller wants it, x and y in W, 2 entries
+        [m/s^2]: the plan's, and what brakes it where the clock waits.
+    VELOCITY_ERROR: The base's velocity less what the controller wants, x and y in W, 2 entries
+        [m/s].
     FEET: The feet's centres in W, 12 entries [m].
     BODY: p_WB and the heading, 4 entries [m], [rad].
-    PLACE_ERROR: Of the base against what the controller wants, x and y in W, 2 entries [m].
+    PLACE_ERROR: The base's place less what the controller wants, x and y in W, 2 entries [m].
     """
 
     COM = 0

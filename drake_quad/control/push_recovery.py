@@ -15,13 +15,13 @@ from drake_quad.stability.capture_point import FallingPendulum
 from drake_quad.stability.support_polygon import margin_of_floats
 
 SHARE = 0.8  # of the base's velocity error that the whole robot's centre of mass has
-CALM_SPEED = 0.04  # [m/s]
+CALM_SPEED = 0.04  # [m/s] of the base's velocity error, below which the robot is calm
 CALM_MARGIN = 0.03  # [m]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reflex:
-    """What the reflex knows and is set to.
+    """What recovery from pushes needs to know, and its settings.
 
     Attributes:
         robot: The robot.
@@ -82,9 +82,9 @@ def choose_swing_foot(
     """Which foot to put down where: see Catch; leg 0 if standing still is all there is to do.
 
     Args:
-        reflex: See there.
-        balance: See Balance.
-        standing: Who is to stand (4,).
+        reflex: Robot, ground and settings.
+        balance: The robot's balance, see Balance.
+        standing: Which feet are to stand (4,).
         step: The step under way, if one is.
     """
     x, y, z, yaw = balance[Balance.BODY : Balance.BODY + 4].tolist()

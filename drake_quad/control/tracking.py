@@ -1,6 +1,7 @@
 """Start and end of a controller's update: targets of body and feet, and the joints' commands."""
 
 from math import atan2
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from drake_quad.control.base_tracking import (
     shortage,
 )
 from drake_quad.control.contact_load import caught_load, correct_load, foot_load
-from drake_quad.control.foot_targets import compute_foot_targets
+from drake_quad.control.foot_targets import FootInputs, compute_foot_targets
 from drake_quad.control.kernel_state import (
     BODY_RATE,
     DEPTH,
@@ -23,6 +24,7 @@ from drake_quad.control.kernel_state import (
     LEAD,
     LOWER,
     REGAINED,
+    Record,
     Records,
     Softness,
 )
@@ -31,7 +33,7 @@ from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
 from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.curves import sample_body
 from drake_quad.math.rotations import solve_rates
-from drake_quad.planning.motion_plan import sample_feet
+from drake_quad.planning.motion_plan import PlanTables, sample_feet
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row, solve_leg
 
 LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
@@ -39,32 +41,32 @@ LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
 
 @jit
 def joint_targets(
-    legs: FloatArray,
-    places: FloatArray,
-    velocities: FloatArray,
-    load: FloatArray,
-    p: FloatArray,
-    R: FloatArray,
-    p_desired: FloatArray,
-    R_desired: FloatArray,
-    v_desired: FloatArray,
-    w_desired: FloatArray,
-    q_lower: FloatArray,
-    q_upper: FloatArray,
+    robot: Record, place: FloatArray, velocity: FloatArray, measured: Record, target: Record
 ) -> tuple[FloatArray, FloatArray]:
     """Joint angles (12,) [rad] and speeds (12,) [rad/s] that put the feet where they belong.
 
     A foot under load is placed in the body as desired, one without in the body as measured;
     between the two the target moves with the load, so that a foot about to lift off lets go.
 
-    A leg that is too short goes as far as its knee's limits (`q_lower` and `q_upper`, (12,) [rad])
-    let it, and no faster than it can stop there: a straight leg would be asked for speeds without
-    end, with which its drives press the knee against its stop and push the body instead.
+    A leg that is too short goes as far as its knee's limits let it, and no faster than it can stop
+    there: a straight leg would be asked for speeds without end, with which its drives press the
+    knee against its stop and push the body instead.
+
+    Args:
+        robot: The legs' lengths `legs` and the joints' limits `q_lower`, `q_upper` (12,) [rad], as
+            CONSTANTS has them.
+        place: Where the feet are to be in W (4, 3) [m].
+        velocity: Their velocities (4, 3) [m/s].
+        measured: The body as measured: `p` and `R` of MEASURED.
+        target: The body as desired and the feet's loads, see TARGET.
     """
+    legs, q_lower, q_upper, load = robot.legs, robot.q_lower, robot.q_upper, target.load
+    p, R, p_desired, R_desired = measured.p, measured.R, target.body, target.R
+    v_desired, w_desired = target.v, target.w
     q, qd = np.empty(12), np.empty(12)
     for k in range(4):
         leg = leg_row(legs, k)
-        d, m = places[k] - p_desired, places[k] - p
+        d, m = place[k] - p_desired[:3], place[k] - p
         b0, b1, b2 = 0.0, 0.0, 0.0
         share = load[k]
         for i in range(3):
@@ -78,9 +80,9 @@ def joint_targets(
         angles = solve_leg(leg, b0, b1, b2)
         _, J = foot_and_jacobian(leg, angles[0], angles[1], angles[2])
         angles = keep_knee(J, angles, least, most)
-        u0 = velocities[k, 0] - v_desired[0] - (w_desired[1] * d[2] - w_desired[2] * d[1])
-        u1 = velocities[k, 1] - v_desired[1] - (w_desired[2] * d[0] - w_desired[0] * d[2])
-        u2 = velocities[k, 2] - v_desired[2] - (w_desired[0] * d[1] - w_desired[1] * d[0])
+        u0 = velocity[k, 0] - v_desired[0] - (w_desired[1] * d[2] - w_desired[2] * d[1])
+        u1 = velocity[k, 1] - v_desired[1] - (w_desired[2] * d[0] - w_desired[0] * d[2])
+        u2 = velocity[k, 2] - v_desired[2] - (w_desired[0] * d[1] - w_desired[1] * d[0])
         _, J = foot_and_jacobian(leg, angles[0], angles[1], angles[2])
         rates = solve_rates(
             J,
@@ -108,8 +110,8 @@ def keep_knee(J: Matrix, joints: Vector, least: float, most: float) -> Vector:
     Args:
         J: The foot's Jacobian.
         joints: Abduction, hip pitch, knee [rad] or [rad/s].
-        least: Of the knee, and
-        most: the greatest, in the same unit.
+        least: Lower bound of the knee, in the same unit.
+        most: Upper bound of the knee, in the same unit.
     """
     abduction, hip, knee = joints
     kept = min(max(knee, least), most)
@@ -161,18 +163,26 @@ LEG, RUN, REPLAN = int(Catch.LEG), int(Mode.RUN), int(Mode.REPLAN)
 COM, ACCELERATION, VELOCITY_ERROR, FEET, BODY, PLACE_ERROR = (int(b) for b in Balance)
 
 
+class Inputs(NamedTuple):
+    """What reaches a controller beside the plan.
+
+    Attributes:
+        phase: The gait clock, see GaitPhase.
+        catch: A foot that catches a push, see Catch.
+        bearing: 1 where a foot is sensed to bear (4,).
+        estimated: The robot's state [q; v].
+    """
+
+    phase: FloatArray
+    catch: FloatArray
+    bearing: FloatArray
+    estimated: FloatArray
+
+
 @jit
 def compute_targets(
-    control_points: FloatArray,
-    knot: float,
-    phases: FloatArray,
-    duration: float,
-    task: int,
-    revision: int,
-    phase: FloatArray,
-    catch: FloatArray,
-    bearing: FloatArray,
-    estimated: FloatArray,
+    plan: PlanTables,
+    inputs: Inputs,
     constants: Records,
     memory: FloatArray,
     last: FloatArray,
@@ -181,74 +191,57 @@ def compute_targets(
 ) -> None:
     """What base and feet are to do now.
 
+    A clock that is at another task has the plan at its end; one that waits for a plan made anew has
+    that at its beginning.
+
     Args:
-        control_points: Of the plan's body (n, 5), and
-        knot: their spacing [s].
-        phases: Of the plan, see `phase_table`.
-        duration: Of the plan [s].
-        task: That the plan is for.
-        revision: Of the plan.
-        phase: See GaitPhase. A clock that is at another task has the plan at its end; one that
-            waits for a plan made anew has that at its beginning.
-        catch: See Catch.
-        bearing: 1 where a foot is sensed to bear (4,).
-        estimated: [q; v].
-        constants: See CONSTANTS.
-        memory: See MEMORY_SIZE; goes on a tick.
-        last: See `measure_into`; goes on a tick.
-        work: See WORK; its measured, its target, place and velocity are the result.
-        ground: See `ground_table`.
+        plan: The plan.
+        inputs: Clock, contacts and state.
+        constants: The robot and the settings, see CONSTANTS.
+        memory: The controller's memory, see MEMORY_SIZE; goes on a tick.
+        last: The last finite state, see `measure_into`; goes on a tick.
+        work: Intermediate results, see WORK; measurement, target, place and velocity are written.
+        ground: The map's ground, see `ground_table`.
     """
     c, found = constants[0], work[0]
-    measure_into(found.measured, estimated, last, c.places, c.legs, c.radius, ground)
-    t = phase[TIME] if int(phase[TASK]) == task else duration
+    phase, catch, bearing = inputs.phase, inputs.catch, inputs.bearing
+    measure_into(found.measured, inputs.estimated, last, c.places, c.legs, c.radius, ground)
+    t = phase[TIME] if int(phase[TASK]) == plan.task else plan.duration
     rate, running = phase[RATE], int(phase[MODE]) == RUN
-    if int(phase[MODE]) == REPLAN and int(phase[REVISION]) == revision:
+    if int(phase[MODE]) == REPLAN and int(phase[REVISION]) == plan.revision:
         t = 0.0
-    feet, velocity, acceleration, standing, swing_phase = sample_feet(phases, t)
+    planned = sample_feet(plan.phases, t)
+    standing = planned.standing
     if not running:
         for k in range(4):
             standing[k] = k + 1 != int(catch[LEG])
-    place, velocity, acceleration, new = compute_foot_targets(
-        feet, velocity, acceleration, standing, swing_phase, rate, found.measured.feet.place,
-        bearing, catch, not running, memory, c.pace,
-    )  # fmt: skip
+    feet = found.measured.feet.place
+    now = FootInputs(planned, rate, feet, bearing, catch, not running)
+    foot, new = compute_foot_targets(now, memory, c.pace)
     copy_vector(memory, new)
     if running:
-        load = foot_load(phases, t, c.unload_time)
+        load = foot_load(plan.phases, t, c.unload_time)
         correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
     else:
         load = caught_load(standing, bearing)
     if t <= 1.5 * c.pace.period:  # plans begin at rest
         memory[LEAD], memory[BODY_RATE] = 0.0, rate
-    pendulum = pendulum_rate(height_over(found.measured.p[2], found.measured.feet.place))
+    pendulum = pendulum_rate(height_over(found.measured.p[2], feet))
     memory[BODY_RATE], memory[LEAD], change = next_body_rate(
         memory[BODY_RATE], memory[LEAD], rate, pendulum, c.pace.period
     )
-    target = base_target(
-        sample_body(control_points, knot, t + memory[LEAD]),
-        memory[BODY_RATE],
-        change,
-        new[HEIGHT],
-        acceleration,
-        load,
-    )
+    target, body = found.target, sample_body(plan.control, plan.knot, t + memory[LEAD])
+    base_target(body, memory[BODY_RATE], change, new[HEIGHT], target)
     reaching = np.empty(4, dtype=np.bool_)
     for k in range(4):
         reaching[k] = running and (bearing[k] > 0.5 if standing[k] else new[DEPTH] > 0.0)
-    short = shortage(c.legs, c.longest, place, reaching, target.body[:3], target.R)
+    short = shortage(c.legs, c.longest, foot.place, reaching, target.body[:3], target.R)
     memory[LOWER] = next_lower(memory[LOWER], short, c.pace)
     target.body[2] -= memory[LOWER]
-    into = found.target
-    copy_vector(into.body, target.body)
-    copy_matrix(into.R, target.R)
-    copy_vector(into.v, target.v)
-    copy_vector(into.w, target.w)
-    copy_vector(into.acceleration, target.acceleration)
-    copy_vector(into.load, load)
-    copy_matrix(into.feet_acceleration, acceleration)
-    copy_matrix(found.place, place)
-    copy_matrix(found.velocity, velocity)
+    copy_vector(target.load, load)
+    copy_matrix(target.feet_acceleration, foot.acceleration)
+    copy_matrix(found.place, foot.place)
+    copy_matrix(found.velocity, foot.velocity)
     copy_vector(found.soft, load)
     # A foot that lost the ground is to touch it again, not to thrust itself off.
     for k in range(4):
@@ -256,37 +249,41 @@ def compute_targets(
             found.soft[k] = 1.0
 
 
+class Commands(NamedTuple):
+    """A controller's outputs, which `compute_commands` writes; arrays in the actuators' order.
+
+    Attributes:
+        joints: Joint angles [rad], then speeds [rad/s] (24,).
+        torques: Joint torques to feed forward (12,) [Nm].
+        body: The body as desired: x, y, z, pitch, yaw (5,).
+        feet: The feet's centres as desired in W (12,) [m].
+        balance: What the gait clock needs to know, see Balance.
+    """
+
+    joints: FloatArray
+    torques: FloatArray
+    body: FloatArray
+    feet: FloatArray
+    balance: FloatArray
+
+
 @jit
 def compute_commands(
-    torque: FloatArray,
-    com: FloatArray,
-    constants: Records,
-    work: Records,
-    joints: FloatArray,
-    torques: FloatArray,
-    body: FloatArray,
-    feet: FloatArray,
-    balance: FloatArray,
+    torque: FloatArray, com: FloatArray, constants: Records, work: Records, commands: Commands
 ) -> None:
     """The commands to the drives, within their limits, and what the gait clock needs to know.
 
     Args:
-        torque: To feed forward (12,), leg by leg [Nm].
+        torque: Joint torques to feed forward (12,), leg by leg [Nm].
         com: The model's centre of mass in W (3,) [m].
-        constants: See CONSTANTS.
-        work: See WORK.
-        joints: Result: angles [rad], then speeds [rad/s] (24,), in the actuators' order.
-        torques: Result (12,) in the actuators' order [Nm].
-        body: Result: x, y, z, pitch, yaw desired (5,).
-        feet: Result: their centres desired in W (12,) [m].
-        balance: Result: see Balance.
+        constants: The robot and the settings, see CONSTANTS.
+        work: Intermediate results, see WORK.
+        commands: Result.
     """
     c, found = constants[0], work[0]
     m, t = found.measured, found.target
-    q, qd = joint_targets(
-        c.legs, found.place, found.velocity, t.load, m.p, m.R, t.body[:3], t.R, t.v, t.w,
-        c.q_lower, c.q_upper,
-    )  # fmt: skip
+    joints, torques, balance = commands.joints, commands.torques, commands.balance
+    q, qd = joint_targets(c, found.place, found.velocity, m, t)
     if c.softness.share < 1.0:
         q, qd = soften(q, qd, m.q, m.qd, found.soft, c.softness)
     for i in range(12):
@@ -294,10 +291,10 @@ def compute_commands(
         joints[i] = min(max(q[j], c.q_lower[j]), c.q_upper[j])
         joints[12 + i] = min(max(qd[j], -c.speed[j]), c.speed[j])
         torques[i] = min(max(torque[j], -c.effort[j]), c.effort[j])
-    copy_vector(body, t.body)
+    copy_vector(commands.body, t.body)
     for k in range(4):
         for i in range(3):
-            feet[3 * k + i] = found.place[k, i]
+            commands.feet[3 * k + i] = found.place[k, i]
             balance[FEET + 3 * k + i] = m.feet.place[k, i]
     for i in range(3):
         balance[COM + i], balance[BODY + i] = com[i], m.p[i]

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import daqp
 import numpy as np
 
-from drake_quad.common import FloatArray, IntArray
+from drake_quad.common import GRAVITY, FloatArray, IntArray
 from drake_quad.control.base_tracking import (
     height_over,
     pendulum_rate,
@@ -77,40 +77,58 @@ class Program(NamedTuple):
     sense: IntArray
 
 
+class FootBounds(NamedTuple):
+    """What the program knows of the four feet.
+
+    Attributes:
+        load: How much each foot may carry, 0 to 1, (4,).
+        place: The feet's centres in W (4, 3) [m].
+        friction: Friction coefficient that each foot's force stays within (4,).
+        least: Least normal force of each foot (4,) [N].
+        axes: Axes of each foot's force (4, 3, 3), see `contact_axes`.
+        along: Factors on `Weights.along`, see `tangential_prices` (4,).
+    """
+
+    load: FloatArray
+    place: FloatArray
+    friction: FloatArray
+    least: FloatArray
+    axes: FloatArray
+    along: FloatArray
+
+
+class JointBounds(NamedTuple):
+    """Limits of the twelve joints, leg by leg.
+
+    Attributes:
+        effort: Torque limits (12,) [Nm].
+        lower: Least accelerations (12,) [rad/s^2].
+        upper: Greatest accelerations (12,) [rad/s^2].
+    """
+
+    effort: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+
+
 @jit
 def make_program(
-    dynamics: Dynamics,
-    wanted: FloatArray,
-    load: FloatArray,
-    places: FloatArray,
-    effort: FloatArray,
-    joint_lower: FloatArray,
-    joint_upper: FloatArray,
-    friction: FloatArray,
-    least: FloatArray,
-    weights: Weights,
-    axes: FloatArray,
-    along: FloatArray,
+    dynamics: Dynamics, wanted: FloatArray, feet: FootBounds, joints: JointBounds, weights: Weights
 ) -> Program:
     """Assembles the program of the feet that carry load.
 
     Args:
-        dynamics: From `reduce_dynamics`, after `turn_forces`.
+        dynamics: The dynamics from `reduce_dynamics`, after `turn_forces`.
         wanted: The base's acceleration, angular then linear, (6,).
-        load: How much each foot may carry, 0 to 1, (4,).
-        places: The feet in W (4, 3) [m].
-        effort: Torque limits (12,) [Nm].
-        joint_lower: Least joint accelerations (12,) [rad/s^2].
-        joint_upper: Greatest ones (12,).
-        friction: Coefficient that each foot's force stays within (4,).
-        least: Normal force that each foot pushes with at least (4,) [N].
-        weights: See there.
-        axes: Of each foot's force (4, 3, 3), see `contact_axes`.
-        along: Of each foot, what `weights.along` is multiplied by, see `tangential_prices` (4,).
+        feet: The feet's loads, places and limits.
+        joints: The joints' limits.
+        weights: The program's weights.
 
     Returns:
-        The program; its variables are the forces in these axes.
+        The program; its variables are the forces in the feet's axes.
     """
+    load, places, axes = feet.load, feet.place, feet.axes
+    friction, effort = feet.friction, joints.effort
     standing, count = np.empty(4, dtype=np.int64), 0
     for k in range(4):
         if load[k] > 0.0:
@@ -133,7 +151,7 @@ def make_program(
                 H[i, j] += weighed * dynamics.base[row, columns[j]]
     for i in range(n):
         k = standing[i // 3]
-        H[i, i] += (weights.force if i % 3 == 2 else weights.along * along[k]) / load[k]
+        H[i, i] += (weights.force if i % 3 == 2 else weights.along * feet.along[k]) / load[k]
 
     sides = _support_sides(places, standing)
     edges = 0
@@ -146,7 +164,7 @@ def make_program(
     row = 0
     for i in range(len(standing)):
         x, z = 3 * i, 3 * i + 2
-        lower[z] = least[standing[i]]
+        lower[z] = feet.least[standing[i]]
         upper[z] = max(weights.greatest_force * load[standing[i]], lower[z])
         if axes[standing[i], 2, 2] == 1.0:
             mu = friction[standing[i]] / np.sqrt(2.0)
@@ -167,8 +185,8 @@ def make_program(
             A[row + 12 + j, i] = dynamics.joint[j, columns[i]]
         lower[n + row + j] = -effort[j] - dynamics.torque_offset[j]
         upper[n + row + j] = effort[j] - dynamics.torque_offset[j]
-        lower[n + row + 12 + j] = joint_lower[j] - dynamics.joint_offset[j]
-        upper[n + row + 12 + j] = joint_upper[j] - dynamics.joint_offset[j]
+        lower[n + row + 12 + j] = joints.lower[j] - dynamics.joint_offset[j]
+        upper[n + row + 12 + j] = joints.upper[j] - dynamics.joint_offset[j]
     sense[n + row :] = SOFT
     row += 24
     for i in range(len(sides)):
@@ -215,13 +233,7 @@ def _support_sides(places: FloatArray, standing: IntArray) -> FloatArray:
 
 
 def solve(program: Program) -> FloatArray | None:
-    """Solves it; None if it has no solution or holds no numbers."""
-    # DAQP takes a nan in a constraint for one that always holds.
-    return solve_sound(program) if has_numbers(program) else None
-
-
-def solve_sound(program: Program) -> FloatArray | None:
-    """Solves one that is known to hold numbers; None if it has no solution."""
+    """Solves a finite program (see `has_numbers`); None if it has no solution."""
     H, g, A, lower, upper, sense = program
     x = _solve_once(H, g, A, lower, upper, sense)
     if x is None:
@@ -246,7 +258,10 @@ def _solve_once(
 
 @jit
 def has_numbers(program: Program) -> bool:
-    """Whether all of it is finite; bounds may be infinite, but not no numbers."""
+    """Whether all of a program is finite; bounds may be infinite, but not nan.
+
+    DAQP takes a nan in a constraint for one that always holds.
+    """
     for part in (program.H, program.A):
         for row in part:
             for value in row:
@@ -284,52 +299,49 @@ LEAST_SHARE = 0.1
 def plan_forces(
     M: FloatArray,
     bias: FloatArray,
-    gravity: float,
     running: bool,
     constants: Records,
     work: Records,
-    carried: FloatArray,
+    payload: FloatArray,
     friction: FloatArray,
-    com: FloatArray,
-) -> tuple[Program, bool]:
+) -> tuple[Program, bool, FloatArray]:
     """The program of the feet's forces.
 
     Args:
         M: The model's mass matrix (18, 18).
         bias: Its Coriolis terms (18,).
-        gravity: How fast things fall [m/s^2].
-        running: Whether the clock follows the plan: then what is carried is learned.
-        constants: See CONSTANTS.
-        work: See WORK. The target's body stands aside for what is carried; the torques' map and
-            the shift of the centre of mass are results.
-        carried: See `update_payload`; goes on a tick.
-        friction: See `update_friction`; goes on a tick.
-        com: Result: the model's centre of mass in W (3,) [m].
+        running: Whether the clock follows the plan: then the payload is learned.
+        constants: The robot and the settings, see CONSTANTS.
+        work: Intermediate results, see WORK. The target's body is moved aside for the payload; the
+            torques' map and the shift of the centre of mass are results.
+        payload: The payload's wrench, see `update_payload`; goes on a tick.
+        friction: Friction assumed at each foot, see `update_friction`; goes on a tick.
 
     Returns:
-        The program, and whether there is one to be solved: of numbers, for the state as it is now.
+        The program; whether it is to be solved, which takes finite numbers and a known state; and
+        the model's centre of mass in W (3,) [m].
     """
     c, found = constants[0], work[0]
     m, t = found.measured, found.target
     heading = atan2(m.R[1, 0], m.R[0, 0])
     # The base's turning moves the whole mass by its arm: what couples the two holds the arm.
-    com[0], com[1], com[2] = M[2, 4] / M[3, 3], M[0, 5] / M[3, 3], M[1, 3] / M[3, 3]
+    com = np.array([M[2, 4] / M[3, 3], M[0, 5] / M[3, 3], M[1, 3] / M[3, 3]])
     com += m.p
-    shift = payload_com_shift(carried, com - m.p, heading, c.learning.weight)
+    shift = payload_com_shift(payload, com - m.p, heading, c.learning.weight)
     aside = compensating_shift(shift, COM_PER_SHIFT)
     for i in range(2):
         found.com_shift[i] = shift[i]
         t.body[i] += aside[i]
     h = np.empty(18)
     for i in range(18):
-        h[i] = bias[i] + gravity * M[i, 5]  # weight is what an acceleration upwards would take
-    load = payload_wrench(carried, heading)
+        h[i] = bias[i] + GRAVITY * M[i, 5]  # weight is what an acceleration upwards would take
+    load = payload_wrench(payload, heading)
     for i in range(6):
         h[i] += load[i]
     turn, speed, spin = rotation_error(t.R, m.R), t.v - m.v, t.w - m.w
     calm = running and at_rest(speed, turn, spin)
     if calm and m.known > 0.5 and c.load_time > 0.0:  # a push is no load
-        copy_vector(carried, update_payload(carried, t.body[2] - m.p[2], turn, heading, c.learning))
+        copy_vector(payload, update_payload(payload, t.body[2] - m.p[2], turn, heading, c.learning))
     if calm:
         update_friction(friction, m.feet.velocity, t.load, m.feet.normal, c.friction, c.pace.period)
     dynamics = reduce_dynamics(M, h, c.velocities, m.feet, t.feet_acceleration, m.p, c.radius)
@@ -348,18 +360,17 @@ def plan_forces(
     x, y = com[0] + shift[0] - speed[0] / pendulum, com[1] + shift[1] - speed[1] / pendulum
     shares = static_load_shares(m.feet.place, t.load, x, y)
     least = min_normal_forces(
-        shares, t.load, gravity * M[3, 3],
+        shares, t.load, GRAVITY * M[3, 3],
         c.least_force * (1.0 if calm else LEAST_SHARE), MOST_TIMES * c.least_force,
     )  # fmt: skip
     for k in range(4):
         least[k] *= m.feet.normal[k, 2]  # of a weight, what goes along the normal
     # A push takes what there is, of every foot: then all forces cost the same.
     flat = np.full(4, c.weights.force / c.weights.along)
-    program = make_program(
-        dynamics, wanted, t.load, m.feet.place, c.effort, lower, upper, friction, least, c.weights,
-        axes, tangential_prices(shares) if calm else flat,
-    )  # fmt: skip
-    return program, m.known > 0.5 and has_numbers(program)
+    along = tangential_prices(shares) if calm else flat
+    feet = FootBounds(t.load, m.feet.place, friction, least, axes, along)
+    program = make_program(dynamics, wanted, feet, JointBounds(c.effort, lower, upper), c.weights)
+    return program, m.known > 0.5 and has_numbers(program), com
 
 
 @jit

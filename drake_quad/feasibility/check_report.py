@@ -178,7 +178,7 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
         joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
     part = "trunk" if designed.room.part == "the trunk" else "legs"
     left = {"joints": joints, "torque": designed.torque, "margin": designed.margin}
-    return left | {part: designed.room.worth}
+    return left | {part: designed.room.weighted}
 
 
 def _answer(told: dict[str, Any]) -> str:

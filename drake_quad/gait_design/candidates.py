@@ -3,6 +3,7 @@
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import gcd
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.math.curves import quintic
 from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.footholds import LIFT_OFF, FootholdPattern
+from drake_quad.planning.problem import EDGE_CLEARANCE
 from drake_quad.robot.legs import LEGS, SIGNS, WAVE_ORDER
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.terrain.course import Course
@@ -19,7 +21,9 @@ LAGS = (1, 2, 3, 4)
 STANCES = (0.5, 1.45)  # of the distance between the hips: a stance beyond these is not tried
 STAGGER = 0.12  # of a leg
 DUTY = 0.85
-EDGE = 0.012  # [m] between a foot's sphere and a nosing or riser
+# [m] between a foot's sphere and a nosing or riser: what plans keep, and a little more, so that no
+# designed footprint has to be moved when it is planned.
+EDGE = EDGE_CLEARANCE + 0.002
 
 # The columns of free parameters. Lengths in legs.
 HEIGHT, SHARE, WIDER, PHASE_UP, PHASE_DOWN, SHIFT_UP, SHIFT_DOWN = range(7)
@@ -37,14 +41,14 @@ class CandidateBatch:
 
     Attributes:
         pattern: The footprints.
-        height: Of B over the line through the treads.
+        height: Height of B over the line through the treads.
         share: How much of the slope the body tilts with.
         width: Between left and right feet.
         phase_up: How far ahead of the treads' middles the feet stand going up, of what is possible.
-        phase_down: The same going down.
+        phase_down: How far ahead they stand going down.
         shift_up: How far ahead of the feet's middle the body goes, going up.
-        shift_down: The same going down.
-        lift_down: By how much the body is higher going down.
+        shift_down: How far ahead of it the body goes, going down.
+        lift_down: How much higher the body is going down.
         surge: How far the body stays behind as front feet step, and goes ahead as rear feet do.
         duty_factor: β.
         stagger: Rear feet's |y| minus front feet's.
@@ -134,7 +138,7 @@ def make_foothold_patterns(
 
     Args:
         robot: The robot.
-        runs: Of all treads.
+        runs: Depths of all treads [m].
         per_tread: How many places every tread is to have.
     """
     hips = hip_length(robot)
@@ -152,8 +156,7 @@ def make_foothold_patterns(
     ]
 
 
-@dataclass(frozen=True)
-class Staircase:
+class Staircase(NamedTuple):
     """Treads of one rise and one run without end, or level ground.
 
     Tread i reaches from (i - 1/2) run to (i + 1/2) run along the way and is i rise high: the line
@@ -180,23 +183,25 @@ class Staircase:
 PHASES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of every swing, that are looked at
 
 
-@dataclass(frozen=True, eq=False)
-class Cycle:
+class Cycle(NamedTuple):
     """C candidates at N moments: those of every leg's swing. W begins at the body's first place.
 
     Attributes:
         body: (C, N, 5) x, y, z, pitch, yaw of B; y is 0.
         feet: (C, N, 4, 3) foot sphere centres [m].
-        standing: (N, 4).
         swing: (N,) row of the leg in the air.
         landed: (N, 4) the moment at which each foot was set down last; cycles follow one another.
     """
 
     body: FloatArray
     feet: FloatArray
-    standing: BoolArray
     swing: FloatArray
     landed: IntArray
+
+    @property
+    def standing(self) -> BoolArray:
+        """Which feet stand (N, 4)."""
+        return np.asarray(np.arange(4) != self.swing[:, None])
 
 
 def make_cycle(
@@ -212,8 +217,8 @@ def make_cycle(
     Args:
         grid: The candidates.
         stairs: What is walked on.
-        foot_radius: [m].
-        clearance: By which the foot's sphere clears what it passes [m].
+        foot_radius: Radius of the foot spheres [m].
+        clearance: Distance by which the foot's sphere clears what it passes [m].
         stance_length: Between front and rear feet, on level ground [m]; the pattern's if None.
     """
     pattern, beta = grid.pattern, grid.duty_factor
@@ -245,7 +250,7 @@ def make_cycle(
     feet[..., 1] = SIGNS[:, 1] * (0.5 * grid.width[:, None] + half)[:, None, :]
     feet[..., 2] = up.T + foot_radius
     swing = np.repeat([float(leg.row) for _, leg in beats], len(PHASES))
-    return Cycle(body, feet, ~swings.T, swing, _landed(cycles))
+    return Cycle(body, feet, swing, _landed(cycles))
 
 
 def _body(grid: CandidateBatch, stairs: Staircase, at: FloatArray, per: int) -> FloatArray:

@@ -38,6 +38,7 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
+from drake_quad.terrain.course import Course
 
 Fields = dict[str, dict[str, float | int | str]]
 
@@ -57,7 +58,7 @@ def scenario_fields(robot: RobotModel, design: Design, runs: Sequence[float]) ->
     Args:
         robot: The robot.
         design: The gait.
-        runs: Of the course's treads [m]: of them all the feet keep whole on the shallowest.
+        runs: Depths of the course's treads [m]; feet fit whole on the shallowest.
     """
     c, leg = design.gait, leg_length(robot)
     run = min(runs, default=1.0)
@@ -182,25 +183,33 @@ def design_scenario(
     stepped = copy.deepcopy(scenario)
     stepped.gait.deep_tread = round(DEEP * leg_length(robot), 3)
     if len(flights_of(course, stepped.gait.deep_tread)) == len(flights_of(course)):
-        return _design(scenario, robot, source=source, nearest=nearest, thorough=thorough)
+        return _design(scenario, robot, course, source=source, nearest=nearest, thorough=thorough)
     best: Designed | None = None
     try:
-        best = _design(scenario, robot, source=source, nearest=False, thorough=thorough)
+        best = _design(scenario, robot, course, source=source, nearest=False, thorough=thorough)
         if best.quality >= POOR or not thorough:
             return best
-        other = _design(stepped, robot, source=source, nearest=False)
+        other = _design(stepped, robot, course, source=source, nearest=False)
     except PlanningError:
         if best is not None:
             return best
         try:
-            return _design(stepped, robot, source=source, nearest=nearest, thorough=thorough)
+            return _design(
+                stepped, robot, course, source=source, nearest=nearest, thorough=thorough
+            )
         except PlanningError as error:
             raise PlanningError(error.reason, **error.data, deep=True) from None
     return max(best, other, key=lambda d: d.quality)
 
 
 def _design(
-    scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool, thorough: bool = True
+    scenario: Scenario,
+    robot: RobotModel,
+    course: Course,
+    *,
+    source: str,
+    nearest: bool,
+    thorough: bool = True,
 ) -> Designed:
     """See `design_scenario`; which flights are walked as such is the scenario's to say.
 
@@ -212,15 +221,18 @@ def _design(
     if scenario.gait.map_error_place > 0.0:
         with suppress(PlanningError):
             return _design_for(
-                scenario, robot, scenario.gait.map_error_place,
+                scenario, robot, course, scenario.gait.map_error_place,
                 source=source, nearest=False, thorough=thorough,
             )  # fmt: skip
-    return _design_for(scenario, robot, 0.0, source=source, nearest=nearest, thorough=thorough)
+    return _design_for(
+        scenario, robot, course, 0.0, source=source, nearest=nearest, thorough=thorough
+    )
 
 
 def _design_for(
     scenario: Scenario,
     robot: RobotModel,
+    course: Course,
     map_error: float,
     *,
     source: str,
@@ -229,7 +241,6 @@ def _design_for(
 ) -> Designed:
     """See `_design`, for risers that may be off by `map_error` [m]."""
     shape = link_outline_of(robot)
-    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course, scenario.gait.deep_tread)
     best: Designed | None = None
     refused: PlanningError | None = None
@@ -242,7 +253,10 @@ def _design_for(
                 nearest_gait = design
             if design.feasible:
                 filled = fill_in(scenario, robot, design, [s.run for s in flights])
-                plan = partial(plan_design, design=design, robot=robot, shape=shape, source=source)
+                plan = partial(
+                    plan_design, design=design, robot=robot, shape=shape, course=course,
+                    source=source,
+                )  # fmt: skip
                 yield Gait(design.score, filled, plan)
 
     leg = leg_length(robot)

@@ -1,14 +1,16 @@
 """The compiled objective of a candidate gait, pose by pose.
 
-Most parts are far from what they might touch. A bound that costs little tells so: what surely is
-no nearer than something else already was is not looked at, which changes no result.
+Each clearance function returns min(`least`, its own clearance), so pairs that cannot lower it are
+skipped: a cheap lower bound shows that most are far apart.
 """
 
-from math import acos, atan2, cos, pi, sin, sqrt
+from math import cos, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.common import GRAVITY, FloatArray, IntArray
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.gait_design.candidates import Cycle, Staircase
 from drake_quad.jit import copy_vector, jit
 from drake_quad.math.distance import (
     line_over_nosings,
@@ -17,7 +19,58 @@ from drake_quad.math.distance import (
     point_to_box,
     point_to_stairs,
 )
+from drake_quad.robot.kinematics import LegConstants, leg_row, solve_leg
 from drake_quad.robot.model import CLEARANCE_WEIGHTS, SHANK_POINTS
+
+
+class RobotTables(NamedTuple):
+    """A robot as the search sees it.
+
+    Attributes:
+        foot_radius: Radius of the foot spheres [m].
+        legs: Leg lengths (4, 8), see `robot.kinematics.leg_array`.
+        limits: Least angles, greatest angles [rad] and torque limits [Nm] of the joints (3, 12).
+        masses: Masses of the trunk, then of the links leg by leg (13,) [kg].
+        coms: Centres of mass of these, in B and in the links' frames (13, 3) [m].
+        trunk: Least and greatest x, y, z in B of the trunk, then of each of its parts (1 + K, 2, 3)
+            [m].
+        shanks: At the points of each shank, from the knee on: how far ahead of the line from knee
+            to foot its middle is, and its radius (2, 4, SHANK) [m].
+        widest: Greatest sway to either side [m].
+    """
+
+    foot_radius: float
+    legs: FloatArray
+    limits: FloatArray
+    masses: FloatArray
+    coms: FloatArray
+    trunk: FloatArray
+    shanks: FloatArray
+    widest: float
+
+
+class Pose(NamedTuple):
+    """A body pose without yaw: origin in W [m], pitch [rad], and the pitch's sine and cosine."""
+
+    x: float
+    y: float
+    z: float
+    pitch: float
+    sine: float
+    cosine: float
+
+
+@jit
+def pose_of(b: FloatArray, sway: float) -> Pose:
+    """The pose of a body (5,) that sways to its left [m]."""
+    return Pose(b[0], b[1] + sway, b[2], b[3], sin(b[3]), cos(b[3]))
+
+
+@jit
+def shank_tilt(pose: Pose, q: FloatArray) -> float:
+    """How far a shank leans ahead [rad]."""
+    return pose.pitch + q[1] + q[2]
+
 
 SWAYS = 9  # that are tried, evenly from side to side
 LEAST_AREA = 1e-9
@@ -86,15 +139,15 @@ def static_foot_loads(
 
 @jit
 def torque_used(
-    leg: FloatArray, q: FloatArray, force: float, cp: float, sp: float, effort: FloatArray
+    leg: LegConstants, q: FloatArray, force: float, pose: Pose, effort: FloatArray
 ) -> float:
-    """The greatest share of its limit that a joint needs for a vertical force at the foot."""
+    """The greatest share of its limit that a joint needs for a vertical force at the foot [N]."""
     sa, ca = sin(q[0]), cos(q[0])
     both = q[1] + q[2]
-    xk, zk = -leg[5] * sin(both), -leg[5] * cos(both)
-    x, z = -leg[4] * sin(q[1]) + xk, -leg[4] * cos(q[1]) + zk
-    y_up = ca * leg[3] - sa * (z + leg[7])
-    fx, fz = sp * force, -cp * force  # what the foot pushes down with, in B
+    xk, zk = -leg.shank * sin(both), -leg.shank * cos(both)
+    x, z = -leg.thigh * sin(q[1]) + xk, -leg.thigh * cos(q[1]) + zk
+    y_up = ca * leg.offset - sa * (z + leg.raised)
+    fx, fz = pose.sine * force, -pose.cosine * force  # what the foot pushes down with, in B
     t0 = y_up * fz
     t1 = z * fx - ca * x * fz
     t2 = zk * fx - ca * xk * fz
@@ -105,58 +158,38 @@ SHANK, THIGH = len(SHANK_POINTS), 3  # points of a leg that are looked at
 
 
 @jit
-def to_body(
-    points: FloatArray, b: FloatArray, sway: float, cp: float, sp: float, into: FloatArray
-) -> None:
-    """Writes points of W (M, 3) in B, of a body that sways and does not turn."""
+def to_body(points: FloatArray, pose: Pose, into: FloatArray) -> None:
+    """Writes points of W (M, 3) in B."""
     for i in range(len(into)):
-        dx, dz = points[i, 0] - b[0], points[i, 2] - b[2]
-        into[i, 0], into[i, 2] = cp * dx - sp * dz, sp * dx + cp * dz
-        into[i, 1] = points[i, 1] - b[1] - sway
+        dx, dz = points[i, 0] - pose.x, points[i, 2] - pose.z
+        into[i, 0] = pose.cosine * dx - pose.sine * dz
+        into[i, 2] = pose.sine * dx + pose.cosine * dz
+        into[i, 1] = points[i, 1] - pose.y
 
 
 @jit
-def pitch_of_slope(leg: FloatArray, b: FloatArray, foot: FloatArray, q: FloatArray) -> float:
-    """How far a shank leans ahead [rad], the body not swaying; writes its leg's angles."""
-    joint_angles(leg, b, foot, 0.0, cos(b[3]), sin(b[3]), q)
-    return b[3] + q[1] + q[2]
-
-
-@jit
-def joint_angles(
-    leg: FloatArray, b: FloatArray, foot: FloatArray, sway: float, cp: float, sp: float,
-    q: FloatArray,
-) -> float:  # fmt: skip
+def joint_angles(leg: LegConstants, pose: Pose, foot: FloatArray, q: FloatArray) -> float:
     """Writes a leg's angles; returns by how much it is short of its reach's ends [m]."""
-    dx, dz = foot[0] - b[0], foot[2] - b[2]
-    x = cp * dx - sp * dz - leg[0]
-    y = foot[1] - b[1] - sway - leg[1]
-    z = sp * dx + cp * dz - leg[2]
-    d, l1, l2 = leg[3], leg[4], leg[5]
-    across = y * y + z * z - d * d
-    down = -sqrt(max(across, 1e-12))
-    a = atan2(z, y) - atan2(down, d)
-    q[0] = (a + pi) % (2.0 * pi) - pi
-    down -= leg[7]
+    dx, dz = foot[0] - pose.x, foot[2] - pose.z
+    x, z = pose.cosine * dx - pose.sine * dz, pose.sine * dx + pose.cosine * dz
+    y = foot[1] - pose.y
+    q[0], q[1], q[2] = solve_leg(leg, x, y, z)
+    x, y, z = x - leg.x, y - leg.y, z - leg.z
+    across = y * y + z * z - leg.offset * leg.offset
+    down = -sqrt(max(across, 1e-12)) - leg.raised
     distance = sqrt(x * x + down * down)
-    room = min(l1 + l2 - distance, distance - abs(l1 - l2))
-    reach = min(max(distance, abs(l1 - l2) + 1e-6), l1 + l2 - 1e-6)
-    bend = (reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
-    q[2] = leg[6] * acos(min(max(bend, -1.0), 1.0))
-    q[1] = atan2(-x, -down) - atan2(l2 * sin(q[2]), l1 + l2 * cos(q[2]))
+    room = min(leg.thigh + leg.shank - distance, distance - abs(leg.thigh - leg.shank))
     return room if across > 0.0 else min(room, -sqrt(-across))
 
 
 @jit
-def centre_of_mass(
-    b: FloatArray, q: FloatArray, legs: FloatArray, masses: FloatArray, coms: FloatArray,
-    cp: float, sp: float, com: FloatArray,
-) -> None:  # fmt: skip
+def centre_of_mass(pose: Pose, q: FloatArray, robot: RobotTables, com: FloatArray) -> None:
     """Writes the whole robot's centre of mass in W (3,) [m]."""
-    total, mx, my, mz = masses[0], masses[0] * coms[0, 0], masses[0] * coms[0, 1], 0.0
+    masses, coms = robot.masses, robot.coms
+    total, mx, my = masses[0], masses[0] * coms[0, 0], masses[0] * coms[0, 1]
     mz = masses[0] * coms[0, 2]
     for k in range(4):
-        leg = legs[k]
+        leg = leg_row(robot.legs, k)
         ca, sa = cos(q[k, 0]), sin(q[k, 0])
         for j in range(3):
             m, p = masses[1 + 3 * k + j], coms[1 + 3 * k + j]
@@ -165,35 +198,42 @@ def centre_of_mass(
             else:
                 angle = q[k, 1] + (q[k, 2] if j == 2 else 0.0)
                 c, s = cos(angle), sin(angle)
-                x, y, z = c * p[0] + s * p[2], leg[3] + p[1], -s * p[0] + c * p[2] + leg[7]
+                x, z = c * p[0] + s * p[2], -s * p[0] + c * p[2] + leg.raised
+                y = leg.offset + p[1]
                 if j == 2:
-                    x -= leg[4] * sin(q[k, 1])
-                    z -= leg[4] * cos(q[k, 1])
-            mx += m * (leg[0] + x)
-            my += m * (leg[1] + ca * y - sa * z)
-            mz += m * (leg[2] + sa * y + ca * z)
+                    x -= leg.thigh * sin(q[k, 1])
+                    z -= leg.thigh * cos(q[k, 1])
+            mx += m * (leg.x + x)
+            my += m * (leg.y + ca * y - sa * z)
+            mz += m * (leg.z + sa * y + ca * z)
             total += m
     mx, my, mz = mx / total, my / total, mz / total
-    com[0], com[1], com[2] = b[0] + cp * mx + sp * mz, b[1] + my, b[2] - sp * mx + cp * mz
+    com[0], com[1] = pose.x + pose.cosine * mx + pose.sine * mz, pose.y + my
+    com[2] = pose.z - pose.sine * mx + pose.cosine * mz
 
 
 @jit
 def place_points(
-    leg: FloatArray, q: FloatArray, b: FloatArray, sway: float, cp: float, sp: float,
-    foot: FloatArray, offsets: FloatArray, points: FloatArray,
-) -> None:  # fmt: skip
+    leg: LegConstants,
+    q: FloatArray,
+    pose: Pose,
+    foot: FloatArray,
+    offsets: FloatArray,
+    points: FloatArray,
+) -> None:
     """Writes points of the shank from the knee on, then of the thigh, in W (SHANK + THIGH, 3)."""
+    cp, sp = pose.cosine, pose.sine
     sa, ca = sin(q[0]), cos(q[0])
-    x, z = -leg[4] * sin(q[1]), -leg[4] * cos(q[1])
+    x, z = -leg.thigh * sin(q[1]), -leg.thigh * cos(q[1])
     knee, hip = np.empty(3), np.empty(3)
     for part in range(2):
-        px, pz = (x, z + leg[7]) if part == 0 else (0.0, leg[7])
-        bx = leg[0] + px
-        by = leg[1] + ca * leg[3] - sa * pz
-        bz = leg[2] + sa * leg[3] + ca * pz
+        px, pz = (x, z + leg.raised) if part == 0 else (0.0, leg.raised)
+        bx = leg.x + px
+        by = leg.y + ca * leg.offset - sa * pz
+        bz = leg.z + sa * leg.offset + ca * pz
         into = knee if part == 0 else hip
-        into[0], into[1] = b[0] + cp * bx + sp * bz, b[1] + sway + by
-        into[2] = b[2] - sp * bx + cp * bz
+        into[0], into[1] = pose.x + cp * bx + sp * bz, pose.y + by
+        into[2] = pose.z - sp * bx + cp * bz
     c, s = cos(q[1] + q[2]), sin(q[1] + q[2])
     ax, ay, az = cp * c - sp * ca * s, sa * s, -sp * c - cp * ca * s  # the shank's x in W
     for i in range(SHANK):
@@ -220,9 +260,9 @@ def pose_leg_clearance(
     Args:
         points: In W [m].
         radii: At the points (SHANK,) [m].
-        rise: Of the staircase [m].
-        run: Of the staircase [m].
-        least: What there is elsewhere [m], weighed by CLEARANCE_WEIGHTS as this is.
+        rise: Rise of the staircase [m].
+        run: Run of the staircase [m].
+        least: Clearance found elsewhere [m], weighted by CLEARANCE_WEIGHTS as this is.
     """
     before = 0.0
     for i in range(SHANK):
@@ -248,8 +288,8 @@ def pose_trunk_clearance(
     Args:
         points: In B [m].
         radii: At the points (SHANK,) [m].
-        boxes: The trunk's: one about all the others, then those (1 + K, 2, 3) [m].
-        least: What there is elsewhere [m].
+        boxes: The trunk's boxes: one about all the others, then these (1 + K, 2, 3) [m].
+        least: Clearance found elsewhere [m].
     """
     low, high, widest = np.empty(3), np.empty(3), 0.0
     for axis in range(3):
@@ -337,9 +377,9 @@ COLUMNS = 7
 
 @jit
 def objective_of_slacks(row: FloatArray, wanted: FloatArray) -> float:
-    """What slacks (COLUMNS,) lack of the room wanted: less is better, and it only grows with more.
+    """Objective of slacks (COLUMNS,): less is better, and it only grows as slacks get smaller.
 
-    Mostly the least share of the room wanted that there is, a little their mean.
+    It is mostly the least ratio of a slack to its target, and a little their mean.
     """
     least, mean = np.inf, 0.0
     for i in range(COLUMNS):
@@ -360,96 +400,82 @@ def objectives_of_slacks(rows: FloatArray, wanted: FloatArray) -> FloatArray:
 
 @jit
 def slacks(
-    body: FloatArray,
-    feet: FloatArray,
-    swing: FloatArray,
-    landed: IntArray,
-    rise: float,
-    run: float,
-    foot_radius: float,
-    legs: FloatArray,
-    limits: FloatArray,
-    masses: FloatArray,
-    coms: FloatArray,
-    trunk: FloatArray,
-    shanks: FloatArray,
-    widest: float,
+    cycle: Cycle,
+    stairs: Staircase,
+    robot: RobotTables,
     wanted: FloatArray,
     found: FloatArray,
     enough: FloatArray,
 ) -> None:
-    """The least room of each candidate over its moments, (C, COLUMNS), into `found`.
+    """The least slacks of each candidate over its moments, (C, COLUMNS), into `found`.
 
     Args:
-        body: (C, N, 5) x, y, z, pitch, yaw (0) of B.
-        feet: (C, N, 4, 3) [m].
-        swing: (N,) row of the leg in the air.
-        landed: (N, 4) at which moment each foot was set down, from where it rolls.
-        rise: Of the staircase [m].
-        run: Of the staircase [m].
-        foot_radius: [m].
-        legs: (4, 8), see `robot.kinematics.leg_array`.
-        limits: (3, 12) least and greatest angles [rad], torques [Nm].
-        masses: (13,) of the trunk, then of the links leg by leg [kg].
-        coms: (13, 3) their centres, in B and in the links' frames [m].
-        trunk: Least and greatest x, y, z of the trunk in B, then of each of its parts (1 + K, 2, 3)
-            [m].
-        shanks: (2, 4, SHANK) how far ahead of the line from knee to foot a shank's middle is at its
-            points, from the knee on, and its radius there [m].
-        widest: Sway to either side [m].
-        wanted: (COLUMNS,) the room that is enough; no sway is added for more margin.
+        cycle: Bodies and feet of the candidates.
+        stairs: The staircase.
+        robot: The robot.
+        wanted: Slacks that are enough (COLUMNS,); no sway is added for more margin.
         found: Result; what it holds already (of other stairs) counts.
-        enough: (C,) what a candidate may lack to be of interest (see `objective_of_slacks`). Where
+        enough: What a candidate may lack to be of interest (C,), see `objective_of_slacks`. Where
             one lacks more, no further moments are looked at.
     """
+    body, feet, landed, radii = cycle.body, cycle.feet, cycle.landed, robot.shanks[1]
     q, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
     in_body, under = np.empty((SHANK, 3)), np.zeros((UNDER, 3))
     f, tilts = np.empty((4, 3)), np.empty((body.shape[1], 4))
     forces, com = np.zeros(4), np.empty(3)
-    weight, whole = masses.sum() * GRAVITY, trunk[0]
+    weight, whole, limits = robot.masses.sum() * GRAVITY, robot.trunk[0], robot.limits
     for c in range(body.shape[0]):
         row = found[c]
         for n in range(body.shape[1]):
             for k in range(4):
                 if landed[n, k] == n:
-                    tilts[n, k] = pitch_of_slope(legs[k], body[c, n], feet[c, n, k], q[k])
+                    still = pose_of(body[c, n], 0.0)
+                    joint_angles(leg_row(robot.legs, k), still, feet[c, n, k], q[k])
+                    tilts[n, k] = shank_tilt(still, q[k])
         for moment in range(body.shape[1]):
             n = moment * STRIDE % body.shape[1]
-            b, air = body[c, n], int(swing[n])
-            cp, sp = cos(b[3]), sin(b[3])
+            still, air = pose_of(body[c, n], 0.0), int(cycle.swing[n])
             for k in range(4):
                 # A foot is a ball, which its shank rolls on.
-                leant = pitch_of_slope(legs[k], b, feet[c, n, k], q[k])
+                joint_angles(leg_row(robot.legs, k), still, feet[c, n, k], q[k])
                 copy_vector(f[k], feet[c, n, k])
                 if k != air:
-                    f[k, 0] += foot_radius * (leant - tilts[landed[n, k], k])
-            centre_of_mass(b, q, legs, masses, coms, cp, sp, com)
-            sway, margin = best_sway(com, f, air, widest, wanted[MARGIN])
+                    f[k, 0] += robot.foot_radius * (
+                        shank_tilt(still, q[k]) - tilts[landed[n, k], k]
+                    )
+            centre_of_mass(still, q, robot, com)
+            sway, margin = best_sway(com, f, air, robot.widest, wanted[MARGIN])
             row[MARGIN] = min(row[MARGIN], margin)
             static_foot_loads(com[0], com[1] + sway, f, air, weight, forces)
+            pose = pose_of(body[c, n], sway)
             for k in range(4):
-                reach = joint_angles(legs[k], b, f[k], sway, cp, sp, q[k])
-                row[REACH] = min(row[REACH], reach)
+                leg = leg_row(robot.legs, k)
+                row[REACH] = min(row[REACH], joint_angles(leg, pose, f[k], q[k]))
                 for j in range(3):
                     i = 3 * k + j
                     room = min(q[k, j] - limits[0, i], limits[1, i] - q[k, j])
                     row[JOINTS] = min(row[JOINTS], room)
-                used = torque_used(legs[k], q[k], forces[k], cp, sp, limits[2, 3 * k : 3 * k + 3])
+                used = torque_used(leg, q[k], forces[k], pose, limits[2, 3 * k : 3 * k + 3])
                 row[TORQUE] = min(row[TORQUE], 1.0 - used)
             if objective_of_slacks(row, wanted) > enough[c]:
                 break  # before what takes longest
             for k in range(4):
-                place_points(legs[k], q[k], b, sway, cp, sp, f[k], shanks[0, k], points[k])
-                row[LEGS] = pose_leg_clearance(points[k], shanks[1, k], rise, run, row[LEGS])
-                to_body(points[k], b, sway, cp, sp, in_body)
-                row[APART] = pose_trunk_clearance(in_body, shanks[1, k], trunk, row[APART])
+                place_points(
+                    leg_row(robot.legs, k), q[k], pose, f[k], robot.shanks[0, k], points[k]
+                )
+                row[LEGS] = pose_leg_clearance(
+                    points[k], radii[k], stairs.rise, stairs.run, row[LEGS]
+                )
+                to_body(points[k], pose, in_body)
+                row[APART] = pose_trunk_clearance(in_body, radii[k], robot.trunk, row[APART])
             for k in range(2):
                 row[APART] = clearance_between_legs(
-                    points[k], points[2 + k], shanks[1, k], shanks[1, 2 + k], row[APART]
+                    points[k], points[2 + k], radii[k], radii[2 + k], row[APART]
                 )
             for i in range(UNDER):
                 x, low = whole[0, 0] + i / (UNDER - 1.0) * (whole[1, 0] - whole[0, 0]), whole[0, 2]
-                under[i, 0], under[i, 2] = b[0] + cp * x + sp * low, b[2] - sp * x + cp * low
-            row[TRUNK] = clearance_under_line(under, rise, run, row[TRUNK])
+                under[i, 0] = pose.x + pose.cosine * x + pose.sine * low
+                under[i, 2] = pose.z - pose.sine * x + pose.cosine * low
+            row[TRUNK] = clearance_under_line(under, stairs.rise, stairs.run, row[TRUNK])
             if objective_of_slacks(row, wanted) > enough[c]:
                 break

@@ -1,4 +1,4 @@
-"""What room candidate gaits leave on a staircase: reach, joints, torques, margin, clearances."""
+"""Slacks of candidate gaits on a staircase: reach, joints, torques, margin, clearances."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
-from drake_quad.gait_design.kernels import objectives_of_slacks, slacks
+from drake_quad.gait_design.kernels import RobotTables, objectives_of_slacks, slacks
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length
 from drake_quad.stability.safety import planned_margin
@@ -14,22 +14,22 @@ from drake_quad.stability.safety import planned_margin
 WIDEST_SWAY = 0.25  # of a stretched leg
 LEANING = 0.7  # sin 45°
 
-# What a gait is to leave, beyond nothing: with that much room a slack counts as full.
 NAMES = ("reach", "joints", "torque", "margin", "legs", "apart", "trunk")
 
 
 @dataclass(frozen=True)
 class Targets:
-    """How much room is enough, in the order of NAMES.
+    """Slacks that are enough, in the order of NAMES.
 
     Attributes:
-        reach: Of a leg's length that is left at its most stretched, or most folded [m].
-        joints: From any joint to its limits [rad].
-        torque: Of a joint's limit that is left, 0 to 1.
-        margin: Static, of the whole robot's centre of mass [m].
-        legs: Between knees and shanks and the stairs [m].
-        apart: Between the front and the rear leg of a side, and between shanks and trunk [m].
-        trunk: Between the trunk and the stairs [m].
+        reach: Length left of a leg at its most stretched, or most folded [m].
+        joints: Distance of any joint from its limits [rad].
+        torque: Share of a joint's torque limit that is left, 0 to 1.
+        margin: Static margin of the whole robot's centre of mass [m].
+        legs: Clearance between knees and shanks and the stairs [m].
+        apart: Clearance between the front and the rear leg of a side, and between shanks and trunk
+            [m].
+        trunk: Clearance between the trunk and the stairs [m].
     """
 
     reach: float
@@ -46,8 +46,8 @@ def targets_for(robot: RobotModel, map_error: float = 0.0) -> Targets:
 
     Args:
         robot: The robot.
-        map_error: By how much the map's risers may be off [m]: nosings come so much nearer along
-            the way, and to a shank that leans by 45° by LEANING of it.
+        map_error: Position error of the map's risers [m]: nosings come so much nearer along the
+            way, and LEANING of it nearer to a shank that leans by 45°.
     """
     leg = leg_length(robot)
     return Targets(
@@ -68,21 +68,20 @@ def evaluate_candidates(
     enough: FloatArray | None = None,
     wanted: FloatArray | None = None,
 ) -> FloatArray:
-    """The least room that every candidate of a grid leaves on a staircase, (C, 7) by NAMES.
+    """Least slacks (C, 7) of every candidate of a grid on a staircase, by NAMES, as in Targets.
 
-    Of everything but a torque it is a length or an angle as Targets has it; of torques, the share
-    of the limit that is left. Negative where it is not to be had.
+    They are negative where a limit is exceeded.
 
     Args:
         robot: The robot.
         shape: How thick its parts are.
         grid: The candidates.
         stairs: The staircase, up or down, or level ground.
-        clearance: Of swing feet [m].
-        stance_length: On level ground, see `make_cycle`.
-        found: (C, 7) the room on other stairs, which counts too.
-        enough: (C,) what candidates may lack (see `objective`): the room of one that lacks more
-            is not looked at to the end, and lacks more than that.
+        clearance: Clearance of swing feet [m].
+        stance_length: Stance length on level ground, see `make_cycle` [m].
+        found: (C, 7) slacks on other stairs, which count too.
+        enough: (C,) objective beyond which a candidate is of no interest: it is not evaluated to
+            the end, and its slacks are upper bounds.
         wanted: (7,) by NAMES; `wanted_with_tolerance` of the robot unless given.
     """
     cycle = make_cycle(
@@ -91,34 +90,31 @@ def evaluate_candidates(
     )  # fmt: skip
     wanted = wanted_with_tolerance(robot) if wanted is None else wanted
     room = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
-    slacks(
-        cycle.body,
-        cycle.feet,
-        cycle.swing,
-        cycle.landed,
-        stairs.rise,
-        stairs.run,
-        robot.foot_radius,
-        leg_array(robot.geometry),
-        np.stack([robot.q_lower, robot.q_upper, robot.effort]),
-        np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
-        np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
-        np.stack([[shape.trunk_lower, shape.trunk_upper], *shape.trunk_parts]),
-        np.stack([shape.shank_offsets, shape.shank_radii]),
-        WIDEST_SWAY * leg_length(robot),
-        wanted,
-        room,
-        np.full(len(grid), np.inf) if enough is None else enough,
-    )
+    enough = np.full(len(grid), np.inf) if enough is None else enough
+    slacks(cycle, stairs, robot_tables(robot, shape), wanted, room, enough)
     return room
 
 
+def robot_tables(robot: RobotModel, shape: LinkOutline) -> RobotTables:
+    """A robot and its outline as the kernels take them."""
+    return RobotTables(
+        foot_radius=robot.foot_radius,
+        legs=leg_array(robot.geometry),
+        limits=np.stack([robot.q_lower, robot.q_upper, robot.effort]),
+        masses=np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
+        coms=np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
+        trunk=np.stack([[shape.trunk_lower, shape.trunk_upper], *shape.trunk_parts]),
+        shanks=np.stack([shape.shank_offsets, shape.shank_radii]),
+        widest=WIDEST_SWAY * leg_length(robot),
+    )
+
+
 def wanted_with_tolerance(robot: RobotModel, map_error: float = 0.0) -> FloatArray:
-    """The room that is enough, (7,) by NAMES; see `targets_for`."""
+    """The slacks that are enough, (7,) by NAMES; see `targets_for`."""
     wanted = targets_for(robot, map_error)
     return np.array([getattr(wanted, name) for name in NAMES])
 
 
 def objective(room: FloatArray, wanted: FloatArray) -> FloatArray:
-    """What room (C, 7) lacks of the room wanted (7,): (C,), less is better, -1 if nothing does."""
+    """Objectives (C,) of slacks (C, 7) against their targets (7,): less is better, -1 is best."""
     return objectives_of_slacks(room, wanted)

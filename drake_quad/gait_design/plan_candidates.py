@@ -27,8 +27,9 @@ from drake_quad.planning.mission import (
 )
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.model import LinkOutline, RobotModel
-from drake_quad.scenario.build import course_of, mission_of, plan_settings
+from drake_quad.scenario.build import mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
+from drake_quad.terrain.course import Course
 
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
@@ -45,14 +46,14 @@ class Designed:
     """A scenario with its gait filled in.
 
     Attributes:
-        scenario: In full.
-        design: The gait and the room that it leaves on endless stairs.
-        plan: Of the whole mission on paper.
-        margin: Its least margin [m].
-        room: Its least room between robot and course.
-        torque: Of joints' limits, the least share that standing still in it leaves; negative where
-            it takes more than there is, shared among the feet as controllers share it. They share
-            it otherwise where they must: what no sharing allows `check_torques` refuses.
+        scenario: The scenario in full.
+        design: The gait and its slacks on endless stairs.
+        plan: The plan of the whole mission on paper.
+        margin: The plan's least margin [m].
+        room: The plan's least clearance between robot and course.
+        torque: Smallest remaining fraction of any joint's torque limit when standing still;
+            negative if the controllers' default load sharing exceeds a limit. They may share the
+            load otherwise: what no sharing allows `check_torques` refuses.
     """
 
     scenario: Scenario
@@ -79,6 +80,7 @@ def plan_design(
     design: Design,
     robot: RobotModel,
     shape: LinkOutline,
+    course: Course,
     source: str,
     beat: Designed | None,
 ) -> Designed | None:
@@ -88,14 +90,14 @@ def plan_design(
         scenario: With the design's fields filled in.
         design: The gait, and the room that is wanted of it.
         robot: The scenario's.
-        shape: Its outline.
+        shape: The robot's outline.
+        course: The scenario's course.
         source: What an error names.
         beat: The other, if there is one.
 
     Raises:
         PlanningError: If there is no plan, or one that touches the stairs with more than feet.
     """
-    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     settings = plan_settings(scenario)
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
@@ -112,7 +114,7 @@ def plan_design(
                 f"{here.time:.1f} s of '{here.task}'",
                 room=here.distance,
             )
-        room = min(room, here, key=lambda r: r.worth)
+        room = min(room, here, key=lambda r: r.weighted)
         if plan.margin == plan.margin:  # standing still has none
             _refuse_waiting(scenario, task.name, plan.margin)
             margin = min(margin, plan.margin)
@@ -153,7 +155,7 @@ def _quality(
     return min(
         1.0,
         margin / (GOOD_MARGIN * scenario.body.margin_desired),
-        room.worth / (GOOD_ROOM * wanted["legs"]),
+        room.weighted / (GOOD_ROOM * wanted["legs"]),
         torque / (GOOD_TORQUE * wanted["torque"]),
     )
 

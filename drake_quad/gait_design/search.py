@@ -37,13 +37,13 @@ HOPELESS, AFTER = 0.6, 0.4
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """A way of differential evolution (Storn and Price 1997).
+    """Settings of differential evolution (Storn and Price 1997).
 
     Attributes:
-        seed: A design is the same each time.
-        strategy: As scipy names it.
-        recombination: How likely a parameter is another.
-        members: Of the population.
+        seed: Seed of the generator: a design is the same each time.
+        strategy: The strategy's name in scipy.
+        recombination: Probability that a parameter is taken from the mutant.
+        members: Number of members of the population.
     """
 
     seed: int
@@ -60,7 +60,7 @@ SEARCH_SETTINGS = (QUICK, AGAIN, THOROUGH)  # in turn, until one leads to a good
 
 
 def swing_clearance(robot: RobotModel) -> float:
-    """By which swing feet are to clear what they pass [m]."""
+    """Clearance of swing feet from what they pass [m]."""
     return CLEARANCE * min(leg_length(robot), 1.0)
 
 
@@ -216,7 +216,7 @@ def choose_gaits(
         shape: How thick it is.
         flights: As they are walked, going down with negative rises; none for level ground alone.
         way: How to search. If not the quick way, treads of two places are looked at in any case.
-        map_error: By how much the stairs' risers may be off [m], see `targets_for`.
+        map_error: Position error of the stairs' risers [m], see `targets_for`.
     """
     runs = [stairs.run for stairs in flights]
     one, two = PLACES
@@ -318,8 +318,8 @@ def highest_rise(
     Args:
         robot: The robot.
         shape: How thick it is.
-        run: Of the treads [m].
-        below: That rise is sought below this one [m].
+        run: Depth of the treads [m].
+        below: Rise below which one is sought [m].
         going: How the flights are walked, 1 for up and -1 for down.
 
     Returns:

@@ -10,7 +10,7 @@ torque limits a region is that of one posture: it is taken along the path found 
 along the next.
 
 The body's program knows the legs as boxes about the feet. Where that lets a leg stretch or fold
-too far, a joint come to its limit, or a shank too near to the stairs, the room that is left is
+too far, a joint come to its limit, or a shank too near to the stairs, the distance that is left is
 linear enough in how the body shifts, rises and pitches that a path solved once more, within these
 sides, leaves it (sequential linearisation).
 """
@@ -20,15 +20,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from drake_quad.common import GRAVITY, BoolArray, FloatArray, IntArray
+from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.errors import PlanningError
-from drake_quad.math.curves import BodySpline
-from drake_quad.math.rotations import rotations
-from drake_quad.planning.clearance import WORTH, shank_clearance, trunk_clearance
+from drake_quad.planning.clearance import WEIGHTS, shank_clearance, trunk_clearance
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.motion_plan import feet_in_body, pose_robot
 from drake_quad.planning.stance_margin import Footing, Stances
-from drake_quad.planning.zmp import ZmpSamples
 from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import LEVEL
@@ -47,8 +44,8 @@ class Sides:
         sample: Index of the sampled time.
         normal: Inward unit normal, (k, 2).
         offset: Inward distance of the side from W's origin [m].
-        weight: Of the margin asked for, in [0, 1].
-        phase: Index of the contact phase whose feet it is of.
+        weight: Share of the desired margin that has to hold there, in [0, 1].
+        phase: Index of the contact phase whose feet the side joins.
     """
 
     sample: IntArray
@@ -137,8 +134,8 @@ def region_sides(
     measures the path's margin finds out.
 
     Args:
-        sides: Of the hulls.
-        footing: Of which regions are made.
+        sides: The hulls' sides.
+        footing: Ground and drives, of which regions are made.
         contacts: Who stands where, when.
         times: Sampled times (N,) [s].
         body: Poses along the path found so far, (N, 5).
@@ -216,11 +213,12 @@ def _apart(corners: FloatArray) -> FloatArray:
     return np.array(kept).reshape(-1, 2)
 
 
-SAFE = 0.015  # of a leg's length: room that the sides keep, for what is between the samples
-NEAR = 0.12  # of a leg's length: limits that are farther away are let be
-SHANK_NEAR = 0.03  # the same of shanks' room
-TRUNK_SHARE = 0.5  # of the room between shanks and stairs, that there is to be to the trunk
-SHANK_SAFE = 0.002  # the same of the room between shanks and stairs
+# Shares of a leg's length, but for TRUNK_SHARE.
+SAFE = 0.015  # distance that the sides keep from limits, for what is between the samples
+NEAR = 0.12  # distance from which on a limit has no side
+SHANK_NEAR = 0.03  # distance from which on a shank's clearance has no side
+TRUNK_SHARE = 0.5  # shanks' clearance from the trunk, as a share of that from the stairs
+SHANK_SAFE = 0.002  # distance that the sides keep from the clearance between shanks and stairs
 LIMITS = 6  # of a leg: see `reach_left`
 STEP = 1e-5  # [m] of the differences
 WEIGHT = 0.5  # of a leg's length, that a radian counts as
@@ -234,9 +232,9 @@ class LegLimits:
         sample: Index of the sampled time (K,).
         normal: (K, 4); not of unit length.
         offset: (K,) [m].
-        shank: Whether the side is for a shank's room; else it is for a leg's limits (K,).
-        short: By how much the path that they are of falls short of all room, legs' limits first:
-            the sum of the worst of either kind, that of the legs counting tenfold [m].
+        shank: Whether the side is for a shank's clearance; else it is for a leg's limits (K,).
+        short: Violation of the limits by the path that the sides were made for: the sum of the
+            worst of either kind, that of the legs' limits counting tenfold [m].
     """
 
     sample: IntArray
@@ -252,18 +250,18 @@ class Shanks:
 
     Attributes:
         lane: The ground; None: it is level, and only the trunk can be in their way.
-        room: Clearance from the ground, weighted by CLEARANCE_WEIGHTS; half of that from the trunk
-            [m].
+        clearance: Clearance from the ground [m], weighted by CLEARANCE_WEIGHTS; the clearance from
+            the trunk is to be TRUNK_SHARE of it.
     """
 
     lane: Lane | None
-    room: float
+    clearance: float
 
 
 def reach_left(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatArray:
-    """Room of every leg to each of its limits, negative beyond it, (N, 4, 6) [m].
+    """Distance of every leg from each of its limits, negative beyond it, (N, 4, 6) [m].
 
-    To its most stretched and most folded; to the ends of abduction and of hip pitch, a radian
+    From its most stretched and most folded; from the ends of abduction and of hip pitch, a radian
     counting as WEIGHT of a leg.
 
     Args:
@@ -272,7 +270,7 @@ def reach_left(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatAr
         feet: (N, 4, 3) in W [m].
     """
     g = robot.geometry
-    p_BF = np.einsum("nji,nlj->nli", rotations(body), feet - body[:, None, :3])
+    p_BF = feet_in_body(body, feet)
     q, _ = solve_legs(g, p_BF)
     v = p_BF - g.p_BH
     plane = v[..., 1] ** 2 + v[..., 2] ** 2 - g.offset**2
@@ -294,7 +292,7 @@ def reach_left(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatAr
 
 
 def tilt_arm(robot: RobotModel) -> float:
-    """By which a tilt [rad] is a length, as all else in the body's program is [m]."""
+    """The length that turns a tilt [rad] into [m], the unit of all else in the body's program."""
     return float(np.mean(robot.geometry.reach))
 
 
@@ -314,31 +312,31 @@ def find_limits(
         feet: (N, 4, 3) in W [m].
         rise: (N, 2) how much the body rises by a shift along x and y of W.
         path: (N, 4) x, y, lift and tilt [m] of the path at the times that the sides will be of.
-        shanks: The room that shanks are to have; None: they are let be.
+        shanks: The clearance that shanks are to have; None: they are not looked at.
     """
 
-    def room_at(poses: FloatArray, feet: FloatArray) -> FloatArray:
-        """Room beyond what is to be kept (N, 4, 6), or with the shanks' (N, 4, 21 or 36) [m]."""
-        room = [reach_left(robot, poses, feet)]
+    def distances(poses: FloatArray, feet: FloatArray) -> FloatArray:
+        """Distance beyond what is to be kept (N, 4, 6), with shanks (N, 4, 21 or 36) [m]."""
+        parts = [reach_left(robot, poses, feet)]
         if shanks is None:
-            return room[0]
+            return parts[0]
         q, _, _ = pose_robot(robot, poses, feet)
         if shanks.lane is not None:
             clear = shank_clearance(robot, shanks.lane, poses, feet, q)
-            room.append(clear * WORTH - shanks.room)
-        p_BF = np.einsum("nji,nlj->nli", rotations(poses), feet - poses[:, None, :3])
-        keep = TRUNK_SHARE * shanks.room
+            parts.append(clear * WEIGHTS - shanks.clearance)
+        p_BF = feet_in_body(poses, feet)
+        keep = TRUNK_SHARE * shanks.clearance
         far = keep + SHANK_NEAR * float(reach.max()) + STEP  # what is farther off is let be
-        room.append(trunk_clearance(robot, p_BF, q, enough=far) - keep)
-        return np.concatenate(room, axis=-1)
+        parts.append(trunk_clearance(robot, p_BF, q, cutoff=far) - keep)
+        return np.concatenate(parts, axis=-1)
 
     reach = robot.geometry.reach
-    room = room_at(body, feet)
-    if room.min() >= 0.0:
+    distance = distances(body, feet)
+    if distance.min() >= 0.0:
         return None
-    near = np.full(room.shape[2], SHANK_NEAR)
+    near = np.full(distance.shape[2], SHANK_NEAR)
     near[:LIMITS] = NEAR
-    k, leg, which = np.nonzero(room < reach[:, None] * near)
+    k, leg, which = np.nonzero(distance < reach[:, None] * near)
     rows, at = np.unique(k, return_inverse=True)
     gradient = np.empty((len(k), 4))
     for axis in range(4):
@@ -350,83 +348,11 @@ def find_limits(
             moved[:, 2] += STEP
         else:
             moved[:, 3] += STEP / tilt_arm(robot)
-        there = room_at(moved, feet[rows])[at, leg, which]
-        gradient[:, axis] = (there - room[k, leg, which]) / STEP
+        there = distances(moved, feet[rows])[at, leg, which]
+        gradient[:, axis] = (there - distance[k, leg, which]) / STEP
     here = np.einsum("ij,ij->i", gradient, path[k])
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
-    worst = np.minimum(room.min(axis=(0, 1)), 0.0)
+    worst = np.minimum(distance.min(axis=(0, 1)), 0.0)
     short = -10.0 * float(worst[:LIMITS].min()) - float(np.min(worst[LIMITS:], initial=0.0))
-    return LegLimits(k, gradient, keep - room[k, leg, which] + here, shank, short)
-
-
-@dataclass(frozen=True, eq=False)
-class Share:
-    """What the body's program is given for the legs, at its sampled times (N,).
-
-    Attributes:
-        offset: The centre of mass less gain times the body's centre, (N, 2) [m].
-        acceleration: Its second derivative, (N, 2) [m/s^2].
-        height: Of the centre of mass above the feet, (N,) [m].
-    """
-
-    offset: FloatArray
-    acceleration: FloatArray
-    height: FloatArray
-
-
-def com_share(
-    robot: RobotModel,
-    contacts: ContactPlan,
-    spline: BodySpline,
-    times: FloatArray,
-    gain: FloatArray,
-) -> Share:
-    """The share in the centre of mass, at `times` (N,) along a path found so far."""
-    even = np.linspace(0.0, contacts.duration, max(int(contacts.duration / 0.05), 8) + 1)
-    body = spline.samples(even)[:, 0]
-    feet, standing = contacts.feet_at(even)
-    _, _, com = pose_robot(robot, body, feet)
-    offset = com[:, :2] - gain * body[:, :2]
-    step = even[1] - even[0]
-    acceleration = np.gradient(np.gradient(offset, step, axis=0), step, axis=0)
-    ground = np.sum(feet[..., 2] * standing, axis=1) / standing.sum(axis=1)
-    height = com[:, 2] - ground
-    columns = np.column_stack([offset, acceleration, height])
-    found = np.stack([np.interp(times, even, c) for c in columns.T], axis=-1)
-    return Share(found[:, :2], found[:, 2:4], found[:, 4])
-
-
-def zmp_share(
-    found: ZmpSamples, times: FloatArray, response: tuple[FloatArray, FloatArray]
-) -> Share:
-    """The share with which the program's zero-moment point is the one found along a path.
-
-    The program's is gain (p - height/g p̈) + offset - height/g acceleration, with p the body's
-    centre. What the lumped height leaves out, the legs' own heights and their vertical motion,
-    goes into the acceleration.
-
-    Args:
-        found: The point along the path found so far.
-        times: At which the program asks, (N,) [s].
-        response: Gain (2,) and heights (2,) [m] of `shift_response`.
-    """
-    gain, heights = response
-    height = float(heights.mean())
-    place, body_acceleration = found.body[:, 0, :2], found.body[:, 2, :2]
-    offset = found.com - gain * place
-    rest = found.zmp - gain * (place - height / GRAVITY * body_acceleration)
-    acceleration = (offset - rest) * (GRAVITY / height)
-    columns = np.column_stack([offset, acceleration])
-    at = np.stack([np.interp(times, found.times, c) for c in columns.T], axis=-1)
-    return Share(at[:, :2], at[:, 2:], np.full(len(times), height))
-
-
-def com_gain(robot: RobotModel, spline: BodySpline, contacts: ContactPlan) -> FloatArray:
-    """How much of a shift of the body in x and y the centre of mass makes, feet standing, (2,)."""
-    shift = 0.05
-    body = np.tile(spline.sample(0.0)[0], (3, 1))
-    body[1, 0] += shift
-    body[2, 1] += shift
-    _, _, com = pose_robot(robot, body, np.tile(contacts.feet, (3, 1, 1)))
-    return np.array([com[1, 0] - com[0, 0], com[2, 1] - com[0, 1]]) / shift
+    return LegLimits(k, gradient, keep - distance[k, leg, which] + here, shank, short)

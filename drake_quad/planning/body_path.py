@@ -14,12 +14,9 @@ from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spac
 from drake_quad.planning.body_constraints import (
     LegLimits,
     Shanks,
-    com_gain,
-    com_share,
     find_limits,
     region_sides,
     tilt_arm,
-    zmp_share,
 )
 from drake_quad.planning.body_qp import (
     BROKEN,
@@ -40,9 +37,16 @@ from drake_quad.planning.contact_plan import (
     swing_times,
 )
 from drake_quad.planning.motion_plan import pose_robot
-from drake_quad.planning.problem import PlanSettings
+from drake_quad.planning.problem import KNOT, PlanSettings
 from drake_quad.planning.stance_margin import Footing
-from drake_quad.planning.zmp import sample_zmp, shift_response
+from drake_quad.planning.zmp import (
+    ZMP_PERIOD,
+    com_gain,
+    com_share,
+    sample_zmp,
+    shift_response,
+    zmp_share,
+)
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.margins import FALLEN_TILT
 from drake_quad.stability.support_polygon import stability_margins
@@ -50,16 +54,14 @@ from drake_quad.stability.support_polygon import stability_margins
 # Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
 CALMEST_SWING = 1.2  # [s]
 LEAST_TEMPO = 0.2  # one very short swing is not to make a long plan's program large
-KNOT = 0.2  # [s]
 ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
 ROLLS = 3  # times at most that they are followed again
-ZMP_PERIOD = 0.05  # [s] of the differences that accelerations are taken from
 UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
 GUARD = 0.15  # [s] for which three feet have to do already on either side of a swing
 DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
-# Of a body whose legs are at their limits, of a leg and [rad]. It does not sink as far as it rises:
-# nobody looks here how near the trunk comes to the stairs.
+# Bounds of the body's lift, in leg lengths, and tilt [rad] where legs are at their limits. It does
+# not sink as far as it rises, for the trunk's clearance is not looked at here.
 MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
 STEEPEST = FALLEN_TILT - 0.10  # [rad] in all, with what the legs ask for at their limits
 PER_SWING = 12  # moments of every swing at which legs' limits are looked at, besides
@@ -67,7 +69,7 @@ LEAST_TILT = 0.02  # [rad] that is free all the same
 
 
 class BodyPathOptimizer:
-    """A path over a contact plan, and the program that makes it better.
+    """Iterative optimisation of a body path: the program linearised about the path so far.
 
     Attributes:
         contacts: The contact plan; its feet roll as they do along the path.
@@ -266,7 +268,8 @@ def plan_body(
         contacts: Who stands where, when.
         route: Where the body is to be if margins did not matter.
         settings: Gait and body parameters.
-        footing: What the margin is measured from; None: the hull of the feet.
+        footing: Ground and drives, for the region that the margin is measured in; None: the feet's
+            hull.
         rolled: How far the feet have rolled before (4, 2) [m]; None: not at all.
 
     Returns:
@@ -317,8 +320,8 @@ def roll_along(
     Args:
         robot: The robot.
         contacts: Who stands where, when; how its feet rolled along another path is a beginning.
-        path: Of the body.
-        times: At which it is followed, every lift-off and touchdown among them (N,) [s].
+        path: The body's path.
+        times: Times at which it is sampled, every lift-off and touchdown among them (N,) [s].
         begin: How far they have rolled before (4, 2) [m].
     """
     body = path.samples(times)[:, 0]

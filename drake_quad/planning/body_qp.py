@@ -60,13 +60,13 @@ class BodyProblem:
         reach: Half-sizes of the legs' boxes along and across the heading, (2,) [m].
         max_shift: How far the body may be from its nominal place: across its heading always,
             along it where the nominal place stands still [m].
-        max_ahead: The same along its heading where the nominal place moves [m].
-        margin_desired: No more static margin than this is asked for [m].
-        zmp_margin_desired: The same for the zero-moment point [m].
+        max_ahead: How far it may be from that along its heading where the place moves [m].
+        margin_desired: Static margin beyond which more is worth nothing [m].
+        zmp_margin_desired: Margin of the zero-moment point beyond which more is worth nothing [m].
         static: Whether the static margin is asked for at all.
         guard: For how long before lift-off and after touchdown three feet have to do already [s].
         knot: Knot spacing [s].
-        limits: Of the legs, where they are in the way.
+        limits: The legs' limits, where a path has come near them; else None.
         lift_range: Least and most lift, and least and most tilt [m].
     """
 
@@ -92,7 +92,7 @@ class BodyProblem:
 
     @property
     def axes(self) -> int:
-        """Of the path: x and y, or these and lift and tilt."""
+        """Number of the path's coordinates: x and y, or these and lift and tilt."""
         return 2 if self.limits is None else 4
 
 
@@ -103,7 +103,7 @@ class BodySolution:
     Attributes:
         control: The control points (n, axes) [m].
         margin: The static margin that the program believes in [m].
-        zmp_margin: The same for the zero-moment point [m].
+        zmp_margin: The margin of the zero-moment point that the program believes in [m].
         path: Value, velocity, acceleration at the sampled times, (N, 3, axes).
         scalars: The program's scalars, MARGIN to SHANKS (5,) [m].
     """
@@ -170,7 +170,7 @@ class Rows:
         return rows.tocsc(), self.lower[chosen]
 
     def with_axes(self, axes: int) -> "Rows":
-        """The same rows of a path with more axes, which they do not mind."""
+        """The same rows for a path with more axes, which have no coefficients in them."""
         if axes == self.normal.shape[1]:
             return self
         more = np.zeros((len(self.normal), axes - self.normal.shape[1]))
@@ -299,12 +299,12 @@ class BodyFrame:
 
     Attributes:
         basis: The spline at the sampled times.
-        sides: Of the support polygons.
+        sides: Sides of the support polygons.
         limits: Rows of reach and shift.
         P: The quadratic cost, (axes n + 5, axes n + 5).
         c: The linear cost, (axes n + 5,).
         A: Picks the control points at both ends, which are given, (6 axes, axes n + 5).
-        axes: Of the path, see BodyProblem.
+        axes: Number of the path's coordinates, see BodyProblem.
     """
 
     basis: Basis
@@ -354,7 +354,7 @@ def solve_body(
         problem: The program.
         frame: `make_frame` of this problem, or of one that differs in the legs' share and limits.
         start: A solution of such a problem, whose rows to begin with.
-        broken: By how much a row may be broken [m].
+        broken: Violation of a row that is tolerated [m].
 
     Raises:
         PlanningError: If the solver finds none (it always should: the margins may be negative).

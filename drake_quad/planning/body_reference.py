@@ -67,8 +67,8 @@ def body_pitch(share: ArrayLike, slope: ArrayLike) -> FloatArray:
     """Pitch of a body that tilts with a share of the ground's slope, and is never too steep [rad].
 
     Args:
-        share: Of the slope's angle.
-        slope: Rise over run along the heading.
+        share: Share of the slope's angle.
+        slope: Slope, rise over run along the heading.
     """
     pitch = -np.asarray(share) * np.arctan(slope)
     return np.asarray(np.clip(pitch, -MOST_PITCH, MOST_PITCH))

@@ -17,7 +17,7 @@ from drake_quad.math.distance import (
     points_to_boxes,
 )
 from drake_quad.math.rotations import rotations
-from drake_quad.planning.motion_plan import PlanSamples
+from drake_quad.planning.motion_plan import PlanSamples, feet_in_body
 from drake_quad.planning.problem import Task
 from drake_quad.robot.kinematics import calc_knees
 from drake_quad.robot.legs import LEGS
@@ -55,7 +55,7 @@ def _profile(
 
 FAR = 0.1  # [m] from which on a clearance need not be exact
 # Weights of the clearances that `shank_clearance` returns.
-WORTH = np.concatenate([CLEARANCE_WEIGHTS, CLEARANCE_WEIGHTS[1:]])
+WEIGHTS = np.concatenate([CLEARANCE_WEIGHTS, CLEARANCE_WEIGHTS[1:]])
 
 
 def shank_clearance(
@@ -82,7 +82,7 @@ def shank_clearance(
 
 
 def trunk_clearance(
-    robot: RobotModel, p_BF: FloatArray, q: FloatArray, *, enough: float = FAR
+    robot: RobotModel, p_BF: FloatArray, q: FloatArray, *, cutoff: float = FAR
 ) -> FloatArray:
     """Between knees and shanks and the trunk's boxes, negative inside (N, 4, 15) [m].
 
@@ -92,13 +92,13 @@ def trunk_clearance(
         robot: The robot.
         p_BF: (N, 4, 3) feet in B [m].
         q: (N, 4, 3) the joints' angles there [rad].
-        enough: What is farther off [m] is told to be no nearer than that.
+        cutoff: What is farther off [m] is told to be no nearer than that.
     """
     knees = calc_knees(robot.geometry, q)
     middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
     rows = np.ascontiguousarray(middles.reshape(-1, *middles.shape[-2:]))
     radii = robot.shank_radii
-    apart = points_to_boxes(rows, robot.trunk_boxes, enough + float(radii.max()))
+    apart = points_to_boxes(rows, robot.trunk_boxes, cutoff + float(radii.max()))
     thick = np.concatenate([radii, np.minimum(radii[:, :-1], radii[:, 1:])], axis=1)
     return np.asarray(apart.reshape(*middles.shape[:-2], -1) - thick)
 
@@ -175,11 +175,11 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
     return np.asarray((nearest - radii).min(axis=-1))
 
 
-ENOUGH = 0.02  # [m]: nobody asks how much more it is
+CUTOFF = 0.02  # [m]: nobody asks how much more it is
 
 
 def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
-    """Room between the legs of each of PAIRS (N, 6), at most ENOUGH, negative where they touch [m].
+    """Room between the legs of each of PAIRS (N, 6), at most CUTOFF, negative where they touch [m].
 
     Args:
         robot: The robot.
@@ -190,7 +190,7 @@ def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatAr
     middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
     hips = np.broadcast_to(robot.geometry.p_BH, knees.shape)[:, :, None]
     points = np.concatenate([hips, middles], axis=2)
-    return distance_between_legs(points, robot.shank_radii, ENOUGH)
+    return distance_between_legs(points, robot.shank_radii, CUTOFF)
 
 
 TRUNK_POINTS = 7
@@ -198,18 +198,17 @@ TRUNK_POINTS = 7
 
 @dataclass(frozen=True)
 class Clearance:
-    """The least room of a plan, and where it is.
+    """The least clearance of a plan, and where it is.
 
     Attributes:
-        worth: The distance as it is weighed against the room wanted: at a shank's end more than it
-            is, see WORTH [m].
+        weighted: The distance times its weight, see WEIGHTS [m].
         distance: Between a part of the robot and the course [m], negative inside it.
         part: Which, for people.
         task: The task's name.
         time: In the task [s].
     """
 
-    worth: float
+    weighted: float
     distance: float
     part: str
     task: str
@@ -223,7 +222,7 @@ def find_clearance(
     tasks: Sequence[Task],
     samples: Sequence[PlanSamples],
 ) -> Clearance:
-    """The least room over all samples of a mission's plans."""
+    """The least clearance over all samples of a mission's plans."""
     least = Clearance(np.inf, np.inf, "", "", 0.0)
     for task, s in zip(tasks, samples, strict=True):
         lane, body = course.lanes[task.lane], s.body[:, 0]
@@ -232,15 +231,15 @@ def find_clearance(
         under = np.column_stack([x, np.zeros(len(x)), np.full(len(x), shape.trunk_lower[2])])
         trunk = body[:, None, :3] + np.einsum("nij,kj->nki", R, under)
         legs = shank_clearance(robot, lane, body, s.feet, s.q)
-        parts = [(f"the knee or shank of {leg.short}", legs[:, leg.row], WORTH) for leg in LEGS]
+        parts = [(f"the knee or shank of {leg.short}", legs[:, leg.row], WEIGHTS) for leg in LEGS]
         below = np.concatenate([from_ground(lane, trunk), from_nosings(lane, trunk)], axis=-1)
         parts.append(("the trunk", below, np.ones(2 * TRUNK_POINTS - 1)))
         for part, away, weight in parts:
             k, point = np.unravel_index(np.argmin(away * weight), away.shape)
             here = float(away[k, point])
-            worth = float(here * weight[point])
-            if worth < least.worth:
-                least = Clearance(worth, here, part, task.name, float(s.times[k]))
+            weighted = float(here * weight[point])
+            if weighted < least.weighted:
+                least = Clearance(weighted, here, part, task.name, float(s.times[k]))
     return least
 
 
@@ -256,17 +255,17 @@ def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) ->
         PlanningError: With which, where and how far.
     """
     body = samples.body[:, 0]
-    p_BF = np.einsum("nji,nlj->nli", rotations(body), samples.feet - body[:, None, :3])
+    p_BF = feet_in_body(body, samples.feet)
     shanks = trunk_clearance(robot, p_BF, samples.q).min(axis=-1)
     first, second = (p_BF[:, rows] for rows in PAIRS.T)
     feet = np.linalg.norm(first - second, axis=-1) - 2.0 * robot.foot_radius - FEET_APART
     legs = leg_clearance(robot, p_BF, samples.q)
-    for room, names, words in (
+    for clearance, names, words in (
         (shanks, NAMES, "the shank of {} would be {:.3f} m inside the trunk"),
         (feet, PAIRED, "the feet {} would be {:.3f} m too near each other"),
         (legs, PAIRED, "the legs {} would be {:.3f} m inside each other"),
     ):
-        _refuse(room, names, words, samples, task)
+        _refuse(clearance, names, words, samples, task)
 
 
 def check_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
@@ -275,16 +274,16 @@ def check_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSam
     Raises:
         PlanningError: With which, where and how far.
     """
-    room = thigh_clearance(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
-    _refuse(room, NAMES, "the thigh of {} would be {:.3f} m inside the stairs", samples, task)
+    clearance = thigh_clearance(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
+    _refuse(clearance, NAMES, "the thigh of {} would be {:.3f} m inside the stairs", samples, task)
 
 
 def _refuse(
-    room: FloatArray, names: Sequence[str], words: str, samples: PlanSamples, task: Task
+    clearance: FloatArray, names: Sequence[str], words: str, samples: PlanSamples, task: Task
 ) -> None:
-    """Refuses a plan whose least room (N, K) at its N samples, of K that have names, is none."""
-    n, k = np.unravel_index(np.argmin(room), room.shape)
-    least = float(room[n, k])
+    """Refuses a plan if a clearance (N, K), at N samples between K named parts, is not positive."""
+    n, k = np.unravel_index(np.argmin(clearance), clearance.shape)
+    least = float(clearance[n, k])
     if least <= 0.0:
         what = words.format(names[int(k)], -least)
         raise PlanningError(f"{what} at {samples.times[n]:.1f} s of '{task.name}'", apart=least)

@@ -44,7 +44,7 @@ def distribute_wrench(
             least are above 0.
         least: The least normal force of a full foot [N].
         friction: The friction cone's coefficient.
-        normals: Of the ground under the four feet, about which their cones stand.
+        normals: Ground normals under the four feet, the axes of their friction cones.
 
     Returns:
         The forces on the four feet, in W [N].
@@ -149,7 +149,7 @@ SIDEWAYS = FRICTION / np.sqrt(2.0)  # along each axis: a pyramid within the cone
 NONE = 1e30  # DAQP's bound that is none
 EQUAL = 5  # its mark of an equation
 SOLVED = (1, 2)  # its exit flags
-# Of each foot's force, what slips one way: (16, 12) rows that are to be no more than 0.
+# Rows (16, 12) of the feet's forces that friction pyramids keep at 0 or below.
 PYRAMIDS = np.kron(
     np.eye(4), [[1, 0, -SIDEWAYS], [-1, 0, -SIDEWAYS], [0, 1, -SIDEWAYS], [0, -1, -SIDEWAYS]]
 )
@@ -164,7 +164,7 @@ def share_vertical_load(
     """Forces on the feet (N, 4, 3) in W that hold the robot still, as `IkController` shares them.
 
     Args:
-        weight: Of the robot [N].
+        weight: Robot weight [N].
         feet: (N, 4, 3) in W [m].
         com: (N, 3) the centre of mass in W [m].
         who: (N, 4) which feet stand; three at least.
@@ -197,7 +197,7 @@ def min_norm_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolA
 
 
 def _grasps(arms: FloatArray, who: BoolArray) -> FloatArray:
-    """Of forces on the feet, the wrench about the centre of mass, (N, 6, 12).
+    """Matrices (N, 6, 12) from forces on the feet to their wrench about the centre of mass.
 
     Args:
         arms: (N, 4, 3) from the centre of mass to the feet [m].
@@ -270,9 +270,9 @@ class Overload:
     """A moment at which no forces of the standing feet hold a robot within its joints' torques.
 
     Attributes:
-        sample: Which.
-        joint: Index of the joint that takes most of its limit if the forces are the least (12).
-        ratio: What it then takes of that.
+        sample: Index of the sample.
+        joint: Index of the joint with the largest torque ratio under the least forces (12).
+        ratio: Its torque ratio.
     """
 
     sample: int

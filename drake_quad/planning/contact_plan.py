@@ -83,7 +83,7 @@ class ContactPlan:
         steps: The steps.
         duration: When the plan ends [s].
         roll: How far the feet roll from where they are set down; None: not at all.
-        phases: The same as a gapless sequence of phases.
+        phases: The plan as a gapless sequence of phases.
     """
 
     feet: FloatArray
@@ -237,8 +237,8 @@ def _roll(
                 for i in range(lifted, n):
                     s = (times[i] - times[lifted]) / (times[n] - times[lifted])
                     r = min(LET_GO * s, 1.0)
-                    rest = 1.0 - r * r * (3.0 - 2.0 * r)
-                    offset[i, k, 0], offset[i, k, 1] = rest * x, rest * y
+                    fade = 1.0 - r * r * (3.0 - 2.0 * r)
+                    offset[i, k, 0], offset[i, k, 1] = fade * x, fade * y
                 x, y, since = 0.0, 0.0, False
             offset[n, k, 0], offset[n, k, 1] = x, y
 

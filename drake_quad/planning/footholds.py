@@ -33,7 +33,7 @@ class Obstacle:
         start: Where it begins along the lane [m].
         end: Where it ends: a curb where it begins [m].
         places: Where it asks for a foot [m].
-        room: Least distance of those from the place before, and from the goal [m].
+        room: Least distance of these places from the place before, and from the goal [m].
     """
 
     start: float
@@ -114,7 +114,8 @@ class FootholdGrid:
         behind: How many places lie behind the start (the gait's rear feet begin there).
         cycles: N: cycles of the wave gait from start to end, n places each.
         on_tread: Which places are on a tread of a flight, or on a block.
-        line: Of places several to a tread, those one to a tread: their line is the flights' own.
+        line: Where treads have several places, the grid with one a tread: its line is the flights'
+            own.
     """
 
     s: FloatArray
@@ -275,7 +276,7 @@ class FootholdPattern:
         return self._first(leg) + self._middle
 
     def _first(self, leg: Leg) -> int:
-        """The same from the left front foot's place."""
+        """The place of a leg as a cycle begins, from the left front foot's."""
         late = self.treads // 2 if LIFT_OFF[leg] >= 0.5 else 0
         return late - (self.lag if leg in (Leg(3), Leg(4)) else 0)
 

@@ -1,11 +1,13 @@
 """Footstep plans of a walk, a spin and a transition."""
 
+from typing import Any
+
 import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.gait.schedule import spin_schedule, wave_schedule
-from drake_quad.gait.transition import plan_transition
+from drake_quad.gait.transition import TransitionStep, plan_transition
 from drake_quad.gait.workspace import spin_cycles, spin_desired_configuration, spin_phi_max
 from drake_quad.planning.body_reference import (
     BodyReference,
@@ -18,7 +20,7 @@ from drake_quad.planning.body_reference import (
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.footholds import FootholdGrid, make_foothold_grid
 from drake_quad.planning.motion_plan import Segment, Stance
-from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
 from drake_quad.planning.step_builder import StepBuilder
 from drake_quad.robot.legs import LEGS, SIGNS, Leg
 from drake_quad.robot.model import RobotModel
@@ -81,30 +83,33 @@ def plan_transition_footsteps(
     if not transition.steps:
         return None
     start = builder.time
-    steps = []
-    for step in transition.steps:
-        builder.wait(settings.shift_time)
-        p_from, p_to = to_world(step.p_from), to_world(step.p_to)
-        lift_off = builder.time
-        builder.step(step.leg, p_to, settings.swing_time, lift_off=lift_off)
-        steps.append(
-            {
-                "leg": int(step.leg),
-                # The search's, with massless legs; the body's path finds its own.
-                "margin": float(step.margin),
-                "start": lift_off,
-                "end": builder.time,
-                "from": p_from.tolist(),
-                "to": p_to.tolist(),
-            }
-        )
+    steps = [take_step(builder, s, to_world(s.p_to), settings) for s in transition.steps]
     return Segment(name, "transition", start, builder.time, {"steps": steps})
+
+
+def take_step(
+    builder: StepBuilder, step: TransitionStep, to: FloatArray, settings: PlanSettings
+) -> dict[str, Any]:
+    """Adds one step of a transition, to the place `to` (2,) in W; returns what reports say of it.
+
+    The margin is the search's, with massless legs; the body's path finds its own.
+    """
+    builder.wait(settings.shift_time)
+    p_from, lift_off = builder.feet[step.leg.row, :2].tolist(), builder.time
+    builder.step(step.leg, to, settings.swing_time, lift_off=lift_off)
+    return {
+        "leg": int(step.leg),
+        "margin": float(step.margin),
+        "start": lift_off,
+        "end": builder.time,
+        "from": p_from,
+        "to": to.tolist(),
+    }
 
 
 # A walk begins where the body's program ended the task before, to its tolerance: without some slack
 # ten microns make a walk of whole strides a cycle longer.
 STRIDE_SLACK = 1e-4
-EDGE_CLEARANCE = 0.01  # [m] between the foot's sphere and a nosing or riser
 
 
 def plan_walk_footsteps(
@@ -130,14 +135,7 @@ def plan_walk_footsteps(
         per_tread=pattern.per_tread,
         deep=settings.deep_tread,
     )
-    builder = StepBuilder(
-        lane,
-        stance.feet,
-        foot_radius=robot.foot_radius,
-        clearance=settings.swing_clearance,
-        map_error_place=settings.map_error_place,
-        map_error_height=settings.map_error_height,
-    )
+    builder = StepBuilder.of_settings(lane, stance.feet, robot.foot_radius, settings)
     segments = []
 
     lateral = robot_stance(settings)[:, 1]
@@ -314,14 +312,7 @@ def plan_spin_footsteps(
 ) -> tuple[ContactPlan, BodyReference, tuple[Segment, ...]]:
     """Returns the steps, the body's nominal route and the segments of a spin."""
     lane = course.lanes[task.lane]
-    builder = StepBuilder(
-        lane,
-        stance.feet,
-        foot_radius=robot.foot_radius,
-        clearance=settings.swing_clearance,
-        map_error_place=settings.map_error_place,
-        map_error_height=settings.map_error_height,
-    )
+    builder = StepBuilder.of_settings(lane, stance.feet, robot.foot_radius, settings)
     pivot, yaw = np.array(stance.body[:2]), float(stance.body[4])
     sense = 1 if task.angle > 0 else -1
     beta = settings.spin_duty_factor

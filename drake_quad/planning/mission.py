@@ -14,7 +14,7 @@ from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, eva
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.stance_margin import check_stance
 from drake_quad.planning.task import plan_task
-from drake_quad.planning.zmp import sample_zmp
+from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.legs import LEGS
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
@@ -22,7 +22,6 @@ from drake_quad.terrain.course import Course
 
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
 TORQUE_EVERY = 4  # so many samples are looked at for torques, which change slowly
-DYNAMIC_CHECK_PERIOD = 0.01  # [s] the same where swings are quick
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +137,7 @@ def check_plan(
     Raises:
         PlanningError: With the leg, the time and by how much.
     """
-    period = DYNAMIC_CHECK_PERIOD if dynamic else CHECK_PERIOD
+    period = ZMP_CHECK_PERIOD if dynamic else CHECK_PERIOD
     count = int(np.ceil(plan.duration / period)) + 1
     s = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
     _check_reach(robot, plan, s)
@@ -157,7 +156,7 @@ def _check_reach(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
         t = float(s.times[k])
         raise PlanningError(
             f"leg {LEGS[row].short} is {excess:.3f} m too short for "
-            f"'{plan.segments[plan.segment_index(t)].name}' at {t:.1f} s of the task",
+            f"'{plan.segment_name(t)}' at {t:.1f} s of the task",
             excess=excess,
             leg=int(row) + 1,
             body=s.body[k, 0].tolist(),
@@ -168,7 +167,7 @@ def _check_reach(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
 def _check_margin(plan: MotionPlan, s: PlanSamples) -> None:
     k = int(np.argmin(s.margin))
     if s.margin[k] <= 0.0:
-        name = plan.segments[plan.segment_index(float(s.times[k]))].name
+        name = plan.segment_name(float(s.times[k]))
         raise PlanningError(
             f"the static margin would be {s.margin[k]:.3f} m in '{name}'; a larger duty factor, "
             "gait.switch_wait or transition.shift_time, or longer level ground, may help",
@@ -191,7 +190,7 @@ def check_lift_offs(plan: MotionPlan, s: PlanSamples, least: float) -> None:
         return
     k = int(np.argmin(s.margin))
     if s.margin[k] < least:
-        name = plan.segments[plan.segment_index(float(s.times[k]))].name
+        name = plan.segment_name(float(s.times[k]))
         raise PlanningError(
             f"the static margin would be {s.margin[k]:.3f} m in '{name}', and no foot is lifted "
             f"with less than controller.lift_off_margin = {least:.3f} m",
@@ -216,7 +215,7 @@ def check_torques(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
         t = float(seen.times[found.sample])
         raise PlanningError(
             f"joint {robot.joint_names[found.joint]} would need {found.ratio:.0%} of its torque to "
-            f"stand still at {t:.1f} s of '{plan.segments[plan.segment_index(t)].name}', and feet "
+            f"stand still at {t:.1f} s of '{plan.segment_name(t)}', and feet "
             "that share the weight otherwise ask for more than there is, too",
             torque=found.ratio,
         )
@@ -224,10 +223,10 @@ def check_torques(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
 
 def _check_zmp(robot: RobotModel, plan: MotionPlan) -> None:
     """The zero-moment point stays inside the support polygons: else the robot would tip."""
-    zmp = sample_zmp(robot, plan.contacts, plan.body, DYNAMIC_CHECK_PERIOD)
+    zmp = sample_zmp(robot, plan.contacts, plan.body, ZMP_CHECK_PERIOD)
     k = int(np.argmin(zmp.margin))
     if zmp.margin[k] <= 0.0:
-        name = plan.segments[plan.segment_index(float(zmp.times[k]))].name
+        name = plan.segment_name(float(zmp.times[k]))
         raise PlanningError(
             f"the zero-moment point would be {-zmp.margin[k]:.3f} m outside of the feet at "
             f"{zmp.times[k]:.2f} s of '{name}'; a longer cycle or gait.switch_wait may help",

@@ -6,7 +6,7 @@ that a compiled kernel takes them in one piece.
 
 from dataclasses import dataclass, field, fields
 from math import cos, sin
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from drake_quad.math.curves import (
     quintic_rate,
     sample_body,
 )
+from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.robot.kinematics import constants, pose
 from drake_quad.robot.model import RobotModel
@@ -33,7 +34,8 @@ START, END, STANDING, FEET, SWING, FROM, TO, DURATION, APEX_TIME, APEX_Z, PIVOT,
 )  # fmt: skip
 COLUMNS = 32
 
-_quintic, _rate, _acceleration = (jit(f) for f in (quintic, quintic_rate, quintic_acceleration))
+quintic_kernel, quintic_rate_kernel = jit(quintic), jit(quintic_rate)
+_acceleration = jit(quintic_acceleration)
 
 
 def phase_table(contacts: ContactPlan) -> FloatArray:
@@ -65,20 +67,27 @@ def phase_index(phases: FloatArray, t: float) -> int:
     return max(low - 1, 0)
 
 
-@jit
-def sample_feet(
-    phases: FloatArray, t: float
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, float]:
-    """The feet at time `t` [s].
+class PlannedFeet(NamedTuple):
+    """The feet of a plan at one gait time, in W.
 
-    Args:
-        phases: See `phase_table`.
-        t: Gait time.
-
-    Returns:
-        Places [m], velocities and accelerations in W (4, 3) by gait time, who stands (4,), and
-        the phase of the swing in [0, 1], nan if nobody swings.
+    Attributes:
+        place: Places (4, 3) [m].
+        velocity: First derivatives by gait time (4, 3).
+        acceleration: Second derivatives by gait time (4, 3).
+        standing: Which feet stand (4,).
+        swing_phase: Phase of the swing in [0, 1], nan if nobody swings.
     """
+
+    place: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    standing: BoolArray
+    swing_phase: float
+
+
+@jit
+def sample_feet(phases: FloatArray, t: float) -> PlannedFeet:
+    """The feet at gait time `t` [s] of a plan with these phases, see `phase_table`."""
     row = phases[phase_index(phases, t)]
     place, velocity, acceleration = np.empty((4, 3)), np.zeros((4, 3)), np.zeros((4, 3))
     standing = np.empty(4, dtype=np.bool_)
@@ -88,14 +97,14 @@ def sample_feet(
             place[k, i] = row[FEET + 3 * k + i]
     k = int(row[SWING])
     if k < 0:
-        return place, velocity, acceleration, standing, np.nan
+        return PlannedFeet(place, velocity, acceleration, standing, np.nan)
     since = min(max(t - row[START], 0.0), row[DURATION])
     scale = 1.0 / row[DURATION]
     s = since * scale
     for i in range(2):
         way = row[TO + i] - row[FROM + i]
-        place[k, i] = row[FROM + i] + way * _quintic(s)
-        velocity[k, i] = way * (_rate(s) * scale)
+        place[k, i] = row[FROM + i] + way * quintic_kernel(s)
+        velocity[k, i] = way * (quintic_rate_kernel(s) * scale)
         acceleration[k, i] = way * (_acceleration(s) * scale * scale)
     if row[TURN] != 0.0:
         _round_pivot(row, s, scale, place[k], velocity[k], acceleration[k])
@@ -106,10 +115,11 @@ def sample_feet(
         scale, base, rise = 1.0 / (row[DURATION] - apex_time), apex, row[TO + 2] - apex
         since -= apex_time
     s = since * scale
-    place[k, 2] = base + rise * _quintic(s)
-    velocity[k, 2] = rise * _rate(s) * scale
+    place[k, 2] = base + rise * quintic_kernel(s)
+    velocity[k, 2] = rise * quintic_rate_kernel(s) * scale
     acceleration[k, 2] = rise * _acceleration(s) * scale * scale
-    return place, velocity, acceleration, standing, (t - row[START]) / (row[END] - row[START])
+    phase = (t - row[START]) / (row[END] - row[START])
+    return PlannedFeet(place, velocity, acceleration, standing, phase)
 
 
 @jit
@@ -123,7 +133,7 @@ def _round_pivot(
 ) -> None:
     """Writes x and y of a swing along an arc at phase `s`, see `gait.swing.Swing.sample`."""
     turn, more = row[TURN], row[FARTHER] - 1.0
-    q, dq, ddq = _quintic(s), _rate(s) * scale, _acceleration(s) * scale * scale
+    q, dq, ddq = quintic_kernel(s), quintic_rate_kernel(s) * scale, _acceleration(s) * scale * scale
     grown, c, n = 1.0 + more * q, cos(turn * q), sin(turn * q)
     x0, y0 = row[FROM] - row[PIVOT], row[FROM + 1] - row[PIVOT + 1]
     out_x, out_y = c * x0 - n * y0, n * x0 + c * y0  # as far out as it began
@@ -146,8 +156,7 @@ class Stance:
     Attributes:
         body: x, y, z [m], pitch, yaw [rad] of B in W.
         feet: (4, 3) [m].
-        roll: By how much they are off that, as they have rolled since they were set down there
-            (4, 2) [m].
+        roll: How far the feet have rolled since they were set down there (4, 2) [m].
     """
 
     body: FloatArray
@@ -199,6 +208,26 @@ class PlanSample:
     phase_index: int
 
 
+class PlanTables(NamedTuple):
+    """A plan as the control loop's kernels take it.
+
+    Attributes:
+        control: Control points of the body's spline (n, 5).
+        knot: Their spacing [s].
+        phases: The contact phases, see `phase_table`.
+        duration: Duration of the plan [s].
+        task: Index of the plan's task in the mission.
+        revision: Number of times that the task was planned anew.
+    """
+
+    control: FloatArray
+    knot: float
+    phases: FloatArray
+    duration: float
+    task: int
+    revision: int
+
+
 @dataclass(frozen=True, eq=False)
 class MotionPlan:
     """One task (a walk, a spin, a stand), planned from rest to rest.
@@ -210,10 +239,11 @@ class MotionPlan:
         segments: What it is made of, in time order.
         margin: Smallest static margin that the body's program found [m] (sampled; `evaluate`
             gives it at any time).
-        revision: How often the task was planned anew while it was under way.
-        margin_kind: Over what that margin is, see `drake_quad.stability.equilibrium_region`.
-        joined: From when on the height and pitch of its body follow from its place alone [s].
-        phases: The contacts as a table, see `phase_table`.
+        revision: Number of times that the task was planned anew while it was under way.
+        margin_kind: Region that the margin is measured in, one of
+            `stability.equilibrium_region.KINDS`.
+        joined: Time from which on the body's height and pitch follow from its place alone [s].
+        tables: The plan as arrays, for kernels.
     """
 
     index: int
@@ -224,10 +254,14 @@ class MotionPlan:
     revision: int = 0
     margin_kind: str = HULL
     joined: float = 0.0
-    phases: FloatArray = field(init=False)
+    tables: PlanTables = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "phases", phase_table(self.contacts))
+        body, phases = self.body, phase_table(self.contacts)
+        tables = PlanTables(
+            body.control, body.knot, phases, self.duration, self.index, self.revision
+        )
+        object.__setattr__(self, "tables", tables)
 
     def __deepcopy__(self, memo: object) -> "MotionPlan":
         """A plan never changes, so that Drake may copy a Context without copying the plan."""
@@ -247,6 +281,10 @@ class MotionPlan:
             roll = self.contacts.roll.at(np.array([self.duration]))[0]
         return Stance(body, self.contacts.final_feet, roll)
 
+    def segment_name(self, t: float) -> str:
+        """Name of the segment at time `t` [s]."""
+        return self.segments[self.segment_index(t)].name
+
     def segment_index(self, t: float) -> int:
         """Index of the segment at time `t` [s]."""
         for k, segment in enumerate(self.segments):
@@ -257,7 +295,7 @@ class MotionPlan:
     def sample(self, t: float) -> PlanSample:
         """What is desired at gait time `t` [s] since the task began."""
         body = sample_body(self.body.control, self.body.knot, t)
-        feet, velocity, acceleration, standing, s = sample_feet(self.phases, t)
+        feet, velocity, acceleration, standing, s = sample_feet(self.tables.phases, t)
         index = self.contacts.phase_index(t)
         return PlanSample(body, feet, velocity, acceleration, standing, s, index)
 
@@ -289,6 +327,11 @@ class PlanSamples:
     def every(self, stride: int) -> "PlanSamples":
         """Every so many of them, from the first on."""
         return PlanSamples(**{f.name: getattr(self, f.name)[::stride] for f in fields(self)})
+
+
+def feet_in_body(body: FloatArray, feet: FloatArray) -> FloatArray:
+    """Feet in B (N, 4, 3) [m], of body poses (N, 5) and feet (N, 4, 3) in W."""
+    return np.asarray(np.einsum("nji,nlj->nli", rotations(body), feet - body[:, None, :3]))
 
 
 def pose_robot(

@@ -8,6 +8,9 @@ from drake_quad.robot.legs import Leg
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.course import Course
 
+EDGE_CLEARANCE = 0.01  # [m] between a standing foot's sphere and a nosing or riser
+KNOT = 0.2  # [s] between knots of a body's spline, for swings that are not quick
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlanSettings:
@@ -16,7 +19,7 @@ class PlanSettings:
     Attributes:
         duty_factor: β of the wave gait, in [3/4, 1).
         cycle_time: T of the wave gait [s].
-        switch_wait: On four feet, the body moving, before each lift-off of the leg diagonal to
+        switch_wait: Time on four feet, the body moving, before each lift-off of the leg diagonal to
             the one that landed last [s]; twice a cycle, which lasts so much longer than T.
         stride: The longest stride on level ground [m]; on stairs it is the pattern's treads.
         pattern: How many treads a cycle takes, and how many lie between front and rear feet.
@@ -24,12 +27,12 @@ class PlanSettings:
             them are [m].
         body_ahead: How far the body goes ahead of its places on the lattice [places].
         tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
-        tread_phase_down: The same going down.
+        tread_phase_down: How far ahead of the treads' middles they stand going down [treads].
         body_shift_up: How far ahead of its places the body goes besides, going up [m].
-        body_shift_down: The same going down.
+        body_shift_down: How far ahead of its places the body goes besides, going down [m].
         lift_down: How much higher the body goes, going down, than on level ground [m].
-        shank_room: Between shanks and stairs, that the body's path keeps where it can [m]; 0: it
-            does not look.
+        shank_room: Clearance between shanks and stairs that the body's path keeps where it can
+            [m]; 0: it does not look.
         max_ahead: How far the body may go ahead of or behind its nominal place as it walks [m].
         workspace: The legs' boxes: R_x, R_y, P_x, P_y of Table I [m].
         stance_stagger: Rear feet's |y| minus front feet's |y| [m]. The wave puts a rear foot down
@@ -37,11 +40,11 @@ class PlanSettings:
         on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
             offset from them (the paper's ±0.025 m).
         swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
-        map_error_place: By how much the map's risers may be off; swings leave so much room [m].
-        map_error_height: By how much its treads may be higher [m].
-        riser_setback: Of footprints from a riser ahead, beyond what they keep from any edge [m]:
-            feet roll towards it. It is at least what they mostly do.
-        body_height: Of B above the mean ground under the feet [m].
+        map_error_place: Position error of the map's risers that swings leave room for [m].
+        map_error_height: Height error of the map's treads that swings leave room for [m].
+        riser_setback: Distance of footprints from a riser ahead, beyond EDGE_CLEARANCE [m]: feet
+            roll towards it. It is at least what they mostly do.
+        body_height: Height of B above the mean ground under the feet [m].
         pitch_along_slope: How much of the stairs' slope the body tilts with: 0 level, 1 all of it.
         spin_workspace: The boxes of the spinning gait; the same ones if None.
         spin_arcs: Whether swings of the spinning gait go round the body, as the paper's, or
@@ -51,18 +54,18 @@ class PlanSettings:
         body_still: Transitions with the body still (the paper's), or shifting before each lift.
         max_shift: How far the body may go from its nominal place [m]: in x and y where that
             stands still, sideways where it walks.
-        swing_time: Of a transition's step [s].
-        shift_time: On four feet before each step of a transition [s].
+        swing_time: Duration of a transition's step [s].
+        shift_time: Time on four feet before each step of a transition [s].
         via_centres: Whether transitions between gaits pass through the workspaces' centres.
         wave_order: In which order the legs are lifted in the transition to the wave gait, the
             paper's is 2-3-4-1-3; empty: the one with the best margins.
-        spin_order: The same to the spinning gait.
+        spin_order: In which order they are lifted in the transition to the spinning gait.
         uniform_body: The paper's body path (constant speed, no sway), or one optimised for margin.
         dynamic: Whether the zero-moment point alone is kept over the feet, with the legs' masses
             moving; else the centre of mass too.
-        margin_desired: Static margin beyond which the body path is not asked for more [m].
-        zmp_margin: The same for the zero-moment point [m].
-        margin: Over what the static margin is measured, one of
+        margin_desired: Static margin beyond which more is worth nothing to the body's path [m].
+        zmp_margin: Margin of the zero-moment point beyond which more is worth nothing [m].
+        margin: Region that the static margin is measured in, one of
             `stability.equilibrium_region.KINDS`.
         friction: Coulomb's coefficient that a margin beyond the hull's counts on.
     """

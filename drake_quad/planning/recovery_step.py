@@ -16,8 +16,7 @@ from drake_quad.robot.legs import LEGS, SIGNS, Leg
 from drake_quad.robot.model import LegGeometry, RobotModel
 from drake_quad.stability.capture_point import FallingPendulum, fall, ground_reach, nearest_support
 from drake_quad.stability.support_polygon import stability_margin, stability_margins
-from drake_quad.terrain.course import Course
-from drake_quad.terrain.lane import EDGE
+from drake_quad.terrain.course import Course, box_tops, top_at
 
 FOOTING = 0.015  # [m] of level ground around the foot's sphere
 APART = 0.08  # [m] between feet
@@ -28,28 +27,22 @@ ALONG = np.linspace(0.0, 1.0, 13)[1:]  # samples on the way
 
 
 class StepTargetMap:
-    """The course as a foot that must be put down at once sees it: made once, asked at any time.
+    """The course as a foot that must be put down at once sees it.
 
     Args:
         course: The ground.
-        foot_radius: Of the foot's sphere [m].
+        foot_radius: Radius of the foot spheres [m].
     """
 
     def __init__(self, course: Course, foot_radius: float) -> None:
         self.foot_radius = foot_radius
         self._nosings = course.nosings()[:, :, :2]
-        boxes = course.boxes
-        self._boxes = np.array(
-            [
-                [*b.axes[0], *b.axes[1], *b.middle, *(0.5 * b.extent), b.top, b.gradient]
-                for b in boxes
-            ]
-        )
+        self._tops = box_tops(course)
 
     def height(self, places: FloatArray) -> FloatArray:
         """Height of the ground in W at `places` (..., 2) [m]; nan where there is none."""
         flat = np.ascontiguousarray(places.reshape(-1, 2))
-        return _heights(flat, self._boxes, EDGE).reshape(places.shape[:-1])
+        return _heights(flat, self._tops).reshape(places.shape[:-1])
 
     def whole(self, places: FloatArray) -> BoolArray:
         """Which of `places` (N, 2) have level ground, or one slope, all around the foot, (N,)."""
@@ -90,23 +83,11 @@ class StepTargetMap:
 
 
 @jit
-def _heights(points: FloatArray, boxes: FloatArray, edge: float) -> FloatArray:
-    """`Course.height` of points (N, 2).
-
-    The boxes are one a row: of its top the axes, middle, half sizes, height and gradient.
-    """
-    found = np.full(len(points), np.nan)
+def _heights(points: FloatArray, tops: FloatArray) -> FloatArray:
+    """`Course.height` of points (N, 2), of the course's `box_tops`."""
+    found = np.empty(len(points))
     for k in range(len(points)):
-        for i in range(len(boxes)):
-            x, y = points[k, 0] - boxes[i, 4], points[k, 1] - boxes[i, 5]
-            along = boxes[i, 0] * x + boxes[i, 1] * y
-            inside = (
-                abs(along) <= boxes[i, 6] + edge
-                and abs(boxes[i, 2] * x + boxes[i, 3] * y) <= boxes[i, 7] + edge
-            )
-            z = boxes[i, 8] + boxes[i, 9] * along
-            if inside and not found[k] >= z:
-                found[k] = z
+        found[k], _, _ = top_at(tops, points[k, 0], points[k, 1])
     return found
 
 
@@ -138,7 +119,7 @@ class RecoveryStep:
         leg: Its leg.
         p_W: Where its sphere's centre is to be, (3,) in W [m].
         duration: How long the foot takes to get there [s].
-        margin: Of the predicted capture point in the polygon of the feet that then stand [m].
+        margin: Margin of the predicted capture point over the feet that then stand [m].
     """
 
     leg: Leg
@@ -177,7 +158,7 @@ def choose_recovery_step(
     found = [c for leg in LEGS if (c := _best(robot, ground, state, leg.row, None, lifted=False))]
     if not found:
         return None
-    best = max(found, key=_worth)
+    best = max(found, key=_score)
     pivot = nearest_support(state.capture, state.feet[state.standing, :2])
     idle = fall(state.capture, pivot, state.omega, np.array([best.duration]))[0]
     if best.margin <= stability_margin(idle, state.feet[state.standing, :2]) + WORTHWHILE:
@@ -185,7 +166,7 @@ def choose_recovery_step(
     return best
 
 
-def _worth(catch: RecoveryStep) -> tuple[float, float, float]:
+def _score(catch: RecoveryStep) -> tuple[float, float, float]:
     """Margin as far as it counts, then haste, then margin: rounded, so that frames don't matter."""
     enough = min(catch.margin, MARGIN_ENOUGH)
     return round(enough, 6), round(-catch.duration, 6), round(catch.margin, 6)

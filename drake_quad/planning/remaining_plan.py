@@ -26,7 +26,7 @@ class RemainingPlan:
     """What a plan has left.
 
     Attributes:
-        time: From when on, in the plan [s]: the touchdown of the step under way, or at once.
+        time: When it begins, in the plan [s]: the touchdown of the step under way, or at once.
         feet: Where the feet are to stand then, (4, 3) in W [m].
         steps: The steps from then on.
     """
@@ -68,25 +68,25 @@ def find_lane(course: Course, plan: MotionPlan, foot_radius: float) -> Lane:
 
 
 def remaining_segments(
-    plan: MotionPlan, rest: RemainingPlan, recovery: Segment
+    plan: MotionPlan, remaining: RemainingPlan, recovery: Segment
 ) -> tuple[Segment, ...]:
     """The recovery and the plan's remaining segments after it, in the new plan's time.
 
     What is left of an earlier recovery becomes part of this one.
     """
-    delay = recovery.end - rest.time
+    delay = recovery.end - remaining.time
     left = []
     for segment in plan.segments:
-        if segment.end <= rest.time + 1e-9:
+        if segment.end <= remaining.time + 1e-9:
             continue
         details: dict[str, Any] = dict(segment.details)
         if "steps" in details:
             details["steps"] = [
                 {**step, "start": step["start"] + delay, "end": step["end"] + delay}
                 for step in details["steps"]
-                if step["start"] >= rest.time - JUST_LIFTED
+                if step["start"] >= remaining.time - JUST_LIFTED
             ]
-        start = max(segment.start, rest.time) + delay
+        start = max(segment.start, remaining.time) + delay
         left.append(Segment(segment.name, segment.kind, start, segment.end + delay, details))
     if left and left[0].name == RECOVERY:
         steps = recovery.details["steps"] + left[0].details["steps"]
@@ -97,7 +97,7 @@ def remaining_segments(
 
 def remaining_route(
     plan: MotionPlan,
-    rest: RemainingPlan,
+    remaining: RemainingPlan,
     lane: Lane,
     stance: Stance,
     settings: PlanSettings,
@@ -109,18 +109,18 @@ def remaining_route(
 
     Args:
         plan: The plan that is left.
-        rest: What it has left.
+        remaining: What it has left.
         lane: The lane that it is on.
         stance: Where the body is now.
         settings: For the body's height.
         join: When the new plan joins the old one [s].
         duration: When the new plan ends [s].
     """
-    count = max(int(np.ceil((plan.duration - rest.time) / ROUTE_PERIOD)), 1) + 1
-    at = np.linspace(rest.time, plan.duration, count)
+    count = max(int(np.ceil((plan.duration - remaining.time) / ROUTE_PERIOD)), 1) + 1
+    at = np.linspace(remaining.time, plan.duration, count)
     body = plan.body.samples(at)[:, 0]
     turns = 2 * np.pi * np.round((stance.body[4] - body[0, 4]) / (2 * np.pi))
-    times = np.concatenate([[0.0], join + at - rest.time, [max(duration, join + 1e-3)]])
+    times = np.concatenate([[0.0], join + at - remaining.time, [max(duration, join + 1e-3)]])
     xy = np.concatenate([stance.body[None, :2], body[:, :2], body[-1:, :2]])
     yaw = np.concatenate([stance.body[4:], body[:, 4] + turns, body[-1:, 4] + turns])
     return BodyReference(times, xy, yaw, _ground_of(plan, lane, settings), lane)
@@ -132,8 +132,8 @@ def join_pose(spline: BodySpline, stance: Stance, *, duration: float, join: floa
     Args:
         spline: Its height and pitch follow the ground from the first.
         stance: Where the body is at first.
-        duration: Of the path [s].
-        join: When height and pitch are the path's own again [s].
+        duration: Duration of the path [s].
+        join: Time from which on height and pitch are the path's own [s].
     """
     control = np.array(spline.control)
     knot = spline.knot

@@ -7,7 +7,7 @@ the plan's own remaining steps follow, in their own rhythm.
 
 from dataclasses import replace
 from math import isnan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.transition import enumerate_transitions
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.contact_plan import Step, sample_times
-from drake_quad.planning.footsteps import plan_transition_footsteps
+from drake_quad.planning.footsteps import plan_transition_footsteps, take_step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.planning.remaining_plan import (
@@ -54,7 +54,7 @@ def in_place(
 
 def plan_recovery_footsteps(
     builder: StepBuilder,
-    rest: RemainingPlan,
+    remaining: RemainingPlan,
     stance: Stance,
     settings: PlanSettings,
     *,
@@ -66,7 +66,7 @@ def plan_recovery_footsteps(
 
     Args:
         builder: Collects the steps; its feet are the stance's.
-        rest: What the plan has left.
+        remaining: What the plan has left.
         stance: Where body and feet are.
         settings: Mode, times and limits of transitions.
         foot_radius: [m].
@@ -78,9 +78,9 @@ def plan_recovery_footsteps(
         PlanningError: If there is no such transition, or a leg does not clear the ground.
     """
     lane, feet = builder.lane, builder.feet
-    stays = in_place(lane, feet, rest.feet, tolerance=tolerance, foot_radius=foot_radius)
-    goal = np.where(stays[:, None], feet, rest.feet)[:, :2]
-    steps: list[dict[str, object]] = []
+    stays = in_place(lane, feet, remaining.feet, tolerance=tolerance, foot_radius=foot_radius)
+    goal = np.where(stays[:, None], feet, remaining.feet)[:, :2]
+    steps: list[dict[str, Any]] = []
     for places in (_backed_off(builder, goal), goal):
         if in_turn:
             steps += _lay_in_turn(builder, places, stance, settings)
@@ -92,14 +92,14 @@ def plan_recovery_footsteps(
 
 
 def plan_remaining_footsteps(
-    builder: StepBuilder, rest: RemainingPlan, *, join: float, duration: float
+    builder: StepBuilder, remaining: RemainingPlan, *, join: float, duration: float
 ) -> None:
     """Adds the remaining steps from time `join` on, in their old rhythm.
 
     A swing that begins where it was to begin is the old one; any other is planned anew.
     """
-    for step in rest.steps:
-        at = join + step.lift_off - rest.time
+    for step in remaining.steps:
+        at = join + step.lift_off - remaining.time
         row, swing = step.leg.row, step.swing
         if np.array_equal(builder.feet[row], swing.p_start):
             builder.steps.append(Step(step.leg, at, at + swing.duration, swing))
@@ -142,7 +142,7 @@ def _clears(builder: StepBuilder, p_from: FloatArray, to: FloatArray) -> bool:
 
 def _lay_in_turn(
     builder: StepBuilder, goal: FloatArray, stance: Stance, settings: PlanSettings
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     """Moves each foot straight to its place, in the order with the best margins."""
     c, s = np.cos(stance.body[4]), np.sin(stance.body[4])
     R_WB = np.array([[c, -s], [s, c]])
@@ -153,15 +153,7 @@ def _lay_in_turn(
     best = enumerate_transitions(
         start, end, steps=count, mode="shift", max_shift=settings.max_shift
     )[0]
-    steps: list[dict[str, object]] = []
-    for step in best.steps:
-        builder.wait(settings.shift_time)
-        p_from, lift_off = builder.feet[step.leg.row, :2].tolist(), builder.time
-        to = goal[step.leg.row]
-        builder.step(step.leg, to, settings.swing_time, lift_off=lift_off)
-        steps.append({"leg": int(step.leg), "margin": float(step.margin), "start": lift_off,
-                      "end": builder.time, "from": p_from, "to": to.tolist()})  # fmt: skip
-    return steps
+    return [take_step(builder, s, goal[s.leg.row], settings) for s in best.steps]
 
 
 TOLERANCE = 0.03  # [m] from its place, within which a foot stays where it stands
@@ -273,18 +265,11 @@ def _resume(
 ) -> tuple[float, MotionPlan]:
     """One way back: its margin [m], less what is out of a leg's reach and limits, and the plan."""
     lane = find_lane(course, plan, robot.foot_radius)
-    rest = remaining_plan(plan, t)
-    builder = StepBuilder(
-        lane,
-        stance.feet,
-        foot_radius=robot.foot_radius,
-        clearance=settings.swing_clearance,
-        map_error_place=settings.map_error_place,
-        map_error_height=settings.map_error_height,
-    )
+    remaining = remaining_plan(plan, t)
+    builder = StepBuilder.of_settings(lane, stance.feet, robot.foot_radius, settings)
     recovery = plan_recovery_footsteps(
         builder,
-        rest,
+        remaining,
         stance,
         settings,
         foot_radius=robot.foot_radius,
@@ -292,14 +277,14 @@ def _resume(
         in_turn=way.in_turn,
     )
     join = recovery.end
-    duration = join + plan.duration - rest.time
-    plan_remaining_footsteps(builder, rest, join=join, duration=duration)
+    duration = join + plan.duration - remaining.time
+    plan_remaining_footsteps(builder, remaining, join=join, duration=duration)
     contacts = builder.finish()
-    route = remaining_route(plan, rest, lane, stance, settings, join=join, duration=duration)
+    route = remaining_route(plan, remaining, lane, stance, settings, join=join, duration=duration)
     footing = footing_of(robot, course, settings)
     body, contacts, believed = plan_body(robot, contacts, route, settings, footing)
     body = join_pose(body, stance, duration=duration, join=join)
-    segments = remaining_segments(plan, rest, recovery)
+    segments = remaining_segments(plan, remaining, recovery)
     resumed = MotionPlan(
         plan.index, contacts, body, segments, np.nan, plan.revision + 1, settings.margin
     )

@@ -46,7 +46,8 @@ class Stances:
         normals: (N, 4, 3) of the ground there.
         standing: (N, 4) who stands.
         friction: Coulomb's coefficient.
-        limits: Of the joints of all legs, if they count: (N, 4, 3, 3) and (N, 4, 3).
+        limits: Torque limits of all legs' joints, (N, 4, 3, 3) and (N, 4, 3); None if they do not
+            count.
         com: (N, 3) the whole robot's centre of mass [m].
         hulls: (N,) whether the region is for certain the hull of the feet.
     """
@@ -121,7 +122,7 @@ def footing_of(robot: RobotModel, course: Course, settings: PlanSettings) -> Foo
 
 
 def kind_of(footing: Footing | None) -> str:
-    """Over what margins are measured, one of `stability.equilibrium_region.KINDS`."""
+    """The region that margins are measured in, one of `stability.equilibrium_region.KINDS`."""
     if footing is None:
         return HULL
     return FEASIBLE if footing.drives else FRICTION

@@ -11,6 +11,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.swing import Swing, plan_swing
 from drake_quad.gait.swing_clearance import inflate_profile
 from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.problem import PlanSettings
 from drake_quad.robot.legs import Leg
 from drake_quad.terrain.lane import Lane
 
@@ -27,8 +28,8 @@ class StepBuilder:
         feet: Foot sphere centres at first, (4, 3) [m] in W.
         foot_radius: [m].
         clearance: Δh beyond the foot's radius [m].
-        map_error_place: By how much risers may be off, see `inflate_profile` [m].
-        map_error_height: By how much treads may be higher [m].
+        map_error_place: Position error of the map's risers, see `inflate_profile` [m].
+        map_error_height: Height error of its treads [m].
     """
 
     def __init__(
@@ -49,6 +50,20 @@ class StepBuilder:
         self._radius = foot_radius
         self._clearance = clearance
         self._place_error, self._height_error = map_error_place, map_error_height
+
+    @classmethod
+    def of_settings(
+        cls, lane: Lane, feet: FloatArray, foot_radius: float, settings: PlanSettings
+    ) -> "StepBuilder":
+        """A builder whose swings clear the ground as the settings say."""
+        return cls(
+            lane,
+            feet,
+            foot_radius=foot_radius,
+            clearance=settings.swing_clearance,
+            map_error_place=settings.map_error_place,
+            map_error_height=settings.map_error_height,
+        )
 
     def wait(self, duration: float) -> None:
         """Stands on four feet for `duration` [s]."""
@@ -106,7 +121,7 @@ class StepBuilder:
         return self._swing(p_from, np.array([to[0], to[1], self.ground(to)]), duration)
 
     def _swing(self, p_from: FloatArray, p_to: FloatArray, duration: float) -> Swing:
-        """The same to where the foot's centre will be, (3,)."""
+        """The swing to where the foot's centre will be, (3,)."""
         length = float(np.hypot(*(p_to - p_from)[:2]))
         s, _ = self.lane.coordinates(np.stack([p_from[:2], p_to[:2]]))
         d, z = self.lane.profile(float(s[0]), float(s[1]))

@@ -13,11 +13,11 @@ from drake_quad.math.curves import BodySpline, knot_count
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
-from drake_quad.planning.footsteps import EDGE_CLEARANCE, plan_spin_footsteps, plan_walk_footsteps
+from drake_quad.planning.footsteps import plan_spin_footsteps, plan_walk_footsteps
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
-from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.problem import EDGE_CLEARANCE, KNOT, PlanSettings, Task
 from drake_quad.planning.stance_margin import Footing, footing_of, refuse_stance
-from drake_quad.planning.zmp import ZmpSamples, sample_zmp
+from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, ZmpSamples, sample_zmp
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.course import Course
@@ -25,33 +25,31 @@ from drake_quad.terrain.lane import Lane
 
 KEPT = 0.004  # [m] that feet keep from risers as they roll; they are set down farther off
 JUST = 1e-6  # [s] before a lift-off
-ENOUGH = 0.001  # [m] with which no plan is made anew
+GOOD_GAP = 0.001  # [m] with which no plan is made anew
 ROLLS = 0.6  # of its radius, that a foot mostly rolls forward in a stance
 
 
 def initial_setback(foot_radius: float) -> float:
-    """What footprints keep from a riser ahead, beyond EDGE_CLEARANCE, at a first guess [m]."""
+    """A first guess of `PlanSettings.riser_setback` [m]."""
     return max(ROLLS * foot_radius + KEPT - EDGE_CLEARANCE, 0.0)
 
 
 def riser_gap(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[float, float]:
-    """The least room that feet have that a plan sets down, and the setback that they need.
+    """Smallest gap between a standing foot, as it rolls, and the riser ahead; the setback it needs.
 
-    Of the riser ahead alone: that is where feet roll to. One whose centre is beyond it, by more
-    than its radius, would not be seen; so far none rolls.
-
-    A foot is set down with room before the riser ahead, and rolls towards it as the body goes on.
-    One that touches it scrapes up along it in its swing.
+    A foot is set down off the riser ahead, and rolls towards it as the body goes on. One that
+    touches it scrapes up along it in its swing. Risers behind are not checked. A foot whose centre
+    is beyond the riser, by more than its radius, would not be seen; so far none rolls.
 
     Args:
-        lane: That the robot walks along.
+        lane: The lane that the robot walks along.
         contacts: The plan, with feet that roll.
         foot_radius: [m].
 
     Returns:
-        The room [m], negative where a foot would be inside a riser, infinite where there are none;
-        and the setback beyond EDGE_CLEARANCE with which all that have less than ENOUGH, rolling as
-        they do here, would have KEPT [m].
+        The gap [m], negative where a foot would be inside a riser, infinite where there are none;
+        and the setback beyond EDGE_CLEARANCE with which all feet whose gap is less than GOOD_GAP,
+        rolling as they do here, would have KEPT [m].
     """
     steps = contacts.steps
     before = [step.lift_off - JUST for step in steps]  # when they have rolled farthest
@@ -62,26 +60,24 @@ def riser_gap(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[fl
     for k, step in enumerate(steps):
         end = next((t.lift_off for t in steps[k + 1 :] if t.leg is step.leg), inf)
         mine = s[(times >= step.touchdown) & (times < end), step.leg.row]
-        room = gap_to_riser(lane, mine, foot_radius)
-        if len(room) and room.min() < ENOUGH:
-            rolled = max(rolled, float(room[0] - room.min()))
-        least = min(least, float(room.min(initial=inf)))
+        gap = gap_to_riser(lane, mine, foot_radius)
+        if len(gap) and gap.min() < GOOD_GAP:
+            rolled = max(rolled, float(gap[0] - gap.min()))
+        least = min(least, float(gap.min(initial=inf)))
     return least, max(rolled + KEPT - EDGE_CLEARANCE, 0.0)
 
 
 def gap_to_riser(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
     """From feet at `s` (n,) along a lane to the riser ahead of each that leads up (n,) [m]."""
     at, rise = lane.risers()
-    room = np.full(len(s), inf)
+    gap = np.full(len(s), inf)
     ahead = at[rise > 0.0]
     k = np.searchsorted(ahead, s)
     has = k < len(ahead)
-    room[has] = ahead[k[has]] - s[has] - foot_radius
-    return room
+    gap[has] = ahead[k[has]] - s[has] - foot_radius
+    return gap
 
 
-KNOT = 0.2  # [s]
-ZMP_PERIOD = 0.01  # [s]
 MARGIN_ENOUGH = 0.06  # [m] below which another way is tried
 BLEED = 1.0  # [s] after a transition, in which the body's path still is as the transition left it
 Laid = tuple[ContactPlan, BodyReference, tuple[Segment, ...]]
@@ -167,9 +163,9 @@ def _off_risers(
     """
 
     def make(setback: float) -> tuple[PlanSettings, Laid, MotionPlan]:
-        asked = replace(settings, riser_setback=setback)
-        laid = lay(asked)
-        return asked, laid, finish(asked, laid)
+        set_back = replace(settings, riser_setback=setback)
+        laid = lay(set_back)
+        return set_back, laid, finish(set_back, laid)
 
     least = settings.riser_setback
     setback = max(least, initial_setback(foot_radius))
@@ -179,14 +175,14 @@ def _off_risers(
         if setback == least:
             raise
         return make(least)
-    room, needed = riser_gap(lane, first[2].contacts, foot_radius)
-    if room >= ENOUGH:
+    gap, needed = riser_gap(lane, first[2].contacts, foot_radius)
+    if gap >= GOOD_GAP:
         return first
     try:
         second = make(max(setback, needed))
     except PlanningError:
         return first
-    return second if riser_gap(lane, second[2].contacts, foot_radius)[0] > room else first
+    return second if riser_gap(lane, second[2].contacts, foot_radius)[0] > gap else first
 
 
 def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:
@@ -225,7 +221,7 @@ def _plan_gait(
     contacts, route, segments = laid
     body, contacts, margin = plan_body(robot, contacts, route, settings, footing, stance.roll)
     if settings.dynamic:
-        segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_PERIOD))
+        segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_CHECK_PERIOD))
     joined = route.joined if route.starts_off(settings) else 0.0
     return MotionPlan(
         index, contacts, body, segments, margin, margin_kind=settings.margin, joined=joined
@@ -244,7 +240,7 @@ def _check(footing: Footing, plan: MotionPlan) -> None:
     k = int(np.argmin(margins))
     if margins[k] <= 0.0:
         t = float(times[k])
-        where = f"in '{plan.segments[plan.segment_index(t)].name}', {t:.1f} s into its task"
+        where = f"in '{plan.segment_name(t)}', {t:.1f} s into its task"
         raise refuse_stance(footing, float(margins[k]), standing[k], where)
 
 

@@ -30,6 +30,12 @@ _IV, _BM, _IM = types.Array(_I, 1, "C"), types.Array(_B, 2, "C"), types.Array(_I
 _FM = types.Array(_F, 2, "F")  # as Drake hands over a mass matrix
 
 
+def _named(kind: Any, *parts: Any) -> Any:
+    """The type of a NamedTuple whose fields have these types."""
+    unlike = types.NamedTuple if len(set(parts)) > 1 else types.NamedUniTuple
+    return unlike(parts, kind) if unlike is types.NamedTuple else unlike(parts[0], len(parts), kind)
+
+
 def _kernels() -> dict[str, dict[str, Signature]]:
     """By group: every kernel that Python calls, and the types that it is called with.
 
@@ -37,22 +43,29 @@ def _kernels() -> dict[str, dict[str, Signature]]:
     kernels call are compiled with these.
     """
     from drake_quad.control.kernel_state import CONSTANTS, MEASURED, ROBOT, WORK
+    from drake_quad.control.tracking import Commands, Inputs
+    from drake_quad.gait_design.candidates import Cycle, Staircase
+    from drake_quad.gait_design.kernels import RobotTables
+    from drake_quad.planning.motion_plan import PlanTables
 
     work, measured = typeof(np.zeros(1, WORK)), typeof(np.zeros(1, MEASURED))
     constants = typeof(np.zeros(1, CONSTANTS)).copy(readonly=True)
+    plan = _named(PlanTables, _RM, _F, _RM, _F, _I, _I)
     return {
         "feet": {
             "control.measurement._measure_one": (
                 measured, _V, _V, typeof(np.zeros(1, ROBOT)), _F, _M,
             ),
             "control.tracking.compute_targets": (
-                _RM, _F, _RM, _F, _I, _I, _V, _V, _V, _V, constants, _V, _V, work, _M,
+                plan, _named(Inputs, _V, _V, _V, _V), constants, _V, _V, work, _M,
             ),
-            "control.tracking.compute_commands": (_V, _V, constants, work, _V, _V, _V, _V, _V),
+            "control.tracking.compute_commands": (
+                _V, _V, constants, work, _named(Commands, _V, _V, _V, _V, _V),
+            ),
         },
         "forces": {
             "control.whole_body_qp.plan_forces": (
-                _FM, _V, _F, _B, constants, work, _V, _V, _V,
+                _FM, _V, _B, constants, work, _V, _V,
             ),
             "control.whole_body_qp.torques_of": (_V, work, _V),
         },
@@ -90,7 +103,8 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         "design": {
             "gait_design.kernels.objectives_of_slacks": (_M, _V),
             "gait_design.kernels.slacks": (
-                _T, _Q, _V, _IM, _F, _F, _F, _M, _M, _V, _M, _T, _T, _F, _V, _M, _V,
+                _named(Cycle, _T, _Q, _V, _IM), _named(Staircase, _F, _F),
+                _named(RobotTables, _F, _M, _M, _V, _M, _T, _T, _F), _V, _M, _V,
             ),
         },
     }  # fmt: skip

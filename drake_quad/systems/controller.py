@@ -68,14 +68,14 @@ def MakeController(
     Args:
         robot: The robot.
         course: The map that it plans on.
-        settings: Of the plans.
-        mission: What to do.
-        control: Of the controllers.
+        settings: Settings of the plans.
+        mission: The tasks.
+        control: Settings of the controllers.
         model: The robot without ground.
         start: Where the robot is put: then the controller estimates its state from there on,
-            from its sensors. None: it is told its state.
-        tracking: What makes joints' commands of the plan: one of KINDS by its name, or what makes
-            one of one's own; `control.kind` if None.
+            from its sensors. None: its state is an input.
+        tracking: The controller that turns the plan into joint commands: one of KINDS by its name,
+            or a function that makes one; `control.kind` if None.
 
     Raises:
         InputError: No such name, or a system without the ports of a TrackingController.
@@ -89,10 +89,10 @@ def MakeController(
         joint_state_desired, joint_torque_feedforward: Commands, in `model`'s actuator order.
         gait_phase, contact_state_desired, catch, body_desired, feet_desired: For logs.
         motion_plan: The plan of the task under way (abstract).
-        robot_state_estimated, estimator_deviation, foot_slip_estimated, estimator_healthy: Of the
-            StateEstimator, if there is a `start`.
-        qp_state, carried_estimated, friction_estimated: Of the WholeBodyController, or of another
-            that has them.
+        robot_state_estimated, estimator_deviation, foot_slip_estimated, estimator_healthy: Outputs
+            of the StateEstimator, if there is a `start`.
+        qp_state, carried_estimated, friction_estimated: Outputs of the WholeBodyController, or of
+            another that has them.
     """
     layout = make_layout(model, robot)
     builder = DiagramBuilder()

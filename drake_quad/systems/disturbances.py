@@ -31,7 +31,7 @@ class Push:
         force_H: Its force [N].
         body: Name of the body it acts on.
         p_BP: Where on that body, in the body's own frame [m].
-        speed: Of the whole robot that its impulse is worth [m/s].
+        speed: Change of the whole robot's speed that its impulse makes [m/s].
     """
 
     time: float
@@ -48,15 +48,15 @@ class Disturbances:
 
     Attributes:
         pushes: Forces from outside.
-        payload_mass: Of a box fixed to the trunk [kg].
-        p_BPayload: Of its middle, in B [m].
-        com_offset: Of the trunk's own centre of mass from where the model has it, in B [m].
-        mass_factor: By which every link's mass and inertia is that of the model.
-        motor_strength: By the joint's name the part in [0, 1] of the commanded torque, and of the
-            effort limit, that its drive delivers.
-        sensor_delay: By which all that the controller senses reaches it late [s].
-        command_delay: By which its commands reach the drives late [s]. The drives' own PD runs on
-            the joints as they are.
+        payload_mass: Mass of a box fixed to the trunk [kg].
+        p_BPayload: Place of its middle, in B [m].
+        com_offset: Offset of the trunk's own centre of mass from the model's, in B [m].
+        mass_factor: Ratio of every link's mass and inertia to the model's.
+        motor_strength: Share in [0, 1] of the commanded torque, and of the effort limit, that a
+            joint's drive delivers, by the joint's name.
+        sensor_delay: Delay of all that the controller senses [s].
+        command_delay: Delay of its commands to the drives [s]. The drives' own PD runs on the
+            joints as they are.
     """
 
     pushes: tuple[Push, ...] = ()
@@ -100,9 +100,9 @@ class PushSource(LeafSystem):
         Args:
             pushes: What to apply.
             bodies: What each acts on, in the plant.
-            layout: Of the plant's state.
-            time_step: Of the plant [s]; pushes last a whole number of them, at least one. 0 of a
-                continuous plant.
+            layout: The layout of the plant's state.
+            time_step: Time step of the plant [s], 0 if it is continuous; pushes last a whole number
+                of steps, at least one.
         """
         super().__init__()
         self.set_name("push_source")
@@ -179,8 +179,8 @@ class Delay(LeafSystem):
         """Declares the ports.
 
         Args:
-            initial: By the signal's name, what comes out before anything has come through.
-            period: Of the steps [s].
+            initial: The outputs' first values, by the signals' names.
+            period: Period of the steps [s].
             steps: n, at least 1.
         """
         super().__init__()

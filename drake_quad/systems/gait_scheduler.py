@@ -83,8 +83,9 @@ class GaitScheduler(LeafSystem):
         until = plan.segments[segment].end
         balance = self._balance_port.Eval(context)
         guarded = self._control.margin_demanded > 0.0
+        push_speed, phases = self._control.push_speed, plan.tables.phases
         if not guarded and advance_if_uneventful(
-            values, plan.phases, plan.index, until, self._period, balance, self._control.push_speed
+            values, phases, plan.index, until, self._period, balance, push_speed
         ):
             return EventStatus.Succeeded()
         phase = values.tolist()

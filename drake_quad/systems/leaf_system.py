@@ -27,9 +27,9 @@ def DeclareModelContext(
     """Declares the cache entry; read it with EvalModelContext.
 
     Args:
-        system: That uses it.
-        model: The model plant, of which a Context is part of it.
-        more: Makes what else is part of it.
+        system: The system that uses it.
+        model: The model plant, a Context of which is kept.
+        more: Makes what else is kept.
     """
 
     def allocate() -> AbstractValue:
@@ -44,9 +44,9 @@ def DeclareModelContext(
 
 
 def EvalModelContext(entry: CacheEntry, context: Context) -> Any:
-    """Returns the model plant's Context that belongs to `context`; its contents are anyone's.
+    """Returns the model plant's Context that belongs to `context`; its contents are undefined.
 
-    With `more` the two of them.
+    With `more` it is a tuple of both.
     """
     return entry.EvalAbstract(context).get_value()
 
@@ -55,9 +55,9 @@ def DeclareStateOutput(system: LeafSystem, name: str, value: int | FloatArray) -
     """Declares discrete state, and an output port `name` that shows it.
 
     Args:
-        system: That has it.
-        name: Of the port.
-        value: At first; or how long it is, if it is zero.
+        system: The system that has it.
+        name: The port's name.
+        value: The first value; or its length, if that is zero.
 
     Returns:
         Its index as a plain number: to turn Drake's own kind of index into one, at every access,
@@ -111,7 +111,7 @@ def DeclareVectorOfEntry(
         name: The port's name.
         entry: The entry, from DeclareVectors.
         row: Which of its vectors.
-        size: That vector's length.
+        size: Length of that vector.
     """
 
     def copy(context: Context, output: BasicVector) -> None:

@@ -52,13 +52,13 @@ class StateEstimator(LeafSystem):
 
         Args:
             robot: The robot.
-            layout: Of the estimated state.
+            layout: The estimated state's layout.
             p_WB: Where the base is put, (3,) [m].
             yaw: Which way it looks [rad].
             pitch: How it leans forward until the first specific force says better [rad].
             q: (12,) joint angles that the state has until the first reading [rad]; zero if None.
             settings: What the filter assumes.
-            period: Of the filter, and of the IMU [s].
+            period: Period of the filter, and of the IMU [s].
         """
         super().__init__()
         self.set_name("state_estimator")

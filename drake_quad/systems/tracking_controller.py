@@ -22,8 +22,15 @@ from drake_quad.control.kernel_state import (
 from drake_quad.control.measurement import ground_table, measure
 from drake_quad.control.ports import BALANCE_SIZE, CATCH_SIZE, SIZE, Balance
 from drake_quad.control.settings import ControlSettings
-from drake_quad.control.tracking import MODE, RUN, compute_commands, compute_targets
-from drake_quad.control.whole_body_qp import plan_forces, solve_sound, torques_of
+from drake_quad.control.tracking import (
+    MODE,
+    RUN,
+    Commands,
+    Inputs,
+    compute_commands,
+    compute_targets,
+)
+from drake_quad.control.whole_body_qp import plan_forces, solve, torques_of
 from drake_quad.planning.contact_forces import distribute_wrench
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import leg_array
@@ -81,6 +88,8 @@ class TrackingController(LeafSystem):
         balance_estimated: See Balance.
     """
 
+    NAME = "tracking_controller"
+
     def __init__(
         self,
         *,
@@ -89,23 +98,23 @@ class TrackingController(LeafSystem):
         model: MultibodyPlant,
         control: ControlSettings,
         course: Course | None = None,
-        stiffness: float = 1.0,
     ) -> None:
         """Declares ports and state.
 
         Args:
             robot: The robot.
-            layout: Of its state.
+            layout: The state's layout.
             model: The robot without ground.
-            control: Of all the controllers.
+            control: Settings of the controllers.
             course: The map; level ground if none is given.
-            stiffness: Share of the joints' stiffness that a loaded leg keeps.
         """
         super().__init__()
+        self.set_name(self.NAME)
         self._robot, self._layout, self._model, self._control = robot, layout, model, control
         self._constants = make_constants(
-            robot, layout, control, stiffness=stiffness, inertia=_rotational_inertia(model, layout)
-        )
+            robot, layout, control, stiffness=self._stance_stiffness(),
+            inertia=_rotational_inertia(model, layout),
+        )  # fmt: skip
         self._ground = ground_table(course)
         self._velocities = layout.v_joints - layout.num_positions
         self._plan_port = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
@@ -125,6 +134,14 @@ class TrackingController(LeafSystem):
         self._scratch = DeclareModelContext(self, model, lambda: new_record(WORK))
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
         self.DeclarePeriodicDiscreteUpdateEvent(control.period, 0.0, self._update)
+        self._declare_state()
+
+    def _stance_stiffness(self) -> float:
+        """Share of the joints' stiffness that a loaded leg keeps."""
+        return 1.0
+
+    def _declare_state(self) -> None:
+        """Declares what else a subclass has."""
 
     def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
         """The joint torques to feed forward; a subclass has them.
@@ -149,25 +166,25 @@ class TrackingController(LeafSystem):
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         plan: MotionPlan = self._plan_port.Eval(context)
-        phase = self._phase_port.Eval(context)
         scratch, work = EvalModelContext(self._scratch, context)
-        constants, model, body = self._constants, self._model, plan.body
+        inputs = Inputs(
+            self._phase_port.Eval(context), self._catch_port.Eval(context),
+            self._contact_port.Eval(context), self._state_port.Eval(context),
+        )  # fmt: skip
         # `state` begins as a copy of the Context's values: the kernels go on from it in place.
         value = state.get_mutable_value
         last = value(self._last)
         compute_targets(
-            body.control, body.knot, plan.phases, plan.duration, plan.index, plan.revision, phase,
-            self._catch_port.Eval(context), self._contact_port.Eval(context),
-            self._state_port.Eval(context), constants, value(self._memory), last, work,
-            self._ground,
-        )  # fmt: skip
-        model.SetPositionsAndVelocities(scratch, last)
-        tick = Tick(scratch, bool(phase[MODE] == RUN), work)
+            plan.tables, inputs, self._constants, value(self._memory), last, work, self._ground
+        )
+        self._model.SetPositionsAndVelocities(scratch, last)
+        tick = Tick(scratch, bool(inputs.phase[MODE] == RUN), work)
         torque, com = self._calc_torque(context, state, tick)
-        compute_commands(
-            torque, com, constants, work, value(self._target),
-            value(self._torque), value(self._body), value(self._feet), value(self._balance),
+        commands = Commands(
+            value(self._target), value(self._torque), value(self._body), value(self._feet),
+            value(self._balance),
         )  # fmt: skip
+        compute_commands(torque, com, self._constants, work, commands)
 
 
 def _rotational_inertia(model: MultibodyPlant, layout: StateLayout) -> float:
@@ -187,17 +204,7 @@ class IkController(TrackingController):
     base's error.
     """
 
-    def __init__(
-        self,
-        *,
-        robot: RobotModel,
-        layout: StateLayout,
-        model: MultibodyPlant,
-        control: ControlSettings,
-        course: Course | None = None,
-    ) -> None:
-        super().__init__(robot=robot, layout=layout, model=model, control=control, course=course)
-        self.set_name("ik_controller")
+    NAME = "ik_controller"
 
     def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
         """Torques (12,) that carry the legs' weight and the standing feet's forces."""
@@ -259,38 +266,26 @@ class WholeBodyController(TrackingController):
         friction_estimated: (4,) coefficient that each foot's force stays within: less after a slip.
     """
 
-    def __init__(
-        self,
-        *,
-        robot: RobotModel,
-        layout: StateLayout,
-        model: MultibodyPlant,
-        control: ControlSettings,
-        course: Course | None = None,
-    ) -> None:
-        super().__init__(
-            robot=robot,
-            layout=layout,
-            model=model,
-            control=control,
-            course=course,
-            stiffness=control.stance_stiffness,
-        )
-        self.set_name("whole_body_controller")
+    NAME = "whole_body_controller"
+
+    def _stance_stiffness(self) -> float:
+        return self._control.stance_stiffness
+
+    def _declare_state(self) -> None:
         self._raw_torque = int(self.DeclareDiscreteState(12))
         self._qp = DeclareStateOutput(self, "qp_state", 2)
-        self._carried = DeclareStateOutput(self, "carried_estimated", 3)
-        assumed = np.full(4, control.friction)
+        self._payload = DeclareStateOutput(self, "carried_estimated", 3)
+        assumed = np.full(4, self._control.friction)
         self._friction = DeclareStateOutput(self, "friction_estimated", assumed)
 
     def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
-        model, work, com = self._model, tick.work, np.empty(3)
+        model, work = self._model, tick.work
         M = model.CalcMassMatrix(tick.scratch)
-        program, sound = plan_forces(
-            M, model.CalcBiasTerm(tick.scratch), GRAVITY, tick.running, self._constants, work,
-            state.get_mutable_value(self._carried), state.get_mutable_value(self._friction), com,
+        program, sound, com = plan_forces(
+            M, model.CalcBiasTerm(tick.scratch), tick.running, self._constants, work,
+            state.get_mutable_value(self._payload), state.get_mutable_value(self._friction),
         )  # fmt: skip
-        x = solve_sound(program) if sound else None
+        x = solve(program) if sound else None
         qp, torque = state.get_mutable_value(self._qp), state.get_mutable_value(self._raw_torque)
         if x is not None:
             torques_of(x, work, torque)

@@ -77,7 +77,7 @@ class TransitionPlanner(LeafSystem):
         phase = self._phase_port.Eval(context)
         task, revision = int(phase[GaitPhase.TASK]), int(phase[GaitPhase.REVISION])
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
-        # The body goes on from where it was told to be, so that its desired pose never jumps.
+        # The body goes on from where it was desired to be, so that its desired pose never jumps.
         if plan.index != task:
             self._set_plan(context, state, task, self._stance_after(plan, context))
         elif plan.revision != revision:
@@ -115,11 +115,11 @@ class TransitionPlanner(LeafSystem):
 
     def _resume(self, plan: MotionPlan, t: float, feet: FloatArray) -> MotionPlan:
         """The rest of `plan` from gait time `t` on, from the feet (4, 3) as they stand."""
-        told = plan.sample(t).body[0]
-        amidst = np.array([*feet[:, :2].mean(axis=0), *told[2:]])
+        desired = plan.sample(t).body[0]
+        amidst = np.array([*feet[:, :2].mean(axis=0), *desired[2:]])
         first: PlanningError | None = None
-        # Where the body is told to be may be no place to set out from with the feet elsewhere.
-        for body in (told, amidst):
+        # Where the body is desired to be may be no place to set out from with the feet elsewhere.
+        for body in (desired, amidst):
             try:
                 stance = Stance(body, feet)
                 return replan_task(self._robot, self._course, self._settings, plan, t, stance)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from drake_quad.common import FloatArray, read_only
 from drake_quad.errors import InputError
+from drake_quad.jit import jit
 from drake_quad.math.rotations import rotation
 from drake_quad.terrain.boxes import Box, Slab, first_overlap, make_box, move_face
 from drake_quad.terrain.elements import DEFAULT_WIDTH, Element, check_elements
@@ -309,3 +310,34 @@ def ground_normals(course: Course, places: FloatArray) -> FloatArray:
         highest = np.where(here, z, highest)
         normals[here] = slope / np.linalg.norm(slope)
     return normals.reshape(*places.shape[:-1], 3)
+
+
+def box_tops(course: Course) -> FloatArray:
+    """The tops of a course's boxes as kernels take them, one a row (n, 10).
+
+    Columns: the two axes in W (4), the middle (2) [m], half the extent (2) [m], the height in the
+    middle [m] and the gradient along the first axis.
+    """
+    rows = [
+        [*b.axes.ravel(), *b.middle, *(0.5 * b.extent), b.top, b.gradient] for b in course.boxes
+    ]
+    return np.array(rows).reshape(-1, 10)
+
+
+@jit
+def top_at(tops: FloatArray, x: float, y: float) -> tuple[float, float, float]:
+    """Height [m] and gradient along x and y of the highest of `box_tops` at a place in W [m].
+
+    The height is nan where there is none, and the gradient zero.
+    """
+    height, gx, gy = np.nan, 0.0, 0.0
+    for k in range(len(tops)):
+        box = tops[k]
+        dx, dy = x - box[4], y - box[5]
+        along, across = box[0] * dx + box[1] * dy, box[2] * dx + box[3] * dy
+        if abs(along) > box[6] + EDGE or abs(across) > box[7] + EDGE:
+            continue
+        z = box[8] + box[9] * along
+        if not height >= z:
+            height, gx, gy = z, box[9] * box[0], box[9] * box[1]
+    return height, gx, gy

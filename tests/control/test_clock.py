@@ -20,7 +20,9 @@ def ran(phase: FloatArray, *, speed: float = 0.0, until: float = PLAN.duration) 
     """Whether the clock went on by itself."""
     balance = np.zeros(BALANCE_SIZE)
     balance[Balance.VELOCITY_ERROR + 1] = speed
-    return advance_if_uneventful(phase, PLAN.phases, PLAN.index, until, PERIOD, balance, PUSH)
+    return advance_if_uneventful(
+        phase, PLAN.tables.phases, PLAN.index, until, PERIOD, balance, PUSH
+    )
 
 
 @given(share)

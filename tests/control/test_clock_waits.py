@@ -7,13 +7,13 @@ from rig import flat_walk
 from drake_quad.common import FloatArray
 from drake_quad.control.gait_clock import (
     CALM_PLACE,
-    CALM_SPEED,
     begin_task,
     clock_rate,
     is_off_plan,
     set_clock,
 )
 from drake_quad.control.ports import BALANCE_SIZE, SIZE, Balance, GaitPhase, Mode
+from drake_quad.control.push_recovery import CALM_SPEED
 from drake_quad.control.settings import ControlSettings
 from drake_quad.planning.contact_plan import Step
 

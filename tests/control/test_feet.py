@@ -1,74 +1,18 @@
 """The feet of a state are Drake's: places, velocities, Jacobians, accelerations of no change."""
 
-from typing import NamedTuple
-
 import numpy as np
+from feet_rig import any_state, case_of, drakes_drift, drakes_jacobian
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydrake.math import RigidTransform
-from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.systems.framework import Context
-from rig import feet_of, model_layout, model_plant, paper_robot
+from rig import feet_of, model_layout, paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.control.measurement import Feet, ground_table, measure, measure_feet
+from drake_quad.control.kernel_state import FEET, MEASURED, fields_of, new_record
+from drake_quad.control.measurement import ground_table, measure, measure_feet
 from drake_quad.robot.kinematics import leg_array, leg_constants, leg_row
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=60)
-KV = JacobianWrtVariable.kV
-
-
-class Case(NamedTuple):
-    """A state, its context in Drake, and its feet."""
-
-    state: FloatArray
-    context: Context
-    feet: Feet
-
-
-def any_state(seed: int) -> FloatArray:
-    """[q; v] of any pose, turned any way, all of it moving."""
-    rng = np.random.default_rng(seed)
-    layout = model_layout()
-    state = rng.uniform(-2.0, 2.0, layout.size)
-    quaternion = rng.normal(size=4)
-    state[:4] = quaternion / np.linalg.norm(quaternion)
-    return np.asarray(state)
-
-
-def case_of(seed: int) -> Case:
-    state, plant, robot = any_state(seed), model_plant(), paper_robot()
-    context = plant.CreateDefaultContext()
-    plant.SetPositionsAndVelocities(context, state)
-    legs = leg_array(robot.geometry)
-    feet = measure(model_layout(), legs, robot.foot_radius, state, 0.0 * state).feet
-    return Case(state, context, feet)
-
-
-def drakes_jacobian(context: Context, row: int, *, under: float = 0.0) -> FloatArray:
-    """Of a foot's material point `under` [m] below its centre, by Drake's velocities (3, 18)."""
-    plant, robot = model_plant(), paper_robot()
-    body = plant.GetJointByName(robot.joint_names[3 * row + 2]).child_body()
-    X: RigidTransform = body.EvalPoseInWorld(context)
-    point = np.array([0.0, 0.0, -robot.geometry.shank[row]])
-    point = point + X.rotation().matrix().T @ [0.0, 0.0, -under]
-    world = plant.world_frame()
-    return np.asarray(
-        plant.CalcJacobianTranslationalVelocity(context, KV, body.body_frame(), point, world, world)
-    )
-
-
-def drakes_drift(context: Context, row: int) -> FloatArray:
-    """Of a foot's centre: its acceleration while no velocity changes (3,) [m/s^2]."""
-    plant, robot = model_plant(), paper_robot()
-    body = plant.GetJointByName(robot.joint_names[3 * row + 2]).child_body()
-    point = [0.0, 0.0, -robot.geometry.shank[row]]
-    world = plant.world_frame()
-    bias = plant.CalcBiasTranslationalAcceleration(
-        context, KV, body.body_frame(), point, world, world
-    )
-    return np.asarray(bias).ravel()
 
 
 def joint_columns(row: int) -> FloatArray:
@@ -140,12 +84,16 @@ def test_compiled_and_plain_are_the_same() -> None:
     robot, layout = paper_robot(), model_layout()
     legs = leg_array(robot.geometry)
     for seed in range(5):
-        state = layout.read(any_state(seed))
-        arguments = (legs, robot.foot_radius, state.p_WB, state.R_WB, state.w_WB, state.v_WB,
-                     state.q.ravel(), state.qd.ravel(), ground_table(None))  # fmt: skip
-        plain = measure_feet.py_func(*arguments)  # type: ignore[attr-defined]
-        for one, other in zip(measure_feet(*arguments), plain, strict=True):
-            np.testing.assert_allclose(one, other, atol=1e-9)
+        state = any_state(seed)
+        compiled = measure(layout, legs, robot.foot_radius, state, state)
+        one = fields_of(new_record(MEASURED))
+        for name in ("p", "R", "w", "v", "q", "qd"):
+            getattr(one, name)[...] = getattr(compiled, name)
+        plain = measure_feet.py_func  # type: ignore[attr-defined]
+        plain(one, legs, robot.foot_radius, ground_table(None))
+        for name in FEET.names or ():
+            np.testing.assert_allclose(compiled.feet[name], one.feet[name], atol=1e-9)
+            assert np.any(one.feet[name])
 
 
 def test_leg_rows_are_the_legs_constants() -> None:

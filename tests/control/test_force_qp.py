@@ -15,8 +15,11 @@ from drake_quad.control.kernel_state import Weights
 from drake_quad.control.measurement import measure
 from drake_quad.control.whole_body_qp import (
     SOFT,
+    FootBounds,
+    JointBounds,
     Program,
     _support_sides,
+    has_numbers,
     make_program,
     solve,
     spread_variables,
@@ -48,10 +51,19 @@ class Case(NamedTuple):
 
     program: Program
     dynamics: Dynamics
-    load: FloatArray
-    places: FloatArray
+    feet: FootBounds
     wanted: FloatArray
     effort: FloatArray
+
+    @property
+    def load(self) -> FloatArray:
+        """How much each foot may carry (4,)."""
+        return self.feet.load
+
+    @property
+    def places(self) -> FloatArray:
+        """The feet's centres (4, 3) [m]."""
+        return self.feet.place
 
     @property
     def forces(self) -> FloatArray:
@@ -64,6 +76,11 @@ class Case(NamedTuple):
     def torque(self) -> FloatArray:
         """The joints' torques of its solution (12,) [Nm]."""
         return self.dynamics.torque @ self.forces.ravel() + self.dynamics.torque_offset
+
+
+def feet_of(load: FloatArray, place: FloatArray) -> FootBounds:
+    """The bounds of feet on level ground."""
+    return FootBounds(load, place, MU, LEAST * load, LEVEL, EVEN)
 
 
 def random_load(rng: np.random.Generator) -> FloatArray:
@@ -110,22 +127,9 @@ def case_of(seed: int, *, effort: float = 1.0, calm: bool = False, urge: float =
     lower = 800.0 * (robot.q_lower - measured.q - 0.05 * measured.qd)
     upper = 800.0 * (robot.q_upper - measured.q - 0.05 * measured.qd)
     limit = effort * robot.effort
-    arguments = (
-        dynamics,
-        wanted,
-        load,
-        measured.feet.place,
-        limit,
-        lower,
-        upper,
-        MU,
-        LEAST * load,
-        WEIGHTS,
-        LEVEL,
-        EVEN,
-    )
-    program = make_program(*arguments)
-    return Case(program, dynamics, load, measured.feet.place, wanted, limit)
+    feet = feet_of(load, np.array(measured.feet.place))
+    program = make_program(dynamics, wanted, feet, JointBounds(limit, lower, upper), WEIGHTS)
+    return Case(program, dynamics, feet, wanted, limit)
 
 
 def on_slopes(seed: int, *, steepest: float = 0.5) -> tuple[Case, FloatArray]:
@@ -137,10 +141,8 @@ def on_slopes(seed: int, *, steepest: float = 0.5) -> tuple[Case, FloatArray]:
     maps = Dynamics(*(np.array(part) for part in case.dynamics))
     turn_forces(maps, axes)
     bound = np.full(12, 1e4)
-    program = make_program(
-        maps, case.wanted, case.load, case.places, case.effort, -bound, bound, MU,
-        LEAST * case.load, WEIGHTS, axes, EVEN,
-    )  # fmt: skip
+    feet, joints = case.feet._replace(axes=axes), JointBounds(case.effort, -bound, bound)
+    program = make_program(maps, case.wanted, feet, joints, WEIGHTS)
     return case._replace(program=program, dynamics=maps), axes
 
 
@@ -300,20 +302,8 @@ def test_foot_that_may_carry_less_carries_less(seed: int, row: int) -> None:
     for share in sorted(rng.uniform(0.0, 0.2, 3)):
         load = np.ones(4)
         load[row] = share + 1e-6
-        program = make_program(
-            case.dynamics,
-            case.wanted,
-            load,
-            case.places,
-            case.effort,
-            -bounds,
-            bounds,
-            MU,
-            LEAST * load,
-            WEIGHTS,
-            LEVEL,
-            EVEN,
-        )
+        feet, joints = feet_of(load, case.feet.place), JointBounds(case.effort, -bounds, bounds)
+        program = make_program(case.dynamics, case.wanted, feet, joints, WEIGHTS)
         x = solve(program)
         assert x is not None
         pushes.append(float(spread_variables(x, load)[3 * row + 2]))
@@ -326,20 +316,8 @@ def test_limits_that_are_none_are_no_obstacle() -> None:
     case = case_of(3)
     found = []
     for limit in (np.full(12, np.inf), np.full(12, 1e6)):
-        program = make_program(
-            case.dynamics,
-            case.wanted,
-            case.load,
-            case.places,
-            limit,
-            -limit,
-            limit,
-            MU,
-            LEAST * case.load,
-            WEIGHTS,
-            LEVEL,
-            EVEN,
-        )
+        joints = JointBounds(limit, -limit, limit)
+        program = make_program(case.dynamics, case.wanted, case.feet, joints, WEIGHTS)
         x = solve(program)
         assert x is not None
         found.append(x)
@@ -353,8 +331,8 @@ def test_program_without_numbers_has_no_solution(part: str, seed: int) -> None:
     program = case_of(seed).program
     broken = np.array(getattr(program, part))
     broken.flat[seed * 7 % broken.size] = np.nan
-    assert solve(program) is not None
-    assert solve(program._replace(**{part: broken})) is None
+    assert has_numbers(program) and solve(program) is not None
+    assert not has_numbers(program._replace(**{part: broken}))
 
 
 def test_program_that_contradicts_itself_has_no_solution() -> None:
@@ -373,20 +351,8 @@ def test_soft_rows_give_way_when_there_is_no_other_way(seed: int) -> None:
     case, rng = case_of(seed), np.random.default_rng(seed)
     lower = rng.uniform(100.0, 1000.0, 12) * rng.choice([-1.0, 1.0], 12)
     upper = lower + rng.uniform(0.0, 1000.0, 12)
-    program = make_program(
-        case.dynamics,
-        case.wanted,
-        case.load,
-        case.places,
-        case.effort,
-        lower,
-        upper,
-        MU,
-        LEAST * case.load,
-        WEIGHTS,
-        LEVEL,
-        EVEN,
-    )
+    joints = JointBounds(case.effort, lower, upper)
+    program = make_program(case.dynamics, case.wanted, case.feet, joints, WEIGHTS)
     x = solve(program)
     assert x is not None
     f = spread_variables(x, case.load).reshape(4, 3)

@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+from feet_rig import Case, any_state, case_of, drakes_drift, drakes_jacobian
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.multibody.tree import MultibodyForces
 from rig import flat_walk, model_layout, model_plant, paper_robot, state_of
-from test_feet import Case, any_state, case_of, drakes_drift, drakes_jacobian
 
 from drake_quad.common import FloatArray
 from drake_quad.control.inverse_dynamics import Dynamics, reduce_dynamics

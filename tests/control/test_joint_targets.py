@@ -1,5 +1,7 @@
 """The joints that put the feet where they are to be, in the body as desired or as measured."""
 
+from typing import NamedTuple
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -18,6 +20,34 @@ LIMITS = (paper_robot().q_lower, paper_robot().q_upper)
 LOAD, NONE = np.ones(4), np.zeros(3)
 
 
+class Robot(NamedTuple):
+    """The part of CONSTANTS that the joints' targets need."""
+
+    legs: FloatArray = leg_array(paper_robot().geometry)
+    q_lower: FloatArray = paper_robot().q_lower
+    q_upper: FloatArray = paper_robot().q_upper
+
+
+class Base(NamedTuple):
+    """The base as measured."""
+
+    p: FloatArray
+    R: FloatArray
+
+
+class Target(NamedTuple):
+    """The base as desired, and the feet's loads."""
+
+    body: FloatArray
+    R: FloatArray
+    v: FloatArray = NONE
+    w: FloatArray = NONE
+    load: FloatArray = LOAD
+
+
+ROBOT = Robot()
+
+
 def turned(seed: int) -> tuple[FloatArray, FloatArray]:
     """A base's place and rotation, a little off the plan's first."""
     rng = np.random.default_rng(seed)
@@ -34,11 +64,9 @@ def feet_in_world(q: FloatArray, p: FloatArray, R: FloatArray) -> FloatArray:
 @given(seeds)
 def test_targets_put_loaded_feet_in_the_desired_body_and_others_in_the_measured(seed: int) -> None:
     """By forward kinematics; half the load, half way between."""
-    legs, zero = leg_array(paper_robot().geometry), np.zeros((4, 3))
     (p, R), (p_d, R_d) = turned(seed), turned(seed + 1)
-    none = np.zeros(3)
-    load = np.array([1.0, 0.0, 1.0, 0.5])
-    q, qd = joint_targets(legs, FEET, zero, load, p, R, p_d, R_d, none, none, *LIMITS)
+    target = Target(p_d, R_d, load=np.array([1.0, 0.0, 1.0, 0.5]))
+    q, qd = joint_targets(ROBOT, FEET, np.zeros((4, 3)), Base(p, R), target)
     desired, measured = feet_in_world(q, p_d, R_d), feet_in_world(q, p, R)
     np.testing.assert_allclose(desired[[0, 2]], FEET[[0, 2]], atol=1e-9)
     np.testing.assert_allclose(measured[1], FEET[1], atol=1e-9)
@@ -51,20 +79,18 @@ def test_targets_put_loaded_feet_in_the_desired_body_and_others_in_the_measured(
 @given(seeds)
 def test_target_speeds_move_feet_and_body_as_desired(seed: int) -> None:
     """The speeds are the derivative of the angles as body and feet move on."""
-    rng, legs = np.random.default_rng(seed), leg_array(paper_robot().geometry)
-    p, R = turned(seed)
+    rng, (p, R) = np.random.default_rng(seed), turned(seed)
     v, w = rng.uniform(-0.2, 0.2, 3), rng.uniform(-0.2, 0.2, 3)
     feet_v = rng.uniform(-0.3, 0.3, (4, 3))
-    ones, h = np.ones(4), 1e-5
-    _, qd = joint_targets(legs, FEET, feet_v, ones, p, R, p, R, v, w, *LIMITS)
+    h = 1e-5
+    _, qd = joint_targets(ROBOT, FEET, feet_v, Base(p, R), Target(p, R, v, w))
     angles = []
     for t in (-h, h):
         size = float(np.linalg.norm(w))
         turn = np.asarray(AngleAxis(t * size, w / size).rotation())
         at = (p + t * v, turn @ R)
-        angles.append(
-            joint_targets(legs, FEET + t * feet_v, feet_v, ones, *at, *at, v, w, *LIMITS)[0]
-        )
+        target = Target(*at, v, w)
+        angles.append(joint_targets(ROBOT, FEET + t * feet_v, feet_v, Base(*at), target)[0])
     np.testing.assert_allclose(qd, (angles[1] - angles[0]) / (2 * h), atol=1e-5)
 
 
@@ -84,11 +110,8 @@ def at_legs_ends(seed: int, further: float) -> tuple[FloatArray, FloatArray, Flo
 @given(seeds, st.floats(0.0, 0.05))
 def test_a_leg_that_is_too_short_goes_as_far_as_its_knee_lets_it(seed: int, out: float) -> None:
     """No hip pitch would bring the foot nearer by more than what is of second order."""
-    robot, zero = paper_robot(), np.zeros((4, 3))
     p, R, feet = at_legs_ends(seed, out)
-    q, _ = joint_targets(
-        leg_array(robot.geometry), feet, zero, LOAD, p, R, p, R, NONE, NONE, *LIMITS
-    )
+    q, _ = joint_targets(ROBOT, feet, np.zeros((4, 3)), Base(p, R), Target(p, R))
     assert np.all(q[2::3] <= LIMITS[1][2::3])
     away = np.linalg.norm(feet_in_world(q, p, R) - feet, axis=1)
     for turn in np.linspace(-0.1, 0.1, 201):
@@ -104,7 +127,7 @@ def test_no_knee_is_sent_past_its_limit_and_no_hip_after_it(seed: int, out: floa
     p, R, feet = at_legs_ends(seed, out)
     v, w = rng.uniform(-0.5, 0.5, 3), rng.uniform(-0.2, 0.2, 3)
     feet_v = rng.uniform(-0.5, 0.5, (4, 3))
-    q, qd = joint_targets(leg_array(robot.geometry), feet, feet_v, LOAD, p, R, p, R, v, w, *LIMITS)
+    q, qd = joint_targets(ROBOT, feet, feet_v, Base(p, R), Target(p, R, v, w))
     later = (q + LOOK_AHEAD * qd)[2::3]
     assert np.all(later <= LIMITS[1][2::3] + 1e-9) and np.all(later >= LIMITS[0][2::3] - 1e-9)
     jacobians = calc_jacobians(robot.geometry, q.reshape(4, 3))

@@ -15,6 +15,7 @@ from drake_quad.control.foot_targets import (
     REGAIN_TIME,
     TOUCHDOWN,
     URGENT_SEARCH,
+    FootInputs,
     compute_foot_targets,
 )
 from drake_quad.control.kernel_state import (
@@ -27,6 +28,7 @@ from drake_quad.control.kernel_state import (
     Pace,
     new_memory,
 )
+from drake_quad.planning.motion_plan import PlannedFeet
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=40)
@@ -63,14 +65,11 @@ class Walk:
 
     def tick(self, count: int = 1) -> Result:
         """What the last of so many ticks returns."""
-        plan = (self.planned, self.velocity, self.acceleration, self.standing)
+        planned = PlannedFeet(self.planned, self.velocity, self.acceleration, self.standing, self.s)
         for _ in range(count):
-            robot = (self.feet, self.bearing, self.catch, self.urgent)
-            result = Result(
-                *compute_foot_targets(*plan, self.s, self.rate, *robot, self.memory, PACE)
-            )
-            self.memory = result.memory
-        return result
+            now = FootInputs(planned, self.rate, self.feet, self.bearing, self.catch, self.urgent)
+            target, self.memory = compute_foot_targets(now, self.memory, PACE)
+        return Result(*target, self.memory)
 
 
 @examples

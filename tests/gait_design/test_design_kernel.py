@@ -26,6 +26,7 @@ from drake_quad.gait_design.kernels import (
     centre_of_mass,
     joint_angles,
     place_points,
+    pose_of,
     static_foot_loads,
     torque_used,
 )
@@ -33,13 +34,14 @@ from drake_quad.gait_design.objective import (
     NAMES,
     evaluate_candidates,
     objective,
+    robot_tables,
     wanted_with_tolerance,
 )
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.clearance import knee_axes, shank_middles
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.motion_plan import pose_robot
-from drake_quad.robot.kinematics import calc_jacobians, calc_knees, leg_array
+from drake_quad.robot.kinematics import calc_jacobians, calc_knees, leg_array, leg_row
 from drake_quad.robot.model import SHANK_POINTS
 from drake_quad.stability.support_polygon import stability_margins
 
@@ -51,24 +53,24 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     robot = with_raised(paper_robot(), rng.uniform(-0.1, 0.1, 4) * rng.integers(0, 2))
     g = robot.geometry
     legs = leg_array(g)
-    masses = np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()])
-    coms = np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)])
+    tables = robot_tables(robot, shape())
     body = np.array([*rng.uniform(-0.1, 0.1, 2), 0.8, rng.uniform(-0.5, 0.5), 0.0])
     feet = g.p_BH - np.array([0.0, 0.0, 0.8]) + rng.uniform(-0.15, 0.15, (4, 3)) + body[:3]
     q, excess, com = pose_robot(robot, body[None], feet[None])
-    cp, sp = np.cos(body[3]), np.sin(body[3])
+    pose = pose_of(body, 0.0)
     found, points = np.empty((4, 3)), np.empty((4, SHANK + THIGH, 3))
     offsets = rng.uniform(-0.1, 0.1, (4, SHANK))
     R = rotations(body)
     J = calc_jacobians(g, q[0])
     for k in range(4):
-        room = joint_angles(legs[k], body, feet[k], 0.0, cp, sp, found[k])
+        leg = leg_row(legs, k)
+        room = joint_angles(leg, pose, feet[k], found[k])
         assert (room < 0.0) == (excess[0, k] > 0.0) or abs(room) < 1e-5
         force = rng.uniform(0.0, 300.0)
         torque = J[k].T @ (R.T @ [0.0, 0.0, -force])
-        used = torque_used(legs[k], found[k], force, cp, sp, robot.effort[3 * k : 3 * k + 3])
+        used = torque_used(leg, found[k], force, pose, robot.effort[3 * k : 3 * k + 3])
         assert used == pytest.approx(np.max(np.abs(torque) / robot.effort[3 * k : 3 * k + 3]))
-        place_points(legs[k], found[k], body, 0.0, cp, sp, feet[k], offsets[k], points[k])
+        place_points(leg, found[k], pose, feet[k], offsets[k], points[k])
     np.testing.assert_allclose(found, q[0], atol=1e-9)
     knees = body[:3] + calc_knees(g, q[0]) @ R.T
     middles = shank_middles(offsets, knees, feet, knee_axes(q[0]) @ R.T)
@@ -76,7 +78,7 @@ def test_kernel_has_the_robots_own_kinematics(seed: int) -> None:
     lines = knees[:, None] + SHANK_POINTS[:, None] * (feet - knees)[:, None]
     np.testing.assert_allclose(np.linalg.norm(middles - lines, axis=2), np.abs(offsets), atol=1e-9)
     at = np.empty(3)
-    centre_of_mass(body, found, legs, masses, coms, cp, sp, at)
+    centre_of_mass(pose, found, tables, at)
     np.testing.assert_allclose(at, com[0], atol=1e-9)
 
 

@@ -34,7 +34,7 @@ def test_shanks_keep_room_for_what_the_map_may_be_off() -> None:
     for error, wanted in ((0.0, usual), (ERROR, careful)):
         designed = design_scenario(asked(error), robot=robot)
         assert designed.scenario.gait.shank_room == pytest.approx(wanted.legs, abs=1e-4)
-        assert 0.8 * wanted.legs < designed.room.worth < 1.5 * wanted.legs
+        assert 0.8 * wanted.legs < designed.room.weighted < 1.5 * wanted.legs
 
 
 def test_stairs_without_so_much_room_are_climbed_all_the_same(

@@ -25,6 +25,7 @@ from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
+from drake_quad.terrain.course import Course
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -33,12 +34,18 @@ def design_first() -> None:
     designed()
 
 
+def course() -> Course:
+    """The design's course."""
+    return course_of(designed().scenario, foot_radius=paper_robot().foot_radius)
+
+
 def tried_against(beat: Designed | None) -> Designed | None:
     found, robot = designed(), paper_robot()
     shape = link_outline_of(robot)
     return plan_design(
-        found.scenario, design=found.design, robot=robot, shape=shape, source="test", beat=beat
-    )
+        found.scenario, design=found.design, robot=robot, shape=shape, course=course(),
+        source="test", beat=beat,
+    )  # fmt: skip
 
 
 def test_a_design_is_no_better_than_itself() -> None:
@@ -55,8 +62,9 @@ def test_a_plan_at_which_the_clock_would_stop_is_refused() -> None:
     found, robot = designed(), paper_robot()
     strict = replace(found.scenario, controller=replace(found.scenario.controller))
     plan = partial(
-        plan_design, design=found.design, robot=robot, shape=link_outline_of(robot), source="test"
-    )
+        plan_design, design=found.design, robot=robot, shape=link_outline_of(robot),
+        course=course(), source="test",
+    )  # fmt: skip
     strict.controller.lift_off_margin = 0.9 * found.margin
     assert plan(strict, beat=None) is not None
     strict.controller.lift_off_margin = 1.01 * found.margin
@@ -138,7 +146,7 @@ def test_no_design_is_taken_that_folds_a_shank_into_the_trunk() -> None:
     with pytest.raises(PlanningError, match="inside the trunk"):
         plan_design(
             found.scenario, design=found.design, robot=robot, shape=link_outline_of(robot),
-            source="test", beat=None,
+            course=course(), source="test", beat=None,
         )  # fmt: skip
 
 
@@ -149,7 +157,7 @@ def test_no_design_is_taken_that_leans_a_thigh_on_the_stairs() -> None:
     with pytest.raises(PlanningError, match=r"the thigh of [FR][LR] would be .* inside the stairs"):
         plan_design(
             found.scenario, design=found.design, robot=thick, shape=link_outline_of(robot),
-            source="test", beat=None,
+            course=course(), source="test", beat=None,
         )  # fmt: skip
 
 

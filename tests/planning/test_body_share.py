@@ -7,10 +7,17 @@ import pytest
 from rig import flat_course, paper_robot, walk_plan
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.planning.body_constraints import Share, com_gain, com_share, zmp_share
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.planning.problem import PlanSettings
-from drake_quad.planning.zmp import ZmpSamples, sample_zmp, shift_response
+from drake_quad.planning.zmp import (
+    Share,
+    ZmpSamples,
+    com_gain,
+    com_share,
+    sample_zmp,
+    shift_response,
+    zmp_share,
+)
 
 QUICK = PlanSettings(dynamic=True, duty_factor=0.76, cycle_time=1.88, switch_wait=0.06)
 

@@ -10,8 +10,8 @@ from rig import course_of, paper_robot
 
 from drake_quad.errors import PlanningError
 from drake_quad.planning.footholds import SHORTEST_LANDING, FootholdGrid, make_foothold_grid
-from drake_quad.planning.footsteps import EDGE_CLEARANCE, foothold
-from drake_quad.planning.problem import PlanSettings
+from drake_quad.planning.footsteps import foothold
+from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings
 from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.elements import Element
 from drake_quad.terrain.lane import Lane

@@ -10,7 +10,7 @@ from rig import paper_robot
 
 from drake_quad.errors import PlanningError
 from drake_quad.math.distance import PAIRS, line_to_line
-from drake_quad.planning.clearance import ENOUGH, check_self_collision, leg_clearance
+from drake_quad.planning.clearance import CUTOFF, check_self_collision, leg_clearance
 from drake_quad.planning.motion_plan import PlanSamples, pose_robot
 from drake_quad.planning.problem import Task
 from drake_quad.robot.kinematics import calc_feet
@@ -70,4 +70,4 @@ def test_a_plan_that_crosses_two_legs_is_refused() -> None:
     with pytest.raises(PlanningError, match=f"the legs {who} would be .* inside each other at 0.0"):
         check_self_collision(robot, task, samples)
     q = np.zeros((1, 4, 3))
-    assert leg_clearance(robot, calc_feet(robot.geometry, q), q).min() == ENOUGH
+    assert leg_clearance(robot, calc_feet(robot.geometry, q), q).min() == CUTOFF

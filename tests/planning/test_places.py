@@ -18,8 +18,8 @@ from drake_quad.gait_design.candidates import (
 )
 from drake_quad.planning.body_reference import body_lift
 from drake_quad.planning.footholds import FootholdPattern, make_foothold_grid
-from drake_quad.planning.footsteps import EDGE_CLEARANCE, foothold
-from drake_quad.planning.problem import PlanSettings
+from drake_quad.planning.footsteps import foothold
+from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings
 from drake_quad.robot.legs import LEGS, WAVE_ORDER
 
 RUN = 0.5

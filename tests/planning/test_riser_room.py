@@ -14,11 +14,11 @@ from drake_quad.planning import task as plan_task_module
 from drake_quad.planning import task as riser_room_module
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.footholds import FootholdPattern, make_foothold_grid
-from drake_quad.planning.footsteps import EDGE_CLEARANCE, foothold, plan_walk_footsteps
+from drake_quad.planning.footsteps import foothold, plan_walk_footsteps
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.task import ENOUGH, gap_to_riser, initial_setback, plan_task, riser_gap
+from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
+from drake_quad.planning.task import GOOD_GAP, gap_to_riser, initial_setback, plan_task, riser_gap
 from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.course import build_course
 from drake_quad.terrain.elements import Element
@@ -81,7 +81,7 @@ def test_feet_that_roll_farther_than_mostly_are_set_down_anew(
 
     monkeypatch.setattr(plan_task_module, "plan_walk_footsteps", lay)
     lane, plan = big_footed_walk()
-    assert riser_gap(lane, plan.contacts, BIG)[0] < ENOUGH < touched
+    assert riser_gap(lane, plan.contacts, BIG)[0] < GOOD_GAP < touched
 
 
 def test_the_top_of_a_slope_is_no_riser() -> None:
@@ -102,7 +102,7 @@ def test_the_top_of_a_slope_is_no_riser() -> None:
 def test_big_feet_that_roll_touch_no_riser() -> None:
     """They roll by more than what every footprint keeps from a riser, and are set down farther."""
     lane, plan = big_footed_walk()
-    assert riser_gap(lane, plan.contacts, BIG)[0] >= ENOUGH
+    assert riser_gap(lane, plan.contacts, BIG)[0] >= GOOD_GAP
     times = sample_times(plan.contacts)
     feet, standing = plan.contacts.feet_at(times)
     rolled = plan.contacts.roll.at(times) if plan.contacts.roll else np.zeros((len(times), 4, 2))

@@ -8,12 +8,11 @@ from rig import paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.check import AS_USUAL, Feasibility, check_flight, make_stairs_scenario
-from drake_quad.gait_design import kernels as kernel
 from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.gait_design.objective import NAMES, wanted_with_tolerance
+from drake_quad.gait_design.kernels import slacks
+from drake_quad.gait_design.objective import NAMES, robot_tables, wanted_with_tolerance
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import LinkOutline, link_outline_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.equilibrium_region import HULL
@@ -37,20 +36,11 @@ def designed() -> Designed:
 
 def unswayed(grid: CandidateBatch, stairs: Staircase, outline: LinkOutline) -> FloatArray:
     """The room (7,) by NAMES of a grid of one on stairs, if its body does not sway."""
-    robot, g = paper_robot(), paper_robot().geometry
+    robot = paper_robot()
     cycle = make_cycle(grid, stairs, foot_radius=robot.foot_radius, clearance=0.02)
     found = np.full((1, len(NAMES)), np.inf)
-    kernel.slacks(
-        cycle.body, cycle.feet, cycle.swing, cycle.landed, stairs.rise, stairs.run,
-        robot.foot_radius,
-        leg_array(g),
-        np.stack([robot.q_lower, robot.q_upper, robot.effort]),
-        np.concatenate([[robot.trunk_mass], robot.link_mass.ravel()]),
-        np.concatenate([robot.trunk_com[None], robot.link_com.reshape(12, 3)]),
-        np.stack([[outline.trunk_lower, outline.trunk_upper], *outline.trunk_parts]),
-        np.stack([outline.shank_offsets, outline.shank_radii]),
-        0.0, wanted_with_tolerance(robot), found, np.full(1, np.inf),
-    )  # fmt: skip
+    tables = robot_tables(robot, outline)._replace(widest=0.0)
+    slacks(cycle, stairs, tables, wanted_with_tolerance(robot), found, np.full(1, np.inf))
     return found[0]
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from control_rig import com_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator, SimulatorStatus
@@ -47,13 +48,6 @@ class Monitor:
     def read(self, port: str) -> FloatArray:
         """An output now."""
         return read(self.system, self.context, port)
-
-
-def com_of(state: FloatArray) -> FloatArray:
-    plant = model_plant()
-    context = plant.CreateDefaultContext()
-    plant.SetPositionsAndVelocities(context, state)
-    return np.array(plant.CalcCenterOfMassPositionInWorld(context))
 
 
 def random_monitor(seed: int) -> Monitor:
