@@ -113,7 +113,7 @@ def transition_plan(
     Args:
         robot: For the feet's radius.
         transition: In the body frame, which begins at W's origin.
-        height: Of the body [m].
+        height: Height of the body [m].
         swing: How long a leg is in the air [s].
         shift: How long the body moves before it is [s].
     """

@@ -132,9 +132,9 @@ def study_falsehood(
 
     Args:
         count: How many plans.
-        seed: Of everything random.
-        rate: Of the samples [Hz].
-        seconds: After which no further plan is begun: the result says how many there were [s].
+        seed: Seed of everything random.
+        rate: Rate of the samples [Hz].
+        seconds: Time after which no further plan is begun [s]; the result says how many there were.
     """
     begun = time.perf_counter()
     rng = np.random.default_rng(seed)

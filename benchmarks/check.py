@@ -10,6 +10,7 @@ import argparse
 import json
 import time
 from collections.abc import Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -17,30 +18,27 @@ import numpy as np
 from benchmarks.common import markdown_table, provenance
 from drake_quad.feasibility.chart import Span, chart_grid
 from drake_quad.feasibility.check import check_flight
+from drake_quad.terrain.elements import Stairs
 
 ROBOT = "package://drake_quad_models/paper_quadruped.urdf"
-STAIRS = ((0.178, 0.28, 10), (0.15, 0.35, 10), (0.2, 0.3, 4), (0.1, 0.45, 4))  # rise, run, count
+STAIRS = (Stairs(0.178, 0.28), Stairs(0.15, 0.35), Stairs(0.2, 0.3, 4), Stairs(0.1, 0.45, 4))
 RISES, RUNS = Span(0.025, 0.25, 0.025), Span(0.25, 0.52, 0.03)  # 10 by 10
 
 
-def measure_checks(
-    model: str, stairs: Sequence[tuple[float, float, int]], *, repeats: int
-) -> list[dict[str, Any]]:
+def measure_checks(model: str, stairs: Sequence[Stairs], *, repeats: int) -> list[dict[str, Any]]:
     """One row a staircase: medians of wall and processor time [s], after one that warms up."""
     rows = []
-    check_flight(model, rise=stairs[0][0], run=stairs[0][1], count=1)
-    for rise, run, count in stairs:
+    check_flight(model, replace(stairs[0], count=1))
+    for flight in stairs:
         wall, processor = [], []
         for _ in range(repeats):
             begun, used = time.perf_counter(), time.process_time()
-            check = check_flight(model, rise=rise, run=run, count=count)
+            check = check_flight(model, flight)
             wall.append(time.perf_counter() - begun)
             processor.append(time.process_time() - used)
         rows.append(
             {
-                "rise": rise,
-                "run": run,
-                "count": count,
+                **asdict(flight),
                 "feasible": check.feasible,
                 "wall": float(np.median(wall)),
                 "processor": float(np.median(processor)),
@@ -52,10 +50,10 @@ def measure_checks(
 def measure_chart(model: str, rises: Span, runs: Span, *, workers: int) -> dict[str, Any]:
     """Wall time [s] of a chart, its processes' start included."""
     begun = time.perf_counter()
-    told = chart_grid(model, rises, runs, count=4, workers=workers)
+    cells = chart_grid(model, rises, runs, count=4, workers=workers).cells
     wall = time.perf_counter() - begun
-    works = sum(cell["margin"] is not None for cell in told["cells"])
-    return {"cells": len(told["cells"]), "feasible": works, "workers": workers, "wall": wall}
+    works = sum(cell.margin is not None for cell in cells)
+    return {"cells": len(cells), "feasible": works, "workers": workers, "wall": wall}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -80,8 +80,8 @@ def margins(values: FloatArray, period: float) -> dict[str, float | None]:
     between others under load.
 
     Args:
-        values: Of the run [m].
-        period: Of these samples [s].
+        values: Values over the run [m].
+        period: Time between these samples [s].
     """
     at_once = float(np.min(values)) if len(values) else None
     return {

@@ -89,10 +89,10 @@ def make_trials(study: Study, base: Base, *, only: str = "", controller: str = "
     """The table's runs, in its order.
 
     Args:
-        study: Of all runs.
+        study: Study that draws all runs.
         base: Its scenario.
         only: Part of the names of the disturbances wanted; all if empty.
-        controller: The same of the controllers.
+        controller: Part of the names of the controllers wanted; all if empty.
     """
     joints = load_robot(base.load(study.set).robot.model).joint_names
     trials: list[Trial] = []

@@ -19,10 +19,9 @@ from rich.console import Console
 from benchmarks.study import Result
 from drake_quad.errors import InputError
 from drake_quad.sweep import provenance
-from drake_quad.sweep.command import Bar
 from drake_quad.sweep.executors import Work, run_local
 from drake_quad.sweep.journal import Journal
-from drake_quad.sweep.run import SourcesChangedError
+from drake_quad.sweep.run import Bar, SourcesChangedError
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.trials import Trial
 
@@ -61,14 +60,14 @@ def carry_on(
     """Carries out the trials that are not done, and shows on stderr how far it is.
 
     Args:
-        study: Of all trials.
+        study: Study of all trials.
         base: Its scenario.
         trials: In the order in which they are begun.
-        work: Of one trial: a module's own function.
-        names: Of the trials' values.
+        work: Function that carries out a trial, at the top of a module.
+        names: Names of the trials' values.
         chosen: What else the trials depend on: with another, records are refused.
         options: `lines`, `resume`, `workers` and `recycle`.
-        libraries: That results depend on besides the usual ones.
+        libraries: Libraries that results depend on besides the usual ones.
 
     Returns:
         Of each trial its `number`, values, `scenario`, `overrides`, `outcome`, `reason` and

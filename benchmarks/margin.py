@@ -59,7 +59,7 @@ def measure(*, count: int = 20000, singles: int = 500, repeats: int = 9) -> dict
     Args:
         count: Samples of the vectorised comparison.
         singles: Samples that are taken one by one.
-        repeats: Of each timing, of which the median counts.
+        repeats: Number of timings, whose median counts.
     """
     points, feet, standing = random_samples(count)
     pairs = [(points[k], feet[k][standing[k]]) for k in range(min(singles, count))]

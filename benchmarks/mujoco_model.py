@@ -39,13 +39,13 @@ def build_model(
     """An MjModel of the robot on the course, its joints driven as Drake's plant drives them.
 
     Args:
-        robot: Of the shipped models.
+        robot: Name of a shipped model.
         plant: The robot alone, for its rotors' inertia.
         course: In W.
-        control: Of which the drives' gains are taken.
+        control: Settings that have the drives' gains.
         friction: Coulomb's coefficient.
-        mass_factor: Of every link's mass and inertia, to the file's.
-        com_offset: Of the trunk's centre of mass from the file's, in B [m].
+        mass_factor: Ratio of every link's mass and inertia to the file's.
+        com_offset: Offset of the trunk's centre of mass from the file's, in B [m].
     """
     path = resources.files("drake_quad_models").joinpath(robot.url.removeprefix(PACKAGE))
     spec = mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"))

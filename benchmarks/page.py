@@ -43,7 +43,7 @@ def describe(command: Sequence[str], libraries: Sequence[str] = ()) -> str:
 
     Args:
         command: Its words.
-        libraries: That it used besides the usual ones.
+        libraries: Libraries that it used besides the usual ones.
     """
     return f"```\n{' '.join(command)}\n```\n\n{commit()}; {provenance(*libraries)}.\n"
 

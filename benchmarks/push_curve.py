@@ -16,7 +16,7 @@ def draw_curve(rates: Sequence[dict[str, Any]], path: Path) -> None:
     """Writes the curve with its exact bounds as SVG; the same rates give the same file.
 
     Args:
-        rates: By rising speed: `speed` [m/s], `trials`, `ok`, and the bounds `low`, `high`.
+        rates: Rates in order of speed: `speed` [m/s], `trials`, `ok`, and the bounds `low`, `high`.
         path: To write.
     """
     speed = [rate["speed"] for rate in rates]

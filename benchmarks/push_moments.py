@@ -17,9 +17,9 @@ def moments(plan: MissionPlan, count: int, *, time_step: float) -> list[float]:
     another place in each, so that the moments are not in step with the gait.
 
     Args:
-        plan: Of the whole mission.
+        plan: Plan of the whole mission.
         count: How many; more if there are more segments.
-        time_step: Of the plant [s]: moments are whole steps.
+        time_step: Time step of the plant [s]; moments are whole steps.
     """
     stretches = _stretches(plan)
     cells = _shares([end - start for start, end in stretches], count)

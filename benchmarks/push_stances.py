@@ -69,7 +69,7 @@ class Trial:
         way: (2,) unit vector in W.
         p_BScm: Its centre of mass in B [m].
         budget: What the law says [m/s].
-        pendulums: The same of the pendulum alone, without legs and without swinging back [m/s].
+        pendulums: What the law says of a pendulum without legs that swing back [m/s].
         on_stairs: Where.
     """
 

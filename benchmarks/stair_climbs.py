@@ -27,9 +27,9 @@ class Commands:
 
     Attributes:
         start: The plant's state at time 0.
-        period: Of the controller [s].
-        held: By the controller's output port, (n + 1, size): row 0 is what its initialization
-            gave, row k + 1 what it gave at time k * period.
+        period: Period of the controller [s].
+        held: Values of the controller's output port, (n + 1, size): row 0 after its
+            initialization, row k + 1 at time k * period.
     """
 
     start: FloatArray

@@ -107,7 +107,7 @@ def kill_often(directory: Path, kills: int, longest: float, seed: int) -> dict[s
         directory: Holds the study.
         kills: How often.
         longest: Between its beginning, or its first new trial, and its end by a kill [s].
-        seed: Of the moments.
+        seed: Seed of the moments.
     """
     rng, out = np.random.default_rng(seed), directory / "killed"
     lost = twice = amid = 0

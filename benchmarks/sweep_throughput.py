@@ -51,10 +51,10 @@ class Taken:
 
     Attributes:
         workers: Processes.
-        wall: Of the command, from its start to its end [s].
-        processor: That it and its processes used [s].
+        wall: Wall time of the command, from its start to its end [s].
+        processor: Processor time of the command and its processes [s].
         simulating: Wall time in the simulations of all trials together [s].
-        trials: The same of the trials from end to end: reading, planning, figures too [s].
+        trials: Wall time of all trials together, with reading, planning and figures [s].
         good: Trials that succeeded.
     """
 

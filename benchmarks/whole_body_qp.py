@@ -163,10 +163,10 @@ def measure(
 
     Args:
         scenario: Its name.
-        overrides: As of the command line.
+        overrides: Overrides as on the command line.
         begin: From when on it is timed [s].
         end: Until when [s].
-        most: Of the programs, so many at most go through all solvers, evenly taken.
+        most: Largest number of programs that all solvers solve, evenly chosen.
     """
     programs: list[Program] = []
     program_watch, tick_watch = run(scenario, overrides, begin=begin, end=end, programs=programs)

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from drake_quad.certificate.certify import Certificate
 from drake_quad.errors import InputError
-from drake_quad.feasibility.chart import Span, chart_grid
+from drake_quad.feasibility.chart import Span, StairChart, chart_grid
 from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
@@ -23,7 +23,7 @@ from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.plan_report import certify_plan
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.sweep.command import SweepRequest, run_sweep
+from drake_quad.sweep.run import SweepRequest, run_sweep
 from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import load_study_and_base
 from drake_quad.terrain.elements import Stairs
@@ -105,12 +105,10 @@ def check_stairs(
     """
     return check_flight(
         _model_of(robot),
-        rise=stairs.rise,
-        run=stairs.run,
-        count=stairs.count,
-        thorough=thorough,
-        margin=margin,
+        stairs,
         around=Around(width=width, landing=landing, turn=turn),
+        margin=margin,
+        thorough=thorough,
     )
 
 
@@ -135,7 +133,7 @@ def chart_stairs(
     *,
     count: int = 10,
     workers: int | None = None,
-) -> dict[str, Any]:
+) -> StairChart:
     """Which stairs of a grid of rises and runs a robot climbs.
 
     Args:
@@ -146,7 +144,7 @@ def chart_stairs(
         workers: Number of processes; one for each core if None.
 
     Returns:
-        The chart as plain values in SI units, as `drake-quad chart --json` prints it.
+        The chart in SI units; a notebook shows its picture.
 
     Raises:
         InputError: If anything given cannot be used.

@@ -181,32 +181,39 @@ def torques(
     robot: Bag,
     leg: Ints,
     state: Bag,
-    points: Floats,
-    moments: Floats,
-    body: Floats,
-    body_off: Floats,
-    load: Floats,
-    load_off: Floats,
+    masses: tuple[Floats, Floats],
+    body: tuple[Floats, Floats],
+    load: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
-    """Torques (K, 3) that hold a leg still with `load` [N] under its foot, and how far off."""
-    up = np.stack([-np.sin(body[:, 3]), np.zeros(len(leg)), np.cos(body[:, 3])], axis=1)
+    """Torques (K, 3) that hold a leg still with a load under its foot, and how far off.
+
+    Args:
+        robot: The robot.
+        leg: Number of the leg, (K,).
+        state: The leg's joints and points.
+        masses: What `masses` gives of the leg.
+        body: Pose of the body (K, 5), and how far off it is.
+        load: Force on the foot (K,) [N], and how far off it is.
+    """
+    (points, moments), (pose, pose_off), (force, force_off) = masses, body, load
+    up = np.stack([-np.sin(pose[:, 3]), np.zeros(len(leg)), np.cos(pose[:, 3])], axis=1)
     m, zero = robot.link_masses[leg], np.zeros((len(leg), 3))
     x, y = np.eye(3)[0] + zero, np.eye(3)[1] + zero
     sideways = turn(0, state.q[:, 0], y)
     axes = (x, sideways, sideways)
     value, off = np.empty_like(zero), np.empty_like(zero)
-    lean = state.off[:, 0] + body_off[:, 3]  # of a joint's axis, and of what is up
+    lean = state.off[:, 0] + pose_off[:, 3]  # of a joint's axis, and of what is up
     bends = state.off.sum(axis=1)
     shank = robot.shanks[leg] * bends
     side = np.hypot(robot.offsets[leg], robot.raised[leg]) * state.off[:, 0]
     moves = (state.ball, state.ball + side, shank)
     for j, (axis, at) in enumerate(zip(axes, (state.hip, state.axle, state.knee_B), strict=True)):
         lever = state.foot_B - at
-        wrench = -load[:, None] * np.cross(lever, up)
+        wrench = -force[:, None] * np.cross(lever, up)
         for k in range(j, 3):
             wrench += GRAVITY * m[:, k, None] * np.cross(points[:, k] - at, up)
         value[:, j] = np.einsum("ki,ki->k", axis, wrench)
         arm = np.linalg.norm(lever, axis=1)
         off[:, j] = GRAVITY * moments[:, j] * (bends + lean)
-        off[:, j] += (load + load_off) * (moves[j] + arm * lean) + load_off * arm
+        off[:, j] += (force + force_off) * (moves[j] + arm * lean) + force_off * arm
     return value, off

@@ -97,7 +97,7 @@ def statics(work: Bag, items: Bag) -> Bound:
     weight = GRAVITY * robot.mass
     load = (weight * shares).ravel()
     torque, torque_off = torques(
-        robot, leg, state, points, moments, body, off, np.abs(load), (weight * moved).ravel()
+        robot, leg, state, (points, moments), (body, off), (np.abs(load), (weight * moved).ravel())
     )
     limits = [robot.efforts, robot.q_lower, robot.q_upper]
     effort, lower, upper = (v.reshape(4, 3)[leg] for v in limits)

@@ -111,7 +111,7 @@ def robot(foot_radius: float = FOOT_RADIUS) -> str:
     """The URDF's text.
 
     Args:
-        foot_radius: Of the balls at the shanks' ends [m]; the balls' centres stay where they are.
+        foot_radius: Radius of the balls at the shanks' ends [m]; their centres stay.
     """
     size = " ".join(str(d) for d in TRUNK_SIZE)
     trunk = shape("visual", "trunk", "0 0 0.02", f'<box size="{size}"/>', "shell")

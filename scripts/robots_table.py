@@ -18,13 +18,14 @@ from rich.console import Console
 from rich.progress import Progress
 
 from drake_quad.errors import DrakeQuadError
-from drake_quad.feasibility.check import design_for_flight
+from drake_quad.feasibility.check import check_flight
 from drake_quad.gait_design.candidates import hip_length
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.result import RunResult
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.run import simulate
+from drake_quad.terrain.elements import Stairs
 
 ROBOTS = (
     "anymal_c", "anymal_b", "spot", "b1", "b2", "a2", "go1", "go2", "a1", "aliengo", "laikago",
@@ -55,7 +56,7 @@ def level_run(name: str) -> str:
 
 def stairs_run(name: str, rise: float, run_: float, *, physics: bool) -> str:
     """A flight up, a turn and down again: planned, and in physics if asked for."""
-    check = design_for_flight(name, rise=rise, run=run_, count=COUNT, nearest=False)
+    check = check_flight(name, Stairs(rise, run_, COUNT), nearest=False)
     if check.designed is None:
         return "no plan"
     planned = f"planned {check.designed.margin:.3f} m"

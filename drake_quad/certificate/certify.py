@@ -23,6 +23,7 @@ from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.boxes import Box
+from drake_quad.util.files import html_table
 
 FORMAT = "drake_quad certificate"
 VERSION = 2
@@ -171,6 +172,23 @@ class Certificate:
     failure: Failure | None
     record: dict[str, Any] | None
     joins: Joins
+
+    def _repr_html_(self) -> str:
+        """What is proven, or where the proof fails, where a notebook shows it."""
+        if self.failure is not None:
+            where = f"task {self.failure.task + 1}, {self.failure.time:.3f} s after its start"
+            return html_table([("not certified", self.failure.reason), ("from", where)])
+        figures = dict(zip(CLAIMS, self.proof.claims.min(axis=0).tolist(), strict=True))
+        return html_table(
+            [
+                ("certified", "for every time"),
+                ("static margin at least", f"{figures['margin']:.4f} m"),
+                ("swing feet to risers and nosings at least", f"{figures['foot_clearance']:.4f} m"),
+                ("knees and shanks to the course at least", f"{figures['shank_clearance']:.4f} m"),
+                ("joints inside their limits by at least", f"{figures['joint_room']:.3f} rad"),
+                ("torques at most", f"{1.0 - figures['torque_room']:.1%} of their limits"),
+            ]
+        )
 
 
 def certify_plans(

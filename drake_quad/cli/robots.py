@@ -40,17 +40,17 @@ def inspect(
 ) -> None:
     """Tell what is read from a robot's file, and what is repaired or assumed."""
     from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
-    from drake_quad.feasibility.robot_picture import check_robot_picture, save_robot_picture
+    from drake_quad.feasibility.robot_picture import check_picture_path, draw_robot, save_picture
     from drake_quad.robot.loader import load_robot
 
-    check_robot_picture(picture)
+    check_picture_path(picture)
     claim_file(picture, "--picture")
     model = load_robot(robot)
     told = describe_robot(model, source=robot)
     if not as_json:
         print_robot(told, Console())
     if picture is not None:
-        save_robot_picture(model, picture)
+        save_picture(draw_robot(model), picture, salt=model.name)
         told["picture"] = str(picture)
     if as_json:
         print(json.dumps(told))
@@ -150,8 +150,7 @@ def chart(
 
     Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
     """
-    from drake_quad.feasibility.chart import Span, chart_grid, grid_of
-    from drake_quad.feasibility.chart_picture import save_chart
+    from drake_quad.feasibility.chart import Span, chart_grid, grid_of, save_chart
     from drake_quad.util.parallel import check_workers
 
     rises, runs = Span(rise_from, rise_to, rise_step), Span(run_from, run_to, run_step)
@@ -161,11 +160,12 @@ def chart(
     directory = out if out is not None else Path("charts") / stem(robot)
     claim(directory)
     with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
-        told = chart_grid(
+        found = chart_grid(
             robot, rises, runs, count=count, workers=workers, progress=progress, stop=interrupted
         )
+    told = found.as_dict()
     write_chart(told, directory)
-    save_chart(told, directory)
+    save_chart(found, directory)
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
     else:

@@ -51,7 +51,7 @@ def sweep(
     Leaves trials.parquet, clock.parquet, sweep.json and report.html in the directory, also after
     Ctrl-C. Exit status 1 if fewer succeed than the study's gate asks for.
     """
-    from drake_quad.sweep.command import SweepRequest, run_sweep
+    from drake_quad.sweep.run import SweepRequest, run_sweep
 
     directory = out if out is not None else Path("sweeps") / stem(str(study))
 
@@ -86,10 +86,10 @@ def compare(
 
     told = compare_sweeps(before, after)
     if as_json:
-        print(json.dumps(told))
+        print(json.dumps(told.as_dict()))
     else:
         print_comparison(told, Console(emoji=False))
-    raise typer.Exit(1 if told["verdict"] == "worse" else 0)
+    raise typer.Exit(1 if told.verdict == "worse" else 0)
 
 
 # ------------------------------------------------------------------------------------------------

@@ -20,13 +20,20 @@ from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, WIDTH_MIN, Stairs
 from drake_quad.util.files import html_table, user_path
 
-# ------------------------------------------------------------------------------------------------
-# Can this robot climb these stairs? Up, a turn, and down again, on paper.
-# ------------------------------------------------------------------------------------------------
-
-
-TURNS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # [deg] that can be asked for
+TURNS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # [deg] turns that a landing can have
 LEAST_LANDING = 1.5  # [m]
+COUNT_MOST = 100
+LANDING_MOST = 100.0  # [m] longest landing, and greatest width
+
+SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
+LEAST_RISE = 0.02  # [m] below which nothing is called stairs
+FINE = 0.01  # [m] to which the nearest rise is sought
+SHRINK = 0.85  # ratio of the next rise to the last as long as nothing works
+# Ratio and tries on treads like floors, which take long to plan; deeper ones are no easier.
+SHRINK_DEEP = 0.6
+TRIES, TRIES_DEEP = 30, 2
+DEEPER = (1.15, 1.3, 1.5, 1.75, 2.0)  # ratios of deeper treads, tried if no rise works
+VERIFY = 3  # rises that are tried on the flight's real number of steps
 
 
 @dataclass(frozen=True)
@@ -34,9 +41,10 @@ class Around:
     """What is around the flights up and down.
 
     Attributes:
-        width: Of the flights and the floors [m]; as the robot needs if None.
+        width: Width of the flights and the floors [m]; as the robot needs if None.
         landing: Length of the landing between them [m]; as the robot needs if None.
-        turn: On it [deg], left positive; one of TURNS. A half turn takes two landings.
+        turn: Turn on the landing [deg], left positive; one of TURNS. A half turn takes two
+            landings.
     """
 
     width: float | None = None
@@ -56,8 +64,8 @@ class Feasibility:
         designed: The gait with its plan; None if there is none.
         reason: Why there is none.
         data: The figures behind the reason.
-        robot: The robot; None of an answer that was made up.
-        stairs: The flight that was asked about; None if it was a course.
+        robot: The robot; None if the answer is made up, as in a test.
+        stairs: The flight of the question; None if the question was about a course.
         around: What is around the flight.
     """
 
@@ -84,58 +92,67 @@ class Feasibility:
         """Smallest static margin of the plan [m]; None if there is no plan."""
         return None if self.designed is None else self.designed.margin
 
-    def nearest(self) -> Stairs | None:
+    def nearest(self, note: Callable[[str], object] = lambda _: None) -> Stairs | None:
         """The nearest stairs that a quick search finds a gait for: lower steps, or deeper treads.
 
+        Args:
+            note: Receives a line about each kind of stairs before it is tried.
+
         Returns:
-            The stairs asked about if the robot climbs these; None if nothing was found, or if the
-            question was about a course.
+            The stairs of the question if the robot climbs these; None if nothing was found, or if
+            the question was about a course.
         """
         if self.feasible or self.stairs is None or self.robot is None:
             return self.stairs if self.feasible else None
-        asked = self.stairs
-        found = nearest_of(
-            self,
-            self.robot,
-            model=self.scenario.robot.model,
-            rise=asked.rise,
-            run=asked.run,
-            count=asked.count,
-            margin=self.scenario.gait.margin,
-            around=self.around,
-        )
-        return None if found is None else Stairs(*found, asked.count)
+        note("not these; looking for the nearest stairs that it can climb")
+        check = self
+        if "slacks" in self.data and "run" in self.data and "nearest_rise" not in self.data:
+            # There is no gait at all, not even on endless stairs, where a lower rise takes less
+            # time to judge.
+            highest = highest_rise(
+                self.robot, link_outline_of(self.robot), self.stairs.run, below=self.stairs.rise
+            )
+            check = replace(self, data={**self.data, "nearest_rise": highest})
+
+        def judge(stairs: Stairs) -> Feasibility:
+            rise, run = stairs.rise, stairs.run
+            note(f"not these; trying {stairs.count} steps of {rise:g} m on treads of {run:g} m")
+            return check_flight(
+                self.scenario.robot.model, stairs, around=self.around,
+                margin=self.scenario.gait.margin, nearest=False, thorough=False, robot=self.robot,
+            )  # fmt: skip
+
+        return nearest_stairs(judge, check.data, self.stairs)
 
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""
         rows = [("answer", "yes" if self.feasible else f"no: {self.reason}")]
+        if self.stairs is not None:
+            flight = f"{self.stairs.count} steps of {self.stairs.rise:g} m"
+            rows.insert(0, ("stairs", f"{flight} on treads of {self.stairs.run:g} m"))
+        if self.robot is not None:
+            rows.insert(0, ("robot", self.robot.name))
         if self.designed is not None:
             rows += [
                 ("static margin of the plan", f"{1e3 * self.designed.margin:.0f} mm"),
+                ("torque that it leaves", f"{100.0 * self.designed.torque:.0f} % of the limit"),
                 ("the whole course takes", f"{self.designed.plan.duration:.0f} s"),
             ]
         return html_table(rows)
 
 
 def make_stairs_scenario(
-    robot: RobotModel,
-    *,
-    model: str,
-    rise: float,
-    run: float,
-    count: int,
-    around: Around = AS_USUAL,
+    robot: RobotModel, stairs: Stairs, around: Around = AS_USUAL, *, model: str
 ) -> Scenario:
-    """A flight up, a landing with a turn, and the same flight down, with room for the robot.
+    """A flight up, a landing with a turn, and the same flight down, wide enough for the robot.
 
     Args:
         robot: The robot.
-        model: What its scenario calls it.
-        rise: Of the steps [m].
-        run: Of the treads [m].
-        count: Steps of a flight.
+        stairs: The flight.
         around: Width, landing and turn.
+        model: Robot name or file, as the scenario has it.
     """
+    rise, run, count = stairs.rise, stairs.run, stairs.count
     size = max(leg_length(robot), 0.5 * hip_length(robot))
     start = 0.5 * hip_length(robot) + 0.8 * size + 0.1
     before = start + 0.5 * hip_length(robot) + 1.2 * size + run
@@ -169,150 +186,75 @@ def make_stairs_scenario(
     )
 
 
-def design_for_flight(
-    model: str,
-    *,
-    rise: float,
-    run: float,
-    count: int = 10,
-    source: str = "check",
-    nearest: bool = True,
-    thorough: bool = True,
-    robot: RobotModel | None = None,
-    margin: str = HULL,
-    around: Around = AS_USUAL,
-) -> Feasibility:
-    """Designs a gait for a flight up and down.
-
-    Args:
-        model: The robot, as in a scenario.
-        rise: Of the steps [m].
-        run: Of the treads [m].
-        count: Steps of a flight.
-        source: What an error names.
-        nearest: Whether to say which rise would work if this one does not; it takes a while.
-        thorough: Whether to look for a good gait, or any that a quick search finds.
-        robot: The same robot, if it is at hand: to read it takes a while, too.
-        margin: Over what the plan's margin is measured, one of `KINDS`.
-        around: Width, landing and turn.
-
-    Raises:
-        InputError: If the robot cannot be used, or there are no such stairs.
-    """
-    robot = robot or load_robot(model)
-    scenario = make_stairs_scenario(
-        robot, model=model, rise=rise, run=run, count=count, around=around
-    )
-    scenario.gait.margin = margin
-    try:
-        designed = design_scenario(
-            scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
-        )
-    except PlanningError as error:
-        return Feasibility(
-            scenario, None, error.reason, dict(error.data), robot, Stairs(rise, run, count), around
-        )
-    return Feasibility(designed.scenario, designed, "", {}, robot, Stairs(rise, run, count), around)
-
-
 def _up(length: float) -> float:
-    """To the next decimetre [m]."""
+    """A length [m], rounded up to decimetres."""
     return ceil(10.0 * length) / 10.0
 
 
-# ------------------------------------------------------------------------------------------------
-# What is asked of a robot and its stairs: a flight by its numbers, or a scenario's course.
-# ------------------------------------------------------------------------------------------------
-
-
-COUNT_MOST = 100
-LANDING_MOST = 100.0  # [m] of a landing, and of a width
-
-
-def check_flight_numbers(rise: float, run: float, count: int) -> None:
+def check_stairs_numbers(stairs: Stairs, around: Around = AS_USUAL) -> None:
     """Makes sure that there can be such stairs.
 
     Raises:
-        InputError: Naming the option, its value and what would be right.
+        InputError: The error names the option, its value and what would be right.
     """
-    for name, value, most in (("rise", rise, RISE_MAX), ("run", run, RUN_MAX)):
+    for name, value, most in (("rise", stairs.rise, RISE_MAX), ("run", stairs.run, RUN_MAX)):
         if not (isfinite(value) and 0.0 < value <= most):
-            remedy = f"give metres, more than 0 and at most {most:g}"
-            raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
-    if not 1 <= count <= COUNT_MOST:
-        remedy = f"give a whole number of steps, 1 to {COUNT_MOST}"
-        raise InputError(source="--count", field="count", value=count, remedy=remedy)
-
-
-def check_around(around: Around) -> None:
-    """The same of what is around them.
-
-    Raises:
-        InputError: Naming the option, its value and what would be right.
-    """
-    for name, value in (("width", around.width), ("landing", around.landing)):
-        if value is not None and not (isfinite(value) and WIDTH_MIN <= value <= LANDING_MOST):
-            remedy = f"give metres, {WIDTH_MIN:g} to {LANDING_MOST:g}"
-            raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
+            raise _wrong(name, value, f"give metres, more than 0 and at most {most:g}")
+    if not 1 <= stairs.count <= COUNT_MOST:
+        raise _wrong("count", stairs.count, f"give a whole number of steps, 1 to {COUNT_MOST}")
+    for name, length in (("width", around.width), ("landing", around.landing)):
+        if length is not None and not (isfinite(length) and WIDTH_MIN <= length <= LANDING_MOST):
+            raise _wrong(name, length, f"give metres, {WIDTH_MIN:g} to {LANDING_MOST:g}")
     if around.turn not in TURNS:
         remedy = f"give degrees, one of {', '.join(f'{turn:g}' for turn in TURNS)}"
-        raise InputError(source="--turn", field="turn", value=around.turn, remedy=remedy)
+        raise _wrong("turn", around.turn, remedy)
     if around.turn and (around.landing or LANDING_MOST) < (around.width or 0.0):
         remedy = f"give at least the width, {around.width:g} m: the robot turns on it"
-        raise InputError(source="--landing", field="landing", value=around.landing, remedy=remedy)
+        raise _wrong("landing", around.landing, remedy)
+
+
+def _wrong(option: str, value: object, remedy: str) -> InputError:
+    return InputError(source=f"--{option}", field=option, value=value, remedy=remedy)
 
 
 def check_flight(
     model: str,
+    stairs: Stairs,
     *,
-    rise: float,
-    run: float,
-    count: int,
+    around: Around = AS_USUAL,
+    margin: str = HULL,
     nearest: bool = True,
     thorough: bool = True,
-    margin: str = HULL,
-    around: Around = AS_USUAL,
+    robot: RobotModel | None = None,
 ) -> Feasibility:
     """Whether a robot climbs a flight up and down.
 
     Args:
-        model: A robot's file or name.
-        rise: Of the steps [m].
-        run: Of the treads [m].
-        count: Steps of the flight.
-        nearest: Whether to say which rise would work if this one does not; it takes a while.
-        thorough: Whether to look for a good gait, or any that a quick search finds.
-        margin: Over what the plan's margin is measured, one of `KINDS`.
+        model: Robot name or file.
+        stairs: The flight.
         around: Width, landing and turn.
+        margin: Region that the plan's margin is measured in, one of `KINDS`.
+        nearest: Whether a reason says which rise would work; that takes a while.
+        thorough: Whether to look for a good gait, or any that a quick search finds.
+        robot: The robot of that name, if it is loaded already.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
-    check_flight_numbers(rise, run, count)
-    check_around(around)
-    robot = load_robot(model)
-    model = whole_path(model)
+    check_stairs_numbers(stairs, around)
+    robot = robot or load_robot(model)
+    scenario = make_stairs_scenario(robot, stairs, around, model=_whole_path(model))
+    scenario.gait.margin = margin
     try:
-        return design_for_flight(
-            model,
-            rise=rise,
-            run=run,
-            count=count,
-            nearest=nearest,
-            thorough=thorough,
-            robot=robot,
-            margin=margin,
-            around=around,
-        )
+        found = _design(scenario, robot, source="check", nearest=nearest, thorough=thorough)
     except InputError as error:
         # The course's fields are the options' here.
         name = error.field.rpartition(".")[2] if error.field.startswith("course") else ""
         name = "landing" if name == "length" and around.landing is not None else name
         if name not in ("rise", "run", "count", "width", "landing"):
             raise
-        raise InputError(
-            source=f"--{name}", field=name, value=error.value, remedy=error.remedy
-        ) from None
+        raise _wrong(name, error.value, error.remedy) from None
+    return replace(found, stairs=stairs, around=around)
 
 
 def design_for_course(
@@ -321,10 +263,10 @@ def design_for_course(
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
     Args:
-        model: A robot's file or name.
+        model: Robot name or file.
         scenario: A shipped scenario's name or a file; its robot and its gait do not count.
-        margin: Over what the plan's margin is measured, one of `KINDS`.
-        nearest: Whether a reason is to say which rise would work; it takes a while.
+        margin: Region that the plan's margin is measured in, one of `KINDS`.
+        nearest: Whether a reason says which rise would work; that takes a while.
 
     Raises:
         InputError: If robot or scenario cannot be used.
@@ -340,123 +282,74 @@ def design_for_course(
         simulation=given.simulation,
         design="auto",
     )
-    asked.robot.model = whole_path(model)
+    asked.robot.model = _whole_path(model)
     asked.gait.margin = margin
+    return _design(asked, robot, source=scenario, nearest=nearest)
+
+
+def _design(
+    scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool, thorough: bool = True
+) -> Feasibility:
+    """Designs a gait for a scenario, or says why there is none.
+
+    Raises:
+        InputError: If robot or scenario cannot be used; it names `source`.
+    """
     try:
-        designed = design_scenario(asked, source=scenario, nearest=nearest, robot=robot)
-        return Feasibility(designed.scenario, designed, "", {}, robot)
+        designed = design_scenario(
+            scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
+        )
     except PlanningError as error:
-        return Feasibility(asked, None, error.reason, dict(error.data), robot)
+        return Feasibility(scenario, None, error.reason, dict(error.data), robot)
+    return Feasibility(designed.scenario, designed, "", {}, robot)
 
 
-def whole_path(model: str) -> str:
+def _whole_path(model: str) -> str:
     """A robot's file by its whole path, so that a scenario can be saved anywhere; names stay."""
     path = user_path(model)
     return str(path.resolve()) if "://" not in model and path.is_file() else model
 
 
-# ------------------------------------------------------------------------------------------------
-# The nearest stairs that a robot climbs, if it does not climb those that were asked for.
-# ------------------------------------------------------------------------------------------------
-
-
-SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
-LEAST_RISE = 0.02  # [m] below which nothing is called stairs
-FINE = 0.01  # [m] to which the nearest rise is sought
-SHRINK = 0.85  # of a rise: what is tried next as long as nothing works
-# The same on treads like floors, which take long to plan, and of which deeper ones are no easier.
-SHRINK_DEEP = 0.6
-TRIES, TRIES_DEEP = 30, 2
-DEEPER = (1.15, 1.3, 1.5, 1.75, 2.0)  # times the run: what is tried if no rise works on it
-VERIFY = 3  # rises that are tried on the flight's real number of steps
-
-Judge = Callable[[float, float, int], Feasibility]  # of rise, run and count
-
-
-def nearest_of(
-    check: Feasibility,
-    robot: RobotModel,
-    *,
-    model: str,
-    rise: float,
-    run: float,
-    count: int,
-    margin: str = HULL,
-    around: Around = AS_USUAL,
-    note: Callable[[str], object] = lambda _: None,
-) -> tuple[float, float] | None:
-    """The nearest stairs for which a quick search finds a gait and its plan.
-
-    Args:
-        check: What was found of the stairs that cannot be climbed.
-        robot: The robot.
-        model: Its file or name.
-        rise: Of those stairs [m].
-        run: Theirs [m].
-        count: Theirs.
-        margin: Over what the plan's margin is measured, one of `KINDS`.
-        around: Their width, landing and turn.
-        note: Is told what is being looked at.
-
-    Returns:
-        Rise and run [m]; None if nothing was found.
-    """
-    note("not these; looking for the nearest stairs that it can climb")
-    if "slacks" in check.data and "run" in check.data and "nearest_rise" not in check.data:
-        # No gait at all, not even on endless stairs: there a lower rise is soon judged.
-        highest = highest_rise(robot, link_outline_of(robot), run, below=rise)
-        check = replace(check, data={**check.data, "nearest_rise": highest})
-
-    def judge(rise: float, run: float, count: int) -> Feasibility:
-        note(f"not these; trying {count} steps of {rise:g} m on treads of {run:g} m")
-        return check_flight(
-            model, rise=rise, run=run, count=count, nearest=False, thorough=False, margin=margin,
-            around=around,
-        )  # fmt: skip
-
-    return nearest_stairs(judge, check, rise=rise, run=run, count=count)
-
-
 def nearest_stairs(
-    judge: Judge, check: Feasibility, *, rise: float, run: float, count: int
-) -> tuple[float, float] | None:
+    judge: Callable[[Stairs], Feasibility], data: dict[str, Any], stairs: Stairs
+) -> Stairs | None:
     """The nearest stairs that a robot climbs: a lower rise, or if none a deeper run.
 
     Args:
-        judge: Says whether stairs of rise, run and count can be climbed.
-        check: What was found of the stairs that cannot be climbed.
-        rise: Theirs [m].
-        run: Theirs [m].
-        count: Theirs.
+        judge: Says whether stairs can be climbed.
+        data: Figures behind the reason why `stairs` cannot be climbed.
+        stairs: The stairs that cannot be climbed.
 
     Returns:
-        Rise and run [m], judged feasible with `count` steps; None if nothing was found.
+        Stairs of as many steps that `judge` found feasible; None if nothing was found.
     """
+    rise, run, count = stairs.rise, stairs.run, stairs.count
     few = min(count, SEARCH_COUNT)
-    hint, deep = check.data.get("nearest_rise"), "deep" in check.data
-    if "nearest_rise" not in check.data or hint is not None:
+    hint, deep = data.get("nearest_rise"), "deep" in data
+    if "nearest_rise" not in data or hint is not None:
         # Above a hint no rise works, not even on endless stairs, as far as it was sought.
         low = _down(SHRINK * rise if hint is None else hint)
         high = rise if hint is None else min(rise, low + FINE)
         tries = TRIES_DEEP if deep else TRIES
-        while low >= LEAST_RISE and tries > 0 and not judge(low, run, few).feasible:
+        while low >= LEAST_RISE and tries > 0 and not judge(Stairs(low, run, few)).feasible:
             low, high, tries = _down((SHRINK_DEEP if deep else SHRINK) * low), low, tries - 1
         if tries == 0:
             low = 0.0
         while low >= LEAST_RISE and high - low > FINE + 1e-9:
             middle = _down(0.5 * (low + high))
-            low, high = (middle, high) if judge(middle, run, few).feasible else (low, middle)
+            works = judge(Stairs(middle, run, few)).feasible
+            low, high = (middle, high) if works else (low, middle)
         for lower in range(VERIFY):
-            found = round(low - lower * FINE, 3)
-            if found >= LEAST_RISE and (few == count or judge(found, run, count).feasible):
-                return found, run
+            found = Stairs(round(low - lower * FINE, 3), run, count)
+            if found.rise >= LEAST_RISE and (few == count or judge(found).feasible):
+                return found
     for times in () if deep else DEEPER:
-        deeper = round(times * run, 2)
-        if deeper <= RUN_MAX and judge(rise, deeper, count).feasible:
-            return rise, deeper
+        deeper = Stairs(rise, round(times * run, 2), count)
+        if deeper.run <= RUN_MAX and judge(deeper).feasible:
+            return deeper
     return None
 
 
 def _down(rise: float) -> float:
-    """To the millimetre below [m]."""
+    """A rise [m], rounded down to millimetres."""
     return floor(1000.0 * rise + 1e-6) / 1000.0

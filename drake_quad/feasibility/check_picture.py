@@ -1,7 +1,6 @@
-"""Draws a planned climb: the robot through a cycle, and the margin over time."""
+"""Draws a planned climb: the robot through a gait cycle up and one down, and the margin."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -10,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from drake_quad.common import FloatArray
-from drake_quad.errors import InputError
+from drake_quad.feasibility.robot_picture import FRONT, INK, REAR
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Segment, evaluate
@@ -19,16 +18,15 @@ from drake_quad.robot.legs import LEGS, SHORT_NAMES
 from drake_quad.robot.model import SHANK_POINTS, LinkOutline, RobotModel, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.terrain.lane import Lane
-from drake_quad.util.files import write_whole
 
-# ------------------------------------------------------------------------------------------------
-# Draws a robot from its right on a lane at one moment of a plan: trunk, legs, shanks, ground.
-# ------------------------------------------------------------------------------------------------
-
-
-FRONT, REAR = "#c8641b", "#2b63a8"  # as the legs of the paper's robot
-INK, TRUNK, GROUND, EDGE = "#333333", "#dcdcdc", "#d8d0c4", "#8f8474"
+TRUNK, GROUND, EDGE = "#dcdcdc", "#d8d0c4", "#8f8474"
 FAR_FIRST = (0, 2, 1, 3)  # from its right the left legs are behind
+
+MOMENTS = 6  # of a cycle
+SEARCH = 400  # samples of a walk among which the middle of a flight is sought
+
+PERIOD = 0.05  # [s] between the samples of the margin
+UP, DOWN = "#3c7d3c", "#8a4f9e"
 
 
 def draw_moment(
@@ -73,7 +71,7 @@ def draw_moment(
         [com[0], com[0]], [com[1], float(lane.height(com[0]))], ":", color=INK, lw=1.0, zorder=6
     )
     ax.plot(*com, "o", color="white", mec=INK, ms=5, zorder=7)
-    # The same room about the body at every moment, so that the moments are drawn to one scale.
+    # Every moment shows as much around the body, so that all are drawn to one scale.
     below = float(np.max(samples.body[:, 0, 2] - samples.feet[..., 2].min(axis=1))) + 0.15 * size
     above = float(high[2]) + half * abs(float(np.sin(samples.body[:, 0, 3]).min())) + 0.05 * size
     ax.set_aspect("equal")
@@ -99,7 +97,7 @@ def _ground(ax: Axes, lane: Lane, start: float, end: float) -> None:
 def _shank(
     knee: FloatArray, foot: FloatArray, offsets: FloatArray, radii: FloatArray
 ) -> FloatArray:
-    """A shank's outline (n, 2), as thick as the robot's collision geometry has it."""
+    """A shank's outline (n, 2), as thick as its collision geometry."""
     along = (foot - knee) / max(float(np.linalg.norm(foot - knee)), 1e-9)
     ahead = np.array([-along[1], along[0]])
     share = np.append(SHANK_POINTS, 1.0)[:, None]
@@ -108,27 +106,18 @@ def _shank(
     return np.concatenate([line + wide * ahead, (line - wide * ahead)[::-1]])
 
 
-# ------------------------------------------------------------------------------------------------
-# Which moments of a planned mission show how it climbs: a cycle amid a flight up, and one down.
-# ------------------------------------------------------------------------------------------------
-
-
-MOMENTS = 6  # of a cycle
-SEARCH = 400  # samples of a walk among which the middle of a flight is sought
-
-
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A cycle of a walk.
+    """A gait cycle of a walk.
 
     Attributes:
         going: `up`, `down` or `on`.
-        plan: The walk's.
-        lane: That it is on.
-        start: When the cycle begins, in the plan's time [s].
-        cycle_time: How long it is [s].
-        times: The moments (MOMENTS,), in the plan's time [s].
-        in_air: Who is in the air at each, by its short name; empty if nobody.
+        plan: Plan of the walk.
+        lane: Lane of the walk.
+        start: Start of the cycle in the plan's time [s].
+        cycle_time: Length of the cycle [s].
+        times: Moments to draw (MOMENTS,), in the plan's time [s].
+        in_air: Short name of the leg that swings at each moment; empty if none does.
     """
 
     going: str
@@ -141,7 +130,7 @@ class Stretch:
 
 
 def find_stretches(designed: Designed, robot: RobotModel) -> tuple[Stretch, ...]:
-    """A cycle amid the first flight up and one amid the first down; of a walk if there is none."""
+    """A cycle in the middle of the first flight up, and of the first down; else of a walk."""
     scenario = designed.scenario
     course = course_of(scenario, source="check", foot_radius=robot.foot_radius)
     walks = [
@@ -180,44 +169,6 @@ def _cycle(going: str, plan: MotionPlan, lane: Lane, segment: Segment, middle: f
     return Stretch(going, plan, lane, start, cycle, moments, names)
 
 
-# ------------------------------------------------------------------------------------------------
-# A picture of a planned climb: the robot over a cycle up and one down, and the margin.
-# ------------------------------------------------------------------------------------------------
-
-
-KINDS = (".svg", ".png", ".pdf")
-PERIOD = 0.05  # [s] between the samples of the margin
-UP, DOWN = "#3c7d3c", "#8a4f9e"
-
-
-def check_picture(path: Path | None) -> None:
-    """Makes sure before any work that a picture can be of the path's kind.
-
-    Raises:
-        InputError: If not.
-    """
-    if path is not None and path.suffix.lower() not in KINDS:
-        remedy = f"a picture's file ends in {', '.join(KINDS)}"
-        raise InputError(source="--picture", field="picture", value=str(path), remedy=remedy)
-
-
-def save_picture(designed: Designed, robot: RobotModel, path: Path) -> None:
-    """Writes the picture, in the format of the path's ending.
-
-    Raises:
-        InputError: If it cannot be written.
-    """
-    figure = draw_check(designed, robot)
-    kind = path.suffix.lstrip(".").lower()
-    with matplotlib.rc_context({"svg.hashsalt": robot.name, "svg.fonttype": "none"}):
-        metadata = {"Date": None} if kind == "svg" else None
-        write_whole(
-            path,
-            lambda to: figure.savefig(to, format=kind, dpi=110, metadata=metadata),
-            option="--picture",
-        )
-
-
 def draw_check(designed: Designed, robot: RobotModel) -> Figure:
     """The figure: a row of moments each way, and below them the margin of the whole mission."""
     stretches = find_stretches(designed, robot)
@@ -237,7 +188,7 @@ def draw_check(designed: Designed, robot: RobotModel) -> Figure:
     gait = designed.scenario.gait
     figure.suptitle(
         f"{designed.scenario.description}: {gait.treads} tread{'s' if gait.treads > 1 else ''} "
-        f"a cycle, least static margin {1e3 * designed.margin:.0f} mm",
+        f"a cycle, smallest static margin {1e3 * designed.margin:.0f} mm",
         fontsize=11,
         parse_math=False,
     )
@@ -245,7 +196,7 @@ def draw_check(designed: Designed, robot: RobotModel) -> Figure:
 
 
 def _label(ax: Axes, stretch: Stretch, k: int) -> None:
-    """When it is, and who swings."""
+    """Writes when in the cycle the moment is, and which leg swings."""
     phase = (stretch.times[k] - stretch.start) / stretch.cycle_time
     who = stretch.in_air[k]
     swings = f"{who} swings" if who else "four feet stand"
@@ -277,7 +228,7 @@ def _margin(
         for t in stretch.times:
             ax.axvline(begun + t, color=colour, lw=0.9)
     ax.axhline(1e3 * designed.margin, color=REAR, lw=0.9, ls="--")
-    ax.annotate(f"least, {1e3 * designed.margin:.0f} mm", (0.0, 1e3 * designed.margin), (4, -11),
+    ax.annotate(f"smallest, {1e3 * designed.margin:.0f} mm", (0.0, 1e3 * designed.margin), (4, -11),
                 textcoords="offset points", color=REAR)  # fmt: skip
     ax.set_xlim(0.0, mission.duration)
     ax.set_ylim(0.0, 1.15e3 * top)

@@ -1,7 +1,7 @@
 """The answer to `check` as plain values, and the work that gives it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,16 +9,10 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import (
-    Around,
-    Feasibility,
-    check_flight,
-    check_flight_numbers,
-    design_for_course,
-    nearest_of,
-)
-from drake_quad.feasibility.check_picture import check_picture, save_picture
+from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
+from drake_quad.feasibility.check_picture import draw_check
 from drake_quad.feasibility.inspect_robot import all_doubts
+from drake_quad.feasibility.robot_picture import check_picture_path, save_picture
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.planning.motion_plan import evaluate
@@ -27,12 +21,8 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.load import save_scenario
 from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.stability.equilibrium_region import HULL, KINDS
+from drake_quad.terrain.elements import Stairs
 from drake_quad.util.files import write_whole
-
-# ------------------------------------------------------------------------------------------------
-# What `drake-quad check` found, as plain values: an answer, the gait, and what is left.
-# ------------------------------------------------------------------------------------------------
-
 
 PERIOD = 0.05  # [s] between the samples of the plan that are looked at
 
@@ -50,6 +40,8 @@ LIMITS = {
     "plan": "no plan",
 }
 
+RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
+
 
 def limit_of(check: Feasibility, robot: RobotModel) -> str:
     """Which of LIMITS is in the way; empty if nothing is."""
@@ -57,7 +49,7 @@ def limit_of(check: Feasibility, robot: RobotModel) -> str:
         return ""
     data = check.data
     if "slacks" in data:
-        wanted = targets_for(robot)  # what is short is told without any room for a map's errors
+        wanted = targets_for(robot)  # without the clearance that errors of the map would need
         return min(NAMES, key=lambda name: data["slacks"][name] / getattr(wanted, name))
     if "room" in data:
         return "trunk" if "the trunk" in check.reason else "legs"
@@ -79,19 +71,19 @@ def feasibility_report(
     source: str,
     asked: dict[str, Any],
 ) -> dict[str, Any]:
-    """What was found, as plain values in SI units; `with_nearest` adds what is near.
+    """The answer as plain values in SI units; `with_nearest` adds the nearest stairs.
 
     Args:
-        check: The finding.
+        check: The answer.
         robot: The robot.
-        source: What the person gave for it.
+        source: Robot name or file, as the person gave it.
         asked: `rise`, `run` and `count`, or `scenario`.
     """
     designed = check.designed
     wanted = vars(targets_for(robot)) if designed is None else designed.design.wanted
     left = designed.design.slacks if designed is not None else check.data.get("slacks", {})
     on_course = {} if designed is None else _on_course(designed, robot)
-    told = {
+    report = {
         "feasible": check.feasible,
         "robot": source,
         "name": robot.name,
@@ -115,7 +107,7 @@ def feasibility_report(
         gait = designed.scenario.gait
         cycle_lasts = gait.cycle_time + 2.0 * gait.switch_wait  # as plan_walk lays it out
         pitches = _pitches(designed)
-        told["gait"] = {
+        report["gait"] = {
             "treads": gait.treads,
             "lag": gait.lag,
             "places_per_tread": gait.places_per_tread,
@@ -133,7 +125,7 @@ def feasibility_report(
             "stance_width": gait.stance_width,
             "stride": gait.stride,
         }
-        told["plan"] = {
+        report["plan"] = {
             "duration": designed.plan.duration,
             "margin": designed.margin,
             "margin_kind": gait.margin,
@@ -141,19 +133,19 @@ def feasibility_report(
             "nearest_part": designed.room.part,
             "nearest_task": designed.room.task,
         }
-    return told | {"answer": _answer(told)}
+    return report | {"answer": _answer(report)}
 
 
-def with_nearest(told: dict[str, Any], nearest: tuple[float, float] | None) -> dict[str, Any]:
-    """A no as it is told, with rise and run of the nearest stairs that are climbed [m], if any."""
-    near = None if nearest is None else {"rise": nearest[0], "run": nearest[1]}
-    sought = told | {"nearest": near, "sought": True}
-    return sought | {"answer": f"{told['answer']}; {near_words(sought)}"}
+def with_nearest(report: dict[str, Any], nearest: Stairs | None) -> dict[str, Any]:
+    """A no as plain values, with rise and run of the nearest stairs that are climbed, if any."""
+    near = None if nearest is None else {"rise": nearest.rise, "run": nearest.run}
+    sought = report | {"nearest": near, "sought": True}
+    return sought | {"answer": f"{report['answer']}; {near_words(sought)}"}
 
 
-def near_words(told: dict[str, Any]) -> str:
-    """Which stairs would work, of those that were sought."""
-    near = told["nearest"]
+def near_words(report: dict[str, Any]) -> str:
+    """Says which stairs would work, after the search for the nearest."""
+    near = report["nearest"]
     if near is None:
         return "no lower rise and no deeper run was found that works"
     return f"{near['rise']:g} m on treads of {near['run']:g} m would work"
@@ -170,7 +162,7 @@ def _pitches(designed: Designed) -> FloatArray:
 
 
 def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
-    """What the plan of the course itself leaves, of the limits that it is measured for."""
+    """What the plan of the course itself leaves of each limit that it is measured for."""
     joints = np.inf
     for plan in designed.plan.plans:
         count = int(np.ceil(plan.duration / PERIOD)) + 1
@@ -181,52 +173,45 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     return left | {part: designed.room.weighted}
 
 
-def _answer(told: dict[str, Any]) -> str:
-    """Yes or no in a line, with what limits it and what would work."""
-    asked = told["asked"]
+def _answer(report: dict[str, Any]) -> str:
+    """The answer in a line: yes with its margin, or no with what is in the way."""
+    asked = report["asked"]
     stairs = (
         f"the course of {asked['scenario']}"
         if "scenario" in asked
         else f"{asked['count']} steps of {asked['rise']:g} m on treads of {asked['run']:g} m"
     )
-    if told["feasible"]:
-        plan = told["plan"]
+    if report["feasible"]:
+        plan = report["plan"]
         kind = "static" if plan["margin_kind"] == HULL else plan["margin_kind"]
         ways = "" if "scenario" in asked else " up and down"
-        torque = told["slacks"]["torque"]["on_course"]
+        torque = report["slacks"]["torque"]["on_course"]
         strong = "" if torque >= 0.0 else f", if a joint gives {1.0 - torque:.0%} of its torque"
-        wanted = told["slacks"]["margin"]["wanted"]
+        wanted = report["slacks"]["margin"]["wanted"]
         little = "" if plan["margin"] >= wanted else f", less than the {1e3 * wanted:.0f} mm wanted"
         return (
-            f"Yes: {told['name']} walks {stairs}{ways} with a {kind} margin of at least "
+            f"Yes: {report['name']} walks {stairs}{ways} with a {kind} margin of at least "
             f"{1e3 * plan['margin']:.0f} mm{little}{strong}"
         )
-    return f"No: {told['name']} does not walk {stairs} ({LIMITS[told['limit']]}): {told['reason']}"
-
-
-# ------------------------------------------------------------------------------------------------
-# The work of `drake-quad check`: ask, look for the nearest stairs, save, and draw.
-# ------------------------------------------------------------------------------------------------
-
-
-RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
+    why = f"({LIMITS[report['limit']]}): {report['reason']}"
+    return f"No: {report['name']} does not walk {stairs} {why}"
 
 
 @dataclass(frozen=True)
 class CheckRequest:
-    """The question, as it was given.
+    """The question, as a person put it.
 
     Attributes:
-        robot: File or name.
-        rise: Of the steps [m]; RISE if None, as RUN and COUNT below.
-        run: Of the treads [m].
-        count: Steps of the flight.
-        scenario: Whose course to walk instead of a flight.
-        margin: Over what the plan's margin is measured, one of
+        robot: Robot name or file.
+        rise: Rise of the steps [m]; RISE if None.
+        run: Run of the treads [m]; RUN if None.
+        count: Number of steps of the flight; COUNT if None.
+        scenario: Scenario whose course to walk instead of a flight.
+        margin: Region that the plan's margin is measured in, one of
             `stability.equilibrium_region.KINDS`.
-        width: Of the flights [m]; as the robot needs if None.
-        landing: Length of the landing between the flights [m]; the same.
-        turn: On the landing [deg], left positive; 90 if None.
+        width: Width of the flights [m]; as the robot needs if None.
+        landing: Length of the landing between the flights [m]; as the robot needs if None.
+        turn: Turn on the landing [deg], left positive; 90 if None.
     """
 
     robot: str
@@ -249,7 +234,7 @@ def run_check(
     first: Callable[[dict[str, Any]], object] = lambda _: None,
     note: Callable[[str], object] = lambda _: None,
 ) -> dict[str, Any]:
-    """Answers the question; what is told is as `feasibility_report` has it.
+    """Answers the question, as `feasibility_report` has it.
 
     Args:
         asked: The question.
@@ -257,14 +242,15 @@ def run_check(
         picture: Where to draw the climb, if there is one.
         nearest: Whether to look for the nearest stairs that it climbs, if not these; it takes a
             minute or two.
-        first: Is told the answer, of a no the reason, before that and before anything is written.
-        note: Is told what is being done.
+        first: Receives the answer, with the reason of a no, before the search for the nearest
+            stairs and before any file is written.
+        note: Receives a line about what is being done.
 
     Raises:
         InputError: If anything given cannot be used, before any long work; or a file cannot be
-            written, after `first` was told.
+            written, after `first` had the answer.
     """
-    check_picture(picture)
+    check_picture_path(picture)
     if asked.margin not in KINDS:
         remedy = "give hull, friction or feasible"
         raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
@@ -281,33 +267,29 @@ def run_check(
         question: dict[str, Any] = {"scenario": asked.scenario}
         check = design_for_course(asked.robot, asked.scenario, margin=asked.margin, nearest=nearest)
     else:
-        rise = RISE if asked.rise is None else asked.rise
-        run = RUN if asked.run is None else asked.run
-        count = COUNT if asked.count is None else asked.count
-        check_flight_numbers(rise, run, count)
+        stairs = Stairs(
+            RISE if asked.rise is None else asked.rise,
+            RUN if asked.run is None else asked.run,
+            COUNT if asked.count is None else asked.count,
+        )
         known = {name: value for name, value in own.items() if value is not None}
-        around = Around(**known)
-        question = {"rise": rise, "run": run, "count": count, **known}
+        question = {**asdict(stairs), **known}
         check = check_flight(
-            asked.robot, rise=rise, run=run, count=count, nearest=False, margin=asked.margin,
-            around=around,
+            asked.robot, stairs, around=Around(**known), margin=asked.margin, nearest=False,
+            robot=robot,
         )  # fmt: skip
     if asked.margin != HULL:
         question["margin"] = asked.margin
-    told = feasibility_report(check, robot, source=asked.robot, asked=question)
-    first(told)
+    report = feasibility_report(check, robot, source=asked.robot, asked=question)
+    first(report)
     if not check.feasible and asked.scenario is None and nearest:
-        near = nearest_of(
-            check, robot, model=asked.robot, rise=rise, run=run, count=count,
-            margin=asked.margin, around=around, note=note,
-        )  # fmt: skip
-        told = with_nearest(told, near)
+        report = with_nearest(report, check.nearest(note))
     if check.designed is not None and save is not None:
         scenario = check.designed.scenario
         write_whole(save, lambda to: save_scenario(scenario, to), option="--save")
-        told["saved"] = str(save)
+        report["saved"] = str(save)
     if check.designed is not None and picture is not None:
         note("drawing")
-        save_picture(check.designed, robot, picture)
-        told["picture"] = str(picture)
-    return told
+        save_picture(draw_check(check.designed, robot), picture, salt=robot.name, dpi=110)
+        report["picture"] = str(picture)
+    return report

@@ -1,4 +1,4 @@
-"""What was read of a robot's file, as plain values and tables, with doubts about it."""
+"""What was read from a robot's file, as plain values and tables, and what in it is doubtful."""
 
 import math
 from pathlib import Path
@@ -19,17 +19,29 @@ from drake_quad.scenario.config import SimulationConfig
 from drake_quad.util.files import MOST_YAML, read_given_text
 from drake_quad.util.yaml_io import parse_yaml
 
-# ------------------------------------------------------------------------------------------------
-# Reads what the importer wrote of a robot's own file, beside its normal form.
-# ------------------------------------------------------------------------------------------------
+WEAK = 0.2  # share of the weight: knees that hold less on stretched legs have a wrong unit
+LIGHTEST = 1e-3  # share of the robot's mass: a lighter thigh or shank has lost its mass
+UNLIKE = 2.0  # ratio of masses from which on left and right link are unlike
+SAME = 0.02  # [rad] difference up to which limits of two joints are alike
+APART = 0.1  # [rad] difference from which on they are unlike: Spot's differ by half of that
+ROLES = ("abduction", "hip", "knee")
+LINKS = ("hip", "thigh", "shank")
+SIDES = ((0, 1), (2, 3))  # rows of legs that are each other's mirror
+
+KINDS: dict[tuple[int, ...], str] = {
+    (-1, -1, -1, -1): "all knees backward",
+    (1, 1, 1, 1): "all knees forward",
+    (-1, -1, 1, 1): "X: front knees backward, rear knees forward",
+    (1, 1, -1, -1): "O: front knees forward, rear knees backward",
+}
 
 
 def read_mapping(robot: RobotModel) -> dict[str, Any]:
-    """What the importer wrote: `trunk`, `joints` and `notes`; nothing of a file never imported.
+    """What the importer wrote beside the robot: `trunk`, `joints` and `notes`.
 
     Returns:
-        `trunk` has `p_TB` (3 numbers, [m]); `joints` by name `sign` (±1) and `turn` [rad]; each of
-        `notes` its `kind` and `text`. What the file leaves out is left out.
+        `trunk` has `p_TB` (3 numbers, [m]); `joints` has `sign` (±1) and `turn` [rad] by name; each
+        of `notes` has its `kind` and `text`. The mapping is empty for a robot in its normal form.
 
     Raises:
         InputError: If the file is there and not the importer's.
@@ -68,7 +80,7 @@ def read_mapping(robot: RobotModel) -> dict[str, Any]:
 
 
 def _numbers(values: Any, count: int) -> bool:
-    """Whether these are just so many finite numbers."""
+    """Whether it is a list of `count` finite numbers."""
     return (
         isinstance(values, list)
         and len(values) == count
@@ -76,42 +88,27 @@ def _numbers(values: Any, count: int) -> bool:
     )
 
 
-# ------------------------------------------------------------------------------------------------
-# What of a robot's figures can hardly be meant, though each of them can be read.
-# ------------------------------------------------------------------------------------------------
-
-
-WEAK = 0.2  # of the weight: knees that hold no more on four stretched legs are a slip of a unit
-LIGHTEST = 1e-3  # of the robot: a thigh or a shank that is lighter has lost its mass
-UNLIKE = 2.0  # times: a link of one side that is heavier by this than the other side's
-SAME = 0.02  # [rad] within which limits of two joints are alike
-APART = 0.1  # [rad] from which they are unlike: Spot's own differ by half of that
-ROLES = ("abduction", "hip", "knee")
-LINKS = ("hip", "thigh", "shank")
-SIDES = ((0, 1), (2, 3))  # rows of legs that are each other's mirror
-
-
 def doubts(robot: RobotModel) -> list[str]:
-    """Lines that say what is doubtful, and what may be wrong; none of a robot that is plausible."""
+    """Lines that say what is doubtful and may be wrong; none for a plausible robot."""
     return [*_weak_knees(robot), *_lost_masses(robot), *_unlike_limits(robot)]
 
 
 def all_doubts(robot: RobotModel) -> list[str]:
-    """The same, and what is doubtful in the robot's own file, as the importer read it."""
+    """Lines of `doubts`, and of what the importer found doubtful in the robot's own file."""
     mapping = read_mapping(robot)
     notes = [n["text"] for n in mapping.get("notes", []) if n["kind"] == DOUBTFUL]
     found = doubts(robot)
     return [*found, *_odd_axes(robot, mapping.get("joints", {}), found), *notes]
 
 
-def _odd_axes(robot: RobotModel, joints: dict[str, Any], told: list[str]) -> list[str]:
-    """Axes that point the other way than those of all three other legs; but for what is told."""
+def _odd_axes(robot: RobotModel, joints: dict[str, Any], known: list[str]) -> list[str]:
+    """Axes that point the other way than those of the three other legs, if not known yet."""
     lines = []
     for role in range(3):
         names = [robot.joint_names[3 * row + role] for row in range(4)]
         signs = [joints.get(name, {}).get("sign", 1) for name in names]
         for name, sign in zip(names, signs, strict=True):
-            if signs.count(sign) == 1 and not any(name in line for line in told):
+            if signs.count(sign) == 1 and not any(name in line for line in known):
                 lines.append(
                     f"{name}: its axis points the other way than those of the three other legs"
                 )
@@ -119,7 +116,7 @@ def _odd_axes(robot: RobotModel, joints: dict[str, Any], told: list[str]) -> lis
 
 
 def _weak_knees(robot: RobotModel) -> list[str]:
-    """Knees that cannot hold the robot by far."""
+    """Knees that are far from being able to hold the robot."""
     knees = robot.effort.reshape(4, 3)[:, 2]
     held, weight = float(np.sum(knees / robot.geometry.reach)), GRAVITY * robot.mass
     if held >= WEAK * weight:
@@ -135,7 +132,7 @@ def _lost_masses(robot: RobotModel) -> list[str]:
     lines = []
     mass = robot.link_mass
     lost = mass < LIGHTEST * robot.mass
-    lost[:, 0] = False  # of some robots the hip is told with the trunk
+    lost[:, 0] = False  # some files count the hips with the trunk
     if np.any(lost):
         names = ", ".join(
             f"{LEGS[row].short}'s {LINKS[link]}" for row, link in np.argwhere(lost).tolist()
@@ -188,30 +185,19 @@ def _reversed(limits: FloatArray) -> FloatArray:
     return -limits[::-1]
 
 
-# ------------------------------------------------------------------------------------------------
-# What `drake-quad inspect` tells of a robot: figures as plain values, and as tables.
-# ------------------------------------------------------------------------------------------------
-KINDS: dict[tuple[int, ...], str] = {
-    (-1, -1, -1, -1): "all knees backward",
-    (1, 1, 1, 1): "all knees forward",
-    (-1, -1, 1, 1): "X: front knees backward, rear knees forward",
-    (1, 1, -1, -1): "O: front knees forward, rear knees backward",
-}
-
-
 def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
     """The robot's figures as plain values, in SI units.
 
     Args:
-        robot: As loaded.
-        source: What the person gave for it.
+        robot: The robot.
+        source: Robot name or file, as the person gave it.
 
     Raises:
-        InputError: If what the importer wrote of it is spoilt.
+        InputError: If what the importer wrote about it is damaged.
     """
     g, mapping = robot.geometry, read_mapping(robot)
     sides = tuple(int(s) for s in g.knee_sign)
-    told = mapping.get("joints", {})
+    mapped = mapping.get("joints", {})
     legs = {}
     for k, short in enumerate(SHORT_NAMES):
         mine = slice(3 * k, 3 * k + 3)
@@ -231,8 +217,8 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
                     "upper": float(high),
                     "effort": float(effort),
                     "speed": float(speed),
-                    "sign": told.get(name, {}).get("sign", 1),
-                    "turn": told.get(name, {}).get("turn", 0.0),
+                    "sign": mapped.get(name, {}).get("sign", 1),
+                    "turn": mapped.get(name, {}).get("turn", 0.0),
                 }
                 for name, role, low, high, effort, speed in zip(
                     robot.joint_names[mine],
@@ -265,61 +251,61 @@ def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
     }
 
 
-def print_robot(told: dict[str, Any], console: Console) -> None:
-    """Prints the figures as tables, and all that is not as in the robot's own file.
+def print_robot(figures: dict[str, Any], console: Console) -> None:
+    """Prints the figures as tables, and all that differs from the robot's own file.
 
-    Names are printed as they are: rich would take `[/x]` for its own.
+    Names are printed as `Text`, because rich would take `[/x]` for markup.
     """
     console.print(
-        Text.assemble((told["name"], "bold"), f": {told['mass']:.2f} kg, {told['knees']}")
+        Text.assemble((figures["name"], "bold"), f": {figures['mass']:.2f} kg, {figures['knees']}")
     )
     table = Table(show_header=False, box=None, pad_edge=False)
-    com = ", ".join(f"{1e3 * x:.0f}" for x in told["trunk_com"])
-    trunk = f"{told['trunk']}, {told['trunk_mass']:.2f} kg, its centre at {com} mm"
+    com = ", ".join(f"{1e3 * x:.0f}" for x in figures["trunk_com"])
+    trunk = f"{figures['trunk']}, {figures['trunk_mass']:.2f} kg, its centre at {com} mm"
     table.add_row("trunk", Text(trunk))
-    table.add_row("reach of a leg", f"{told['reach']:.3f} m, stretched")
-    table.add_row("feet", f"spheres of {1e3 * told['foot_radius']:.1f} mm")
-    table.add_row("contact friction", _friction(told))
-    origin = ", ".join(f"{1e3 * x:.0f}" for x in told["p_TB"])
-    if told["normal_form"] == "imported":
+    table.add_row("reach of a leg", f"{figures['reach']:.3f} m, stretched")
+    table.add_row("feet", f"spheres of {1e3 * figures['foot_radius']:.1f} mm")
+    table.add_row("contact friction", _friction(figures))
+    origin = ", ".join(f"{1e3 * x:.0f}" for x in figures["p_TB"])
+    if figures["normal_form"] == "imported":
         table.add_row("B's origin", f"amid the hips, at {origin} mm in the trunk's own frame")
     console.print(table, highlight=False)
-    console.print(Text(f"file: {told['file']} ({told['normal_form']})"), soft_wrap=True)
+    console.print(Text(f"file: {figures['file']} ({figures['normal_form']})"), soft_wrap=True)
     console.print()
-    console.print(_legs(told), highlight=False)
-    console.print(_joints(told), highlight=False)
-    _print_notes(told["notes"], console)
-    for doubt in told["doubts"]:
+    console.print(_legs(figures), highlight=False)
+    console.print(_joints(figures), highlight=False)
+    _print_notes(figures["notes"], console)
+    for doubt in figures["doubts"]:
         console.print(Text.assemble(("\ndoubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
 
 
-def _friction(told: dict[str, Any]) -> str:
-    """Which coefficient feet and ground have."""
-    said = {
+def _friction(figures: dict[str, Any]) -> str:
+    """The friction coefficient of feet and ground, in words."""
+    stated = {
         short: mu
-        for short, mu in zip(SHORT_NAMES, told["foot_friction"], strict=True)
+        for short, mu in zip(SHORT_NAMES, figures["foot_friction"], strict=True)
         if mu is not None
     }
-    if not said:
+    if not stated:
         return "simulation.friction, for feet and ground"
-    feet = ", ".join(f"{short} {mu:.3g}" for short, mu in said.items())
+    feet = ", ".join(f"{short} {mu:.3g}" for short, mu in stated.items())
     default = SimulationConfig().friction
-    least = min(2.0 * mu * default / max(mu + default, 1e-12) for mu in said.values())
+    least = min(2.0 * mu * default / max(mu + default, 1e-12) for mu in stated.values())
     return (
         f"the file states {feet}; with the ground's μ it is 2 × own × μ / (own + μ), "
         f"at simulation.friction {default:g} {least:.3g}"
     )
 
 
-def _legs(told: dict[str, Any]) -> Table:
-    """Lengths and masses."""
+def _legs(figures: dict[str, Any]) -> Table:
+    """The table of lengths and masses."""
     table = Table(box=None, pad_edge=False)
     sizes = ["offset", "thigh", "shank"]
-    if any(leg["raised"] for leg in told["legs"].values()):
+    if any(leg["raised"] for leg in figures["legs"].values()):
         sizes.insert(1, "raised")
     for title in ("leg", "hip x, y, z in mm", *sizes, "knee", "masses in kg"):
         table.add_column(title, justify="left" if title in ("leg", "knee") else "right")
-    for short, leg in told["legs"].items():
+    for short, leg in figures["legs"].items():
         lengths = [f"{1e3 * leg[key]:.1f}" for key in sizes]
         hip = ", ".join(f"{1e3 * x:.1f}" for x in leg["hip"])
         masses = ", ".join(f"{m:.2f}" for m in leg["masses"])
@@ -327,8 +313,8 @@ def _legs(told: dict[str, Any]) -> Table:
     return table
 
 
-def _joints(told: dict[str, Any]) -> Table:
-    """Limits; those that the file does not give are marked."""
+def _joints(figures: dict[str, Any]) -> Table:
+    """The table of joint limits; those that the file does not give are marked."""
     table = Table(box=None, pad_edge=False, title_justify="left")
     for title in (
         "",
@@ -341,9 +327,11 @@ def _joints(told: dict[str, Any]) -> Table:
         table.add_column(
             title, justify="right" if " in " in title and "file" not in title else "left"
         )
-    for short, leg in told["legs"].items():
+    for short, leg in figures["legs"].items():
         for joint in leg["joints"]:
-            notes = [n["text"] for n in told["notes"] if n["text"].startswith(joint["name"] + ":")]
+            notes = [
+                n["text"] for n in figures["notes"] if n["text"].startswith(joint["name"] + ":")
+            ]
             marks = {
                 key: "*" if any(word in text for text in notes) else ""
                 for key, word in (
@@ -366,17 +354,17 @@ def _joints(told: dict[str, Any]) -> Table:
 
 
 def _print_notes(notes: list[dict[str, str]], console: Console) -> None:
-    """What was repaired, assumed, approximated and dropped; the same of several joints as one."""
-    notes = [note for note in notes if note["kind"] != DOUBTFUL]  # these are told by themselves
+    """Prints what was repaired, assumed, approximated or dropped; joints alike share a line."""
+    notes = [note for note in notes if note["kind"] != DOUBTFUL]  # these are printed apart
     if not notes:
         return
-    console.print("\n[bold]not as in the file[/] (* above)", highlight=False)
-    told: dict[tuple[str, str], list[str]] = {}
+    console.print("\n[bold]differs from the file[/] (* above)", highlight=False)
+    shared: dict[tuple[str, str], list[str]] = {}
     for note in notes:
         subject, separator, text = note["text"].partition(": ")
-        told.setdefault((note["kind"], text if separator else note["text"]), []).append(
+        shared.setdefault((note["kind"], text if separator else note["text"]), []).append(
             subject if separator else ""
         )
-    for (kind, text), subjects in told.items():
+    for (kind, text), subjects in shared.items():
         who = ", ".join(s for s in subjects if s)
         console.print(Text(f"  {kind}: {who + ': ' if who else ''}{text}"))

@@ -22,26 +22,27 @@ from drake_quad.robot.loader import AddRobot
 from drake_quad.robot.model import LegGeometry, RobotModel
 from drake_quad.util.files import write_whole
 
-# ------------------------------------------------------------------------------------------------
-# A robot's nominal stance, its collision shapes in it, and what its feet can reach.
-# ------------------------------------------------------------------------------------------------
-
-
-BENT = 0.75  # height of the hips in the stance, of the legs' length, if limits let them
+BENT = 0.75  # height of the hips in the stance over the legs' length, if limits allow it
 ROUND = 24  # points on a circle
+
+FRONT, REAR = "#c8641b", "#2b63a8"  # as the legs of the paper's robot
+INK, SHAPE, GROUND = "#333333", "#8a8a8a", "#b8ada0"
+KINDS = (".svg", ".png", ".pdf")
+GRID = 220  # points along each side of the raster that shows the reach
+SIDE, BEHIND = (0, 2), (1, 2)  # which coordinates are across and up
 
 
 class InspectStance(NamedTuple):
-    """A robot standing with its feet below its hips, told in B.
+    """A robot standing with its feet below its hips; places are in B.
 
     Attributes:
         q: Joint angles, (4, 3) [rad].
-        height: Of B above the ground [m].
-        hips: (4, 3) [m].
-        thighs: Where the hip pitch axes meet the legs' planes, (4, 3) [m].
-        knees: (4, 3) [m].
-        feet: Centres of the spheres, (4, 3) [m].
-        com: The robot's centre of mass, (3,) [m].
+        height: Height of B above the ground [m].
+        hips: Places of the hips, (4, 3) [m].
+        thighs: Points where the hip pitch axes meet the legs' planes, (4, 3) [m].
+        knees: Places of the knees, (4, 3) [m].
+        feet: Centres of the feet's spheres, (4, 3) [m].
+        com: Centre of mass of the robot, (3,) [m].
     """
 
     q: FloatArray
@@ -56,7 +57,8 @@ class InspectStance(NamedTuple):
 def stand(robot: RobotModel) -> InspectStance:
     """The stance with the feet below the hips at three quarters of the legs' length.
 
-    Where a joint's limits do not allow that, it is the nearest height that they do; if none, as is.
+    If the joints' limits do not allow that, the nearest height is taken that they do allow; if they
+    allow none, they are ignored.
     """
     g = robot.geometry
     lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
@@ -94,10 +96,10 @@ def stand(robot: RobotModel) -> InspectStance:
 
 
 def collision_points(robot: RobotModel, q: FloatArray) -> list[tuple[str, FloatArray]]:
-    """Of every collision shape its link's name and points whose hull it is, (n, 3) in B [m].
+    """The collision shapes: each one's link, and points whose hull it is, (n, 3) in B [m].
 
     Args:
-        robot: As loaded.
+        robot: The robot.
         q: Joint angles, (4, 3) [rad].
     """
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
@@ -127,11 +129,11 @@ def reachable(
     """Whether one leg's foot can be at each point within its limits, (n,) of 0 and 1.
 
     Args:
-        geometry: The legs'.
-        leg: Which, 0 to 3.
-        lower: Limits, (3,) [rad].
-        upper: Limits, (3,) [rad].
-        points: (n, 3) in B [m].
+        geometry: Geometry of the legs.
+        leg: Number of the leg, 0 to 3.
+        lower: Lower joint limits, (3,) [rad].
+        upper: Upper joint limits, (3,) [rad].
+        points: Points (n, 3) in B [m].
     """
     feet = np.repeat(points[:, None, :], 4, axis=1)
     q, excess = solve_legs(geometry, feet)
@@ -164,18 +166,6 @@ def _surface_points(shape: object) -> FloatArray:
     return np.array([hull.vertex(i) for i in range(hull.num_vertices())])
 
 
-# ------------------------------------------------------------------------------------------------
-# A picture of a robot in its nominal stance: links, collision shapes and reach.
-# ------------------------------------------------------------------------------------------------
-
-
-FRONT, REAR = "#c8641b", "#2b63a8"  # as the legs of the paper's robot
-INK, SHAPE, GROUND = "#333333", "#8a8a8a", "#b8ada0"
-KINDS = (".svg", ".png", ".pdf")
-GRID = 220  # points along each side of the raster that shows the reach
-SIDE, BEHIND = (0, 2), (1, 2)  # which coordinates are across and up
-
-
 def draw_robot(robot: RobotModel) -> Figure:
     """The figure: the robot from its right, and from behind."""
     stance = stand(robot)
@@ -195,31 +185,39 @@ def draw_robot(robot: RobotModel) -> Figure:
     return figure
 
 
-def check_robot_picture(path: Path | None) -> None:
-    """Makes sure before any work that a picture can be of the path's kind.
+def check_picture_path(path: Path | None) -> None:
+    """Checks, before any work, that a picture can have the path's format.
 
     Raises:
-        InputError: If not.
+        InputError: If it cannot.
     """
     if path is not None and path.suffix.lower() not in KINDS:
         remedy = f"a picture's file ends in {', '.join(KINDS)}"
         raise InputError(source="--picture", field="picture", value=str(path), remedy=remedy)
 
 
-def save_robot_picture(robot: RobotModel, path: Path) -> None:
-    """Writes the picture, in the format of the path's ending.
+def save_picture(
+    figure: Figure, path: Path, *, salt: str, dpi: int = 130, option: str = "--picture"
+) -> None:
+    """Writes a figure, in the format of the path's ending; the same figure gives the same bytes.
+
+    Args:
+        figure: The figure.
+        path: The file.
+        salt: Name that the ids in an SVG are derived from.
+        dpi: Resolution of a PNG.
+        option: Option that asked for the file, named by an error.
 
     Raises:
-        InputError: If it cannot be written.
+        InputError: If the file cannot be written.
     """
-    figure = draw_robot(robot)
     kind = path.suffix.lstrip(".").lower()
-    with matplotlib.rc_context({"svg.hashsalt": robot.name, "svg.fonttype": "none"}):
+    with matplotlib.rc_context({"svg.hashsalt": salt, "svg.fonttype": "none"}):
         metadata = {"Date": None} if kind == "svg" else None
         write_whole(
             path,
-            lambda to: figure.savefig(to, format=kind, dpi=130, metadata=metadata),
-            option="--picture",
+            lambda to: figure.savefig(to, format=kind, dpi=dpi, metadata=metadata),
+            option=option,
         )
 
 
@@ -315,7 +313,7 @@ def _measure(ax: Axes, robot: RobotModel, stance: InspectStance) -> None:
 
 
 def _legend(figure: Figure) -> None:
-    """What is what."""
+    """The legend of colours and marks."""
     handles: list[Any] = [
         Line2D([], [], color=FRONT, lw=3, label="front legs"),
         Line2D([], [], color=REAR, lw=3, label="rear legs"),

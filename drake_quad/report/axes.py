@@ -21,13 +21,11 @@ from drake_quad.report.style import (
 )
 from drake_quad.runs.reader import Interval, RecordedRun
 
-# ------------------------------------------------------------------------------------------------
-# What the figures share: axes over time with the segments behind them, and thinned lines.
-# ------------------------------------------------------------------------------------------------
+MOST_POINTS = 2500  # points of a line: more cannot be seen at 1100 px
+GLYPH = 0.062  # [in] mean width of a letter of a segment's name
 
-
-MOST_POINTS = 2500  # a line: more cannot be told apart at 1100 px
-GLYPH = 0.062  # [in] mean width of a letter of a band's label
+STRIP = 0.03  # height of the strip along the top, over that of the axes
+ABOVE = 13  # [pt] height of pushes' names over the axes, clear of the segments'
 
 
 def make_axes(
@@ -36,11 +34,11 @@ def make_axes(
     """A figure of the report's width with (rows, columns) axes that share their times.
 
     Args:
-        rows: Of axes.
-        columns: Of axes.
-        height: Of the figure [in].
-        share_y: As matplotlib's `sharey`.
-        options: More for matplotlib's `subplots`.
+        rows: Number of rows.
+        columns: Number of columns.
+        height: Height of the figure [in].
+        share_y: Value of matplotlib's `sharey`.
+        options: Further arguments of matplotlib's `subplots`.
     """
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=share_y, squeeze=False, **options)
@@ -48,10 +46,10 @@ def make_axes(
 
 
 def thin(t: FloatArray, y: FloatArray, most: int = MOST_POINTS) -> tuple[FloatArray, FloatArray]:
-    """Returns at most about `most` samples of (N,) `t`, `y`, with every peak kept.
+    """At most about `most` samples of (N,) `t`, `y`, with every peak kept.
 
-    Of each of most/2 stretches of equal length the least and the greatest stay, in their order;
-    so a spike of one sample is still there. A stretch that holds nan alone stays nan.
+    The minimum and the maximum of each of most/2 stretches of equal length stay, in their order, so
+    that a spike of one sample is still there. A stretch with nothing but nan stays nan.
     """
     n = len(t)
     if n <= most:
@@ -80,9 +78,9 @@ def draw_bands(
     page's table lists them all.
 
     Args:
-        axes: Over time [s].
+        axes: Axes over time [s].
         bands: The run's segments.
-        label: The axes that carry the names, as wide as the figure.
+        label: Axes that carry the names, as wide as the figure.
     """
     if not bands:
         return
@@ -104,8 +102,8 @@ def draw_bands(
         return
     inches = 0.92 * WIDTH
     for band in bands:
-        room = inches * (band.end - band.start) / (end - start)
-        words = [w for w in (band.name, band.kind) if w and GLYPH * len(w) < room]
+        width = inches * (band.end - band.start) / (end - start)
+        words = [w for w in (band.name, band.kind) if w and GLYPH * len(w) < width]
         if words:
             label.annotate(
                 words[0],
@@ -152,24 +150,15 @@ def mark_point(axes: Axes, t: float, y: float, text: str, *, colour: str = MUTED
     )
 
 
-# ------------------------------------------------------------------------------------------------
-# What stands behind every figure over time: segments, pushes, and where the clock stood still.
-# ------------------------------------------------------------------------------------------------
-
-
-STRIP = 0.03  # of the axes' height, along their top
-ABOVE = 13  # [pt] over the axes, clear of the segments' names
-
-
 def draw_event_shading(
     axes: Sequence[Axes], run: RecordedRun, *, label: Axes | None = None
 ) -> None:
-    """Draws it on axes over time.
+    """Draws segments, pushes and stops of the gait clock behind axes over time.
 
     Args:
-        axes: Over time [s]; those of a figure share their times.
+        axes: Axes over time [s]; those of a figure share their times.
         run: The run.
-        label: The axes that carry names, as wide as the figure; see `draw_bands`.
+        label: Axes that carry names, as wide as the figure; see `draw_bands`.
     """
     bands = run.log.bands()
     draw_bands(axes, bands, label=label)
@@ -181,7 +170,7 @@ def draw_event_shading(
             ]
             if spans:
                 colour = MODE_COLOURS[mode]
-                # The edge makes a wait of one sample as wide as can be seen.
+                # The edge makes a wait of one sample wide enough to be seen.
                 axis.broken_barh(
                     spans,
                     (1.0 - STRIP, STRIP),
@@ -198,17 +187,17 @@ def draw_event_shading(
 
 
 def _name_pushes(axis: Axes, pushes: Sequence[PushEvent], length: float) -> None:
-    """Size and direction over each push's line, or the direction alone where the next is near.
+    """Writes size and direction over each push's line; the direction alone if the next is near.
 
     Args:
-        axis: As wide as the figure.
-        pushes: In order of time.
-        length: Of the time shown [s].
+        axis: Axes as wide as the figure.
+        pushes: Pushes in order of time.
+        length: Length of the time shown [s].
     """
     if length <= 0.0:
         return
     per_inch = length / (0.92 * WIDTH)
-    free = -float("inf")  # [s] from which on nothing is written yet
+    free = -float("inf")  # [s] nothing is written after this time yet
     for push in pushes:
         for text in (f"{push.arrow} {push.speed:.2g} m/s", push.arrow):
             half = 0.5 * GLYPH * (len(text) + 2) * per_inch

@@ -10,12 +10,23 @@ from drake_quad.robot.kinematics import calc_feet
 from drake_quad.runs.reader import RecordedRun, runs_of
 from drake_quad.scenario.build import disturbances_of
 
-# ------------------------------------------------------------------------------------------------
-# What follows from a run's log and its robot: where the body and the feet were.
-# ------------------------------------------------------------------------------------------------
+NO_SUPPORT = -1.0  # [m] the log has it, or less, instead of a margin where no foot bears
 
-
-NO_SUPPORT = -1.0  # [m] a margin below this is logged where no foot bears, and is no length
+# Directions of a push seen from above, the robot heading up: counter-clockwise from straight ahead.
+ARROWS = ("↑", "↖", "←", "↙", "↓", "↘", "→", "↗")
+WORDS = (
+    "ahead",
+    "ahead to the left",
+    "to the left",
+    "back to the left",
+    "back",
+    "back to the right",
+    "to the right",
+    "ahead to the right",
+)
+STEEP = math.radians(60.0)  # a push that is steeper than this goes up or down
+WAIT = "wait"  # the clock is in mode `run`, and waits for a touchdown or a lift-off
+MODES = (WAIT, "catch", "settle", "replan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +74,7 @@ def calc_foot_centres(run: RecordedRun) -> FloatArray:
 
 
 def margins(run: RecordedRun, name: str = "margin") -> FloatArray:
-    """A margin of the log, (N,) [m]; nan where no foot bears, for then it is none."""
+    """A margin of the log, (N,) [m]; nan where no foot bears, because there is none then."""
     values = run.log.number(name)
     return np.asarray(np.where(values > NO_SUPPORT, values, np.nan))
 
@@ -74,7 +85,10 @@ def has_massless_legs(run: RecordedRun) -> bool:
 
 
 def margin_points(run: RecordedRun) -> FloatArray:
-    """What the margin is of, (N, 3) in W [m]: the centre of mass, or B's origin if massless."""
+    """The point whose margin is measured, (N, 3) in W [m].
+
+    It is the centre of mass; for the paper's robot, whose legs have no mass, B's origin.
+    """
     return base_motion(run).p_WB if has_massless_legs(run) else run.log.vector("com")
 
 
@@ -106,45 +120,23 @@ def touchdowns(run: RecordedRun, *, shortest: float = 0.1) -> list[Touchdown]:
 
 
 def _without_jumps(angle: FloatArray) -> FloatArray:
-    """`angle` (N,) [rad] made continuous over its finite samples."""
+    """The angle (N,) [rad], made continuous over its finite samples."""
     known = np.isfinite(angle)
     out = np.array(angle)
     out[known] = np.unwrap(angle[known])
     return out
 
 
-# ------------------------------------------------------------------------------------------------
-# What happened to a run from outside, and what its gait clock did about it.
-# ------------------------------------------------------------------------------------------------
-
-
-# Of a push seen from above, the robot heading up; counter-clockwise from straight ahead.
-ARROWS = ("↑", "↖", "←", "↙", "↓", "↘", "→", "↗")
-WORDS = (
-    "ahead",
-    "ahead to the left",
-    "to the left",
-    "back to the left",
-    "back",
-    "back to the right",
-    "to the right",
-    "ahead to the right",
-)
-STEEP = math.radians(60.0)  # out of the level, from which on a push is one up or down
-WAIT = "wait"  # of a clock in mode `run`: for a touchdown or a lift-off
-MODES = (WAIT, "catch", "settle", "replan")
-
-
 @dataclass(frozen=True)
 class PushEvent:
-    """A push that the run came to.
+    """A push that happened before the run ended.
 
     Attributes:
         time: When it began [s].
         duration: How long it lasted [s].
-        speed: Of the whole robot that it was worth [m/s].
-        arrow: Which way it went, seen from above with the robot heading up.
-        words: The same in words.
+        speed: Change of the whole robot's speed that it causes [m/s].
+        arrow: Its direction, seen from above with the robot heading up.
+        words: Its direction in words.
     """
 
     time: float
@@ -164,7 +156,7 @@ class ClockStop:
 
 
 def push_events(run: RecordedRun) -> list[PushEvent]:
-    """The pushes that the run came to, in order of time; none in a kinematic replay."""
+    """The pushes before the run ended, in order of time; none in a kinematic replay."""
     if run.kinematic or not len(run.log):
         return []
     marks = []

@@ -36,12 +36,13 @@ from drake_quad.stability.support_polygon import support_polygon
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 
-# ------------------------------------------------------------------------------------------------
-# The course laid out straight: how far along it a point is, over the lanes one after another.
-# ------------------------------------------------------------------------------------------------
-
-
 HEADING_WEIGHT = 0.5  # [m/rad] on a landing, both lanes are near: the heading tells them apart
+
+AROUND, BEYOND = 1.0, 0.15  # [m] shown around what was walked on, and beyond the course
+TALLEST = 8.0  # [in] of the view from above
+MARKERS = ("o", "s", "o", "s")  # left feet round, right feet square
+
+TRACKED = (Leg.FRONT_LEFT, Leg.FRONT_RIGHT)  # legs 1 and 2, as in the paper's Fig. 11
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,16 +98,6 @@ def distance_to(lane: Lane, p_W: FloatArray) -> FloatArray:
 def _turn(a: FloatArray, b: float) -> FloatArray:
     """The angle a - b [rad], in [-π, π)."""
     return np.asarray(np.remainder(a - b + np.pi, 2.0 * np.pi) - np.pi)
-
-
-# ------------------------------------------------------------------------------------------------
-# The run on its course: footprints and paths from above, heights from the side.
-# ------------------------------------------------------------------------------------------------
-
-
-AROUND, BEYOND = 1.0, 0.15  # [m] shown around what was walked on, and beyond the course
-TALLEST = 8.0  # [in] of the view from above
-MARKERS = ("o", "s", "o", "s")  # left feet round, right feet square
 
 
 def draw_footprints(run: RecordedRun) -> Figure:
@@ -253,14 +244,6 @@ def _draw_least(axis: Axes, run: RecordedRun) -> None:
         arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8},
         zorder=5,
     )
-
-
-# ------------------------------------------------------------------------------------------------
-# The paper's Fig. 11 for a run, and how far the body was from its plan.
-# ------------------------------------------------------------------------------------------------
-
-
-TRACKED = (Leg.FRONT_LEFT, Leg.FRONT_RIGHT)  # legs 1 and 2, as in the paper's Fig. 11
 
 
 def draw_trajectories(run: RecordedRun) -> Figure:

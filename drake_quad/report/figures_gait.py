@@ -21,14 +21,18 @@ from drake_quad.report.style import (
 )
 from drake_quad.runs.reader import RecordedRun, RunLog, runs_of
 
-# ------------------------------------------------------------------------------------------------
-# The gait diagram: which foot was to stand when, and which one did.
-# ------------------------------------------------------------------------------------------------
-
-
 LOST = "#E0162B"  # no other colour of the page: a foot that should bear and does not
 TOLERANCE = 0.1  # [s] of delay at a touchdown or a lift-off that is no loss of the ground
 LONGEST_ZOOM = 12.0  # [s] shown of the run where it holds no whole cycle
+
+NAMES = {
+    "wait": "waits for a foot",
+    "catch": "catches a push",
+    "settle": "waits until the robot is calm",
+    "replan": "waits for the plan",
+}
+
+JOINTS = ("abduction", "hip pitch", "knee")
 
 
 def draw_gait(run: RecordedRun) -> Figure:
@@ -124,19 +128,6 @@ def _spans(t: np.ndarray, flags: np.ndarray) -> list[tuple[float, float]]:
     return [(float(t[a]), float(t[min(b, last)] - t[a])) for a, b in runs_of(flags)]
 
 
-# ------------------------------------------------------------------------------------------------
-# How long the gait clock stood still, and what for.
-# ------------------------------------------------------------------------------------------------
-
-
-NAMES = {
-    "wait": "waits for a foot",
-    "catch": "catches a push",
-    "settle": "waits until the robot is calm",
-    "replan": "waits for the plan",
-}
-
-
 def stood_still(run: RecordedRun) -> bool:
     """Whether there is anything to show."""
     return bool(clock_stops(run))
@@ -171,14 +162,6 @@ def draw_clock(run: RecordedRun) -> Figure:
     axis.set_ylabel("waited [s]")
     label_time([axis])
     return figure
-
-
-# ------------------------------------------------------------------------------------------------
-# How near the joints came to their limits, and what the feet bore.
-# ------------------------------------------------------------------------------------------------
-
-
-JOINTS = ("abduction", "hip pitch", "knee")
 
 
 def torque_ratios(run: RecordedRun) -> FloatArray:

@@ -18,12 +18,18 @@ from drake_quad.report.style import BAD, INK, LEG_COLOURS, LESS_COLOUR, MUTED, P
 from drake_quad.runs.reader import RecordedRun, runs_of
 from drake_quad.stability.safety import safe_margin
 
-# ------------------------------------------------------------------------------------------------
-# The paper's Fig. 12 for a run: the static stability margin over time.
-# ------------------------------------------------------------------------------------------------
-
-
 LOWEST = -0.15  # [m] what lies deeper is cut off: the figure is of margins, not of falls
+
+# Column, its name, how it is drawn. What is planned is dashed, in the colour of its measure.
+LINES = (
+    ("margin_friction_planned", "friction, planned", {"color": MUTED, "ls": (0, (4, 2))}),
+    ("margin_feasible_planned", "friction and torque, planned", {"color": WARN, "ls": (0, (4, 2))}),
+    ("margin_dynamic", "in motion", {"color": LESS_COLOUR, "lw": 0.8}),
+    ("margin_feasible", "friction and torque", {"color": WARN}),
+    ("margin_friction", "friction", {"color": INK, "lw": 1.3}),
+)
+
+FLAGS = 0.025  # of the axes' height, for each leg's row of flags
 
 
 def draw_margin(run: RecordedRun) -> Figure:
@@ -65,19 +71,6 @@ def draw_margin(run: RecordedRun) -> Figure:
     axis.set_ylabel("margin [m]")
     label_time([axis])
     return figure
-
-
-# ------------------------------------------------------------------------------------------------
-# Margins beyond the hull's, over time: what friction, torques and motion leave; and pushes.
-# ------------------------------------------------------------------------------------------------
-# Column, its name, how it is drawn. What is planned is dashed, in the colour of its measure.
-LINES = (
-    ("margin_friction_planned", "friction, planned", {"color": MUTED, "ls": (0, (4, 2))}),
-    ("margin_feasible_planned", "friction and torque, planned", {"color": WARN, "ls": (0, (4, 2))}),
-    ("margin_dynamic", "in motion", {"color": LESS_COLOUR, "lw": 0.8}),
-    ("margin_feasible", "friction and torque", {"color": WARN}),
-    ("margin_friction", "friction", {"color": INK, "lw": 1.3}),
-)
 
 
 def was_measured(run: RecordedRun) -> bool:
@@ -128,14 +121,6 @@ def _legend(axis: Axes) -> None:
     if axis.get_legend_handles_labels()[0]:
         clear = {"frameon": True, "facecolor": PAPER, "edgecolor": "none", "framealpha": 0.8}
         axis.legend(loc="upper left", bbox_to_anchor=(0.0, 0.97), ncols=3, **clear)
-
-
-# ------------------------------------------------------------------------------------------------
-# The estimated state against the truth, and what the filter believes its error to be.
-# ------------------------------------------------------------------------------------------------
-
-
-FLAGS = 0.025  # of the axes' height, for each leg's row of flags
 
 
 def was_estimated(run: RecordedRun) -> bool:

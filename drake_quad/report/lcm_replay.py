@@ -20,12 +20,13 @@ from drake_quad.report.scene import MakeReplayScene, shown_samples
 from drake_quad.runs.reader import RecordedRun, load_run
 from drake_quad.util.files import write_whole
 
-# ------------------------------------------------------------------------------------------------
-# A run as the LCM messages that Meldis shows: the scene, then frame by frame where all of it is.
-# ------------------------------------------------------------------------------------------------
-
-
 LOAD, DRAW = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
+
+SCENE_LOG = "scene.lcmlog"
+SYNC_WORD = 0xEDA1DA01  # each event of an LCM log begins with it
+
+RELOAD_PERIOD = 1.0  # [s] between repeats of the scene, for a Meldis that was started later
+VIEWERS = ("meshcat", "meldis")
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,9 @@ class Message:
     """One LCM message.
 
     Attributes:
-        time: When in the run, from its first frame on [s].
-        channel: LCM's.
-        data: Encoded.
+        time: Time since the first frame of the run [s].
+        channel: Channel of LCM.
+        data: The encoded message.
     """
 
     time: float
@@ -68,15 +69,6 @@ def scene_messages(run: RecordedRun, *, fps: float = 30.0) -> Iterator[Message]:
         for channel in (LOAD, DRAW):  # whatever the order of arrival: loaded, then drawn
             if channel in caught:
                 yield Message(time, channel, caught.pop(channel))
-
-
-# ------------------------------------------------------------------------------------------------
-# scene.lcmlog: the scene of a run as an LCM log, which Meldis and any LCM tool replay.
-# ------------------------------------------------------------------------------------------------
-
-
-SCENE_LOG = "scene.lcmlog"
-SYNC_WORD = 0xEDA1DA01  # each event of an LCM log begins with it
 
 
 def write_scene_log(run: RecordedRun | str | Path, *, fps: float = 30.0) -> Path:
@@ -117,17 +109,8 @@ def write_lcm_log(path: Path, messages: Iterable[Message]) -> None:
             file.write(message.data)
 
 
-# ------------------------------------------------------------------------------------------------
-# `drake-quad replay`: a finished run again, in a browser through Meshcat, or in Meldis.
-# ------------------------------------------------------------------------------------------------
-
-
-RELOAD_PERIOD = 1.0  # [s] between repeats of the scene, for a Meldis that was started later
-VIEWERS = ("meshcat", "meldis")
-
-
 def say(text: str) -> None:
-    """Tells a person on stderr: stdout is for results."""
+    """Prints to stderr, because stdout is for results."""
     print(text, file=sys.stderr)
 
 
@@ -145,15 +128,15 @@ def play(
     """Replays a run until it ends (Meldis, without `loop`) or until Ctrl-C, which ends it quietly.
 
     Args:
-        directory: The run's, or the run.
-        viewer: `meshcat` serves it at an address that is told; `meldis` publishes it on LCM, for a
-            Meldis that is already there or comes later.
-        speed: How much faster than it happened it plays.
+        directory: The run, or its directory.
+        viewer: `meshcat` serves the run at an address that is printed; `meldis` publishes it on
+            LCM, for a Meldis that runs already or starts later.
+        speed: Ratio of the replay's speed to real time.
         loop: Whether it starts again at its end.
-        fps: Frames a second of the run.
-        port: Of Meshcat; one that is free if none.
-        lcm_url: For Meldis; LCM's default if empty.
-        tell: What says to the person where to look.
+        fps: Frames per second of the run.
+        port: Port of Meshcat; None takes a free one.
+        lcm_url: URL of LCM for Meldis; LCM's default if empty.
+        tell: Function that prints where to look.
 
     Raises:
         InputError: The directory holds no run or none to show, or a setting that cannot be.
@@ -189,14 +172,14 @@ def publish_in_time(
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Publishes each message at its time; the scene's load message again now and then.
+    """Publishes each message at its time, and repeats the message that loads the scene.
 
     Args:
-        messages: In time order.
-        publish: Takes channel and data.
-        speed: How much faster than the messages' own times.
-        clock: The time now [s].
-        sleep: Waits for so long [s].
+        messages: The messages, in time order.
+        publish: Function of channel and data.
+        speed: Ratio of the replay's speed to the messages' own times.
+        clock: Function that returns the time [s].
+        sleep: Function that waits for a time [s].
     """
     begin, loaded, load = clock(), 0.0, b""
     for message in messages:

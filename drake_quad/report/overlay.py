@@ -29,13 +29,16 @@ from drake_quad.stability.support_polygon import support_polygon
 from drake_quad.terrain.boxes import Box
 from drake_quad.terrain.course import Course
 
-# ------------------------------------------------------------------------------------------------
-# The support polygon laid on the course like a carpet: seen from above, it is the polygon.
-# ------------------------------------------------------------------------------------------------
-
-
 LIFT = 0.006  # [m] above the ground: level with it, the two would flicker
 EDGE_WIDTH = 0.02  # [m] of what two feet give: a line, which would not be seen
+
+MEASURED = {HULL: "margin", FRICTION: "margin_friction", FEASIBLE: "margin_feasible"}
+
+OVERLAY = "/replay"
+NEWTONS_PER_METRE = 600.0  # of a force arrow
+LEAST_FORCE = 1.0  # [N] below this there is no arrow
+REDRAWN = 0.5  # [s] after which a region that moves is drawn anew
+ARROW = 0.012  # [m] radius of a shaft
 
 
 def drape_polygon(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -98,14 +101,6 @@ def _widen(ends: FloatArray) -> FloatArray:
     return np.array([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across])
 
 
-# ------------------------------------------------------------------------------------------------
-# The region of balance under a run's robot, as its log has the feet.
-# ------------------------------------------------------------------------------------------------
-
-
-MEASURED = {HULL: "margin", FRICTION: "margin_friction", FEASIBLE: "margin_feasible"}
-
-
 class Regions:
     """Regions by sample.
 
@@ -155,18 +150,6 @@ class Regions:
     @cached_property
     def _base(self) -> BaseMotion:
         return base_motion(self._run)
-
-
-# ------------------------------------------------------------------------------------------------
-# What the replay draws over the scene: region of balance, plumb line, forces, prints.
-# ------------------------------------------------------------------------------------------------
-
-
-OVERLAY = "/replay"
-NEWTONS_PER_METRE = 600.0  # of a force arrow
-LEAST_FORCE = 1.0  # [N] below this there is no arrow
-REDRAWN = 0.5  # [s] after which a region that moves is drawn anew
-ARROW = 0.012  # [m] radius of a shaft
 
 
 def margin_colour(margin: float, safe: float) -> str:

@@ -1,13 +1,16 @@
 """Writes a run's report: report.html and its figures."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from drake_quad.report.derived import clock_stops, push_events
+from drake_quad.report.axes import signed
+from drake_quad.report.derived import clock_stops, margins, push_events
 from drake_quad.report.figures_course import (
     draw_base_error,
     draw_footprints,
@@ -30,18 +33,32 @@ from drake_quad.report.figures_margin import (
     was_estimated,
     was_measured,
 )
-from drake_quad.report.html import pack, read_css, render, report_style, round_recording, to_svg
-from drake_quad.report.replay import make_replay_html
-from drake_quad.report.style import KIND_COLOURS, LEG_COLOURS, LEG_NAMES, MODE_COLOURS, PUSH_COLOUR
-from drake_quad.report.tables import bounds, push_rows, recovery_rows, segment_rows, summary_rows
-from drake_quad.report.verdict import grade_run
+from drake_quad.report.replay import make_replay_html, pack, round_recording
+from drake_quad.report.style import (
+    KIND_COLOURS,
+    LEG_COLOURS,
+    LEG_NAMES,
+    MODE_COLOURS,
+    PUSH_COLOUR,
+    read_css,
+    render,
+    report_style,
+    to_svg,
+)
+from drake_quad.report.tables import (
+    bounds,
+    entries_of,
+    look_up,
+    push_rows,
+    recovery_rows,
+    segment_rows,
+    summary_rows,
+)
 from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
-from drake_quad.stability.safety import safe_margin
+from drake_quad.stability.safety import Safety, judge_safety, safe_margin
 from drake_quad.util.files import MOST_YAML, read_given_text, write_whole
 
-# ------------------------------------------------------------------------------------------------
-# The figures of a run's page, in their order, with what is said of each.
-# ------------------------------------------------------------------------------------------------
+REPORT = "report.html"
 
 
 @dataclass(frozen=True)
@@ -49,11 +66,11 @@ class FigureKind:
     """A figure of the page.
 
     Attributes:
-        name: Of its place in the page.
-        title: Over it.
-        caption: Under it.
-        draw: Makes it.
-        physics: Whether it shows what a kinematic replay has not.
+        name: Name of the section, for links.
+        title: Title over the figure.
+        caption: Caption under it.
+        draw: Function that draws it.
+        physics: Whether it shows quantities that a kinematic replay lacks.
         wanted: Whether a run has anything to show in it.
     """
 
@@ -70,18 +87,20 @@ FIGURES = (
         "margin",
         "Stability margin",
         "Distance from the projected centre of mass of the whole robot to the nearest side of the "
-        "support polygon: positive inside. Measured over the feet that bear, planned over those "
-        "that were to. The zero-moment point's margin counts the accelerations too.",
+        "support polygon, positive inside. The measured margin takes the feet that carry load, the "
+        "planned margin the feet that should. The margin of the zero-moment point also accounts "
+        "for accelerations.",
         draw_margin,
     ),
     FigureKind(
         "regions",
         "Margins within friction and torque, and pushes",
-        "Signed distance of the centre of mass from the border of where the feet's forces can "
-        "balance it: within their friction cones; within the joints' torque limits too; and with "
-        "what its acceleration asks for besides the weight. Dashed as planned. Bands: red outside, "
-        "amber under a margin that is safe. Below, the capture point's distance from where the "
-        "feet's pressure can hold it, and the least push of all directions that would take a step.",
+        "Signed distance of the centre of mass from the border of the region in which forces on "
+        "the feet can balance it: forces within their friction cones; within the joints' torque "
+        "limits too; and with the acceleration of the body included. Dashed lines are planned. Red "
+        "is outside, amber less than a safe margin. Below: the distance of the capture point from "
+        "the border of the region in which the feet can hold it, and the weakest push, in any "
+        "direction, that would force a step.",
         draw_regions,
         physics=True,
         wanted=was_measured,
@@ -89,16 +108,15 @@ FIGURES = (
     FigureKind(
         "footprints",
         "Footprints from above",
-        "Where each foot stood (left round, right square), the paths of body and centre of mass, "
-        "and the support polygon at the moment of the least margin. The higher the ground, the "
-        "stronger its tint; lines across are nosings.",
+        "Places where each foot stood (left round, right square), the paths of body and centre of "
+        "mass, and the support polygon when the margin was smallest. Higher ground is darker; the "
+        "lines across it are nosings.",
         draw_footprints,
     ),
     FigureKind(
         "side",
         "The course from the side",
-        "The lanes of the course laid out straight, with the lowest points of the feet and the "
-        "centre of mass.",
+        "The course with its turns unfolded, the soles of the feet, and the centre of mass.",
         draw_side,
     ),
     FigureKind(
@@ -110,42 +128,45 @@ FIGURES = (
     FigureKind(
         "gait",
         "Gait diagram",
-        "A bar while a foot stands: pale or outlined as planned, full as sensed (more than 1 % of "
-        "the robot's weight on it). Red: it was to stand and lost "
-        "the ground, beyond 0.1 s of delay at touchdown or lift-off.",
+        "A bar marks the time for which a foot stands: pale or outlined as planned, solid as "
+        "sensed (it carries more than 1 % of the robot's weight). Red: the foot should have stood "
+        "and did not, apart from 0.1 s of delay at touchdown or lift-off.",
         draw_gait,
     ),
     FigureKind(
         "torques",
         "Joint torques against their limits",
-        "Ratio to the limit, dashed at ±1; the ring marks the greatest of all.",
+        "Torque divided by the joint's limit; dashed lines are the limits, the ring marks the "
+        "largest ratio.",
         draw_torques,
         physics=True,
     ),
     FigureKind(
         "speeds",
         "Joint speeds against their limits",
-        "Ratio to the limit, dashed at ±1; the ring marks the greatest of all.",
+        "Speed divided by the joint's limit; dashed lines are the limits, the ring marks the "
+        "largest ratio.",
         draw_speeds,
     ),
     FigureKind(
         "forces",
         "Foot forces",
-        "Vertical force on each foot; dashed, a quarter of the robot's weight.",
+        "Vertical force on each foot. The dashed line is a quarter of the robot's weight.",
         draw_forces,
         physics=True,
     ),
     FigureKind(
         "error",
-        "The body against its plan",
-        "Measured less what the controller wants: the plan, or aside of it for an unknown load.",
+        "Deviation of the body from its plan",
+        "Measured minus desired pose. The controller desires the planned pose, or one beside it to "
+        "balance a payload that it has detected.",
         draw_base_error,
         physics=True,
     ),
     FigureKind(
         "clock",
-        "The gait clock's waiting",
-        "Where the clock stood still and what for, and how long in all.",
+        "Waiting times of the gait clock",
+        "When and why the gait clock stood still, and for how long in total.",
         draw_clock,
         physics=True,
         wanted=stood_still,
@@ -153,9 +174,10 @@ FIGURES = (
     FigureKind(
         "estimate",
         "The estimated state against the truth",
-        "Errors of the base's place, heading and tilt (sizes, but for the heading), and what the "
-        "filter believes them to be. Nothing that the robot feels shows its place or its heading: "
-        "they drift. Marks along the bottom: feet taken for slipping, in their legs' colours.",
+        "Errors of the base's position, heading and tilt (absolute values, except for the "
+        "heading), and one standard deviation of each as the filter estimates it. Position and "
+        "heading drift, because no sensor measures them. Marks along the bottom: feet that the "
+        "filter takes for slipping, in the colours of their legs.",
         draw_estimate,
         physics=True,
         wanted=was_estimated,
@@ -163,22 +185,14 @@ FIGURES = (
 )
 
 
-# ------------------------------------------------------------------------------------------------
-# report.html: one self-contained page that says how a run went, and shows it.
-# ------------------------------------------------------------------------------------------------
-
-
-REPORT = "report.html"
-
-
 def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) -> Path:
     """Writes `report.html` beside a finished run's files.
 
-    It needs nothing else: no network, no other file. What the run's files lack, it leaves out.
+    The page needs no network and no other file. It leaves out what the run's files lack.
 
     Args:
-        directory: The run's, or the run.
-        replay: Whether to embed the 3D replay, which makes up most of the page's size.
+        directory: The run, or its directory.
+        replay: Whether to embed the 3D replay, which is most of the page's size.
 
     Returns:
         The page's path.
@@ -213,7 +227,7 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
 
 
 def _marks(run: RecordedRun) -> list[tuple[str, str]]:
-    """What the page has to explain of its figures over time: names and colours."""
+    """Names and colours of the marks in figures over time."""
     there = {band.mode for band in clock_stops(run)}
     marks = [(NAMES[mode], colour) for mode, colour in MODE_COLOURS.items() if mode in there]
     return [*marks, ("push", PUSH_COLOUR)] if push_events(run) else marks
@@ -229,3 +243,85 @@ def _draw_figures(run: RecordedRun) -> list[tuple[FigureKind, Markup]]:
             for kind in FIGURES
             if not (kind.physics and run.kinematic) and kind.wanted(run)
         ]
+
+
+@dataclass(frozen=True)
+class RunVerdict:
+    """The verdict at the head of the page.
+
+    Attributes:
+        grade: Grade that gives the colour: `good`, `warn` or `bad`.
+        word: The verdict in a word or two.
+        sentence: The verdict with the figures that matter.
+        least_time: Time of the smallest margin [s]; None if it is not known.
+    """
+
+    grade: str
+    word: str
+    sentence: str
+    least_time: float | None
+
+
+def grade_run(run: RecordedRun) -> RunVerdict:
+    """The verdict on a run, from its summary and its log."""
+    outcome = str(run.summary.get("outcome", ""))
+    grade, word = {
+        "goal_reached": ("good", "Reached the goal"),
+        "fell": ("bad", "Fell"),
+        "stopped": ("bad", "Stopped"),
+    }.get(outcome, ("bad", outcome.replace("_", " ").capitalize() or "Unfinished"))
+    log = run.log
+    lasted = float(log.t[-1]) if len(log) else look_up(run.summary, "simulated_time")
+    sentence = ""
+    if math.isfinite(lasted):
+        sentence = f"{'Done after' if outcome == 'goal_reached' else 'After'} {lasted:.1f} s"
+        bands = log.bands()
+        if outcome != "goal_reached" and bands:
+            sentence += f" ({bands[-1].name or bands[-1].kind})"
+        reason = str(run.summary.get("reason") or "").strip()
+        if reason and outcome != "goal_reached":
+            sentence += f": {reason.removeprefix(outcome).lstrip(': ')}"
+        sentence = sentence.rstrip(": ") + ". "
+    text, time, least = _least(run)
+    safety = judge_safety(run.summary, safe_margin(run.robot))
+    if grade == "good" and (safety.safe is not True or least < 0.0):
+        grade = "warn"
+    if run.kinematic:
+        word = f"{word}: kinematic replay, no physics"
+    sentence += text + _pushed(run) + _told(safety)
+    return RunVerdict(grade, word, signed(sentence.strip()), time)
+
+
+def _told(safety: Safety) -> str:
+    """The verdict on safety, as a sentence; empty for a replay without physics."""
+    return f" {safety.words[0].upper()}{safety.words[1:]}." if safety.safe is not None else ""
+
+
+def _pushed(run: RecordedRun) -> str:
+    """How often the robot was pushed, and how fast it recovered; empty if it was not pushed."""
+    # The summary says nothing about pushes after the run ended.
+    told = [e for e in entries_of(run.summary, "pushes") if e.get("recovered") is not None]
+    if not told:
+        return ""
+    times = [f"{look_up(e, 'recovery_time'):.1f} s" for e in told if e["recovered"]]
+    lost = len(told) - len(times)
+    parts = [f"recovered in {', '.join(times)}"] if times else []
+    if lost:
+        parts.append("not recovered" if not times else f"not recovered from {lost}")
+    often = "once" if len(told) == 1 else f"{len(told)} times"
+    return f" Pushed {often}, {'; '.join(parts)}."
+
+
+def _least(run: RecordedRun) -> tuple[str, float | None, float]:
+    """The smallest margin: a sentence, its time [s], and the margin [m]."""
+    margin, noun = margins(run), "planned" if run.kinematic else "measured"
+    if not np.any(np.isfinite(margin)):
+        least = look_up(run.summary, "margin.minimum")
+        known = math.isfinite(least)
+        return f"Smallest {noun} margin {least:.3f} m." if known else "", None, least
+    k = int(np.nanargmin(margin))
+    time = float(run.log.t[k])
+    where = run.log.text("segment")[k]
+    where = f" ({where})" if where else ""
+    text = f"The smallest {noun} static margin was {margin[k]:.3f} m, at {time:.1f} s{where}."
+    return text, time, float(margin[k])

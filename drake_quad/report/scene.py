@@ -18,14 +18,18 @@ from drake_quad.runs.reader import RecordedRun
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.drake_geometry import AddCourse
 
-# ------------------------------------------------------------------------------------------------
-# The robot on its course as a Drake scene that is moved by hand, for any of Drake's viewers.
-# ------------------------------------------------------------------------------------------------
-
-
 COM_RADIUS = 0.035  # [m]
 
 AddViewer = Callable[[DiagramBuilder, SceneGraph], object]
+
+SIDE = (-0.35, -1.0)  # of a straight course along x: from its right, a little from behind
+ELEVATION = 0.5  # [rad] over the horizon
+FIELD_OF_VIEW = np.radians(75.0)  # Meshcat's own, upright
+ASPECT = 1.6  # of the window, width to height
+BORDER = 1.04  # a little air around the course
+TALL, SHOWN = 1.1, 0.2  # [m] of robot over each tread, and of the box under it
+
+SUN, SKY = 2.0, 1.1  # intensities of the two lights
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,21 +97,6 @@ def shown_samples(run: RecordedRun, fps: float) -> list[int]:
     """The samples of a run to show at `fps`: those whose positions are all known."""
     known = np.all(np.isfinite(run.positions), axis=1).tolist()
     return [k for k in frame_samples(run.log.t, fps) if known[k]]
-
-
-# ------------------------------------------------------------------------------------------------
-# The stage of a replay in Meshcat: where the camera and the lights are for a given course.
-# ------------------------------------------------------------------------------------------------
-
-
-SIDE = (-0.35, -1.0)  # of a straight course along x: from its right, a little from behind
-ELEVATION = 0.5  # [rad] over the horizon
-FIELD_OF_VIEW = np.radians(75.0)  # Meshcat's own, upright
-ASPECT = 1.6  # of the window, width to height
-BORDER = 1.04  # a little air around the course
-TALL, SHOWN = 1.1, 0.2  # [m] of robot over each tread, and of the box under it
-
-SUN, SKY = 2.0, 1.1  # intensities of the two lights
 
 
 def set_camera_and_lights(meshcat: Meshcat, course: Course) -> None:

@@ -6,7 +6,16 @@ stand-ins: `svg` replaces them by the page's own variables, so that figures foll
 dark theme.
 """
 
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
+
+import matplotlib
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from matplotlib.figure import Figure
 
 LEG_COLOURS = ("#E69F00", "#B8480A", "#3FA7E6", "#0068A8")  # FL, FR, RL, RR
 LEG_NAMES = ("1 FL", "2 FR", "3 RL", "4 RR")  # the paper's number, the log's name
@@ -71,7 +80,66 @@ RC: dict[str, Any] = {
     "mathtext.fontset": "dejavusans",
 }
 
+HERE = Path(__file__).parent
+
 
 def kind_colour(kind: str) -> str:
     """The colour of a segment's kind; grey for one that this page does not know."""
     return KIND_COLOURS.get(kind, OTHER_KIND)
+
+
+def render(template: str, **values: object) -> str:
+    """Fills a template; text is escaped, and a value that is missing is an error."""
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    return environment.get_template(template).render(**values)
+
+
+def read_css(name: str) -> str:
+    """A style sheet as it is."""
+    return (HERE / name).read_text(encoding="utf-8")
+
+
+@contextmanager
+def report_style() -> Iterator[None]:
+    """Within it, figures are made in the report's type and colours, whatever the user's own are."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(RC)
+        yield
+
+
+def to_svg(figure: Figure, *, name: str, label: str) -> str:
+    """Returns the figure as an `<svg>` element.
+
+    Args:
+        figure: Made within `report_style`.
+        name: Unlike that of the page's other figures: the ids in it are derived from it, so that
+            figures do not clip one another, and the same run gives the same page.
+        label: What the figure shows, for those who cannot see it.
+    """
+    with matplotlib.rc_context({"svg.hashsalt": name}):
+        buffer = io.StringIO()
+        empty = {"Date": None, "Creator": None, "Format": None, "Type": None}
+        figure.savefig(buffer, format="svg", metadata=empty)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\n?", "", text, flags=re.DOTALL)
+    text = re.sub(r'<g id="[^"]*"', "<g", text)
+    text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
+    for colour, variable in PAGE_VARIABLES.items():
+        text = re.sub(colour, f"var({variable})", text, flags=re.IGNORECASE)
+    label = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    label = label.replace(">", "&gt;")  # so that the first in the text ends the element's head
+    return text.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)
+
+
+def stand_alone(svg: str) -> str:
+    """What `to_svg` made, to be a file of its own: with the ink that a page would have given it."""
+    own = (
+        "svg { --ink: #1b1f23; --muted: #6a737d; --grid: #e1e4e8; --paper: #fff; background: #fff }"
+    )
+    head, mark, rest = svg.partition(">")
+    return f"{head}{mark}<style>{own}</style>{rest}"

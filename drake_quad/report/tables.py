@@ -11,9 +11,39 @@ from drake_quad.report.style import kind_colour
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.stability.safety import MOST_SLIP, safe_margin
 
-# ------------------------------------------------------------------------------------------------
-# A run's figures beside what was asked of them, and how the summary is read.
-# ------------------------------------------------------------------------------------------------
+# By the last part of a summary's key, or by how it ends.
+UNITS = {
+    "simulated_time": "s",
+    "wall_time": "s",
+    "planning_time": "s",
+    "time_under_three_feet": "s",
+    "margin_minimum_at": "s",
+    "clock_waited": "s",
+    "touchdown": "s",
+    "lift_off": "s",
+    "recovery": "s",
+    "drift": "m",
+    "way": "m",
+    "position_error_max": "m",
+    "mass": "kg",
+    "ahead": "m",
+    "left": "m",
+    "moment_x": "Nm",
+    "moment_y": "Nm",
+    "minimum": "m",
+    "percentile_1": "m",
+    "median": "m",
+    "base_error_max": "m",
+    "slip_max": "m",
+    "foot_roll_max": "m",
+    "nonfoot_force_max": "N",
+    "nonfoot_depth_max": "m",
+    "foot_depth_max": "m",
+}
+ENDINGS = {"_deg": "deg", "_ratio_max": "of the limit", "_time": "s", "_samples": "samples"}
+APART = ("segments", "versions", "pushes", "recoveries")  # what has a table of its own
+
+MOST_STEPS = 4  # of a recovery, named in its table
 
 
 @dataclass(frozen=True)
@@ -21,10 +51,10 @@ class Bound:
     """A figure beside what was asked of it.
 
     Attributes:
-        name: Of the figure.
-        asked: Of it, in words; a dash where nothing was.
-        measured: With its unit.
-        kept: Whether it is as asked; None where nothing was.
+        name: Name of the figure.
+        asked: Its bound in words; a dash if it has none.
+        measured: Its value with its unit.
+        kept: Whether it keeps its bound; None if it has none.
     """
 
     name: str
@@ -141,44 +171,6 @@ def bounds(run: RecordedRun) -> list[Bound]:
     return found
 
 
-# ------------------------------------------------------------------------------------------------
-# The report's tables: the segments, and every figure of the summary with its unit.
-# ------------------------------------------------------------------------------------------------
-
-
-# By the last part of a summary's key, or by how it ends.
-UNITS = {
-    "simulated_time": "s",
-    "wall_time": "s",
-    "planning_time": "s",
-    "time_under_three_feet": "s",
-    "margin_minimum_at": "s",
-    "clock_waited": "s",
-    "touchdown": "s",
-    "lift_off": "s",
-    "recovery": "s",
-    "drift": "m",
-    "way": "m",
-    "position_error_max": "m",
-    "mass": "kg",
-    "ahead": "m",
-    "left": "m",
-    "moment_x": "Nm",
-    "moment_y": "Nm",
-    "minimum": "m",
-    "percentile_1": "m",
-    "median": "m",
-    "base_error_max": "m",
-    "slip_max": "m",
-    "foot_roll_max": "m",
-    "nonfoot_force_max": "N",
-    "nonfoot_depth_max": "m",
-    "foot_depth_max": "m",
-}
-ENDINGS = {"_deg": "deg", "_ratio_max": "of the limit", "_time": "s", "_samples": "samples"}
-APART = ("segments", "versions", "pushes", "recoveries")  # what has a table of its own
-
-
 @dataclass(frozen=True)
 class SegmentRow:
     """A segment of the plan as it was walked; times [s], margins with their unit, or a dash."""
@@ -256,14 +248,6 @@ def format_value(value: Any) -> str:
 def metres(value: float) -> str:
     """A length with its unit; a dash where it is not known."""
     return signed(f"{value:.3f} m") if math.isfinite(value) else "–"
-
-
-# ------------------------------------------------------------------------------------------------
-# The report's tables of what happened: pushes, and the times that the plan was left.
-# ------------------------------------------------------------------------------------------------
-
-
-MOST_STEPS = 4  # of a recovery, named in its table
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
+from drake_quad.runs.result import summary_html
 from drake_quad.scenario.build import course_of, robot_of, world_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
@@ -171,6 +172,10 @@ class RecordedRun:
     def kinematic(self) -> bool:
         """Whether the robot was moved along its plan, without forces."""
         return _is_kinematic(self.summary, self.scenario)
+
+    def _repr_html_(self) -> str:
+        """The outcome and the figures that matter, where a notebook shows it."""
+        return summary_html(self.summary)
 
 
 def load_run(directory: str | Path) -> RecordedRun:

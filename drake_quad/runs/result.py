@@ -1,6 +1,7 @@
 """A run's result, and the files that it leaves behind."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pyarrow.parquet as pq
 
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import save_scenario
-from drake_quad.util.files import html_table, write_together
+from drake_quad.util.files import html_table, is_number, write_together
 
 MADE_OF_THEM = ("report.html", "scene.lcmlog")  # of a run's files, by `drake-quad report` too
 
@@ -52,17 +53,35 @@ class RunResult:
 
     def _repr_html_(self) -> str:
         """The outcome and the figures that matter, where a notebook shows it."""
-        margin, zmp = self.summary["margin"]["minimum"], self.summary["zmp_margin"]["minimum"]
-        safe = self.summary["safety"]["safe"]
-        rows = (
-            ("outcome", f"{self.outcome}: {self.reason}"),
-            ("safe", "yes" if safe else "; ".join(self.summary["safety"]["lacks"])),
-            ("smallest static margin", f"{margin:.3f} m"),
-            ("smallest margin of the zero-moment point", f"{zmp:.3f} m"),
-            ("simulated", f"{self.summary['simulated_time']:.1f} s"),
-            ("assumes", self.summary["assumes"]),
-        )
-        return html_table(rows)
+        return summary_html(self.summary)
+
+
+def summary_html(summary: Mapping[str, Any]) -> str:
+    """The outcome and the figures that matter as a table in HTML, for a notebook.
+
+    Args:
+        summary: Contents of summary.json; what it lacks is left out.
+    """
+
+    def figure(*path: str) -> Any:
+        value: Any = summary
+        for key in path:
+            value = value.get(key) if isinstance(value, Mapping) else None
+        return value
+
+    rows = [("outcome", f"{figure('outcome') or 'unknown'}: {figure('reason') or 'no reason'}")]
+    if isinstance(lacks := figure("safety", "lacks"), list):
+        rows.append(("safe", "; ".join(map(str, lacks)) or "yes"))
+    for name, path, unit in (
+        ("smallest static margin", ("margin", "minimum"), "m"),
+        ("smallest margin of the zero-moment point", ("zmp_margin", "minimum"), "m"),
+        ("simulated", ("simulated_time",), "s"),
+    ):
+        if is_number(value := figure(*path)):
+            rows.append((name, f"{value:.3f} {unit}"))
+    if figure("assumes"):
+        rows.append(("these figures assume", str(figure("assumes"))))
+    return html_table(rows)
 
 
 def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:

@@ -1,4 +1,4 @@
-"""Draws a sweep: curves of success over what varies, and heat maps."""
+"""Charts of a sweep: curves of the rate of success over what varies, and heat maps."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,15 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from drake_quad.report.html import report_style, to_svg
-from drake_quad.report.style import BAD, GOOD, INK, MUTED, WIDTH
+from drake_quad.report.style import BAD, GOOD, INK, MUTED, WIDTH, report_style, to_svg
 
 COLUMNS = 3  # curves side by side
 ROW_HEIGHT = 2.5  # [in]
-LINE_HEIGHT = 0.2  # [in] of names one below the other
-SIDE_BY_SIDE = 36  # letters that fit below a panel
-STRETCH = 20.0  # numbers of which one is so many times another have a logarithmic axis
-LOW = 0.1  # a rate below which its number stands above it, as it would stand on the axis
+LINE_HEIGHT = 0.2  # [in] per name, one below the other
+SIDE_BY_SIDE = 36  # letters fit below a panel
+STRETCH = 20.0  # ratio of largest to smallest from which on an axis is logarithmic
+LOW = 0.1  # below this rate its number stands above the point, clear of the axis
 COLOURS = "RdYlGn"
 
 
@@ -26,25 +25,25 @@ def curves_svg(bands: dict[str, list[dict[str, Any]]]) -> str:
     """A panel for each thing that varies: the rate of each band, with its exact bounds.
 
     Args:
-        bands: As `tell` has them, by what varies.
+        bands: Bands by what varies, as `summarize_sweep` has them.
     """
     with plain_style():
-        told = ", ".join(bands)
-        return to_svg(draw_curves(bands), name="curves", label=f"Rate of success over {told}")
+        label = f"Rate of success over {', '.join(bands)}"
+        return to_svg(draw_curves(bands), name="curves", label=label)
 
 
 @contextmanager
 def plain_style() -> Iterator[None]:
-    """The report's style, with names of people's own as they are: a `$` is no formula."""
+    """The report's style, in which names that people chose may have a `$`."""
     with report_style(), matplotlib.rc_context({"text.parse_math": False}):
         yield
 
 
 def draw_curves(bands: dict[str, list[dict[str, Any]]]) -> Figure:
-    """The same as a figure; made within `plain_style`.
+    """The figure of `curves_svg`; it must be made within `plain_style`.
 
-    Where bands' names are too long to stand side by side, the panel goes over the whole width and
-    they are written one below the other.
+    Where bands' names are too long to stand side by side, the panel takes the whole width, and they
+    stand one below the other.
     """
     listed = {name: own for name, own in bands.items() if _is_list(own)}
     beside = [name for name in bands if name not in listed]
@@ -62,7 +61,7 @@ def draw_curves(bands: dict[str, list[dict[str, Any]]]) -> Figure:
 
 
 def _is_list(bands: list[dict[str, Any]]) -> bool:
-    """Whether bands have names too long to stand side by side."""
+    """Whether the bands' names are too long to stand side by side."""
     words = [band["label"] for band in bands if band["low"] is None]
     return sum(len(word) + 2 for word in words) > SIDE_BY_SIDE
 
@@ -129,17 +128,17 @@ def draw_curve(ax: Axes, name: str, bands: list[dict[str, Any]]) -> None:
     ax.set_title(name)
 
 
-def map_svg(told: dict[str, Any], number: int) -> str:
-    """A heat map of the rate over two things, each cell with its good and all trials.
+def map_svg(rates: dict[str, Any], number: int) -> str:
+    """A heat map of the rate over two things; each cell has its successful and all trials.
 
     Args:
-        told: One of the maps that `tell` has.
-        number: Of the map on its page.
+        rates: One of the maps that `summarize_sweep` has.
+        number: Number of the map on its page.
     """
-    good, trials = np.array(told["good"], dtype=float), np.array(told["trials"], dtype=float)
+    good, trials = np.array(rates["good"], dtype=float), np.array(rates["trials"], dtype=float)
     rate = np.divide(good, trials, out=np.full_like(good, np.nan), where=trials > 0)
     with plain_style():
-        size = (min(WIDTH, 2.2 + 0.9 * len(told["x_labels"])), 1.2 + 0.42 * len(told["y_labels"]))
+        size = (min(WIDTH, 2.2 + 0.9 * len(rates["x_labels"])), 1.2 + 0.42 * len(rates["y_labels"]))
         figure = Figure(figsize=size, layout="constrained")
         ax = figure.subplots()
         ax.pcolormesh(rate, cmap=matplotlib.colormaps[COLOURS], vmin=0.0, vmax=1.0, alpha=0.8)
@@ -147,10 +146,10 @@ def map_svg(told: dict[str, Any], number: int) -> str:
             if all_of:
                 text = f"{good[j, i]:.0f}/{all_of:.0f}"
                 ax.text(i + 0.5, j + 0.5, text, ha="center", va="center", fontsize=7.5)
-        ax.set_xticks(np.arange(len(told["x_labels"])) + 0.5, told["x_labels"], rotation=20)
-        ax.set_yticks(np.arange(len(told["y_labels"])) + 0.5, told["y_labels"])
-        ax.set_xlabel(told["x"])
-        ax.set_ylabel(told["y"])
+        ax.set_xticks(np.arange(len(rates["x_labels"])) + 0.5, rates["x_labels"], rotation=20)
+        ax.set_yticks(np.arange(len(rates["y_labels"])) + 0.5, rates["y_labels"])
+        ax.set_xlabel(rates["x"])
+        ax.set_ylabel(rates["y"])
         ax.grid(visible=False)
-        label = f"Rate of success over {told['x']} and {told['y']}"
+        label = f"Rate of success over {rates['x']} and {rates['y']}"
         return to_svg(figure, name=f"map{number}", label=label)

@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from drake_quad.sweep.findings import (
     is_fixed,
     rate_as_dict,
 )
-from drake_quad.sweep.provenance import bearing
+from drake_quad.sweep.provenance import fields_of_trials
 from drake_quad.sweep.results import (
     FINDINGS,
     REMEDY,
@@ -45,13 +45,13 @@ from drake_quad.sweep.statistics import (
 )
 from drake_quad.sweep.study import Study, Vary
 from drake_quad.sweep.trials import count_trials
-
-# ------------------------------------------------------------------------------------------------
-# Which trials of two sweeps are the same, and which of one sweep share their luck.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.util.files import html_table
 
 SAME = ["index", "seed", "overrides"]  # columns by which a trial is the same
+
+KEPT: dict[str, Kind] = {"study": TEXT, "commit": TEXT, "complete": TRUTH}  # from sweep.json
+LISTED = 10  # trials that only one of the two succeeded in
+UNLIKE = "where all cells share their draws, a sweep is compared only with one of as many cells"
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Swept:
     Attributes:
         table: Its trials.
         definition: Its study, as plain data.
-        study: The same, of what bears on which trials there are: not checked.
+        study: Its study, with the fields that decide which trials there are; it is not checked.
     """
 
     table: pa.Table
@@ -70,7 +70,7 @@ class Swept:
 
     @property
     def sharing(self) -> int:
-        """How many trials share each draw: the grid's cells, if draws are common; else 1."""
+        """Number of trials that share each draw: the grid's cells, if draws are common; else 1."""
         return draws_shared(self.study)
 
     def success(self) -> dict[int, bool]:
@@ -79,19 +79,19 @@ class Swept:
         return dict(zip(*columns, strict=True))
 
     def ended(self) -> list[int]:
-        """Which trials did not end by themselves, by index."""
+        """Indices of the trials that did not end by themselves."""
         columns = (self.table[name].to_pylist() for name in ("index", "outcome"))
         return [index for index, outcome in zip(*columns, strict=True) if outcome in ENDED]
 
 
 def swept(table: pa.Table, definition: dict[str, Any]) -> Swept:
-    """A sweep of what its files hold.
+    """The sweep that a table and a definition describe.
 
     Raises:
-        ValueError: If `definition` is no study's, or one without trials.
+        ValueError: If `definition` is not a study, or has no trials.
     """
     try:
-        bearing(definition)
+        fields_of_trials(definition)
         study = Study(
             vary=[Vary(**vary) for vary in definition["vary"]],
             draws=definition["draws"], trials=definition["trials"],
@@ -104,9 +104,9 @@ def swept(table: pa.Table, definition: dict[str, Any]) -> Swept:
 
 
 def differing_figures(one: Swept, other: Swept) -> list[str]:
-    """The fields in which the studies differ, of those that bear on their trials."""
-    before, after = (bearing(side.definition) for side in (one, other))
-    # A field that one does not have is of a later program, whose default is what was done before.
+    """The fields in which the studies differ, of those that decide their trials."""
+    before, after = (fields_of_trials(side.definition) for side in (one, other))
+    # A field that only one has is a later program's: its default is what was done before.
     # As text, in which the order of `cases` counts.
     fields = [name for name in before if name in after]
     return [name for name in fields if json.dumps(before[name]) != json.dumps(after[name])]
@@ -115,8 +115,8 @@ def differing_figures(one: Swept, other: Swept) -> list[str]:
 def why_apart(one: Swept, other: Swept) -> str:
     """Why trials of one sweep are not those of the other; empty if they are.
 
-    A trial is the same if its scenario's name, its overrides and its seed are: what was changed in
-    the files of scenario and robots is then compared, as what was in the program.
+    A trial is the same if its scenario's name, its overrides and its seed are. Changes of the
+    scenario's file and of the robots' are then compared, like changes of the program.
     """
     names = [side.definition["scenario"] for side in (one, other)]
     if names[0] != names[1]:
@@ -136,15 +136,15 @@ def why_apart(one: Swept, other: Swept) -> str:
 
 
 def compare_paired(one: Swept, other: Swept) -> tuple[dict[str, Any], Finding]:
-    """The trials that both have and that changed; and whether that could be chance."""
+    """The trials that both have, those that changed, and whether that could be chance."""
     before, after = one.success(), other.success()
     both = sorted(before.keys() & after.keys())
     change = {index: after[index] - before[index] for index in both}
     paired: dict[str, Any] = {"trials": len(both)}
     for name, side in (("before", before), ("after", after)):
-        paired[name] = sum(side[k] for k in both)  # of them, how many succeeded
+        paired[name] = sum(side[k] for k in both)  # number of them that succeeded
     paired |= {w: [k for k in both if change[k] == s] for w, s in (("lost", -1), ("won", 1))}
-    # Of one and the same trials: common to one sweep's cells, draws are common to the other's.
+    # The trials are the same ones: draws common to one sweep's cells are common to the other's.
     sharing = max(one.sharing, other.sharing)
     if sharing == 1:
         return paired, paired_trials(list(change.values()))
@@ -157,7 +157,7 @@ def compare_paired(one: Swept, other: Swept) -> tuple[dict[str, Any], Finding]:
 
 
 def compare_unpaired(one: Swept, other: Swept) -> Finding | None:
-    """Whether the rates differ by more than chance; None where no test can tell."""
+    """Whether the rates differ by more than chance; None if there is no test for that."""
     sides = [side.success() for side in (one, other)]
     if one.sharing != other.sharing:
         return None
@@ -167,23 +167,65 @@ def compare_unpaired(one: Swept, other: Swept) -> Finding | None:
 
 
 def _rates(success: dict[int, bool], sharing: int) -> Sequence[float]:
-    """Of each draw that was done in every cell: of some cells a rate is another thing."""
+    """The rate of each draw that was carried out in every cell, for only these are alike."""
     done = Counter(index // sharing for index in success)
     good = Counter(index // sharing for index, well in success.items() if well)
     return [good[draw] / sharing for draw, cells in done.items() if cells == sharing]
 
 
-# ------------------------------------------------------------------------------------------------
-# Two sweeps side by side: is the second worse, and could that be chance?.
-# ------------------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Comparison:
+    """Whether a second sweep is worse than a first, and whether that could be chance.
+
+    Attributes:
+        before: Figures of the first sweep: directory, commit, trials, rate, causes of failure.
+        after: Figures of the second sweep, likewise.
+        differ: Fields in which the studies differ, of those that decide the trials.
+        unpaired: Why trials of one sweep are not those of the other; None if they are.
+        paired: Trials that both sweeps have, and those that one of them lost; None if unpaired.
+        test: Name of the test; None if there is none.
+        unit: What the test counts, `trial` or `draw`.
+        units: Number of units: of both sweeps if they are paired, else of each.
+        p: Probability of a difference at least as great by chance.
+        sharing: Number of trials that share each draw.
+        verdict: `worse`, `better`, `no different` or `cannot be told`.
+        why: Why that is the verdict, where the probability does not say it.
+    """
+
+    before: dict[str, Any]
+    after: dict[str, Any]
+    differ: list[str]
+    unpaired: str | None
+    paired: dict[str, Any] | None
+    test: str | None
+    unit: str | None
+    units: tuple[int, ...] | None
+    p: float | None
+    sharing: int
+    verdict: str
+    why: str | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """The comparison as plain values, as `drake-quad compare --json` prints it."""
+        return asdict(self)
+
+    @property
+    def reason(self) -> str:
+        """The probability and its test, and what else explains the verdict."""
+        chance = f"by chance with p = {self.p:.3g} ({self.test})" if self.test else ""
+        return ": ".join(filter(None, (chance, self.why)))
+
+    def _repr_html_(self) -> str:
+        """Both rates and the verdict, where a notebook shows it."""
+        rows = [("the second is", f"{self.verdict}: {self.reason}")]
+        for name, side in (("before", self.before), ("after", self.after)):
+            rate = side["rate"]
+            text = f"{rate['good']} of {rate['trials']} succeeded, {rate['text']}"
+            rows.append((f"{name}, {side['directory']}", text))
+        return html_table(rows)
 
 
-KEPT: dict[str, Kind] = {"study": TEXT, "commit": TEXT, "complete": TRUTH}  # of the findings
-LISTED = 10  # trials that only one of the two succeeded in
-UNLIKE = "draws that all cells share are compared only with such of a grid of as many cells"
-
-
-def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
+def compare_sweeps(before: Path, after: Path) -> Comparison:
     """Compares the rates of two sweeps.
 
     Trials of both that have the same index, overrides and seed are the same but for the program and
@@ -194,42 +236,57 @@ def compare_sweeps(before: Path, after: Path) -> dict[str, Any]:
     Raises:
         InputError: If there is no sweep in one of the directories, or its files are spoilt.
     """
-    (one, one_told), (other, other_told) = _side(before), _side(after)
-    told: dict[str, Any] = {"before": one_told, "after": other_told}
-    told["differ"] = differing_figures(one, other)
-    told["unpaired"] = why = why_apart(one, other) or None
-    told["paired"], found = (
-        (None, compare_unpaired(one, other)) if why else compare_paired(one, other)
+    (one, one_figures), (other, other_figures) = _side(before), _side(after)
+    why_unpaired = why_apart(one, other) or None
+    paired: dict[str, Any] | None = None
+    if why_unpaired:
+        finding = compare_unpaired(one, other)
+    else:
+        paired, finding = compare_paired(one, other)
+    comparison = Comparison(
+        before=one_figures,
+        after=other_figures,
+        differ=differing_figures(one, other),
+        unpaired=why_unpaired,
+        paired=paired,
+        test=finding.test if finding else None,
+        unit=finding.unit if finding else None,
+        units=finding.units if finding else None,
+        p=finding.p if finding else None,
+        sharing=max(one.sharing, other.sharing),
+        verdict=finding.verdict if finding else "cannot be told",
+        why=_why(finding),
     )
-    told |= {name: getattr(found, name, None) for name in ("test", "unit", "units", "p")}
-    told["sharing"] = max(one.sharing, other.sharing)
-    told["verdict"] = "cannot be told" if found is None else found.verdict
-    told["why"] = _why(found)
-    if told["paired"] and all(is_fixed(side.study, side.table) for side in (one, other)):
-        return told | _of_fixed(told["paired"], {*one.ended(), *other.ended()})
-    return told
+    if paired and all(is_fixed(side.study, side.table) for side in (one, other)):
+        verdict, why = _verdict_if_fixed(paired, {*one.ended(), *other.ended()})
+        return replace(
+            comparison, verdict=verdict, why=why, test=None, unit=None, units=None, p=None
+        )
+    return comparison
 
 
-def _of_fixed(paired: dict[str, Any], ended: set[int]) -> dict[str, Any]:
-    """The verdict where nothing is random: cells are no sample, and no chance is in what changed.
+def _verdict_if_fixed(paired: dict[str, Any], ended: set[int]) -> tuple[str, str]:
+    """The verdict, and why, where nothing is random: what changed is not chance.
 
-    But for trials that were `ended`: how long a trial takes is the machine's.
+    Trials in `ended` were cut off for time or memory, which depends on the machine.
     """
     lost, won = (set(paired[word]) for word in ("lost", "won"))
     verdict = "worse" if lost - ended else "better" if won - ended else "no different"
-    why = "nothing is random in these studies: what changed was changed by program or files"
     if verdict == "no different" and lost | won:
-        verdict = "cannot be told"
-        why = (
+        return "cannot be told", (
             "what changed is trials that ran out of time or memory, or were killed: run them again"
         )
-    return {"verdict": verdict, "why": why, "test": None, "unit": None, "units": None, "p": None}
+    return verdict, "nothing is random in these studies: the program or the files made the change"
 
 
-def print_comparison(told: dict[str, Any], console: Console) -> None:
+def print_comparison(comparison: Comparison, console: Console) -> None:
     """Prints both rates, the verdict with its probability, causes, and trials that changed."""
+
+    def say(line: str) -> None:
+        console.print(printable(line), markup=False, highlight=False, soft_wrap=True)
+
     table = Table("", "before", "after", box=None)
-    sides = [told["before"], told["after"]]
+    sides = [comparison.before, comparison.after]
     table.add_row("sweep", *(side["directory"] for side in sides))
     table.add_row("commit", *(printable(side["commit"]) or "-" for side in sides))
     table.add_row("succeeded", *(f"{s['rate']['good']} of {s['rate']['trials']}" for s in sides))
@@ -238,61 +295,58 @@ def print_comparison(told: dict[str, Any], console: Console) -> None:
     for cause in sorted(causes[0] | causes[1]):
         table.add_row(printable(cause), *(str(own.get(cause, 0)) for own in causes))
     console.print(table, highlight=False, markup=False)
-    colour = {"worse": "red", "better": "green"}.get(told["verdict"], "bold")
-    chance = f"by chance with p = {told['p']:.3g} ({told['test']})" if told["test"] else ""
-    why = ": ".join(filter(None, (chance, told["why"])))
-    console.print(f"[{colour}]{told['verdict']}[/]: {why}", highlight=False, soft_wrap=True)
-    for line in _remarks(told):
-        console.print(printable(line), markup=False, highlight=False, soft_wrap=True)
+    colour = {"worse": "red", "better": "green"}.get(comparison.verdict, "bold")
+    verdict = f"[{colour}]{comparison.verdict}[/]: {comparison.reason}"
+    console.print(verdict, highlight=False, soft_wrap=True)
+    for line in _remarks(comparison):
+        say(line)
     for side in sides:
         for line in caveats_of(side):
-            console.print(
-                f"{side['directory']}: {line}", markup=False, highlight=False, soft_wrap=True
-            )
-    for word in ("lost", "won") if told["paired"] else ():
-        trials = told["paired"][word]
+            say(f"{side['directory']}: {line}")
+    for word in ("lost", "won"):
+        trials = comparison.paired[word] if comparison.paired else []
         if trials:
             more = " ..." if len(trials) > LISTED else ""
             listed = ", ".join(map(str, trials[:LISTED])) + more
-            console.print(f"{len(trials)} {word}: trials {listed}", highlight=False)
+            say(f"{len(trials)} {word}: trials {listed}")
 
 
-def _why(found: Finding | None) -> str | None:
-    """Why nothing can be told, if it cannot."""
-    if found is None:
+def _why(finding: Finding | None) -> str | None:
+    """Why there is no verdict; None if there is one."""
+    if finding is None:
         return UNLIKE
-    if found.verdict != "cannot be told":
+    if finding.verdict != "cannot be told":
         return None
-    count = " and ".join(map(str, found.units))
-    return f"{count} {found.unit}s are too few, p is {found.least:.3g} even if they differ most"
+    count = " and ".join(map(str, finding.units))
+    least = f"p is {finding.least:.3g} even if they differ most"
+    return f"{count} {finding.unit}s are too few, {least}"
 
 
-def _remarks(told: dict[str, Any]) -> list[str]:
+def _remarks(comparison: Comparison) -> list[str]:
     """What the test counts, and why it is the one that it is."""
     lines = []
-    if told["unit"] == "draw":
+    if comparison.unit == "draw":
         lines.append(
-            f"what is counted is draws: all {told['sharing']} cells share each, its trials are no "
-            "evidence of their own"
+            f"the test counts draws: all {comparison.sharing} cells share each of them, and the "
+            "trials of one draw are not independent of each other"
         )
-    paired, sizes = told["paired"], [side["trials"] for side in (told["before"], told["after"])]
-    if paired and paired["trials"] < max(sizes):
+    paired = comparison.paired
+    if paired and paired["trials"] < max(comparison.before["trials"], comparison.after["trials"]):
         good = " and ".join(str(paired[when]) for when in ("before", "after"))
         lines.append(
-            f"told by the {paired['trials']} trials that both have: {good} of them succeeded"
+            f"compared by the {paired['trials']} trials that both have: {good} of them succeeded"
         )
-    if told["paired"] and "draws" in told["paired"]:
-        draws = told["paired"]["draws"]
-        lines.append("draws: " + ", ".join(f"{count} {word}" for word, count in draws.items()))
-    if told["unpaired"]:
-        lines.append(f"the trials are not paired: {told['unpaired']}")
-    if told["differ"]:
-        lines.append(f"the studies differ in {', '.join(told['differ'])}")
+    if paired and "draws" in paired:
+        lines.append("draws: " + ", ".join(f"{n} {word}" for word, n in paired["draws"].items()))
+    if comparison.unpaired:
+        lines.append(f"the trials are not paired: {comparison.unpaired}")
+    if comparison.differ:
+        lines.append(f"the studies differ in {', '.join(comparison.differ)}")
     return lines
 
 
 def _side(directory: Path) -> tuple[Swept, dict[str, Any]]:
-    """A sweep, and what is told of it.
+    """A sweep, and its figures as plain values.
 
     Raises:
         InputError: If there is none, or its files are spoilt.

@@ -17,21 +17,21 @@ from drake_quad.sweep.study import Limits
 from drake_quad.sweep.trials import Trial, lost, work
 
 CONNECT_TIME = 10.0  # [s]
-IDLE = 60.0  # [s] without a trial after which a worker's process is ended: it has some 400 MB
+IDLE = 60.0  # [s] without a trial after which a worker's process is ended: it takes 400 MB
 
 Result = dict[str, Any]
-_own = threading.local()  # of each thread of a worker
+_own = threading.local()  # each thread of a worker has its own
 
 
 class ClusterGoneError(DrakeQuadError):
-    """The scheduler went away; what was done is in the journal."""
+    """The scheduler went away; the journal has the trials that were done."""
 
 
 def connect(address: str) -> Any:
     """Connects to a cluster, before anything is begun.
 
     Args:
-        address: Of the scheduler, for example `tcp://127.0.0.1:8786`.
+        address: Address of the scheduler, for example `tcp://127.0.0.1:8786`.
 
     Returns:
         A distributed.Client.
@@ -43,14 +43,14 @@ def connect(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise _error(address, 'Dask is not installed: pip install "drake_quad[dask]"') from None
-    # What becomes of the connection is told of here, in a line.
+    # An error of the connection is reported here, in one line.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         return Client(address, timeout=CONNECT_TIME)
     except Exception as problem:  # each of its transports has its own
         reason = (str(problem) or type(problem).__name__).splitlines()[0]
-    # A client that failed is closed when it is collected, for which it takes a lock that a new one
-    # holds while it begins: collected just then, it would wait for itself for ever.
+    # A client that failed is closed when it is collected, and takes a lock for that. A new client
+    # holds that lock while it begins: collected just then, the two would wait for each other.
     gc.collect()
     raise _error(address, f"no scheduler answers: {reason}")
 
@@ -63,26 +63,26 @@ def run_on_dask(
     stop: Callable[[], bool] = lambda: False,
     work: Work = work,
 ) -> Iterator[tuple[int, Result]]:
-    """Carries out the trials on the cluster; what comes of each is as on one machine.
+    """Carries out the trials on the cluster, with the same results as on one machine.
 
-    A trial whose worker dies is given to another, as often as the scheduler's `allowed-failures`.
+    A trial whose worker dies goes to another, as often as the scheduler's `allowed-failures`.
 
     Args:
-        client: Of `connect`; it is closed at the end.
-        trials: In the order in which they are to begin.
-        limits: Of tries, and of a process's age.
-        stop: Whether to stop: those under way are then given up, by the workers too.
-        work: Of one trial: a module's own function.
+        client: Client that `connect` returned; it is closed at the end.
+        trials: The trials, in the order in which they begin.
+        limits: Limits on tries, and on the age of a process.
+        stop: Whether to stop; trials under way are then given up, by the workers too.
+        work: Function that carries out a trial, at the top of a module.
 
     Yields:
-        The index of each trial and what came of it, as they end.
+        The index of each trial and its result, as they end.
 
     Raises:
         ClusterGoneError: If the scheduler does not answer any more, or a worker can do no trial.
     """
     from distributed.scheduler import KilledWorker
 
-    name = uuid.uuid4().hex  # on the cluster a key is another sweep's result if both have it
+    name = uuid.uuid4().hex  # two sweeps with one key would share its result on the cluster
     with client:
         pending = {
             client.submit(do, trial, limits, work, name, pure=False, key=f"{name}-{trial.index}"):
@@ -106,11 +106,11 @@ def run_on_dask(
                 except Exception as error:
                     if not failed:
                         raise
-                    # No drake_quad there, or another one, or no process that begins.
-                    told = " ".join(f"{type(error).__name__}: {error}".split())
-                    raise ClusterGoneError(f"a worker can do no trial: {told}") from None
+                    # The worker has no drake_quad, or another one, or no process begins there.
+                    reason = " ".join(f"{type(error).__name__}: {error}".split())
+                    raise ClusterGoneError(f"a worker cannot carry out trials: {reason}") from None
                 yield trial.index, result
-            with suppress(queue.Empty):  # what is done is kept, though it was told to stop
+            with suppress(queue.Empty):  # results that are there are kept, also after a stop
                 while True:
                     future = done.get_nowait()
                     if future.status == "finished":
@@ -128,10 +128,10 @@ def run_on_dask(
 
 
 def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
-    """What a worker does: the trial, in the process that belongs to this thread of it.
+    """What a worker does with a trial: carries it out in the process of the current thread.
 
-    Each sweep has a process of its own: since the last one drake_quad may have been changed. One
-    that has had no trial for a while is ended, for nobody tells a worker that a sweep is over.
+    Each sweep has processes of its own, because drake_quad may have been changed since the last. A
+    process without a trial for a while is ended, as a worker never learns that a sweep is over.
     """
     isolated: IsolatedWorker | None = getattr(_own, "isolated", None)
     idle: threading.Timer | None = getattr(_own, "idle", None)
@@ -139,8 +139,8 @@ def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
         idle.cancel()
         idle.join()  # it may be ending the process now
     if isolated is None or _own.of != sweep:
-        # Dask's workers are daemons, to which multiprocessing allows no children of their own; but
-        # these end with them (`begin_process`).
+        # Dask's workers are daemons, to which multiprocessing allows no children. These ones end
+        # with their worker all the same (`begin_process`).
         multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
         if isolated is not None:
             isolated.end()
@@ -154,10 +154,10 @@ def do(trial: Trial, limits: Limits, work: Work, sweep: str) -> Result:
 
 
 def _given_up() -> Callable[[], bool]:
-    """Whether nobody wants this worker's task any more: its sweep was stopped, or is gone.
+    """Makes the check whether this worker's task was cancelled: its sweep was stopped, or is gone.
 
-    Dask does not interrupt what runs. Without this a stopped sweep's trials would keep the workers
-    from the next one's for as long as they take.
+    Dask does not interrupt what runs. Without this check the trials of a stopped sweep would keep
+    the workers from those of the next one until they end.
     """
     from distributed import get_worker
     from distributed.worker import thread_state

@@ -1,7 +1,7 @@
 """Carries out trials in isolated local processes, with limits of time and memory.
 
-Every place where trials are carried out has one of these: each thread of a sweep on one machine,
-and each worker of a Dask cluster. So what becomes of a trial is the same everywhere.
+Each thread of a sweep on one machine has an `IsolatedWorker`, and so has each thread of a Dask
+worker: trials end alike everywhere.
 """
 
 import queue
@@ -18,24 +18,26 @@ from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.study import Limits
 from drake_quad.sweep.trials import MACHINE, Trial, begin_process, guarded, lost, own_basis, work
 
-# ------------------------------------------------------------------------------------------------
-# A process that does trials, and the pipe by which it is told of them.
-# ------------------------------------------------------------------------------------------------
-
-
 LOOK_PERIOD = 0.2  # [s] between looks at whether to stop
-PAUSE = 5.0  # [s] beyond LOOK_PERIOD that a look may take; if longer, this process was paused
-END_TIME = 5.0  # [s] that it may take to end once its pipe has
+PAUSE = 5.0  # [s] longest delay of a look; after a longer one, this process was paused
+END_TIME = 5.0  # [s] that a process may take to end after its pipe has ended
 
-Work = Callable[[Trial], dict[str, Any]]
+Result = dict[str, Any]
+Work = Callable[[Trial], Result]  # carries out a trial
+
+# Signals by which a process ends itself. Any other comes from outside, and is no trial's fault.
+OWN_END = (signal.SIGABRT, signal.SIGSEGV, signal.SIGFPE, signal.SIGBUS, signal.SIGILL)
+BEGIN_TIME = 120.0  # [s] that a process may take to begin: it imports Drake
+# [s] to wait for news of a stop: what ended a process may have been meant for the whole sweep.
+STOP_KNOWN = 0.5
 
 
 class Interrupted(Exception):  # noqa: N818  (it is no error)
-    """The sweep was told to stop while a trial was under way."""
+    """The sweep was stopped while a trial was under way."""
 
 
-class ProcessLost(Exception):  # noqa: N818  (whose fault it is is told by the code)
-    """The process ended before its trial did; `code` is its exit code, as multiprocessing's."""
+class ProcessLost(Exception):  # noqa: N818  (the exit code says whose fault it is)
+    """The process ended before its trial did; `code` is its exit code, as in multiprocessing."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"exit code {code}")
@@ -43,23 +45,23 @@ class ProcessLost(Exception):  # noqa: N818  (whose fault it is is told by the c
 
 
 class Worker:
-    """A process that does trials, seen from outside: what it is told, what it says, how it ended.
+    """A process that carries out trials, seen from outside.
 
-    All that is known of it comes through one pipe and its exit code, and one thread asks for both,
-    so nothing depends on which of two is seen first.
+    What it answers comes through one pipe, how it ended from its exit code, and one thread asks for
+    both: nothing depends on which of the two is seen first.
 
     Attributes:
-        given: How many trials it was given.
-        paused: Whether it was paused with this process, as by Ctrl-Z, while that waited for it.
+        given: Number of trials that were sent to it.
+        paused: Whether it was paused together with this process, as by Ctrl-Z, during a wait.
     """
 
     def __init__(self) -> None:
         context = get_context("spawn")  # Drake and forks do not mix
         self._pipe, far = context.Pipe()
         self._process = context.Process(target=serve, args=(far,), daemon=True)
-        # Else the first process begins it, by which SIGINT is let through again.
+        # Otherwise the first process would begin the tracker, and unblock SIGINT by that.
         resource_tracker.ensure_running()
-        # Ctrl-C reaches it too, from its first moment on, when it knows nothing of that yet.
+        # Ctrl-C reaches the new process too, before it has begun to ignore it.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
         try:
             self._process.start()
@@ -68,8 +70,12 @@ class Worker:
         far.close()  # so that the pipe ends with the process
         self.given, self.paused = 0, False
 
-    def give(self, work: Work, trial: Trial) -> None:
-        """Gives it a trial."""
+    def send(self, work: Work, trial: Trial) -> None:
+        """Sends it a trial.
+
+        Raises:
+            ProcessLost: It ended.
+        """
         self.given += 1
         try:
             self._pipe.send((work, trial))
@@ -77,39 +83,39 @@ class Worker:
             raise ProcessLost(self._code()) from None
 
     def wait(self, seconds: float, stop: Callable[[], bool]) -> bool:
-        """Whether it says something, or ends, within so many seconds [s], pauses apart.
+        """Whether it answers, or ends, within a time [s] in which pauses do not count.
 
         Raises:
-            Interrupted: As soon as `stop` says so.
+            Interrupted: `stop` returned true.
         """
         until = time.monotonic() + seconds
         while not stop():
             looked = time.monotonic()
             left = until - looked
-            says = self._pipe.poll(max(0.0, min(LOOK_PERIOD, left)))
+            answers = self._pipe.poll(max(0.0, min(LOOK_PERIOD, left)))
             late = time.monotonic() - looked > LOOK_PERIOD + PAUSE
-            if late:  # known before what it says is: its own clock may have ended it in the pause
+            if late:  # noted before its answer is read: its own timer may have ended it meanwhile
                 until += time.monotonic() - looked
                 self.paused = True
-            if says:
+            if answers:
                 return True
             if left <= 0.0 and not late:
                 return False
         raise Interrupted
 
-    def take(self) -> Any:
-        """What it says.
+    def receive(self) -> Any:
+        """Its answer.
 
         Raises:
             ProcessLost: It ended.
         """
         try:
             return self._pipe.recv()
-        except (EOFError, OSError):  # nothing more, or half of it
+        except (EOFError, OSError):  # there is no answer, or half of one
             raise ProcessLost(self._code()) from None
 
     def end(self) -> None:
-        """Ends it, whatever it does: it has nothing that is worth keeping."""
+        """Ends it, whatever it is doing."""
         self._process.kill()
         self._process.join()
         self._pipe.close()
@@ -119,7 +125,7 @@ class Worker:
         self._process.join(END_TIME)
         self._process.kill()  # in case that it lives on without its pipe
         self._process.join()
-        # Another thread may have asked the system first, and be about to note what it was told.
+        # Another thread may have asked the system first, and be about to store the answer.
         until = time.monotonic() + END_TIME
         while self._process.exitcode is None and time.monotonic() < until:
             time.sleep(0.001)
@@ -127,60 +133,51 @@ class Worker:
 
 
 def serve(pipe: Connection) -> None:
-    """The life of the process: trial after trial, until the pipe ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that began it
+    """What the process does: trial after trial, until the pipe ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that began this one
     begin_process()
-    with suppress(EOFError, OSError):  # the one that began it has ended, however
+    with suppress(EOFError, OSError):  # the process that began this one has ended
         while True:
             work, trial = pipe.recv()
-            pipe.send(own_basis())  # it has it
+            pipe.send(own_basis())  # which also says that it has the trial
             pipe.send(guarded(work, trial))
 
 
-# ------------------------------------------------------------------------------------------------
-# Trials in a process of their own, which can be ended, die, or be killed without harm to others.
-# ------------------------------------------------------------------------------------------------
-
-
-__all__ = ["Interrupted", "IsolatedWorker", "Work"]
-
-# The signals by which a process ends itself. Any other comes from outside, and is no trial's fault.
-OWN_END = (signal.SIGABRT, signal.SIGSEGV, signal.SIGFPE, signal.SIGBUS, signal.SIGILL)
-BEGIN_TIME = 120.0  # [s] that a process may take to begin: it imports Drake
-# After which a stop is known of [s]: what ended a process may have been meant for all of the sweep.
-STOP_KNOWN = 0.5
-
-Result = dict[str, Any]
-
-
 class NoTrialsHereError(DrakeQuadError):
-    """This machine can do no trial: that is no trial's fault, and the sweep's end."""
+    """This machine cannot carry out trials: the sweep ends, and no trial has failed by it."""
 
 
 class IsolatedWorker:
-    """A process that does trials, one after the other, and is replaced when it is lost or old.
+    """Carries out trials one after the other in a process, which it replaces when lost or old.
 
     Args:
-        recycle: After so many trials it is replaced: Drake's memory grows with every build.
-        retries: How often a trial is tried again whose process somebody else ended.
-        work: A module's own function.
+        recycle: Number of trials after which a process is replaced: Drake's memory grows with
+            every build.
+        retries: How often a trial is tried again if its process was ended from outside.
+        work: Function that carries out a trial, at the top of a module.
     """
 
     def __init__(self, *, recycle: int, retries: int, work: Work = work) -> None:
         self._recycle, self._retries, self._work = recycle, retries, work
         self._process: Worker | None = None
-        self._basis: Result | None = None  # of the process, once it has the trial
+        self._basis: Result | None = None  # its process has the trial once this is known
 
     def run(self, trial: Trial, stop: Callable[[], bool] = lambda: False) -> Result:
-        """Carries out the trial; what comes of it says under `clock` how often it was `tried`.
+        """Carries out the trial.
 
-        And how long it `held` its place [s], in all its tries: from here to the result, the start
-        of a process and its imports counted in. What of that is no simulation is what a sweep adds.
+        Args:
+            trial: The trial.
+            stop: Whether to stop.
+
+        Returns:
+            The result. Under `clock` it has the number of tries (`tried`), and the time from the
+            call to the result (`held`) [s], with the start of a process and its imports. What of
+            that time is not simulation is what the sweep adds.
 
         Raises:
-            Interrupted: As soon as `stop` says so.
+            Interrupted: `stop` returned true.
             NoTrialsHereError: If no process begins, in as many tries as the trial may have, or the
-                machine is at fault, as one whose disk is full.
+                machine is at fault, for example with a full disk.
         """
         begun = time.perf_counter()
         result: Result | None = None
@@ -201,7 +198,7 @@ class IsolatedWorker:
                 f"trial {trial.index} cannot be carried out on this machine: {result['reason']}; "
                 "what was done is kept: --resume goes on with it once that is mended"
             )
-        # What gave no result is of the same sources as one that does.
+        # A trial that gave no result has the same sources as one that does.
         basis = {k: v for k, v in (self._basis or {}).items() if result.get(k) is None}
         clock = {**result["clock"], "tried": tried, "held": time.perf_counter() - begun}
         return {**result, **basis, "clock": clock}
@@ -213,58 +210,62 @@ class IsolatedWorker:
             process.end()
 
     def _try(self, trial: Trial, stop: Callable[[], bool]) -> tuple[Result | None, str]:
-        """What came of it; or None and why, if the process was ended from outside."""
+        """The result; or None and the reason, if the process was ended from outside."""
         if self._process is None:
             self._process = Worker()
         process, late = self._process, f"not done after {trial.wall_time:g} s of wall time"
         try:
-            process.give(self._work, trial)
-            # What passes before it has the trial, its start and its imports, is no trial's time.
+            process.send(self._work, trial)
+            # The time before it has the trial, for its start and its imports, is not the trial's.
             if not process.wait(BEGIN_TIME, stop):
                 self.end()
                 return None, f"it did not answer in {BEGIN_TIME:g} s"
-            self._basis = process.take()
+            self._basis = process.receive()
             if not process.wait(trial.wall_time, stop):
                 self.end()
                 return lost(trial, "timeout", late), ""
-            result: Result = process.take()
+            result: Result = process.receive()
         except ProcessLost as error:
             self.end()
-            return self._judge(trial, error.code, late, process.paused, process.given, stop)
+            if self._basis is not None:
+                if (
+                    error.code == -signal.SIGALRM and not process.paused
+                ):  # its timer runs in a pause
+                    return lost(trial, "timeout", late), ""
+                if error.code > 0 or -error.code in OWN_END:
+                    if process.given > 1:  # what other trials left in it may be at fault
+                        return self._try(trial, stop)
+                    return lost(
+                        trial, "crashed", f"its process ended itself {_how(error.code)}"
+                    ), ""
+            _wait_for_stop(stop)
+            return None, f"its process was ended (exit code {error.code})"
         except Interrupted:
             self.end()
             raise
         short = result["outcome"] == "memory"
         if short or process.given == self._recycle:
             self.end()
-        if short and process.given > 1:  # what it had grown by before is no fault of this trial
+        if short and process.given > 1:  # memory that other trials took may be at fault
             return self._try(trial, stop)
         return result, ""
 
-    def _judge(
-        self, trial: Trial, code: int, late: str, paused: bool, given: int,
-        stop: Callable[[], bool],
-    ) -> tuple[Result | None, str]:  # fmt: skip
-        """As `_try`, for a process that ended before its trial did."""
-        if self._basis is not None:
-            if code == -signal.SIGALRM and not paused:  # its own clock goes on in a pause
-                return lost(trial, "timeout", late), ""
-            if code > 0 or -code in OWN_END:
-                if given > 1:  # what other trials left in it, memory too, is no fault of this one
-                    return self._try(trial, stop)
-                how = f"with exit code {code}" if code > 0 else f"by {signal.Signals(-code).name}"
-                return lost(trial, "crashed", f"its process ended itself {how}"), ""
-        until = time.monotonic() + STOP_KNOWN
-        while time.monotonic() < until:
-            if stop():
-                raise Interrupted
-            time.sleep(0.05)
-        return None, f"its process was ended (exit code {code})"
+
+def _how(code: int) -> str:
+    return f"with exit code {code}" if code > 0 else f"by {signal.Signals(-code).name}"
 
 
-# ------------------------------------------------------------------------------------------------
-# Carries out trials on this machine, in as many processes as asked for.
-# ------------------------------------------------------------------------------------------------
+def _wait_for_stop(stop: Callable[[], bool]) -> None:
+    """Waits as long as news of a stop may take.
+
+    Raises:
+        Interrupted: `stop` returned true.
+    """
+    until = time.monotonic() + STOP_KNOWN
+    while time.monotonic() < until:
+        if stop():
+            raise Interrupted
+        time.sleep(0.05)
 
 
 def run_local(
@@ -275,17 +276,17 @@ def run_local(
     stop: Callable[[], bool] = lambda: False,
     work: Work = work,
 ) -> Iterator[tuple[int, Result]]:
-    """Carries out the trials; what comes of each does not depend on how many workers there are.
+    """Carries out the trials; their results do not depend on the number of workers.
 
     Args:
-        trials: In the order in which they are begun.
-        workers: Processes.
-        limits: Of tries, and of a process's age.
-        stop: Whether to stop: those under way are then given up.
-        work: Of one trial: a module's own function.
+        trials: The trials, in the order in which they begin.
+        workers: Number of processes.
+        limits: Limits on tries, and on the age of a process.
+        stop: Whether to stop; trials under way are then given up.
+        work: Function that carries out a trial, at the top of a module.
 
     Yields:
-        The index of each trial and what came of it, as they end.
+        The index of each trial and its result, as they end.
     """
     pending, lock = iter(trials), threading.Lock()
     done: queue.SimpleQueue[tuple[int, Result] | BaseException | None] = queue.SimpleQueue()
@@ -305,7 +306,7 @@ def run_local(
                 done.put((trial.index, isolated.run(trial, halt)))
         except Interrupted:
             pass
-        except BaseException as error:  # handed to the thread that waits
+        except BaseException as error:  # raised by the thread that waits
             done.put(error)
         finally:
             isolated.end()

@@ -16,24 +16,24 @@ from drake_quad.sweep.statistics import Rate, causes_of, rate_of
 from drake_quad.sweep.study import Study, Vary
 from drake_quad.sweep.trials import RANKED_BY, count_trials
 
-# ------------------------------------------------------------------------------------------------
-# Parts what varies into bands: of a grid's axis its values, of what is drawn ranges.
-# ------------------------------------------------------------------------------------------------
+DIGITS = 17  # with so many, any two numbers differ
 
+LISTED = 12  # worst trials that are listed
 
-DIGITS = 17  # that tell any two numbers apart
+ENDED = ("timeout", "memory", "killed")  # outcomes of trials that were cut off
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 @dataclass(frozen=True)
 class Bin:
-    """The trials whose value lies within a band, or is one of a grid's.
+    """The trials whose value lies within a band, or is one value of a grid's axis.
 
     Attributes:
-        label: What to call it.
-        low: Its ends; both the value itself on a grid's axis; both None of what is no number.
-        high: The upper one.
-        middle: Half of its trials have less: where the rate stands. None of no numbers, or none.
-        rate: Of its trials.
+        label: Name of the band.
+        low: Lower end; on a grid's axis the value itself; None if values are not numbers.
+        high: Upper end, likewise.
+        middle: Median of its trials' values; None without trials, or if values are not numbers.
+        rate: Rate of success of its trials.
     """
 
     label: str
@@ -44,16 +44,16 @@ class Bin:
 
 
 def bin_indices(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarray, list[Any]]:
-    """Parts values into bands.
+    """Divides values into bands.
 
     Returns:
-        The bands' labels; of each value the band's number; of each band its ends, or its value
-        twice, or None twice of what is no number.
+        The bands' labels; each value's number of its band; each band's ends, which are its value
+        twice on a grid's axis, and None twice if values are not numbers.
     """
     if distribution_of(vary) in (*GRID, "choice"):
         known = axis_values(vary) if distribution_of(vary) in GRID else list(vary.choice or [])
         numbers = all(type(value) in (int, float) for value in known)
-        # A table has numbers alone as numbers; beside anything else true, 1 and 1.0 are three.
+        # Where all are numbers they compare as numbers; else true, 1 and 1.0 are three values.
         keys = [value if numbers else json.dumps(value) for value in known]
         by_key = dict(zip(keys, known, strict=True))
         keys = sorted(by_key) if numbers else list(by_key)
@@ -63,10 +63,10 @@ def bin_indices(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarra
         return _labels([by_key[key] for key in keys], 6), places, ends
     if vary.integers is not None:
         return _whole_bands(vary.integers[0], vary.integers[1], vary.bands, values)
-    # Bands that as many draws fall into: even in the distribution, but for the rounding to steps.
+    # Bands of equal probability, but for the rounding to steps.
     edges = [draw(vary, min(k / vary.bands, 1.0 - 2.0**-53)) for k in range(vary.bands + 1)]
     edges = sorted(set(edges))
-    if vary.log_uniform is None:  # 0, of which rounding leaves some 1e-18
+    if vary.log_uniform is None:  # rounding leaves some 1e-18 of a 0
         edges = [0.0 if abs(e) < 1e-12 * (edges[-1] - edges[0]) else e for e in edges]
     words = _labels(edges, 3)
     if len(edges) == 1:  # all draws are alike
@@ -79,7 +79,7 @@ def bin_indices(vary: Vary, values: Sequence[Any]) -> tuple[list[str], np.ndarra
 def _whole_bands(
     first: int, last: int, bands: int, values: Sequence[int]
 ) -> tuple[list[str], np.ndarray, list[Any]]:
-    """Bands of whole numbers: one each if they are few, else as many in each as can be."""
+    """Bands of whole numbers: one number each if they are few, else about equally many."""
     count = last - first + 1
     bands = min(bands, count)
     starts = [first + k * count // bands for k in range(bands + 1)]
@@ -91,7 +91,7 @@ def _whole_bands(
 def bins_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list[Bin]:
     """The rate in each band of what varies."""
     labels, places, ends = bin_indices(vary, values)
-    # By band, each in one piece: bands may be ten thousands, and trials a million.
+    # Sorted by band once: there may be ten thousand bands, and a million trials.
     order = np.argsort(places, kind="stable")
     starts = np.searchsorted(places[order], np.arange(1, len(labels)))
     bands = []
@@ -104,7 +104,7 @@ def bins_of(vary: Vary, values: Sequence[Any], success: Sequence[bool]) -> list[
 
 
 def _labels(values: Sequence[Any], digits: int) -> list[str]:
-    """What to call values that differ: numbers by so many digits, or as many more as it takes."""
+    """Labels of values: numbers with so many digits, or with more until all labels differ."""
     for more in range(digits, DIGITS + 1):
         found = [f"{value:.{more}g}" if type(value) is float else str(value) for value in values]
         if len(set(found)) == len(found):
@@ -112,18 +112,10 @@ def _labels(values: Sequence[Any], digits: int) -> list[str]:
     return [json.dumps(value, ensure_ascii=False) for value in values]  # 1 and 1.0, or "1"
 
 
-# ------------------------------------------------------------------------------------------------
-# Which trials of a sweep went worst.
-# ------------------------------------------------------------------------------------------------
-
-
-LISTED = 12  # trials that are told of
-
-
 def worst_first(table: pa.Table) -> list[int]:
-    """The rows of the table, all of them: those that failed, then those that did not.
+    """All rows of the table: trials that failed, then those that did not.
 
-    Both by their least margin; those that have none come after, in order of their index.
+    Both are sorted by their smallest margin; trials without one come last, by index.
     """
     margins, success = _margins(table), table["success"].to_pylist()
     return sorted(
@@ -133,7 +125,7 @@ def worst_first(table: pa.Table) -> list[int]:
 
 
 def worst_of(study: Study, table: pa.Table) -> list[dict[str, Any]]:
-    """The first few of these; `cell` is their place in a grid."""
+    """The first few of `worst_first`; `cell` is their place in a grid."""
     margins, names = _margins(table), ("index", "outcome", "reason", "command")
     labels = []
     for vary in study.vary:
@@ -150,36 +142,26 @@ def worst_of(study: Study, table: pa.Table) -> list[dict[str, Any]]:
 
 def _margins(table: pa.Table) -> list[float | None]:
     name = f"figure.{RANKED_BY}"
-    if name not in table.column_names:  # of an older sweep, told again
+    if name not in table.column_names:  # an older sweep's
         return [None] * len(table)
     return list(table[name].to_pylist())
 
 
-# ------------------------------------------------------------------------------------------------
-# What trials are evidence of: which are not done, which repeat another, and where chance is.
-# ------------------------------------------------------------------------------------------------
-
-
-ENDED = ("timeout", "memory", "killed")  # outcomes of trials that did not end by themselves
-LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
-
 def count_skipped(table: pa.Table) -> int:
-    """How many trials are not done that come before one that is.
+    """Number of trials that are not done although a later one is.
 
-    Trials begin in order. Of those under way when a sweep is stopped the ones that end early are
-    in its table, and they fail more often than others, as a fall ends a trial.
+    Trials begin in order. When a sweep is stopped, some are under way. Those that ended early are
+    in the table, and they fail more often than others, because a fall ends a trial.
     """
     indices = table["index"].to_pylist()
     return max(indices, default=-1) + 1 - len(indices)
 
 
 def count_duplicates(study: Study, table: pa.Table) -> int:
-    """How many trials are another one of their cell over again, but for a seed that nothing reads.
+    """Number of trials that duplicate another of their cell: only a seed differs that no run reads.
 
-    Of a study that draws anything there are none: a draw that comes twice is evidence as others.
-    Nor are there in a cell of which two came out otherwise; trials that were ended for time or
-    memory say nothing of it.
+    A study that draws anything has none, because equal draws are evidence like others. A cell has
+    none if two of its trials ended differently; trials cut off for time or memory do not count.
     """
     draws = Draws(study)
     if study.trials == 1 or draws.drawn:
@@ -202,7 +184,7 @@ def is_fixed(study: Study, table: pa.Table) -> bool:
 
 
 def _reads_seed(scenario: str) -> bool:
-    """Whether a run of a saved scenario depends on its seed, or may: as `scenario.generator_of`."""
+    """Whether a run of a saved scenario may depend on its seed, as `scenario.build` has it."""
     try:
         plain: dict[str, Any] = yaml.load(scenario, LOADER)
         world = plain["world"]
@@ -213,22 +195,17 @@ def _reads_seed(scenario: str) -> bool:
 
 
 def draws_shared(study: Study) -> int:
-    """How many trials share each of its draws."""
+    """Number of trials that share each of its draws."""
     return Draws(study).cells if study.draws == "common" else 1
-
-
-# ------------------------------------------------------------------------------------------------
-# What a sweep's tables say, as plain values: what is printed, written as JSON, and drawn.
-# ------------------------------------------------------------------------------------------------
 
 
 def summarize_sweep(study: Study, table: pa.Table, clock: pa.Table) -> dict[str, Any]:
     """The findings of a sweep.
 
     Args:
-        study: Checked.
-        table: Of `trials_table`; one that was read is to be checked by `validate_results`.
-        clock: Of `clock_table`.
+        study: The study.
+        table: Table of the trials; one that was read must have passed `validate_results`.
+        clock: Table of their times.
     """
     success = table["success"].to_pylist()
     outcomes, reasons = table["outcome"].to_pylist(), table["reason"].to_pylist()
@@ -254,7 +231,7 @@ def summarize_sweep(study: Study, table: pa.Table, clock: pa.Table) -> dict[str,
         "gate": gate,
         "gate_each": each,
         "gate_untried": untried if complete else [],
-        # What is asked of a band is not kept by trying nothing there.
+        # A band without trials does not pass the gate.
         "passed": None
         if gate is None or not success
         else all(rate.rate >= gate for rate in asked_of if rate.trials)
@@ -278,7 +255,7 @@ def rate_as_dict(rate: Rate) -> dict[str, Any]:
 
 
 def maps_of(study: Study) -> list[tuple[Vary, Vary]]:
-    """The pairs to draw maps of: those asked for, else the grid's first two axes."""
+    """The pairs to draw maps of: those of the study, else the grid's first two axes."""
     by_name = study.by_name()
     if study.maps:
         return [(by_name[one], by_name[other]) for one, other in study.maps]
@@ -291,14 +268,14 @@ def _bands(vary: Vary, table: pa.Table) -> list[Bin]:
 
 
 def _band(band: Bin) -> dict[str, Any]:
-    told = rate_as_dict(band.rate)
-    bounds = {"bound_low": told.pop("low"), "bound_high": told.pop("high")}
+    rate = rate_as_dict(band.rate)
+    bounds = {"bound_low": rate.pop("low"), "bound_high": rate.pop("high")}
     ends = {"low": band.low, "high": band.high, "middle": band.middle}
-    return {"label": band.label, **ends, **told, **bounds}
+    return {"label": band.label, **ends, **rate, **bounds}
 
 
 def _map(study: Study, pair: tuple[Vary, Vary], table: pa.Table) -> dict[str, Any]:
-    """Good and all trials of each cell; rows are the second's bands."""
+    """Successful trials and all trials of each cell; rows are the bands of the second."""
     (x_labels, x, _), (y_labels, y, _) = (
         bin_indices(vary, values_of(vary, table)) for vary in pair
     )
@@ -320,7 +297,7 @@ def _map(study: Study, pair: tuple[Vary, Vary], table: pa.Table) -> dict[str, An
 
 
 def _spread(column: pa.ChunkedArray) -> dict[str, float | None]:
-    """Least, 5 %, median, 95 % and greatest of what was measured."""
+    """Minimum, 5 %, median, 95 % and maximum of the values that were measured."""
     values = np.array([v for v in column.to_pylist() if v is not None], dtype=float)
     names = ("least", "percentile_5", "median", "percentile_95", "greatest")
     if not len(values):
@@ -330,7 +307,7 @@ def _spread(column: pa.ChunkedArray) -> dict[str, float | None]:
 
 
 def _clock(clock: pa.Table) -> dict[str, Any]:
-    """What the trials took, together."""
+    """Time, memory and processes of all trials together."""
 
     def known(name: str) -> list[float]:
         own = clock[name].to_pylist() if name in clock.column_names else []
@@ -345,6 +322,6 @@ def _clock(clock: pa.Table) -> dict[str, Any]:
         "memory_max": max(known("memory"), default=None),
         "tried_again": sum(tried > 1 for tried in known("tried")),
         "processes": len(set(known("process"))),
-        # What a place of trials does besides simulating, of that: see Isolated.run.
+        # Time besides simulating, over the time of simulating: see IsolatedWorker.run.
         "overhead": held / simulated - 1.0 if simulated else None,
     }

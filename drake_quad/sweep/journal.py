@@ -1,8 +1,9 @@
 """A sweep's append-only journal: written as trials end, and read back.
 
-A file of JSON lines. The first says what the study is and of which sources. A sweep that is killed
-leaves half a line at most; whoever goes on with it drops that line and does its trial again. So it
-is with a line that something spoilt, whether it is no JSON any more or no result of the study.
+The journal is a file of JSON lines. The first line identifies the study and the sources. A sweep
+that is killed leaves half a line at most; `--resume` drops that line and carries out its trial
+again. It does the same with a line that was damaged later: one that is no JSON any more, or no
+result of the study.
 """
 
 import fcntl
@@ -18,14 +19,9 @@ from typing import Any, TextIO
 from drake_quad.errors import InputError
 from drake_quad.util.files import MOST_JOURNAL, is_whole, plain_of, read_given, write_whole
 
-# ------------------------------------------------------------------------------------------------
-# A sweep's journal, read: what can be a line of it, and what is kept of one that is damaged.
-# ------------------------------------------------------------------------------------------------
-
-
 NAME = "journal.jsonl"
-DAMAGED = ".damaged.jsonl"  # beside it: what there was, where not all of it could be read
-SAID = {
+DAMAGED = ".damaged.jsonl"  # a copy beside the journal, if not all of it could be read
+IDENTITY = {
     "study": "of another study, or of this one before it was changed",
     "sources": "of other sources of drake_quad",
     "versions": "of other versions of the libraries",
@@ -43,19 +39,19 @@ def read_journal(
     fits: Fits = lambda _: True,
     keep_damaged: bool = False,
 ) -> tuple[dict[str, Any], dict[int, Result]]:
-    """What the journal in `directory` says of its study, and its whole lines by index.
+    """The first line of the journal in `directory`, and its whole lines by index.
 
-    Lines that are spoilt count as not there: half of one, what is no JSON, a value of the wrong
-    kind, a misspelt name, and lines of one index, of which nobody knows whose they are.
+    Damaged lines count as missing: half a line, a line that is no JSON, a value of the wrong type,
+    a misspelt name, and several lines with one index.
 
     Args:
-        directory: Of the sweep.
-        name: Of its file.
+        directory: The sweep's directory.
+        name: Name of the journal's file.
         fits: Whether a line can be a result of the study.
-        keep_damaged: Whether to keep a copy beside it if more than its end is spoilt.
+        keep_damaged: Whether to keep a copy beside the journal if more than its end is damaged.
 
     Raises:
-        InputError: There is none, or it is not one.
+        InputError: There is no journal, or the file is something else.
     """
     path = directory / name
 
@@ -69,10 +65,10 @@ def read_journal(
     except OSError as problem:
         raise error(f"cannot be read: {problem.strerror}") from None
     first, *lines = [plain_of(line) for line in whole.rstrip(b"\n").split(b"\n")]
-    if first is None or not set(SAID) <= first.keys():
+    if first is None or not set(IDENTITY) <= first.keys():
         raise error("is not the journal of a sweep")
     read = [line for line in lines if line is not None]
-    # What is spoilt is so at one place, and lacks one name at most.
+    # Damage is at one place of a line, and one name at most is missing.
     if any(len(NEEDED - one.keys()) > 1 for one in read):
         raise error("has lines that are no trials: it was written by something else")
     good = [one for one in read if _is_result(one) and fits(one)]
@@ -84,7 +80,7 @@ def read_journal(
 
 
 def _unused(path: Path) -> Path:
-    """Where a copy of a damaged journal goes: beside it, and not over that of an earlier damage."""
+    """The file for a copy of a damaged journal, beside it; earlier copies stay."""
     copy, number = path.with_suffix(DAMAGED), 1
     while copy.exists():
         number += 1
@@ -93,7 +89,7 @@ def _unused(path: Path) -> Path:
 
 
 def _is_result(line: Result) -> bool:
-    """Whether what is read of any result is there and of its kind; of what study, `fits` knows."""
+    """Whether all that every result has is there and of its type."""
     return (
         is_whole(line.get("index"))
         and line["index"] >= 0
@@ -104,25 +100,20 @@ def _is_result(line: Result) -> bool:
     )
 
 
-# ------------------------------------------------------------------------------------------------
-# The journal of a sweep: a line a finished trial, whole after every one, whatever happens.
-# ------------------------------------------------------------------------------------------------
-
-
 @dataclass
 class Journal:
-    """The journal in a directory.
+    """The journal of a sweep: one line for each finished trial, whole after every one.
 
     Attributes:
-        directory: Of the sweep.
-        study: What it is of, by the keys of SAID and perhaps others: any other's is refused.
-        leavings: Names of what else a sweep leaves there: without a journal nothing can be said
-            of it, and it stays.
-        done: What came of the trials so far, by index.
-        fits: Whether a line can be a result of the study, which the journal itself knows nothing
-            of; one that cannot counts as not there.
-        name: Of its file; in a directory that is not its own, another than NAME.
-        option: By which it was asked for, to be named by errors.
+        directory: The sweep's directory.
+        study: Identity of the study, by the keys of IDENTITY and perhaps others: a journal of
+            another study is refused.
+        leavings: Names of other files that a sweep leaves there. Without a journal nobody knows
+            what they are of, and they stay.
+        done: Results of the trials so far, by index.
+        fits: Whether a line can be a result of the study; one that cannot counts as missing.
+        name: Name of the journal's file; other than NAME in a directory that it shares.
+        option: Option that asked for the directory, named by errors.
     """
 
     directory: Path
@@ -156,7 +147,7 @@ class Journal:
             if path.exists() and (path.stat().st_size or not path.is_file()):
                 if not resume:
                     raise self._error("holds a sweep: go on with it by --resume, or give another")
-                # Of another study no line fits: that is no damage, of which to keep a copy.
+                # No line of another study fits; that is not damage, and needs no copy.
                 self._check(read_journal(self.directory, self.name)[0])
                 _, self.done = read_journal(
                     self.directory, self.name, fits=self.fits, keep_damaged=True
@@ -167,7 +158,7 @@ class Journal:
                     raise self._error(
                         f"holds {left[0]} of a sweep without its journal: give another"
                     )
-            # Written anew: the last line may be half of one.
+            # The file is written anew: its last line may be half a line.
             lines = [json.dumps(self.study), *(json.dumps(one) for one in self.done.values())]
             write_whole(path, lambda to: to.write_text("\n".join(lines) + "\n", "utf-8"))
             self._file = path.open("a", encoding="utf-8")
@@ -176,10 +167,10 @@ class Journal:
             raise
 
     def _open_lock(self) -> TextIO:
-        """The file that is locked while a sweep is at work here.
+        """Opens the file that is locked while a sweep is at work here.
 
         Raises:
-            InputError: There is something in its place that is no file.
+            InputError: There is something else in its place.
         """
         path = self.directory / f".{self.name}.lock"
         ways = os.O_WRONLY | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC  # a pipe is not waited for
@@ -191,7 +182,7 @@ class Journal:
         return lock
 
     def add(self, index: int, result: Result) -> None:
-        """Appends what came of a trial; once it returns no end of this process loses it."""
+        """Appends a result; after that it is safe, however this process ends."""
         assert self._file is not None and index not in self.done
         whole = {"index": index, **result}
         path = self.directory / self.name
@@ -217,10 +208,10 @@ class Journal:
         self.done[index] = whole
 
     def close(self) -> None:
-        """Gives it free."""
+        """Closes the file and unlocks the directory."""
         try:
             if self._file is not None:
-                with suppress(OSError):  # what could not be written was told of
+                with suppress(OSError):  # an error of writing was reported before
                     self._file.close()
                 self._file = None
         finally:
@@ -230,8 +221,10 @@ class Journal:
         own = json.loads(json.dumps(self.study))
         for key in own:
             if study.get(key) != own[key]:
-                said = SAID.get(key, f"of other {key}")
-                raise self._error(f"holds a sweep {said}: its trials would not match; give another")
+                whose = IDENTITY.get(key, f"of other {key}")
+                raise self._error(
+                    f"holds a sweep {whose}: its trials would not match; give another"
+                )
 
     def _error(self, remedy: str) -> InputError:
         field, path = "directory", self.directory

@@ -1,4 +1,4 @@
-"""What a result depends on: the sources, and the commit that they are of."""
+"""What a result depends on: the sources with their commit, libraries, and robots."""
 
 import hashlib
 import json
@@ -19,23 +19,24 @@ from drake_quad.sweep.study_loading import as_plain, overrides_of
 
 PACKAGE = Path(drake_quad.__file__).parent
 MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and scenarios
-# Rooms and modules that tell of runs, and have no part in one.
-TELLING = ("report", "cli", "check", "chart", "inspect", "plan", "processes")
+# Packages and modules that present runs, and have no part in one.
+PRESENTING = ("report", "cli", "feasibility", "api", "__main__")
 MODULES = {"pycollada": "collada"}  # where they are not called as what is installed
-WORKING = ("work.py", "base.py", "study.py", "draws.py", "trials.py", "designs.py")  # of this room
+# Modules of this package on which what comes of a trial depends.
+WORKING = ("sampling.py", "study.py", "study_loading.py", "trials.py")
 # Fields of a study, and of what varies in it, that no trial depends on. A name is the title of a
-# column, which the table gets anew from the study; of a case it is the mapping's key, and stays.
-TOLD_OF_ALL = ("description", "maps", "gate")
-TOLD_OF_ONE = ("name", "bands")
+# column, which the table gets anew from the study; a case's name is the mapping's key, and stays.
+UNREAD_OF_STUDY = ("description", "maps", "gate")
+UNREAD_OF_VARY = ("name", "bands")
 
 
 def sources_digest() -> str:
-    """Of all files that a trial depends on: trials of two digests are not of one study."""
+    """A digest of all files that a trial depends on: two digests make two studies."""
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE).parts
-        room = parts[0].removesuffix(".py").split("_")[0]
-        if room in TELLING or (room == "sweep" and parts[-1] not in WORKING):
+        package = parts[0].removesuffix(".py")
+        if package in PRESENTING or (package == "sweep" and parts[-1] not in WORKING):
             continue
         digest.update("/".join(parts).encode() + b"\0" + path.read_bytes())
     for path in sorted(MODELS.iterdir()):
@@ -51,35 +52,35 @@ def own_sources() -> str:
 
 
 def study_digest(study: Study, base: Base) -> str:
-    """Of what a study's trials are: of its own fields, its scenario and its robots."""
-    told = {"study": bearing(as_plain(study)), "scenario": base.text or base.name}
+    """A digest of all that decides a study's trials: its fields, its scenario and its robots."""
+    identity = {"study": fields_of_trials(as_plain(study)), "scenario": base.text or base.name}
     # Unsorted: the order of `cases` is that of the grid, and by it a trial's index has its case.
-    digest = hashlib.sha256(json.dumps(told).encode())
+    digest = hashlib.sha256(json.dumps(identity).encode())
     digest.update(" ".join(robots_of(study, base)).encode())
     return digest.hexdigest()[:16]
 
 
-def bearing(plain: dict[str, Any]) -> dict[str, Any]:
-    """What of a study, as plain data, bears on what comes of its trials.
+def fields_of_trials(plain: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a study, as plain data, on which what comes of its trials depends.
 
-    The rest is how they are told, drawn and judged as a whole, and how processes are kept: a sweep
-    may go on after it was changed.
+    The others say how trials are presented and judged as a whole, and how processes are kept: a
+    sweep may go on after they were changed.
     """
-    kept = {name: value for name, value in plain.items() if name not in TOLD_OF_ALL}
+    kept = {name: value for name, value in plain.items() if name not in UNREAD_OF_STUDY}
     kept["vary"] = [
-        {name: value for name, value in vary.items() if name not in TOLD_OF_ONE}
+        {name: value for name, value in vary.items() if name not in UNREAD_OF_VARY}
         for vary in plain["vary"]
     ]
-    # What a trial gives that ends by itself depends on none of the limits. But wall_time and memory
-    # decide which trials do: with others a timeout of the journal might have been a success, and
-    # the table would be of two rules. `retries` and `recycle` answer what befalls processes from
-    # outside and how their memory grows, which no two sweeps have alike.
+    # The result of a trial that ends by itself depends on none of the limits. But wall_time and
+    # memory decide which trials do: with others a timeout of the journal might have been a success,
+    # and the table would follow two rules. `retries` and `recycle` answer what happens to processes
+    # from outside and how their memory grows, which no two sweeps have alike.
     kept["limits"] = {name: plain["limits"][name] for name in ("wall_time", "memory")}
     return kept
 
 
 def robots_of(study: Study, base: Base) -> list[str]:
-    """The digests of all robots that a checked study has."""
+    """The digests of all robots of a checked study."""
     models = {base.load(study.set).robot.model}
     for vary in study.vary:
         for value in support_of(vary):
@@ -91,7 +92,7 @@ def robots_of(study: Study, base: Base) -> list[str]:
 
 @cache
 def versions() -> dict[str, str]:
-    """Of the libraries that a result depends on."""
+    """The versions of the libraries that a result depends on."""
     names = ["drake_quad", "drake", "numpy", "scipy", "piqp", "daqp", "numba"]
     # Collision shapes are read from meshes where these are there, and are others where not.
     names += [name for name in ("trimesh", "pycollada") if find_spec(MODULES.get(name, name))]
@@ -100,15 +101,15 @@ def versions() -> dict[str, str]:
 
 @cache
 def own_versions() -> str:
-    """A digest of them."""
+    """A digest of `versions`."""
     return hashlib.sha256(json.dumps(versions()).encode()).hexdigest()[:8]
 
 
 def commit(*more: Path) -> str:
-    """The commit of the sources and its date; empty if they are of none.
+    """The commit of the sources and its date; empty if they are in no repository.
 
     Args:
-        more: What else of the repository is looked at for changes since the commit.
+        more: Further files to look at for changes since the commit.
     """
 
     def git(*words: str) -> str:
@@ -122,7 +123,7 @@ def commit(*more: Path) -> str:
     if not git("ls-files", "__init__.py"):  # installed, perhaps amid somebody else's repository
         return ""
     name = git("show", "-s", "--format=%h of %cs", "HEAD")
-    # Each by itself: one that is in no repository, or another, is no reason to pass over the rest.
+    # One by one: a file in no repository, or in another, is no reason to pass over the rest.
     places = [".", *(str(path.resolve()) for path in more)]
     changed = any(git("status", "--porcelain", "--", place) for place in places)
     return name + (" with changes that are not committed" if name and changed else "")

@@ -1,4 +1,8 @@
-"""A finished sweep told again: report and page of its tables, by the program as it is now."""
+"""Writes the report of a finished sweep again, from its tables.
+
+Whoever had the files since may have written any text into them, and people paste a printed command
+into a shell. So every command is made anew from values that were checked.
+"""
 
 import shlex
 from pathlib import Path
@@ -6,8 +10,8 @@ from typing import Any
 
 import pyarrow as pa
 
-from drake_quad.errors import InputError
-from drake_quad.sweep.commands import base_in, study_in, sweep_command, with_commands
+from drake_quad.errors import InputError, printable
+from drake_quad.scenario.load import parse_override
 from drake_quad.sweep.findings import summarize_sweep
 from drake_quad.sweep.journal import NAME as JOURNAL
 from drake_quad.sweep.report import check_page, write_section, write_sweep_report
@@ -24,13 +28,15 @@ from drake_quad.sweep.results import (
     read_definition,
     read_plain,
     read_table,
+    strange,
     validate_results,
 )
 from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import study_from
+from drake_quad.sweep.trials import run_command, sweep_command
 from drake_quad.util.files import is_number, read_given_table
 
-# Of the sweep itself, and not of its tables.
+# Findings that the tables do not give.
 KEPT: dict[str, Kind] = {
     "elapsed": (is_number, "a number"),
     "commit": TEXT,
@@ -41,7 +47,9 @@ KEPT: dict[str, Kind] = {
         "a mapping of libraries to their versions",
     ),
 }
-COMMAND: dict[str, Kind] = {  # which findings of before 3f6ff50 do not have
+
+
+COMMAND: dict[str, Kind] = {  # findings older than commit 3f6ff50 have none
     "command": (lambda value: study_in(value) is not None, "`drake-quad sweep STUDY [--limit N]`")
 }
 
@@ -49,11 +57,11 @@ COMMAND: dict[str, Kind] = {  # which findings of before 3f6ff50 do not have
 def rebuild_report(directory: Path, page: Path | None = None) -> dict[str, Any]:
     """Writes report.html of a finished sweep again, and its section of a page.
 
-    What is told is of its tables and of the commit that made them, whatever the program is now.
+    The figures are those of its tables and of the commit that made them.
 
     Args:
-        directory: The sweep's.
-        page: Markdown page to write its section of, which has the name of the study's file.
+        directory: The sweep's directory.
+        page: Markdown page to write its section of, under the name of the study's file.
 
     Returns:
         The findings, as in sweep.json.
@@ -64,7 +72,7 @@ def rebuild_report(directory: Path, page: Path | None = None) -> dict[str, Any]:
     if not (directory / FINDINGS).exists() and (directory / JOURNAL).exists():
         raise _unfinished(directory)
     kept = read_plain(directory, FINDINGS, KEPT, perhaps=COMMAND)
-    # What a sweep's section is called: as its study's file, or as its directory if not known.
+    # The section has the name of the study's file, or of the directory if that is not known.
     file = study_in(kept.get("command"))
     name = directory.resolve().name if file is None else Path(file).stem
     if page is not None:
@@ -75,13 +83,16 @@ def rebuild_report(directory: Path, page: Path | None = None) -> dict[str, Any]:
     table = read_table(directory)
     validate_results(study, table, str(directory / TRIALS))
     table = with_commands(table, base, str(directory / TRIALS))
-    told = {**kept, **summarize_sweep(study, table, clock)}
-    write_sweep_report(study, told, directory)
+    findings = {**kept, **summarize_sweep(study, table, clock)}
+    write_sweep_report(study, findings, directory)
     if page is not None:
         write_section(
-            page, told, told.get("command", sweep_command(f"studies/{name}.yaml", None)), name
+            page,
+            findings,
+            findings.get("command", sweep_command(f"studies/{name}.yaml", None)),
+            name,
         )
-    return told
+    return findings
 
 
 def _study(directory: Path) -> Study:
@@ -97,7 +108,7 @@ def _read_clock(directory: Path) -> pa.Table:
             raise _error(directory, CLOCK, f"cannot be read: {reason}") from None
         raise _error(directory, CLOCK, "is not there, cut short or not Parquet") from None
     for name, kind in CLOCK_COLUMNS.items():
-        if name in clock.column_names or name != "held":  # which older sweeps did not measure
+        if name in clock.column_names or name != "held":  # older sweeps did not measure it
             check_column(clock, name, kind, str(directory / CLOCK), gaps=True)
     return clock
 
@@ -115,3 +126,62 @@ def _unfinished(directory: Path) -> InputError:
 def _error(directory: Path, name: str, what: str) -> InputError:
     where = str(directory / name)
     return InputError(source=str(directory), field=name, value=where, remedy=f"{what}; {REMEDY}")
+
+
+def study_in(command: Any) -> str | None:
+    """The study's file in a command that `sweep_command` made; None if it made no such command."""
+    try:
+        words = shlex.split(command)
+        study, limit = words[2], int(words[4]) if len(words) == 5 else None
+    except (ValueError, IndexError, AttributeError):
+        return None
+    plain = _is_name(study) and (limit is None or limit > 0)
+    return study if plain and sweep_command(study, limit) == command else None
+
+
+def base_in(plain: dict[str, Any], source: str) -> str:
+    """The name of the sweep's scenario.
+
+    Args:
+        plain: Contents of study.json.
+        source: Path of study.json.
+
+    Raises:
+        InputError: No command could have such a name.
+    """
+    name = plain.get("base")
+    if not (isinstance(name, str) and _is_name(name)):
+        remedy = f"must be a scenario's name or file, in one line; {REMEDY}"
+        raise InputError(source=source, field="base", value=name, remedy=remedy)
+    return name
+
+
+def with_commands(table: pa.Table, base: str, source: str) -> pa.Table:
+    """The table of trials with each trial's command made of its overrides.
+
+    Args:
+        table: The table, as `read_table` returned it.
+        base: Name of the scenario, as `base_in` returned it.
+        source: The table's file.
+
+    Raises:
+        InputError: The column of overrides holds something else.
+    """
+    commands = []
+    for overrides in table["overrides"].to_pylist():
+        for text in overrides:
+            try:
+                parse_override(text)
+                fits = printable(text) == text
+            except (InputError, TypeError):
+                fits = False
+            if not fits:
+                raise strange(source, "overrides", text, "must be overrides, path=value, each")
+        commands.append(run_command(base, overrides))
+    column = table.column_names.index("command")
+    return table.set_column(column, "command", pa.array(commands, type=pa.string()))
+
+
+def _is_name(word: str) -> bool:
+    """Whether it can be a file's name in a command: no option, and one line."""
+    return bool(word) and not word.startswith("-") and printable(word) == word

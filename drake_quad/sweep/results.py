@@ -1,4 +1,7 @@
-"""A sweep's tables of trials and of times: written, read, checked."""
+"""A sweep's tables: trials.parquet, alike wherever it was carried out, and clock.parquet.
+
+Whoever had the files since may have changed them: all that is read is checked.
+"""
 
 import json
 from collections.abc import Callable, Mapping
@@ -27,11 +30,6 @@ from drake_quad.util.files import (
 )
 from drake_quad.util.yaml_io import conform
 
-# ------------------------------------------------------------------------------------------------
-# The tables of a sweep: trials.parquet, the same whoever carried them out, and clock.parquet.
-# ------------------------------------------------------------------------------------------------
-
-
 TRIALS, CLOCK = "trials.parquet", "clock.parquet"
 CLOCK_COLUMNS = {
     "wall": pa.float64(),
@@ -43,11 +41,46 @@ CLOCK_COLUMNS = {
 }
 Result = dict[str, Any]
 
+REMEDY = "give the directory of a finished `drake-quad sweep`"
+TYPES = {
+    pa.int64(): "whole numbers",
+    pa.float64(): "numbers",
+    pa.bool_(): "true or false",
+    pa.string(): "text",
+    pa.list_(pa.string()): "lists of text",
+}
+
+Kind = tuple[Callable[[Any], bool], str]  # whether a value is of that kind, and its name
+TEXT: Kind = (lambda value: isinstance(value, str), "text")
+TRUTH: Kind = (lambda value: isinstance(value, bool), "true or false")
+MAPPING: Kind = (lambda value: isinstance(value, dict), "a mapping")
+_LIST: Kind = (lambda value: isinstance(value, list), "a list")
+_CASES: Kind = (
+    lambda value: (
+        isinstance(value, dict)
+        and all(isinstance(case, list) for case in value.values())
+        and all(isinstance(text, str) for case in value.values() for text in case)
+    ),
+    "a mapping of names to lists of overrides",
+)
+
+# Columns that every reader needs, and their types.
+READ = {
+    "index": pa.int64(),
+    "seed": pa.int64(),
+    "success": pa.bool_(),
+    "outcome": pa.string(),
+    "reason": pa.string(),
+    "overrides": pa.list_(pa.string()),
+}
+
+FINDINGS, STUDY, REPORT = "sweep.json", "study.json", "report.html"
+
 
 def fitting(study: Study) -> Callable[[Result], bool]:
-    """What says whether a result, with its index, can be one of this study's.
+    """Makes the check whether a result, with its index, can be one of this study's.
 
-    That is, whether the tables can be made of it: a line of a journal may be spoilt.
+    A line of a journal may be damaged: tables can be made only of results that pass.
     """
     count, figures = count_trials(study), set(figures_of(study))
     whole = {name for name, kind in CLOCK_COLUMNS.items() if kind == pa.int64()}
@@ -69,12 +102,12 @@ def fitting(study: Study) -> Callable[[Result], bool]:
 
 
 def trials_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
-    """One row a trial that is done, by index, of nothing that another run would have otherwise.
+    """One row for each trial that is done, by index, without anything that differs between runs.
 
     Args:
-        study: Checked.
+        study: The study.
         base: Its scenario.
-        done: What came of the trials, by index.
+        done: Results of the trials, by index.
     """
     names = {"index": pa.int64(), "seed": pa.int64(), "success": pa.bool_()}
     names |= dict.fromkeys(("outcome", "reason", "mode"), pa.string())
@@ -107,9 +140,9 @@ def trials_table(study: Study, base: Base, done: dict[int, Result]) -> pa.Table:
 
 
 def clock_table(done: dict[int, Result]) -> pa.Table:
-    """Seconds, memory [GiB], process and tries of each trial: of this sweep alone.
+    """Seconds, memory [GiB], process and tries of each trial, which differ from sweep to sweep.
 
-    What a journal of an older program does not have is missing.
+    Values that a journal of an older program does not have are missing.
     """
     order = sorted(done)
     columns = {"index": pa.array(order, type=pa.int64())}
@@ -121,10 +154,10 @@ def clock_table(done: dict[int, Result]) -> pa.Table:
 def write_tables(
     study: Study, base: Base, done: dict[int, Result], out: Path
 ) -> tuple[pa.Table, pa.Table]:
-    """Writes both tables into `out`; neither is ever half.
+    """Writes both tables into `out`, each whole or not at all.
 
     Raises:
-        InputError: They cannot be written, or one of the results is none of the study's.
+        InputError: They cannot be written, or one of the results is not the study's.
     """
     fits = fitting(study)
     for index, result in done.items():
@@ -151,47 +184,18 @@ def _scenario_of(trial: Trial) -> str | None:
 
 
 def type_of(vary: Vary) -> pa.DataType:
-    """Of the column; what is not a number is written as JSON."""
+    """The type of the column; values that are not numbers are written as JSON."""
     way = distribution_of(vary)
     if way in ("uniform", "log_uniform", "normal", "linspace"):
         return pa.float64()
     if way == "integers":
         return pa.int64()
     values = vary.values if vary.values is not None else vary.choice
-    # Whole numbers that are no floats of a table are written as JSON, too, with every digit.
+    # Whole numbers that a float cannot hold are written as JSON, too, with every digit.
     numbers = values is not None and all(
         type(v) is float or (type(v) is int and abs(v) <= MOST_WHOLE) for v in values
     )
     return pa.float64() if numbers else pa.string()
-
-
-# ------------------------------------------------------------------------------------------------
-# Reads what a sweep left, whoever had it since: every value is seen to be of its kind.
-# ------------------------------------------------------------------------------------------------
-
-
-REMEDY = "give the directory of a finished `drake-quad sweep`"
-SAID = {
-    pa.int64(): "whole numbers",
-    pa.float64(): "numbers",
-    pa.bool_(): "true or false",
-    pa.string(): "text",
-    pa.list_(pa.string()): "lists of text",
-}
-
-Kind = tuple[Callable[[Any], bool], str]  # whether a value is of it, and what that is
-TEXT: Kind = (lambda value: isinstance(value, str), "text")
-TRUTH: Kind = (lambda value: isinstance(value, bool), "true or false")
-MAPPING: Kind = (lambda value: isinstance(value, dict), "a mapping")
-_LIST: Kind = (lambda value: isinstance(value, list), "a list")
-_CASES: Kind = (
-    lambda value: (
-        isinstance(value, dict)
-        and all(isinstance(case, list) for case in value.values())
-        and all(isinstance(text, str) for case in value.values() for text in case)
-    ),
-    "a mapping of names to lists of overrides",
-)
 
 
 def read_plain(
@@ -200,10 +204,10 @@ def read_plain(
     """A file of plain values that a sweep left.
 
     Args:
-        directory: The sweep's.
-        name: Of the file.
-        kinds: Of the values that will be read.
-        perhaps: The same of values that need not be there.
+        directory: The sweep's directory.
+        name: Name of the file.
+        kinds: Kinds of the values that must be there.
+        perhaps: Kinds of the values that may be missing.
 
     Raises:
         InputError: It cannot be read, or a value is of another kind.
@@ -220,19 +224,19 @@ def read_plain(
         raise error(f"cannot be read: {problem.strerror}") from None
     if plain is None:
         raise error("is cut short, or no mapping in JSON")
-    for key, (fits, said) in {**kinds, **perhaps}.items():
+    for key, (fits, kind) in {**kinds, **perhaps}.items():
         if not fits(plain.get(key)) and (key in plain or key in kinds):
-            remedy = f"must be {said}; {REMEDY}"
+            remedy = f"must be {kind}; {REMEDY}"
             raise InputError(source=str(path), field=key, value=plain.get(key), remedy=remedy)
     return plain
 
 
 def read_definition(directory: Path, name: str) -> dict[str, Any]:
-    """The study's definition as plain data, its values of the types that a study's are.
+    """The study's definition as plain data, with values of the right types.
 
     Args:
-        directory: The sweep's.
-        name: Of the file that has it.
+        directory: The sweep's directory.
+        name: Name of the file that holds the definition.
 
     Raises:
         InputError: It cannot be read, or a value is of another type.
@@ -240,7 +244,7 @@ def read_definition(directory: Path, name: str) -> dict[str, Any]:
     plain = read_plain(directory, name, {"definition": MAPPING})["definition"]
     source, given = str(directory / name), plain.get("vary")
     varies = given if isinstance(given, list) else []
-    # What varies, the part of it that can be of any type by itself: see FREE.
+    # The fields in FREE can be of any type, and are checked apart.
     free = [
         {key: one[key] for key in FREE if one.get(key) is not None} if isinstance(one, dict) else {}
         for one in varies
@@ -256,9 +260,9 @@ def read_definition(directory: Path, name: str) -> dict[str, Any]:
 
     for k, own in enumerate(free):
         for key, value in own.items():
-            fits, said = _CASES if key == "cases" else _LIST
+            fits, kind = _CASES if key == "cases" else _LIST
             if not fits(value):
-                raise fail(f"vary[{k}].{key}", value, said)
+                raise fail(f"vary[{k}].{key}", value, kind)
     whole = {**plain, "vary": given if rest == [] else rest}
     typed: dict[str, Any] = conform(whole, Study, path="definition", source=source)
     typed["vary"] = [{**one, **own} for one, own in zip(typed["vary"], free, strict=True)]
@@ -276,12 +280,12 @@ def read_definition(directory: Path, name: str) -> dict[str, Any]:
 def check_column(
     table: pa.Table, name: str, kind: pa.DataType, source: str, *, gaps: bool = False
 ) -> None:
-    """Sees that a column is of the type that sweeps write.
+    """Checks that a column is of the type that sweeps write.
 
     Args:
-        table: The file's.
-        name: Of the column.
-        kind: One of SAID.
+        table: The file's table.
+        name: Name of the column.
+        kind: Type of the column, one of TYPES.
         source: The file.
         gaps: Whether values may be missing.
 
@@ -289,33 +293,17 @@ def check_column(
         InputError: It is not there, of another type, or has gaps.
     """
     if name not in table.column_names:
-        raise strange(source, name, None, f"is not there; must be a column of {SAID[kind]}")
+        raise strange(source, name, None, f"is not there; must be a column of {TYPES[kind]}")
     found = table[name]
     if found.type != kind:
-        raise strange(source, name, str(found.type), f"must be a column of {SAID[kind]}")
+        raise strange(source, name, str(found.type), f"must be a column of {TYPES[kind]}")
     if found.null_count and not gaps:
-        raise strange(source, name, None, f"must be {SAID[kind]} in every row")
+        raise strange(source, name, None, f"must be {TYPES[kind]} in every row")
 
 
 def strange(source: str, name: str, value: Any, what: str) -> InputError:
-    """Of a column that sweeps do not write so."""
+    """The error about a column that no sweep writes so."""
     return InputError(source=source, field=name, value=value, remedy=f"{what}; {REMEDY}")
-
-
-# ------------------------------------------------------------------------------------------------
-# A sweep's table of trials, read again: whole, and as sweeps write it.
-# ------------------------------------------------------------------------------------------------
-
-
-# Columns that are read again, whatever for; of what they are, and how to say that.
-READ = {
-    "index": pa.int64(),
-    "seed": pa.int64(),
-    "success": pa.bool_(),
-    "outcome": pa.string(),
-    "reason": pa.string(),
-    "overrides": pa.list_(pa.string()),
-}
 
 
 def read_table(directory: Path) -> pa.Table:
@@ -332,11 +320,11 @@ def read_table(directory: Path) -> pa.Table:
 
     try:
         table = read_given_table(path)
-        table.validate(full=True)  # text is read as such only now
+        table.validate(full=True)  # whether text is text is seen only now
     except FileNotFoundError:
         raise error(f"not there; {REMEDY}") from None
     except (OSError, ValueError, pa.ArrowException) as problem:
-        if isinstance(problem, OSError) and problem.strerror:  # else it is what Arrow says of bytes
+        if isinstance(problem, OSError) and problem.strerror:  # Arrow's own errors have none
             raise error(f"cannot be read: {problem.strerror}") from None
         raise error("is cut short or not Parquet") from None
     if not set(table.column_names) >= READ.keys():
@@ -358,27 +346,22 @@ def read_table(directory: Path) -> pa.Table:
 
 
 def values_of(vary: Vary, table: pa.Table) -> list[Any]:
-    """What the trials have of it, as it was before it was written."""
+    """The value that each trial has of `vary`, as it was before it was written."""
     column = table[f"vary.{vary.title}"]
     values = column.to_pylist()
     return [json.loads(value) for value in values] if column.type == pa.string() else values
 
 
-# ------------------------------------------------------------------------------------------------
-# Whether a sweep's table that was read is that of its study, in all that is told of it.
-# ------------------------------------------------------------------------------------------------
-
-
 def validate_results(study: Study, table: pa.Table, source: str) -> None:
-    """Sees that a table that was read is the study's, in all that `tell` reads.
+    """Checks that a table that was read is the study's, in all that `summarize_sweep` reads.
 
     Args:
-        study: Checked.
-        table: Of `read_table`.
-        source: Its file.
+        study: The study.
+        table: The table, as `read_table` returned it.
+        source: The table's file.
 
     Raises:
-        InputError: The first column that is not.
+        InputError: The error names the first column that is not.
     """
     varied = {f"vary.{vary.title}": vary for vary in study.vary}
     figures = {f"figure.{name}" for name in figures_of(study)}
@@ -386,7 +369,7 @@ def validate_results(study: Study, table: pa.Table, source: str) -> None:
         figures.remove(f"figure.{RANKED_BY}")
     for name in table.column_names:
         if name.startswith(("vary.", "figure.")) and name not in {*varied, *figures}:
-            what = "is no column of the study in study.json: the two are of two sweeps"
+            what = "is not a column of the study in study.json: the files are of two sweeps"
             raise strange(source, name, str(table[name].type), what)
     last = max(table["index"].to_pylist(), default=0)
     if last >= count_trials(study):
@@ -405,7 +388,7 @@ def validate_results(study: Study, table: pa.Table, source: str) -> None:
 
 
 def _check_varied(vary: Vary, table: pa.Table, name: str, source: str) -> None:
-    """Sees that the values of a column are such as the study has."""
+    """Checks that the values of a column are ones that the study can have."""
     values, known = table[name].to_pylist(), support_of(vary)
     if distribution_of(vary) in (*GRID, "choice"):
         keys = {json.dumps(one) for one in known} if type_of(vary) == pa.string() else {*known}
@@ -418,11 +401,3 @@ def _check_varied(vary: Vary, table: pa.Table, name: str, source: str) -> None:
         what = f"must be from {low:g} to {high:g}"
     if wrong:
         raise strange(source, name, wrong[0], f"{what}, by study.json")
-
-
-# ------------------------------------------------------------------------------------------------
-# The files of a sweep.
-# ------------------------------------------------------------------------------------------------
-
-
-FINDINGS, STUDY, REPORT = "sweep.json", "study.json", "report.html"

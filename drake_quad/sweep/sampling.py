@@ -1,4 +1,4 @@
-"""Which value each trial of a study has: of study and index alone, so that any machine agrees."""
+"""Which value each trial of a study has: study and index decide it, on any machine alike."""
 
 from collections.abc import Sequence
 from math import ceil, floor
@@ -8,19 +8,19 @@ import numpy as np
 
 from drake_quad.sweep.study import Study, Vary
 
-WIDEST = 4.0  # standard deviations: a normal draw stays within
+WIDEST = 4.0  # standard deviations at which a normal distribution is cut off
 DRAWN = ("uniform", "log_uniform", "normal", "integers", "choice")
 GRID = ("values", "linspace", "cases")
 Value = Any  # what a scenario's field can hold: a number, text, a list, ...
 
 
 def distribution_of(vary: Vary) -> str:
-    """Which of DRAWN and GRID is given; of a checked one there is just one."""
+    """The one of DRAWN and GRID that is given; in a checked study it is just one."""
     return next(way for way in (*DRAWN, *GRID) if getattr(vary, way) is not None)
 
 
 def axis_values(vary: Vary) -> list[Value]:
-    """The values of an axis of the grid, in order; of `cases` their names."""
+    """The values of an axis of the grid, in order; for `cases` their names."""
     if vary.cases is not None:
         return list(vary.cases)
     if vary.linspace is not None:
@@ -53,7 +53,7 @@ def draw(vary: Vary, u: float) -> Value:
 
 
 def _rounded(value: float, vary: Vary) -> float:
-    """To a whole multiple of `step`, one within what is drawn from."""
+    """The nearest whole multiple of `step` between the ends of the distribution."""
     assert vary.step is not None
     count = round(value / vary.step)
     ends = vary.uniform or vary.log_uniform
@@ -61,19 +61,19 @@ def _rounded(value: float, vary: Vary) -> float:
         within = multiples_within(ends, vary.step)
         if within:
             count = min(max(count, within[0]), within[-1])
-    # 0.003 as such, and not as 3 * 0.001, which is another number
+    # 0.003 itself, and not 3 * 0.001, which is another number
     return float(f"{count * vary.step:.12g}")
 
 
 def multiples_within(ends: Sequence[float], step: float) -> range:
-    """How often `step` goes into numbers between the two ends that are multiples of it."""
-    # Ends that are multiples themselves are within, whatever their last digits say.
+    """The whole numbers whose product with `step` lies between the two ends."""
+    # Ends that are multiples themselves count, whatever their last digits are.
     low, high = (round(end / step, 9) for end in ends)
     return range(ceil(low), floor(high) + 1)
 
 
 def support_of(vary: Vary) -> list[Value]:
-    """Values that stand for all that it can have: both ends, or each of a list."""
+    """Values that stand for all possible ones: both ends, or each element of a list."""
     if vary.choice is not None:
         return list(vary.choice)
     if distribution_of(vary) in GRID:
@@ -84,11 +84,11 @@ def support_of(vary: Vary) -> list[Value]:
 class Draws:
     """The draws of a checked study.
 
-    A trial is a cell of the grid and a number of draws in it. Trials go round all cells before a
-    cell's next, so that the first so many trials of a study are a smaller study.
+    A trial is a cell of the grid and a number of draws in it. Trials go through all cells before
+    any cell has its next trial, so that the first trials of a study are a smaller study.
 
     Args:
-        study: Checked.
+        study: The study.
     """
 
     def __init__(self, study: Study) -> None:
@@ -97,11 +97,11 @@ class Draws:
         self.drawn = [vary for vary in study.vary if distribution_of(vary) in DRAWN]
         self._values = [axis_values(vary) for vary in self.axes]
         self.cells = int(np.prod([len(v) for v in self._values], dtype=np.int64))
-        self.count = self.cells * study.trials  # of all trials
+        self.count = self.cells * study.trials  # number of all trials
         self._sobol: dict[int, np.ndarray] = {}  # by cell
 
     def values(self, index: int) -> list[Value]:
-        """What the trial has, in the order of `study.vary`; of `cases` the name."""
+        """The trial's values, in the order of `study.vary`; for `cases` the name."""
         cell = index % self.cells
         places = np.unravel_index(cell, [len(values) for values in self._values])
         of_axis = {
@@ -135,17 +135,17 @@ class Draws:
                 self._sobol[cell] = self._sequence(cell)
             return [float(u) for u in self._sobol[cell][index // self.cells]]
         generator = self._generator(self._number(index))
-        generator.integers(2**31)  # the seed's
+        generator.integers(2**31)  # this number is the trial's seed
         return [float(u) for u in generator.random(len(self.drawn))]
 
     def _sequence(self, cell: int) -> np.ndarray:
-        """(N, d): a cell's sequence, Owen-scrambled by the study's seed and the cell's number.
+        """A cell's Sobol sequence (N, d), Owen-scrambled by the study's seed and the cell's number.
 
         Each cell has its own: every second point of one sequence lies in half of the space.
         """
         key = (cell,) if cell else ()
         generator = np.random.default_rng(np.random.SeedSequence(self.study.seed, spawn_key=key))
-        from scipy.stats import qmc  # half a second, for which a process of trials need not wait
+        from scipy.stats import qmc  # takes half a second, which most processes can save
 
         sequence = qmc.Sobol(len(self.drawn), scramble=True, rng=generator)
         return np.asarray(sequence.random_base2((self.study.trials - 1).bit_length()))

@@ -1,9 +1,10 @@
 """Rates with exact bounds, tests of significance, and caveats.
 
-A test counts things that go well or badly each by its own luck, its units. Where trials have draws
-of their own these are the trials. Where draws are common to all cells of a grid they are the draws:
-one that is hard for the robot may fail in every cell at once, and 35 trials lost by it are evidence
-of one draw. Every test here is two-sided and exact for few units.
+A test counts independent units. These are the trials where each has draws of its own. They are the
+draws where all cells of a grid share them: a draw that is hard for the robot may fail in every cell
+at once, and 35 trials lost by it are evidence of one draw. Every test here is two-sided and exact
+for few units. `scipy.stats` takes half a second to import, so functions import it when they need
+it.
 """
 
 import re
@@ -14,14 +15,17 @@ from math import comb
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest, fisher_exact, permutation_test
-
-# ------------------------------------------------------------------------------------------------
-# How often it works: rates with exact bounds, and why it does not.
-# ------------------------------------------------------------------------------------------------
-
 
 CONFIDENCE = 0.95
+
+SIGNIFICANT = 0.05  # level of significance: below it two rates are called different
+RESAMPLES = 2**16  # all permutations up to this number; beyond it, as many at random
+
+KINEMATIC = "Some trials are kinematic replays without physics, which prove nothing."
+SHARED = (
+    "All cells have the same draws: the bounds hold for each cell alone, and may be too narrow for "
+    "several together."
+)
 
 
 @dataclass(frozen=True)
@@ -29,10 +33,10 @@ class Rate:
     """A rate of success.
 
     Attributes:
-        good: Trials that succeeded.
-        trials: Of how many.
+        good: Number of trials that succeeded.
+        trials: Number of trials.
         low: Clopper and Pearson's exact lower bound (Biometrika 1934), two-sided at 95 %.
-        high: The upper one.
+        high: Clopper and Pearson's exact upper bound.
     """
 
     good: int
@@ -42,7 +46,7 @@ class Rate:
 
     @property
     def rate(self) -> float:
-        """The part that succeeded; nan of no trials."""
+        """The part that succeeded; nan without trials."""
         return self.good / self.trials if self.trials else float("nan")
 
     def text(self) -> str:
@@ -53,7 +57,7 @@ class Rate:
 
 
 def percent(part: float) -> str:
-    """A part of the whole in percent; only all of it is 100, and only nothing 0."""
+    """A part of the whole in percent: 100 stands only for all of it, and 0 only for nothing."""
     text = f"{100.0 * part:.1f}"
     if text == "100.0" and part < 1.0:
         return ">99.9"
@@ -64,42 +68,33 @@ def rate_of(good: int, trials: int) -> Rate:
     """The rate with its bounds."""
     if trials == 0:
         return Rate(0, 0, 0.0, 1.0)
-    from scipy.stats import binomtest  # half a second, for which what needs no rates need not wait
+    from scipy.stats import binomtest
 
     interval = binomtest(good, trials).proportion_ci(confidence_level=CONFIDENCE, method="exact")
     return Rate(good, trials, float(interval.low), float(interval.high))
 
 
 def causes_of(outcomes: Sequence[str], reasons: Sequence[str]) -> list[tuple[str, int]]:
-    """Why trials failed, with how many: reasons that differ in numbers alone count as one."""
-    told = Counter(
+    """Why trials failed, and how many did: reasons that differ in numbers alone count as one."""
+    causes = Counter(
         f"{outcome}: {re.sub(r'-?[0-9]+([.][0-9]+)?(e[-+]?[0-9]+)?', '#', reason)}"
         for outcome, reason in zip(outcomes, reasons, strict=True)
         if outcome != "goal_reached"
     )
-    return sorted(told.items(), key=lambda item: (-item[1], item[0]))
-
-
-# ------------------------------------------------------------------------------------------------
-# Could the difference of two sweeps be chance? Exact tests, of trials or of whole draws.
-# ------------------------------------------------------------------------------------------------
-
-
-SIGNIFICANT = 0.05  # greatest probability of chance at which two rates are called different
-RESAMPLES = 2**16  # all there are, if not more; else so many at random, by the same seed each time
+    return sorted(causes.items(), key=lambda item: (-item[1], item[0]))
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What a test found.
+    """The result of a test of significance.
 
     Attributes:
-        test: Which, in words.
-        unit: Of what it counts: `trial` or `draw`.
-        units: How many it had: of both sweeps if they are paired, else of each.
-        change: Its sign is that of the change: negative if the second sweep is worse.
-        p: How probable so great a difference is by chance, or a greater one.
-        least: What `p` would be at the least, of so many units, if the sweeps differed most.
+        test: Name of the test.
+        unit: What it counts: `trial` or `draw`.
+        units: Number of units: of both sweeps if they are paired, else of each.
+        change: Change from the first sweep to the second: negative if the second is worse.
+        p: Probability of a difference at least as great by chance.
+        least: Smallest possible `p` for as many units, if the sweeps differed most.
     """
 
     test: str
@@ -111,7 +106,7 @@ class Finding:
 
     @property
     def verdict(self) -> str:
-        """Of the second sweep: worse, better, no different; or that so few units tell nothing."""
+        """How the second sweep is: worse, better, no different; or that units are too few."""
         if self.least >= SIGNIFICANT:
             return "cannot be told"
         if self.p >= SIGNIFICANT:
@@ -123,8 +118,10 @@ def paired_trials(changes: Sequence[int]) -> Finding:
     """McNemar's test (Psychometrika 1947), exact: as many are lost as won, but for chance.
 
     Args:
-        changes: Of each trial of both sweeps: -1 lost, 1 won, 0 as before.
+        changes: Change of each trial of both sweeps: -1 lost, 1 won, 0 as before.
     """
+    from scipy.stats import binomtest
+
     lost, won = changes.count(-1), changes.count(1)
     p = float(binomtest(lost, lost + won).pvalue) if lost + won else 1.0
     units = (len(changes),)
@@ -140,10 +137,10 @@ def paired_draws(changes: Sequence[int]) -> Finding:
     takes three draws that win a trial each for more than one that loses thirty.
 
     Args:
-        changes: Of each draw of both sweeps, how many more of its trials were won than lost.
+        changes: Trials won minus trials lost, for each draw of both sweeps.
     """
     changed = np.array([change for change in changes if change], dtype=float)
-    # Of one that changed either sign is as extreme; and the library wants two.
+    # With one change either sign is as extreme; and the library needs two.
     p = _permuted((changed,), _total, "samples") if len(changed) > 1 else 1.0
     units = (len(changes),)
     least = _least_paired(units[0])
@@ -154,9 +151,11 @@ def apart_trials(good: Sequence[int], trials: Sequence[int]) -> Finding:
     """Fisher's exact test of two rates.
 
     Args:
-        good: How many trials succeeded, in either sweep.
-        trials: Of how many.
+        good: Number of trials that succeeded, in either sweep.
+        trials: Number of trials, in either sweep.
     """
+    from scipy.stats import fisher_exact
+
     bad = [trials[k] - good[k] for k in (0, 1)]
     p = float(fisher_exact([[good[0], bad[0]], [good[1], bad[1]]]).pvalue)
     least = float(fisher_exact([[trials[0], 0], [0, trials[1]]]).pvalue)
@@ -167,15 +166,15 @@ def apart_trials(good: Sequence[int], trials: Sequence[int]) -> Finding:
 def apart_draws(before: Sequence[float], after: Sequence[float]) -> Finding:
     """Pitman's permutation test (J. R. Stat. Soc. Suppl. 1937) of the mean over draws.
 
-    Without a difference any draw could be of either sweep. That holds if draws are alike but for
-    their luck: each has all cells of a grid, of as many cells in both.
+    Without a difference any draw could belong to either sweep. That holds if draws differ by chance
+    alone: each has all cells of a grid, and both grids have as many cells.
 
     Args:
-        before: The rate of each draw of the first sweep.
-        after: Of the second.
+        before: Rate of each draw of the first sweep.
+        after: Rate of each draw of the second sweep.
     """
     units = (len(before), len(after))
-    if min(units) < 2:  # the library wants two of each
+    if min(units) < 2:  # the library needs two of each
         return Finding("permutation test", "draw", units, 0.0, 1.0, 1.0)
     change = float(np.mean(after) - np.mean(before))
     p = _permuted((np.array(after), np.array(before)), _gap, "independent")
@@ -184,11 +183,13 @@ def apart_draws(before: Sequence[float], after: Sequence[float]) -> Finding:
 
 
 def _least_paired(units: int) -> float:
-    """All change one way: 2 of 2^n choices of signs are as extreme."""
+    """The smallest p of n pairs: all change one way, as 2 of 2^n choices of signs have it."""
     return min(1.0, 2.0 * 0.5**units)
 
 
 def _permuted(data: tuple[np.ndarray, ...], statistic: Any, how: str) -> float:
+    from scipy.stats import permutation_test
+
     found = permutation_test(
         data, statistic, permutation_type=how, n_resamples=RESAMPLES, batch=4096, vectorized=True,
         rng=0,
@@ -204,62 +205,52 @@ def _gap(one: np.ndarray, other: np.ndarray, axis: int) -> Any:
     return np.mean(one, axis=axis) - np.mean(other, axis=axis)
 
 
-# ------------------------------------------------------------------------------------------------
-# What has to be said beside a rate wherever it stands: console, report, published sections.
-# ------------------------------------------------------------------------------------------------
-
-
-KINEMATIC = "Kinematic trials are among them: no physics, so they prove nothing."
-SHARED = (
-    "All cells have the same draws: bounds hold in each alone, and may be too narrow over several."
-)
-
-
-def caveats_of(told: dict[str, Any]) -> list[str]:
-    """Sentences without which the rate would say more than was found.
+def caveats_of(findings: dict[str, Any]) -> list[str]:
+    """Sentences that must stand beside the rate, lest it say more than was found.
 
     Args:
-        told: The findings of a sweep, as of `tell`.
+        findings: The findings of a sweep, as `summarize_sweep` returns them.
     """
     lines = []
-    if not told["complete"]:
-        lines.append(f"{told['trials']} of the {told['asked']} trials of the study are done.")
-    if told["given_up"]:
+    if not findings["complete"]:
         lines.append(
-            f"{told['given_up']} that began before others of them are not done: those that end "
-            "early are more of these than of all."
+            f"{findings['trials']} of the {findings['asked']} trials of the study are done."
         )
-    if told["kinematic"]:
-        lines.append(KINEMATIC)
-    if told["sharing"] > 1:
-        lines.append(SHARED)
-    if told["repeats"]:
+    if findings["given_up"]:
         lines.append(
-            f"{told['repeats']} came out exactly as another of the same cell: nothing in them is "
-            "random, they are no evidence of their own, and the bounds are too narrow."
+            f"{findings['given_up']} trials that began earlier are not done: trials that end early "
+            "are overrepresented, and a fall ends a trial early."
+        )
+    if findings["kinematic"]:
+        lines.append(KINEMATIC)
+    if findings["sharing"] > 1:
+        lines.append(SHARED)
+    if findings["repeats"]:
+        lines.append(
+            f"{findings['repeats']} trials ended exactly as another of the same cell: nothing in "
+            "them is random, so they are no further evidence, and the bounds are too narrow."
         )
     return lines
 
 
-# ------------------------------------------------------------------------------------------------
-# How a rate is judged: by what was asked for, in words and as a colour.
-# ------------------------------------------------------------------------------------------------
-
-
-def gate_words(told: dict[str, Any]) -> str:
-    """What was asked for, and whether it was kept; nothing of a study that asks for nothing."""
-    if told["gate"] is None or told["passed"] is None:
+def gate_words(findings: dict[str, Any]) -> str:
+    """The gate in words, and whether it was passed; empty if the study has none."""
+    if findings["gate"] is None or findings["passed"] is None:
         return ""
-    of = "" if told["gate_each"] is None else f" of each {told['gate_each']}"
-    word = ("kept" if told["passed"] else "missed") + ("" if told["complete"] else " so far")
-    none = f"; no trial of {', '.join(told['gate_untried'])}" if told["gate_untried"] else ""
-    return f"asked for at least {100 * told['gate']:g} %{of}: {word}{none}"
+    of = "" if findings["gate_each"] is None else f" of each {findings['gate_each']}"
+    word = ("passed" if findings["passed"] else "missed") + (
+        "" if findings["complete"] else " so far"
+    )
+    none = (
+        f"; no trial of {', '.join(findings['gate_untried'])}" if findings["gate_untried"] else ""
+    )
+    return f"gate of at least {100 * findings['gate']:g} %{of}: {word}{none}"
 
 
-def grade(told: dict[str, Any]) -> str:
-    """The rate's colour: good, warn or bad; without a gate all have to succeed."""
-    rate = told["rate"]
-    if told["passed"] is False or not rate["good"]:
+def grade(findings: dict[str, Any]) -> str:
+    """The rate's colour: good, warn or bad; without a gate all trials have to succeed."""
+    rate = findings["rate"]
+    if findings["passed"] is False or not rate["good"]:
         return "bad"
-    well = told["passed"] if told["gate"] is not None else rate["good"] == rate["trials"]
-    return "good" if well and told["complete"] and not told["kinematic"] else "warn"
+    well = findings["passed"] if findings["gate"] is not None else rate["good"] == rate["trials"]
+    return "good" if well and findings["complete"] and not findings["kinematic"] else "warn"

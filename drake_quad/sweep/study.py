@@ -1,7 +1,7 @@
 """A study and its fields, and the scenario that it varies.
 
-docs/sweeps.md lists them. Plain dataclasses, checked by `study_loading.py` once; after that nobody
-writes to them.
+docs/sweeps.md lists the fields. The classes are plain dataclasses; `study_loading.py` checks them
+once, and after that nothing writes to them.
 """
 
 import os
@@ -13,29 +13,25 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, parse_scenario
 from drake_quad.util.files import MOST_YAML, is_given, read_given_text, user_path
 
-# ------------------------------------------------------------------------------------------------
-# A study's fields, as its YAML file fills them: what varies, how often, and what counts.
-# ------------------------------------------------------------------------------------------------
-
 
 @dataclass
 class Vary:
-    """One thing that differs between trials: exactly one of the ways from `uniform` to `cases`.
+    """One thing that differs between trials, in exactly one of the ways from `uniform` to `cases`.
 
     Attributes:
-        path: The scenario's field, for example `course[1].rise`; none with `cases`.
+        path: The scenario's field, for example `course[1].rise`; empty with `cases`.
         also: Further fields that get the same value.
-        name: What reports call it; the path if none.
-        uniform: Drawn evenly between two numbers.
-        log_uniform: The same, but evenly in the logarithm.
-        normal: Drawn by mean and standard deviation, within four of them.
-        integers: A whole number, from the first to the last, both counted.
-        choice: One of these, each as likely.
-        values: All of these in turn: an axis of the grid.
-        linspace: From, to, how many: an axis of the grid.
-        cases: By name, overrides that go together: an axis of the grid.
-        step: A drawn number is rounded to whole multiples of it.
-        bands: Into how many bands a drawn number is parted in reports.
+        name: Name in reports; the path if empty.
+        uniform: Lower and upper end of a uniform distribution.
+        log_uniform: Lower and upper end of a distribution that is uniform in the logarithm.
+        normal: Mean and standard deviation of a normal distribution, cut off at four deviations.
+        integers: First and last of the whole numbers to draw from, both included.
+        choice: Values to draw from, each as likely.
+        values: Values of an axis of the grid.
+        linspace: First value, last value and number of values of an axis of the grid.
+        cases: Lists of overrides that go together, by name: an axis of the grid.
+        step: Drawn numbers are rounded to whole multiples of it.
+        bands: Number of bands into which reports divide drawn numbers.
     """
 
     path: str = ""
@@ -54,7 +50,7 @@ class Vary:
 
     @property
     def title(self) -> str:
-        """What to call it."""
+        """Its name in reports."""
         return self.name or self.path
 
 
@@ -64,8 +60,8 @@ class SuccessBound:
 
     Attributes:
         figure: Dotted path in summary.json, for example `margin.minimum`.
-        least: It must be at least this.
-        most: It must be at most this.
+        least: Smallest value that counts as success.
+        most: Largest value that counts as success.
     """
 
     figure: str = ""
@@ -75,13 +71,13 @@ class SuccessBound:
 
 @dataclass
 class Limits:
-    """What a trial may take before it is ended, and counted as such.
+    """Limits at which a trial is ended, and counted as a timeout or as out of memory.
 
     Attributes:
-        wall_time: [s]
-        memory: Of its process [GiB].
-        retries: How often a trial is tried again whose process somebody else ended.
-        recycle: After so many trials a process is replaced by a new one.
+        wall_time: Wall time of a trial [s].
+        memory: Memory of a trial's process [GiB].
+        retries: How often a trial is tried again if its process was ended from outside.
+        recycle: Number of trials after which a process is replaced by a new one.
     """
 
     wall_time: float = 1800.0
@@ -92,11 +88,12 @@ class Limits:
 
 @dataclass
 class Gate:
-    """What `drake-quad sweep` asks of the study to exit with 0.
+    """What the study must reach for `drake-quad sweep` to exit with 0.
 
     Attributes:
-        rate: Least part of the trials that succeed, in [0, 1]; none: nothing is asked.
-        each: Name or path of what varies, of each of whose bands that is asked; none: of all.
+        rate: Smallest rate of success that passes, in [0, 1]; None if there is no gate.
+        each: Name or path of what varies: each of its bands must reach the rate. None if the rate
+            is that of all trials.
     """
 
     rate: float | None = None
@@ -105,22 +102,22 @@ class Gate:
 
 @dataclass
 class Study:
-    """Which runs, and what of them counts.
+    """Which runs to carry out, and what counts as success.
 
     Attributes:
-        description: What it asks, in a line.
+        description: The question of the study, in a line.
         scenario: A shipped scenario's name, or a file, relative to the study's.
         set: Overrides of every trial, `path=value` each.
         vary: What differs between trials.
-        trials: How many to each cell of the grid; in all if there is no grid.
-        seed: Of all draws.
+        trials: Number of trials in each cell of the grid; in all if there is no grid.
+        seed: Seed of all draws.
         sampling: `random`, or `sobol` for draws that fill their space evenly.
         draws: `independent`, or `common`: each cell of the grid has the same draws and seeds.
-        success: What a trial must keep besides reaching the goal.
-        figures: Which figures of summary.json the table keeps, by dotted path.
+        success: Bounds that a trial must keep besides reaching the goal.
+        figures: Figures of summary.json that the table keeps, by dotted path.
         maps: Pairs of what varies, by path or name, to draw a heat map of.
-        limits: Of each trial.
-        gate: Of the whole study.
+        limits: Limits of each trial.
+        gate: Rate of success that the whole study must reach.
     """
 
     description: str = ""
@@ -138,24 +135,19 @@ class Study:
     gate: Gate = field(default_factory=Gate)
 
     def by_name(self) -> dict[str, Vary]:
-        """What varies, by its names and its paths."""
+        """What varies, by name and by path."""
         return {name: vary for vary in self.vary for name in (vary.path, vary.title) if name}
-
-
-# ------------------------------------------------------------------------------------------------
-# The scenario that a study varies.
-# ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Base:
-    """The scenario that a study varies, so that any process has it.
+    """The scenario that a study varies, in a form that any process can load.
 
     Attributes:
-        name: As on the command line.
-        text: The file's; None of a shipped scenario.
-        directory: From which the robot's file is looked up.
-        here: The same, where an override names it: as on the command line.
+        name: Name or file, as on the command line.
+        text: Text of the file; None if the scenario is a shipped one.
+        directory: Directory that a robot's file in the scenario is relative to.
+        here: Directory that a robot's file in an override is relative to.
     """
 
     name: str
@@ -186,5 +178,5 @@ def find_base(study: Study, *, directory: Path) -> Base:
             return Base(study.scenario)
         text = read_given_text(path, most=MOST_YAML)
     except (OSError, ValueError):
-        return Base(str(path))  # whose loading says what is wrong with it
+        return Base(str(path))  # loading it will say what is wrong
     return Base(str(path), text, str(path.parent.resolve()))

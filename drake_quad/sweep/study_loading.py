@@ -29,16 +29,23 @@ from drake_quad.sweep.study import Base, Gate, Limits, Study, SuccessBound, Vary
 from drake_quad.util.files import MOST_YAML, read_given_text, user_path
 from drake_quad.util.yaml_io import conform, parse_yaml
 
-# ------------------------------------------------------------------------------------------------
-# What one thing that varies must be: its path, its one way, and that way's numbers.
-# ------------------------------------------------------------------------------------------------
-
-
 MOST_BANDS = 50
 LONGEST_AXIS = 10_000
-MOST_WHOLE = 2**53  # up to which every whole number is a number of a table
+MOST_WHOLE = 2**53  # up to it a float holds every whole number
 
 Fail = Callable[[str, Any, str], InputError]
+
+MOST_TRIALS = 1_000_000
+MOST_AXES = 32  # numpy's arrays have up to 64
+MOST_VARIED = 100  # fields of the scenario that differ between trials
+SEED = ("simulation", "seed")
+
+Steps = tuple[str | int, ...]
+
+_PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
+MOST_TRIED = 300  # values that a study is checked with; loading a scenario takes 0.02 s
+# Fields of any type: they are checked here, or by the scenario itself.
+FREE = ("choice", "values", "cases")
 
 
 def check_vary(vary: Vary, at: str, fail: Fail) -> None:
@@ -46,8 +53,8 @@ def check_vary(vary: Vary, at: str, fail: Fail) -> None:
     given = [way for way in (*DRAWN, *GRID) if getattr(vary, way) is not None]
     if len(given) != 1:
         words = ", ".join((*DRAWN, *GRID))
-        told = " and ".join(given) or "none of them"
-        raise fail(at, vary.title, f"must have one of {words}; has {told}")
+        has = " and ".join(given) or "none of them"
+        raise fail(at, vary.title, f"must have one of {words}; has {has}")
     (way,) = given
     value = getattr(vary, way)
     if way == "cases":
@@ -78,13 +85,13 @@ def check_vary(vary: Vary, at: str, fail: Fail) -> None:
 
 
 def _has_one_twice(values: list[Any]) -> bool:
-    """Numbers are compared as such; beside anything else true, 1 and 1.0 are three."""
+    """Whether a value occurs twice: numbers compare as such; else true, 1 and 1.0 differ."""
     numbers = all(type(value) in (int, float) for value in values)
     return len(set(values if numbers else map(json.dumps, values))) != len(values)
 
 
 def _check_step(vary: Vary, step: float, field: str, fail: Fail) -> None:
-    """What is drawn is a number of steps that can be counted."""
+    """Checks that draws are a number of steps that a float can hold."""
     drawn = vary.uniform or vary.log_uniform or vary.normal or [0.0]
     reach = max(map(abs, drawn)) * (1.0 if vary.normal is None else 1.0 + WIDEST)
     if not reach / step < MOST_WHOLE:
@@ -97,7 +104,7 @@ def _check_step(vary: Vary, step: float, field: str, fail: Fail) -> None:
 
 
 def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
-    """The numbers of those ways that have two or three."""
+    """Checks the numbers of the ways that have two or three."""
     value = getattr(vary, way)
     if way in ("uniform", "log_uniform", "integers"):
         if len(value) != 2 or not value[0] < value[1]:
@@ -119,32 +126,19 @@ def _check_numbers(vary: Vary, way: str, field: str, fail: Fail) -> None:
 
 
 def check_override(text: str, field: str, fail: Fail) -> None:
-    """The same of an override."""
+    """Raises what `fail` makes of an override that cannot be read."""
     try:
         parse_override(text)
     except InputError as error:
         raise fail(field, text, error.remedy) from None
 
 
-# ------------------------------------------------------------------------------------------------
-# What a study's values must be: checked once, after reading, by their paths.
-# ------------------------------------------------------------------------------------------------
-
-
-MOST_TRIALS = 1_000_000
-MOST_AXES = 32  # numpy's arrays have up to 64
-MOST_VARIED = 100  # fields of the scenario that differ between trials
-SEED = ("simulation", "seed")
-
-Steps = tuple[str | int, ...]
-
-
 def check_study(study: Study, *, source: str) -> None:
     """Raises `InputError` at the first value that no study can have.
 
     Args:
-        study: As read; its types are right.
-        source: What the error names as the holder of the field, the file.
+        study: The study as it was read, with values of the right types.
+        source: The file, which the error names.
     """
 
     def fail(field: str, value: Any, remedy: str) -> InputError:
@@ -189,7 +183,7 @@ def check_study(study: Study, *, source: str) -> None:
 
 
 def _check_names(study: Study, fail: Fail) -> None:
-    """Nothing is varied twice, nor what it is part of, and maps name what varies."""
+    """Checks that nothing varies twice, whole or in part, and that maps name what varies."""
     titles: set[str] = set()
     seen: dict[Steps, int] = {}
     for k, vary in enumerate(study.vary):
@@ -200,9 +194,9 @@ def _check_names(study: Study, fail: Fail) -> None:
         if len({_steps_of(path) for path in own}) != len(own):
             raise fail(f"vary[{k}].also", vary.also, "names a path twice")
         cases = (vary.cases or {}).values()
-        told = [*own, *(text.partition("=")[0] for overrides in cases for text in overrides)]
+        paths = [*own, *(text.partition("=")[0] for overrides in cases for text in overrides)]
         mine: dict[Steps, int] = {}
-        for path in told:
+        for path in paths:
             steps = _steps_of(path)
             for before, j in seen.items() if steps not in mine else ():
                 if all(a == b for a, b in zip(steps, before, strict=False)):
@@ -225,7 +219,7 @@ def _steps_of(path: str) -> Steps:
 
 
 def _check_counts(study: Study, fail: Fail) -> None:
-    """Trials are neither none nor too many, nor all the same."""
+    """Checks that trials are neither none, nor too many, nor all alike."""
     if study.trials < 1:
         raise fail("trials", study.trials, "must be 1 or more")
     grid = [vary for vary in study.vary if distribution_of(vary) in GRID]
@@ -244,9 +238,12 @@ def _check_counts(study: Study, fail: Fail) -> None:
 
 
 def _seeds(study: Study) -> bool:
-    """Whether an override, or a value of the grid, has the seed of its trials."""
-    told = [*study.set, *(o for v in study.vary for case in (v.cases or {}).values() for o in case)]
-    given = [(one.steps, one.value) for one in map(parse_override, told)]
+    """Whether an override, or a value of the grid, sets the seed of its trials."""
+    texts = [
+        *study.set,
+        *(o for v in study.vary for case in (v.cases or {}).values() for o in case),
+    ]
+    given = [(one.steps, one.value) for one in map(parse_override, texts)]
     for vary in study.vary:
         steps = [_steps_of(path) for path in (vary.path, *vary.also) if path]
         given += [(own, value) for own in steps for value in axis_values(vary)[:1]]
@@ -257,7 +254,7 @@ def _seeds(study: Study) -> bool:
 
 
 def _check_figures(study: Study, fail: Fail) -> None:
-    """Figures are named, once each, and are the same whenever a trial is run."""
+    """Checks that figures exist, are named once, and do not depend on the machine."""
     for k, bound in enumerate(study.success):
         if not bound.figure:
             raise fail(f"success[{k}].figure", "", "must name a figure of summary.json")
@@ -280,17 +277,6 @@ def _check_figures(study: Study, fail: Fail) -> None:
             raise fail(field, figure, f"{remedy} (docs/log_format.md lists them)")
     if len(set(study.figures)) != len(study.figures):
         raise fail("figures", study.figures, "names one twice")
-
-
-# ------------------------------------------------------------------------------------------------
-# Studies: read from YAML, and checked against the scenario that they vary.
-# ------------------------------------------------------------------------------------------------
-
-
-_PAIR = re.compile(r"\\ud[89ab][0-9a-f]{2}\\ud[c-f][0-9a-f]{2}")
-MOST_TRIED = 300  # values that a study is checked with; loading a scenario takes some 0.02 s
-# What conform cannot know the types of: they are checked here, or by the scenario itself.
-FREE = ("choice", "values", "cases")
 
 
 def load_study_and_base(path: str | Path) -> tuple[Study, Base]:
@@ -316,7 +302,7 @@ def parse_study(text: str, *, source: str) -> Study:
     """A study from its YAML text, checked by itself.
 
     Raises:
-        InputError: Anything in it that cannot be used.
+        InputError: Something in it cannot be used.
     """
     if not text.strip():
         remedy = "empty: a study needs a scenario at least"
@@ -339,11 +325,11 @@ def parse_study(text: str, *, source: str) -> Study:
 def check_against(study: Study, base: Base, *, source: str) -> None:
     """Loads the scenario as it is, and with each thing that varies at its ends.
 
-    Two values that each can be and together cannot are found by the trials that have them; so are,
-    of a very long list, those between the ones that are tried.
+    Values that are possible alone and impossible together come to light in their trials. So do
+    impossible values of a very long list that lie between those that are tried here.
 
     Raises:
-        InputError: The first that cannot be loaded, with what the scenario says of it.
+        InputError: The error names the first value that cannot be loaded, and why.
     """
     base.load(study.set)
     for k, vary in enumerate(study.vary):
@@ -360,7 +346,7 @@ def check_against(study: Study, base: Base, *, source: str) -> None:
 
 
 def _spread(values: list[Value], most: int) -> list[Value]:
-    """All of the values, or evenly spaced ones of them, the first and the last as well."""
+    """All values if they are few, else evenly spaced ones with the first and the last."""
     if len(values) <= most:
         return values
     return [values[round(k * (len(values) - 1) / (most - 1))] for k in range(most)]
@@ -374,10 +360,10 @@ def overrides_of(vary: Vary, value: Value) -> list[str]:
 
 
 def value_text(value: Value) -> str:
-    """A value as an override has it: YAML in one line, every digit of a number."""
+    """A value as it stands in an override: YAML in one line, numbers with every digit."""
     if isinstance(value, str) and value.isidentifier() and yaml.safe_load(value) == value:
         return value
-    # JSON has the rarer letters as two surrogates each, of which YAML knows nothing.
+    # JSON writes the rarer letters as two surrogates each, which YAML does not know.
     return _PAIR.sub(_as_one, json.dumps(value))
 
 
@@ -392,10 +378,10 @@ def as_plain(study: Study) -> dict[str, Any]:
 
 
 def study_from(plain: dict[str, Any], *, source: str) -> Study:
-    """The study that `as_plain` made this of, checked by itself.
+    """The study whose `as_plain` this is, checked by itself.
 
     Raises:
-        InputError: It was made of none.
+        InputError: It is not a study's.
     """
     try:
         more = {
@@ -413,7 +399,7 @@ def study_from(plain: dict[str, Any], *, source: str) -> Study:
 
 
 def _take_free(data: dict[str, Any], *, source: str) -> list[dict[str, Any]]:
-    """Takes the fields FREE out of every element of `vary`, checked to be what JSON can hold."""
+    """Takes the fields in FREE out of each element of `vary`; checks that JSON can hold them."""
     varies = data.get("vary")
     if not isinstance(varies, list):
         return []

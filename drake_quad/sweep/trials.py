@@ -1,4 +1,4 @@
-"""A trial, its work in a process of its own, and designs that trials share."""
+"""A trial: what it is, how a process carries it out, and the designs that trials share."""
 
 import copy
 import ctypes
@@ -23,12 +23,7 @@ from drake_quad.sweep.sampling import Draws
 from drake_quad.sweep.study import Base, Study, SuccessBound
 from drake_quad.sweep.study_loading import overrides_of
 
-# ------------------------------------------------------------------------------------------------
-# A study's trials: what any process needs to carry one out, and the command that repeats it.
-# ------------------------------------------------------------------------------------------------
-
-
-RANKED_BY = "margin.minimum"  # the least is the worst trial
+RANKED_BY = "margin.minimum"  # the worst trial is the one with the smallest
 USUAL_FIGURES = (
     RANKED_BY,
     "zmp_margin.minimum",
@@ -41,23 +36,46 @@ USUAL_FIGURES = (
     "simulated_time",
 )
 
-TRIALS_DIRECTORY = "trials"  # of those that were run again
+TRIALS_DIRECTORY = "trials"  # holds the files of trials that were run again
+
+GIB = 1 << 30
+GRACE = 30.0  # [s] beyond the time limit of a trial, after which its process ends itself
+PR_SET_PDEATHSIG = 1  # Linux: prctl(2)
+# Words in messages of Python, C++ and the dynamic linker about a lack of memory.
+NO_MEMORY = (
+    "MemoryError", "bad_alloc", "Unable to allocate", "Cannot allocate memory",
+    "failed to map segment",
+)  # fmt: skip
+FAULTS = tuple(os.strerror(code) for code in MACHINE_FAULTS)  # words of their messages
+MACHINE = "machine"  # outcome for a fault of the machine: no finding, it ends the sweep
+BASIS = ("sources", "versions", "robot")  # what a result depends on besides its trial
+
+Result = dict[str, Any]
+
+# Sections that no design reads.
+UNREAD = (
+    "description", "estimator", "sensors", "disturbances", "world", "monitor", "certify",
+    "simulation",
+)  # fmt: skip
+KEPT = 32  # designs that are remembered
+
+Make = Callable[[Scenario, str], Scenario]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial, whole: it can be sent to any process.
+    """One trial, with all that a process needs to carry it out.
 
     Attributes:
-        index: In its study, from 0.
-        seed: Its `simulation.seed`: drawn, unless the study sets it.
-        values: What it has of each thing that varies, in the study's order.
+        index: Number of the trial in its study, from 0.
+        seed: Value of `simulation.seed`: drawn, unless the study sets it.
+        values: Value of each thing that varies, in the study's order.
         base: The scenario.
-        overrides: Of the scenario's fields, those of the study first.
-        figures: Of summary.json, to keep.
-        success: What it must keep besides reaching the goal.
-        wall_time: After which it is ended [s].
-        memory: Of its process [GiB].
+        overrides: Overrides of the scenario's fields, those of the study first.
+        figures: Figures of summary.json to keep.
+        success: Bounds that it must keep besides reaching the goal.
+        wall_time: Wall time after which it is ended [s].
+        memory: Largest memory of its process [GiB].
     """
 
     index: int
@@ -72,7 +90,7 @@ class Trial:
 
 
 def figures_of(study: Study) -> tuple[str, ...]:
-    """The figures that the study keeps: its own, and those that it is judged and ranked by."""
+    """The figures that the study keeps: those it lists, and those it judges and ranks by."""
     kept = dict.fromkeys(study.figures or USUAL_FIGURES)
     kept.update(dict.fromkeys(bound.figure for bound in study.success))
     kept[RANKED_BY] = None
@@ -80,7 +98,7 @@ def figures_of(study: Study) -> tuple[str, ...]:
 
 
 def make_trials(study: Study, base: Base, *, first: int, last: int) -> Iterator[Trial]:
-    """The trials from `first` until before `last`, in order, each made as it is asked for."""
+    """The trials from `first` until before `last`, in order."""
     draws, figures = Draws(study), figures_of(study)
     for index in range(first, min(last, draws.count)):
         values = draws.values(index)
@@ -105,12 +123,12 @@ def make_trials(study: Study, base: Base, *, first: int, last: int) -> Iterator[
 
 
 def count_trials(study: Study) -> int:
-    """Of the whole study."""
+    """The number of trials of the whole study."""
     return Draws(study).count
 
 
 def directory_of(index: int, out: Path) -> Path:
-    """Where the files of a trial go that is run again."""
+    """The directory for the files of a trial that is run again."""
     return out / TRIALS_DIRECTORY / f"{index:06d}"
 
 
@@ -127,65 +145,51 @@ def run_command(base: str, overrides: Sequence[str]) -> str:
     return shlex.join(words)
 
 
+def sweep_command(study: str | Path, limit: int | None) -> str:
+    """The command that carries out a study, or its first `limit` trials."""
+    limited = [] if limit is None else ["--limit", str(limit)]
+    return shlex.join(["drake-quad", "sweep", str(study), *limited])
+
+
 def repeat_into(command: str, index: int, out: Path) -> str:
-    """The same, with the directory where the sweep's report looks for it."""
+    """The command with the directory in which the sweep's report looks for the run."""
     return f"{command} --out {shlex.quote(str(directory_of(index, out)))}"
 
 
 def seed_in(overrides: Sequence[str]) -> int | None:
-    """The `simulation.seed` that overrides set, if they do."""
+    """The `simulation.seed` that overrides set; None if they set none."""
     seed = None
     for text in overrides:
         if text.lstrip().startswith("simulation"):
             override = parse_override(text)
             if override.path == "simulation.seed":
                 seed = override.value
-            elif override.path == "simulation":  # all of it, and what was said of it before is gone
+            elif override.path == "simulation":  # replaces the whole section
                 seed = override.value.get("seed") if isinstance(override.value, dict) else None
     return seed if isinstance(seed, int) and abs(seed) < 2**63 else None
 
 
-# ------------------------------------------------------------------------------------------------
-# One trial in a process of its own: what comes of it, whatever that is, as plain values.
-# ------------------------------------------------------------------------------------------------
-
-
-GIB = 1 << 30
-GRACE = 30.0  # [s] beyond a trial's time after which its process ends itself
-PR_SET_PDEATHSIG = 1  # Linux: prctl(2)
-# Words by which a run says that it ran out of memory: Python's, C++'s and the dynamic linker's.
-NO_MEMORY = (
-    "MemoryError", "bad_alloc", "Unable to allocate", "Cannot allocate memory",
-    "failed to map segment",
-)  # fmt: skip
-FAULTS = tuple(os.strerror(code) for code in MACHINE_FAULTS)  # by which a run says of these
-MACHINE = "machine"  # an outcome that is no finding: it ends the sweep
-BASIS = ("sources", "versions", "robot")  # what a result is of, beside its trial
-
-Result = dict[str, Any]
-
-
 def begin_process() -> None:
-    """Prepares a worker: it is to end with the process that began it."""
+    """Prepares a worker process: it ends when the process that began it ends."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    # What a run says of itself is in its result; lines of several processes would only mix.
+    # A run's messages are in its result; printed lines of several processes would only mix.
     logging.getLogger("drake_quad").setLevel(logging.CRITICAL)
 
 
 def guarded(work: Callable[[Trial], Result], trial: Trial) -> Result:
-    """Does `work` within the trial's bounds of memory and time.
+    """Does `work` within the trial's limits of memory and time.
 
     Returns:
-        What `work` does; or what says that it raised, as plain values: whatever an exception holds
-        on to is let go of before anything more is done.
+        The result of `work`; or one that says what it raised, as plain values, so that nothing
+        keeps the exception and what it refers to alive.
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
     bound = int(trial.memory * GIB)
-    if hard != resource.RLIM_INFINITY:  # a lower one than the trial's, which may not be raised
+    if hard != resource.RLIM_INFINITY:  # it cannot be raised
         bound = min(bound, hard)
     resource.setrlimit(resource.RLIMIT_DATA, (bound, hard))
-    # A process that nobody watches any more ends all the same: the default of SIGALRM kills.
+    # A process that nobody watches any more ends all the same: SIGALRM kills by default.
     signal.setitimer(signal.ITIMER_REAL, trial.wall_time + GRACE)
     try:
         return work(trial)
@@ -206,14 +210,14 @@ def guarded(work: Callable[[Trial], Result], trial: Trial) -> Result:
 
 
 def own_basis() -> Result:
-    """What any result of this process is of, whatever becomes of its trial."""
+    """Digests of the sources and library versions of this process."""
     from drake_quad.sweep.provenance import own_sources, own_versions
 
     return {"sources": own_sources(), "versions": own_versions()}
 
 
 def lost(trial: Trial, outcome: str, reason: str) -> Result:
-    """The result of a trial that gave none."""
+    """The result of a trial that ended without one."""
     return {
         "outcome": outcome,
         "reason": " ".join(reason.split()),
@@ -237,15 +241,14 @@ def work(trial: Trial) -> Result:
 
     Returns:
         `outcome` (goal_reached, fell, stopped; infeasible, if there is no plan; refused, if there
-        is no such scenario; memory), `reason`, `success`, `mode`,
-        `figures` by name, None where not measured, `scenario` as it was run, with its gait if that
-        was designed, and digests of BASIS.
-        Under `clock` all that is another in each run: seconds, memory, process.
+        is no such scenario; memory), `reason`, `success`, `mode`, `figures` by name, None where
+        not measured, `scenario` as it was run, with its gait if that was designed, and the digests
+        of BASIS. `clock` holds all that differs from run to run: seconds, memory, process.
 
     Raises:
-        MachineError: If what keeps the trial from being carried out is this machine's fault.
+        MachineError: If the trial cannot be carried out because of this machine.
     """
-    # Here: a process that only reads results need not wait for these.
+    # Imported here, so that a process that only reads results need not wait.
     from drake_quad.robot.loader import robot_digest
     from drake_quad.scenario.load import scenario_text
     from drake_quad.simulation.run import simulate
@@ -305,7 +308,7 @@ def figure_at(summary: dict[str, Any], path: str) -> float | None:
 
 
 def missed_bounds(trial: Trial, figures: dict[str, float | None]) -> list[str]:
-    """What of its bounds the trial did not keep, in words."""
+    """The bounds that the trial did not keep, in words."""
     missed = []
     for bound in trial.success:
         value = figures[bound.figure]
@@ -318,30 +321,15 @@ def missed_bounds(trial: Trial, figures: dict[str, float | None]) -> list[str]:
     return missed
 
 
-# ------------------------------------------------------------------------------------------------
-# Designs made in this process: trials alike in robot and course need not be designed anew.
-# ------------------------------------------------------------------------------------------------
-
-
-# Sections that no design reads: what its controller is not told, and what is measured how.
-UNREAD = (
-    "description", "estimator", "sensors", "disturbances", "world", "monitor", "certify",
-    "simulation",
-)  # fmt: skip
-KEPT = 32  # designs
-
-Make = Callable[[Scenario, str], Scenario]
-
-
 def _make(scenario: Scenario, source: str) -> Scenario:
     return design_scenario(scenario, source=source).scenario
 
 
 class Designs:
-    """Designs by what they were made for.
+    """Gait designs made in this process, so that trials alike in robot and course share one.
 
     Attributes:
-        made: How many were made.
+        made: Number of designs that were made.
     """
 
     def __init__(self, make: Make = _make) -> None:
@@ -349,11 +337,13 @@ class Designs:
         self.made = 0
 
     def __call__(self, scenario: Scenario, source: str) -> Scenario:
-        """The scenario with its gait designed if it asks for that: as if it were designed alone.
+        """The scenario with its gait designed, if it asks for that.
+
+        The gait is the same as if no other trial had been designed before.
 
         Args:
-            scenario: Of a trial.
-            source: What an error names.
+            scenario: A trial's scenario.
+            source: What an error names as the scenario.
 
         Raises:
             InputError: If robot or course cannot be used.
@@ -374,4 +364,4 @@ class Designs:
 
 
 designed = Designs()
-"""Of this process."""
+"""The designs of this process."""

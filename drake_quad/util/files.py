@@ -15,7 +15,6 @@ import stat
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -129,10 +128,19 @@ def is_whole(value: Any) -> bool:
     return type(value) is int and abs(value) < 2**63
 
 
+TABLE = """\
+<table>
+{%- for name, text in rows %}
+<tr><th>{{ name }}</th><td>{{ text }}</td></tr>
+{%- endfor %}
+</table>"""
+
+
 def html_table(rows: Iterable[tuple[str, str]]) -> str:
-    """Names and values as a table in HTML."""
-    cells = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows)
-    return f"<table>{''.join(cells)}</table>"
+    """A table in HTML of names and values, which are escaped."""
+    from jinja2 import Environment  # only notebooks need it
+
+    return Environment(autoescape=True).from_string(TABLE).render(rows=list(rows))
 
 
 MIB = 1 << 20

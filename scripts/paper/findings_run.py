@@ -23,8 +23,8 @@ def run_findings(study: CaseStudy, samples: Samples, out_of_phase: Samples) -> t
 
     Args:
         study: Planned in phase.
-        samples: Of all of it.
-        out_of_phase: Of the same task on level ground of other lengths.
+        samples: Samples of the whole mission.
+        out_of_phase: Samples of the same task on level ground of other lengths.
     """
     return (
         _stairs(study),

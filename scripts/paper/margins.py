@@ -33,7 +33,7 @@ class BetaRow:
         beta: β.
         equations: Least margin of a cycle by the wave gait's own equations [m].
         up: Least margin of the case study's cycles up the stairs, as planned [m].
-        down: The same of those down the stairs [m].
+        down: Least margin of its cycles down the stairs, as planned [m].
     """
 
     beta: float

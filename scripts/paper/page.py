@@ -33,7 +33,7 @@ class PaperFigure:
 
     Attributes:
         number: Its number in the paper.
-        name: Of its file, without the number and the suffix.
+        name: Name of its file, without the number and the suffix.
         caption: The paper's caption.
         note: What there is to see in ours.
         draw: Draws it from the case study and its samples.

@@ -16,23 +16,32 @@ from rig import URL
 from drake_quad.cli.robots import write_chart
 from drake_quad.errors import InputError
 from drake_quad.feasibility import chart as chart_stairs_module
-from drake_quad.feasibility.chart import Judge, Span, chart_grid, grid_of, judge_cell
-from drake_quad.feasibility.chart_picture import LETTERS, draw_chart, save_chart
+from drake_quad.feasibility.chart import (
+    LETTERS,
+    Judge,
+    Span,
+    StairChart,
+    chart_grid,
+    draw_chart,
+    grid_of,
+    judge_cell,
+    save_chart,
+)
 from drake_quad.feasibility.check_report import LIMITS
+from drake_quad.terrain.elements import Stairs
 
 RISES, RUNS = Span(0.05, 0.25, 0.05), Span(0.25, 0.45, 0.1)
 
 
-def chart(workers: int, judge: Judge = made_up, **more: Any) -> dict[str, Any]:
+def chart(workers: int, judge: Judge = made_up, **more: Any) -> StairChart:
     return chart_grid(URL, RISES, RUNS, count=4, workers=workers, judge=judge, **more)
 
 
 def test_one_and_two_workers_give_the_same() -> None:
     """All cells, in the grid's order, however they were shared out."""
     one, two = chart(1), chart(2)
-    assert one == two and one["complete"]
-    cells = one["cells"]
-    assert [(c["rise"], c["run"]) for c in cells] == grid_of(RISES, RUNS, 4)
+    assert one == two and one.complete
+    assert [(c.rise, c.run) for c in one.cells] == grid_of(RISES, RUNS, 4)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -45,10 +54,10 @@ def test_what_was_done_is_there_when_it_is_stopped(workers: int, tmp_path: Path)
         seen = done
 
     told = chart(workers, made_up_slowly, progress=note, stop=lambda: seen >= 3)
-    cells = told["cells"]
-    assert 3 <= len(cells) < 15 and not told["complete"]
-    assert all(c in chart(1)["cells"] for c in cells)
-    write_chart(told, tmp_path)
+    cells = told.cells
+    assert 3 <= len(cells) < 15 and not told.complete
+    assert all(c in chart(1).cells for c in cells)
+    write_chart(told.as_dict(), tmp_path)
     assert json.loads((tmp_path / "chart.json").read_text())["complete"] is False
 
 
@@ -57,15 +66,14 @@ def test_files_are_the_same_each_time(tmp_path: Path) -> None:
     told = chart(1)
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        write_chart(told, tmp_path / name)
+        write_chart(told.as_dict(), tmp_path / name)
         save_chart(told, tmp_path / name)
     for file in ("chart.json", "chart.svg", "chart.png"):
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
     (ax, _scale) = draw_chart(told).axes
     texts = [t.get_text() for t in ax.texts]
-    for cell in told["cells"]:
-        margin = cell["margin"]
-        shown = LETTERS[cell["limit"]] if margin is None else f"{1e3 * margin:.0f}"
+    for cell in told.cells:
+        shown = LETTERS[cell.limit] if cell.margin is None else f"{1e3 * cell.margin:.0f}"
         assert shown in texts
         texts.remove(shown)
     assert any(t.startswith("IBC") for t in texts)
@@ -88,7 +96,7 @@ def test_a_cell_is_what_check_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """The margin of a plan in full; a limit where there is none, as of treads like ladders'."""
     monkeypatch.setattr(chart_stairs_module, "check_flight", asked)
     for rise, run in ((0.12, 0.32), (0.1, 2.0)):
-        designed = asked(URL, rise=rise, run=run, count=2).designed
+        designed = asked(URL, Stairs(rise, run, 2)).designed
         works = judge_cell(URL, 2, rise, run)
         assert designed is not None and works.margin == designed.margin > 0.0
         assert works.limit == ""

@@ -22,13 +22,14 @@ from drake_quad.feasibility.check import (
     design_for_course,
     make_stairs_scenario,
 )
-from drake_quad.feasibility.check_picture import find_stretches, save_picture
+from drake_quad.feasibility.check_picture import draw_check, find_stretches
 from drake_quad.feasibility.check_report import (
     CheckRequest,
     feasibility_report,
     limit_of,
     run_check,
 )
+from drake_quad.feasibility.robot_picture import save_picture
 from drake_quad.gait_design import search as choose
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.planning.contact_forces import torque_ratio
@@ -36,6 +37,7 @@ from drake_quad.planning.mission import check_plan
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import load_scenario, save_scenario
 from drake_quad.simulation.prepare import prepare
+from drake_quad.terrain.elements import Stairs
 
 
 def test_a_feasible_checks_scenario_loads_and_prepares(tmp_path: Path) -> None:
@@ -129,7 +131,7 @@ def test_width_landing_and_turn_are_as_asked() -> None:
     robot = paper_robot()
     for turn, turns in ((0.0, [None]), (-90.0, [-90.0]), (180.0, [90.0, 90.0])):
         around = Around(width=1.6, landing=3.0, turn=turn)
-        scenario = make_stairs_scenario(robot, model=URL, rise=0.1, run=0.3, count=2, around=around)
+        scenario = make_stairs_scenario(robot, Stairs(0.1, 0.3, 2), around, model=URL)
         course = scenario.course
         landings = [e for e in course if e.kind == "landing"]
         assert [e.turn_deg for e in landings] == turns
@@ -184,13 +186,13 @@ def test_a_yes_with_less_margin_than_is_wanted_says_so() -> None:
 def test_treads_that_no_stance_fits_are_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a pattern of footprints there is an answer, and no crash."""
     monkeypatch.setattr(choose, "make_foothold_patterns", lambda *_: [])
-    check = check_flight(URL, rise=0.05, run=0.3, count=2)
+    check = check_flight(URL, Stairs(0.05, 0.3, 2))
     assert limit_of(check, paper_robot()) == "pattern" and "0.3 m" in check.reason
 
 
 def test_treads_like_floors_are_walked_in_the_stride_of_level_ground() -> None:
     """No stance fits treads of two metres: a curb between one and the next is crossed at a time."""
-    check = asked(URL, rise=0.1, run=2.0, count=2)
+    check = asked(URL, Stairs(0.1, 2.0, 2))
     assert check.designed is not None
     gait = check.designed.scenario.gait
     assert gait.deep_tread < 2.0 and gait.places_per_tread == 1
@@ -226,7 +228,8 @@ def test_moments_are_on_the_stairs_and_the_picture_is_drawn(tmp_path: Path) -> N
         assert s[-1] > s[0] + 0.5 * RUN
         middle = 0.5 * (treads[0, 0] + treads[-1, 1])
         assert s[0] - 2 * RUN <= middle <= s[-1] + 2 * RUN
-    save_picture(designed, paper_robot(), tmp_path / "climb.svg")
+    figure = draw_check(designed, paper_robot())
+    save_picture(figure, tmp_path / "climb.svg", salt="robot")
     assert "<svg" in (tmp_path / "climb.svg").read_text()
 
 

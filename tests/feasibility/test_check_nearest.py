@@ -14,7 +14,7 @@ from drake_quad.cli import robots as cli_robots
 from drake_quad.cli.robots import print_next
 from drake_quad.feasibility import check as check_nearest
 from drake_quad.feasibility import check_report as check_command
-from drake_quad.feasibility.check import Feasibility, check_flight, nearest_of, nearest_stairs
+from drake_quad.feasibility.check import Feasibility, check_flight, nearest_stairs
 from drake_quad.feasibility.check_report import (
     LIMITS,
     CheckRequest,
@@ -24,6 +24,7 @@ from drake_quad.feasibility.check_report import (
 )
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.scenario.config import Scenario
+from drake_quad.terrain.elements import Stairs
 
 
 def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
@@ -32,15 +33,15 @@ def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
     """First a whole answer without what is near, then the same with it; or, asked so, none."""
     happened: list[str] = []
 
-    def near(*_args: object, **_more: object) -> tuple[float, float]:
+    def near(*_: object) -> Stairs:
         happened.append("sought")
-        return 0.2, RUN
+        return Stairs(0.2, RUN, COUNT)
 
     def first(told: dict[str, Any]) -> None:
         assert told["nearest"] is None and "work" not in told["answer"] and told["reason"]
         happened.append("told")
 
-    monkeypatch.setattr(check_command, "nearest_of", near)
+    monkeypatch.setattr(Feasibility, "nearest", near)
     monkeypatch.setattr(check_command, "check_flight", asked)
     question = CheckRequest(URL, rise=1.9, run=RUN, count=COUNT)
     told = run_check(question, first=first)
@@ -65,7 +66,7 @@ def test_the_command_prints_a_no_while_it_still_looks(
         first(told)
         printed = capsys.readouterr().out
         assert printed.startswith("No: ") and "a reason" in printed and "Nearest" not in printed
-        return with_nearest(told, (0.2, 0.3))
+        return with_nearest(told, Stairs(0.2, 0.3, 7))
 
     monkeypatch.setattr(check_command, "run_check", looks)
     with pytest.raises(typer.Exit) as end:
@@ -75,8 +76,8 @@ def test_the_command_prints_a_no_while_it_still_looks(
     assert "No: " not in printed and "Nearest: 0.2 m on treads of 0.3 m would work." in printed
 
 
-@pytest.mark.parametrize("near", [(0.2, 0.3), None])
-def test_what_is_near_is_printed_below_the_no(near: tuple[float, float] | None) -> None:
+@pytest.mark.parametrize("near", [Stairs(0.2, 0.3, 7), None])
+def test_what_is_near_is_printed_below_the_no(near: Stairs | None) -> None:
     """By its numbers, with the command that asks for it; or that there is nothing."""
     check = Feasibility(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
     asked = {"rise": 0.3, "run": 0.3, "count": 7}
@@ -95,16 +96,11 @@ def test_on_endless_stairs_that_allow_nothing_no_lower_rise_is_planned(
 ) -> None:
     """What a search finds there is where planning begins, and it is told what is looked at."""
     monkeypatch.setattr(check_nearest, "highest_rise", lambda *_, **__: 0.1234)
-    monkeypatch.setattr(
-        check_nearest, "check_flight",
-        lambda _, *, rise, run, **__: made_up(rise, run, feasible=True),
-    )  # fmt: skip
+    monkeypatch.setattr(check_nearest, "check_flight", lambda *_, **__: made_up(feasible=True))
     notes: list[str] = []
-    check = Feasibility(Scenario(), None, "", {"slacks": {}, "run": 0.3})
-    near = nearest_of(
-        check, paper_robot(), model=URL, rise=0.9, run=0.3, count=4, note=notes.append
-    )
-    assert near == (0.123, 0.3)
+    data: dict[str, Any] = {"slacks": {}, "run": 0.3}
+    check = Feasibility(Scenario(), None, "", data, paper_robot(), Stairs(0.9, 0.3, 4))
+    assert check.nearest(notes.append) == Stairs(0.123, 0.3, 4)
     assert notes[-1] == "not these; trying 4 steps of 0.123 m on treads of 0.3 m"
 
 
@@ -115,7 +111,7 @@ def test_no_names_what_is_short_and_the_nearest_stairs() -> None:
     assert not told["feasible"] and told["limit"] in set(NAMES) | {"speed"}
     rise, run = told["nearest"]["rise"], told["nearest"]["run"]
     assert 0.1 < rise < 1.2 and run == RUN
-    assert check_flight(URL, rise=rise, run=run, count=COUNT).feasible
+    assert check_flight(URL, Stairs(rise, run, COUNT)).feasible
     assert told["answer"].startswith("No: ") and f"{rise:g} m" in told["answer"]
     assert LIMITS[told["limit"]] in told["answer"]
     assert told["answer"].count("would work") == 1 and "quick search" not in told["answer"]
@@ -125,59 +121,57 @@ def test_no_names_what_is_short_and_the_nearest_stairs() -> None:
 def test_nearest_rise_is_the_highest_that_works(highest: float) -> None:
     """Whatever the robot can, to a centimetre below it, and never above."""
     near = nearest_stairs(
-        lambda rise, run, _: made_up(rise, run, feasible=rise <= highest),
-        made_up(0.3, 0.3, feasible=False), rise=0.3, run=0.3, count=10,
-    )  # fmt: skip
-    assert near is not None and near[1] == 0.3
-    assert highest - 0.0111 <= near[0] <= highest
+        lambda stairs: made_up(feasible=stairs.rise <= highest), {}, Stairs(0.3, 0.3)
+    )
+    assert near is not None and near.run == 0.3
+    assert highest - 0.0111 <= near.rise <= highest
 
 
 def test_above_the_rise_that_was_said_to_work_none_is_judged() -> None:
     """What the search on endless stairs ruled out is not planned; what it named is judged first."""
     judged: list[float] = []
 
-    def judge(rise: float, run: float, _count: int) -> Feasibility:
-        judged.append(rise)
-        return made_up(rise, run, feasible=True)
+    def judge(stairs: Stairs) -> Feasibility:
+        judged.append(stairs.rise)
+        return made_up(feasible=True)
 
-    check = Feasibility(Scenario(), None, "", {"nearest_rise": 0.2117})
-    assert nearest_stairs(judge, check, rise=0.3, run=0.3, count=4) == (0.211, 0.3)
+    near = nearest_stairs(judge, {"nearest_rise": 0.2117}, Stairs(0.3, 0.3, 4))
+    assert near == Stairs(0.211, 0.3, 4)
     assert judged == [0.211]
 
 
 def test_nearest_stairs_hold_for_all_steps_of_the_flight() -> None:
     """Where ten steps allow less than four, what is named is judged with ten."""
     near = nearest_stairs(
-        lambda rise, run, count: made_up(rise, run, feasible=rise <= (0.2 if count < 10 else 0.19)),
-        made_up(0.3, 0.3, feasible=False), rise=0.3, run=0.3, count=10,
-    )  # fmt: skip
-    assert near is not None and 0.17 <= near[0] <= 0.19
+        lambda stairs: made_up(feasible=stairs.rise <= (0.2 if stairs.count < 10 else 0.19)),
+        {},
+        Stairs(0.3, 0.3),
+    )
+    assert near is not None and 0.17 <= near.rise <= 0.19
 
 
 def test_where_no_rise_works_a_deeper_run_may() -> None:
     """A run that suits the rise is named, and if there is none either, nothing."""
-    check = Feasibility(Scenario(), None, "", {"nearest_rise": None})
 
-    def judge(_rise: float, run: float, _count: int) -> Feasibility:
-        return made_up(0.2, run, feasible=run >= 0.3)
+    def judge(stairs: Stairs) -> Feasibility:
+        return made_up(feasible=stairs.run >= 0.3)
 
-    assert nearest_stairs(judge, check, rise=0.2, run=0.22, count=10) == (0.2, 0.33)
-    assert nearest_stairs(judge, check, rise=0.2, run=0.10, count=10) is None
+    data = {"nearest_rise": None}
+    assert nearest_stairs(judge, data, Stairs(0.2, 0.22)) == Stairs(0.2, 0.33)
+    assert nearest_stairs(judge, data, Stairs(0.2, 0.10)) is None
 
 
 def test_the_nearest_stairs_to_treads_like_floors_are_sought_briefly() -> None:
     """They take long to plan; and deeper ones are no easier."""
-    judged: list[tuple[float, float]] = []
+    judged: list[Stairs] = []
 
-    def judge(rise: float, run: float, _count: int) -> Feasibility:
-        judged.append((rise, run))
-        return made_up(rise, run, feasible=False)
+    def judge(stairs: Stairs) -> Feasibility:
+        judged.append(stairs)
+        return made_up(feasible=False)
 
-    check = Feasibility(Scenario(), None, "", {"deep": True})
-    assert nearest_stairs(judge, check, rise=0.3, run=2.0, count=4) is None
-    assert len(judged) == 2 and {run for _, run in judged} == {2.0}
+    assert nearest_stairs(judge, {"deep": True}, Stairs(0.3, 2.0, 4)) is None
+    assert len(judged) == 2 and {stairs.run for stairs in judged} == {2.0}
     near = nearest_stairs(
-        lambda rise, run, _: made_up(rise, run, feasible=rise <= 0.2),
-        check, rise=0.3, run=2.0, count=4,
-    )  # fmt: skip
-    assert near is not None and 0.19 <= near[0] <= 0.2
+        lambda stairs: made_up(feasible=stairs.rise <= 0.2), {"deep": True}, Stairs(0.3, 2.0, 4)
+    )
+    assert near is not None and 0.19 <= near.rise <= 0.2

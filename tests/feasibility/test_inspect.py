@@ -22,7 +22,7 @@ from drake_quad.feasibility.robot_picture import (
     collision_points,
     draw_robot,
     reachable,
-    save_robot_picture,
+    save_picture,
     stand,
 )
 from drake_quad.robot.importer.pipeline import MAPPING
@@ -117,7 +117,7 @@ def test_picture_shows_both_views_and_is_the_same_twice(tmp_path: Path) -> None:
     assert len(figure.axes) == 2
     assert all(ax.get_aspect() == 1.0 for ax in figure.axes)
     for name in ("one.svg", "two.svg"):
-        save_robot_picture(robot, tmp_path / name)
+        save_picture(draw_robot(robot), tmp_path / name, salt=robot.name)
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
 
 
@@ -131,7 +131,7 @@ def test_names_are_printed_and_drawn_as_they_are(name: str, tmp_path: Path) -> N
     print_robot(describe_robot(robot, source="robot.urdf"), console)
     lines = console.export_text()
     assert f"{name}_haa" in lines and f" {name}, 14.00 kg" in lines
-    save_robot_picture(replace(robot, name=name), tmp_path / "robot.svg")
+    save_picture(draw_robot(replace(robot, name=name)), tmp_path / "robot.svg", salt=name)
 
 
 def test_picture_of_shapes_without_outline_is_of_the_links(
@@ -139,7 +139,7 @@ def test_picture_of_shapes_without_outline_is_of_the_links(
 ) -> None:
     """Collision shapes that have no area, seen from anywhere, leave the legs to draw."""
     monkeypatch.setattr(inspect_picture, "collision_points", lambda *_: [("x", np.zeros((5, 3)))])
-    save_robot_picture(paper_robot(), tmp_path / "robot.svg")
+    save_picture(draw_robot(paper_robot()), tmp_path / "robot.svg", salt="robot")
     assert "<svg" in (tmp_path / "robot.svg").read_text()
 
 

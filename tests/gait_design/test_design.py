@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rig import paper_robot
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import design_for_flight
+from drake_quad.feasibility.check import check_flight
 from drake_quad.gait_design.candidates import (
     EDGE,
     LOWER,
@@ -33,6 +33,7 @@ from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.scenario.build import control_settings, course_of
 from drake_quad.scenario.load import DESIGNED, parse_scenario
 from drake_quad.scenario.motion_config import ControllerConfig
+from drake_quad.terrain.elements import Stairs
 
 
 def test_a_shank_over_a_nosing_between_its_points_is_seen_on_a_course() -> None:
@@ -113,7 +114,7 @@ def test_the_thicker_the_foot_the_sooner_it_is_followed(size: float, radius: flo
 
 def test_design_and_plan_agree_on_the_room() -> None:
     """A gait that is chosen for building-code stairs has a plan on them, and its room is real."""
-    check = design_for_flight(MODEL, rise=0.17, run=0.29, count=3)
+    check = check_flight(MODEL, Stairs(0.17, 0.29, 3))
     assert check.designed is not None
     designed = check.designed
     assert designed.margin > 0.02 and designed.room.distance > 0.005

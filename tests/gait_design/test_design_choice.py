@@ -9,7 +9,7 @@ from design_rig import MODEL, shape
 from rig import paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.feasibility.check import design_for_flight
+from drake_quad.feasibility.check import check_flight
 from drake_quad.gait_design import search as choose
 from drake_quad.gait_design.candidates import Staircase, candidate_bounds, make_candidates
 from drake_quad.gait_design.search import (
@@ -26,6 +26,7 @@ from drake_quad.gait_design.search import (
     describe_gait,
 )
 from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.terrain.elements import Stairs
 
 
 def test_higher_steps_are_never_easier() -> None:
@@ -118,7 +119,7 @@ def test_a_search_ends_with_enough_or_as_hopeless() -> None:
 @pytest.mark.slow  # test_check_nearest.py asks the same, of searches made up
 def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
     """The limit, by how much, the gait that came nearest, and about the highest rise that works."""
-    check = design_for_flight(MODEL, rise=0.8, run=0.25, count=3)
+    check = check_flight(MODEL, Stairs(0.8, 0.25, 3))
     assert not check.feasible
     for words in (
         "rise 0.8 m on a run of 0.25 m",
@@ -132,13 +133,13 @@ def test_stairs_out_of_reach_are_told_with_what_would_work() -> None:
         flights = [Staircase(rise, 0.25), Staircase(-rise, 0.25)]
         found = any(d.feasible for d in choose_gaits(paper_robot(), shape(), flights))
         assert found == works, rise
-    assert design_for_flight(MODEL, rise=0.5 * nearest, run=0.25, count=3).feasible
+    assert check_flight(MODEL, Stairs(0.5 * nearest, 0.25, 3)).feasible
 
 
 def test_runs_that_no_stance_fits_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Front and rear feet would be too near or too far apart, with any pattern of footprints."""
     monkeypatch.setattr(choose, "make_foothold_patterns", lambda *_: [])
-    check = design_for_flight(MODEL, rise=0.05, run=0.3, count=2)
+    check = check_flight(MODEL, Stairs(0.05, 0.3, 2))
     assert not check.feasible and "as far apart as the hips" in check.reason
 
 

@@ -14,12 +14,13 @@ from drake_quad.gait_design.objective import LEANING, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import Design, choose_gaits
 from drake_quad.scenario.config import Scenario
+from drake_quad.terrain.elements import Stairs
 
 ERROR = 0.03  # [m]
 
 
 def asked(map_error: float) -> Scenario:
-    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.178, run=0.28, count=3)
+    scenario = make_stairs_scenario(paper_robot(), Stairs(0.178, 0.28, 3), model=MODEL)
     scenario.gait.map_error_place = map_error
     return scenario
 

@@ -9,7 +9,7 @@ from design_rig import MODEL, designed
 from rig import paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.feasibility.check import design_for_flight
+from drake_quad.feasibility.check import check_flight
 from drake_quad.gait_design import designer
 from drake_quad.gait_design import plan_candidates as designer_lower
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
@@ -26,6 +26,7 @@ from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.terrain.course import Course
+from drake_quad.terrain.elements import Stairs
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -75,7 +76,7 @@ def test_a_plan_at_which_the_clock_would_stop_is_refused() -> None:
 
 def test_hopeless_stairs_are_told_without_what_would_work_if_not_asked() -> None:
     """The figures behind the answer are there all the same."""
-    check = design_for_flight(MODEL, rise=0.9, run=0.25, count=2, nearest=False)
+    check = check_flight(MODEL, Stairs(0.9, 0.25, 2), nearest=False)
     assert not check.feasible and "nearest_rise" not in check.data
     assert min(check.data["slacks"].values()) < 0.0
     assert "quick search" not in check.reason

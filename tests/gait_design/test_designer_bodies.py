@@ -23,6 +23,7 @@ from drake_quad.gait_design.plan_candidates import (
 from drake_quad.gait_design.search import AGAIN, QUICK, THOROUGH, Design, SearchSettings
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
+from drake_quad.terrain.elements import Stairs
 
 
 @pytest.mark.parametrize(
@@ -125,7 +126,7 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
     monkeypatch.setattr(designer, "plan_lower", lower)
-    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, 0.3, 2), model=MODEL)
     if quality is None:
         with pytest.raises(PlanningError):
             design_scenario(scenario, robot=paper_robot(), nearest=False)
@@ -154,7 +155,7 @@ def test_where_any_plan_will_do_no_other_way_is_gone(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
     monkeypatch.setattr(designer, "plan_design", plan)
-    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, 0.3, 2), model=MODEL)
     assert design_scenario(scenario, robot=paper_robot(), thorough=False).margin == -0.1
     assert ways == [QUICK] and scores == [0.8, 0.7]
 
@@ -199,7 +200,7 @@ def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
     monkeypatch.setattr(designer, "plan_lower", lower)
-    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, 0.3, 2), model=MODEL)
     design_scenario(scenario, robot=paper_robot())
     assert scores == planned
 
@@ -234,7 +235,7 @@ def test_deep_treads_are_walked_like_floors_where_no_gait_suits_them(
         return replace(designed(), margin=found[depths[-1]])
 
     monkeypatch.setattr(designer, "_design", design)
-    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=run, count=2)
+    scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, run, 2), model=MODEL)
     if kept is None:
         with pytest.raises(PlanningError) as caught:
             design_scenario(scenario, robot=paper_robot())

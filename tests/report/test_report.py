@@ -23,12 +23,10 @@ from report_run import (
 )
 
 from drake_quad.report.figures_gait import find_cycle, find_losses
-from drake_quad.report.html import FINEST, pack, round_recording, unpack
-from drake_quad.report.page import FIGURES, write_report
-from drake_quad.report.replay import make_replay_html
+from drake_quad.report.page import FIGURES, grade_run, write_report
+from drake_quad.report.replay import FINEST, make_replay_html, pack, round_recording, unpack
 from drake_quad.report.style import PAGE_VARIABLES
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
-from drake_quad.report.verdict import grade_run
 from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 
 # Attributes that make a browser fetch something.

@@ -28,11 +28,10 @@ from drake_quad.report.figures_margin import (
     draw_margin,
     estimate_errors,
 )
-from drake_quad.report.html import report_style
-from drake_quad.report.page import FIGURES, write_report
+from drake_quad.report.page import FIGURES, grade_run, write_report
 from drake_quad.report.scene import MakeReplayScene
+from drake_quad.report.style import report_style
 from drake_quad.report.tables import bounds, push_rows, recovery_rows
-from drake_quad.report.verdict import grade_run
 from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import parse_scenario

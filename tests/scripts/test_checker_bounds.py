@@ -44,7 +44,7 @@ def legs(items: Bag, *, load: float = LOAD, load_off: float = 0.0) -> Bag:
     loads, loads_off = np.full(len(leg), load), np.full(len(leg), load_off)
     state.body, state.body_off, state.q_off = body, body_off, state.off
     state.torque, state.torque_off = bounds.torques(
-        robot, leg, state, *bounds.masses(robot, leg, state), body, body_off, loads, loads_off
+        robot, leg, state, bounds.masses(robot, leg, state), (body, body_off), (loads, loads_off)
     )
     return state
 

@@ -20,7 +20,7 @@ IMPORTED = (
     "drake_quad.simulation.run",
     "drake_quad.cli.studies",
     "drake_quad.report.page",
-    "drake_quad.feasibility.chart_picture",
+    "drake_quad.feasibility.chart",
     "scipy.stats",
     "scipy.special",
     "scipy.spatial.transform",

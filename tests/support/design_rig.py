@@ -16,6 +16,7 @@ from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.robot.model import LinkOutline, link_outline_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.terrain.elements import Stairs
 
 MODEL = "package://drake_quad_models/paper_quadruped.urdf"
 RISE, RUN, COUNT = 0.12, 0.32, 2  # of stairs that the paper's robot climbs
@@ -30,7 +31,7 @@ def shape() -> LinkOutline:
 @cache
 def designed() -> Designed:
     """The paper's robot on two low steps."""
-    scenario = make_stairs_scenario(paper_robot(), model=MODEL, rise=0.1, run=0.3, count=2)
+    scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, 0.3, 2), model=MODEL)
     return design_scenario(scenario, robot=paper_robot())
 
 
@@ -44,9 +45,12 @@ def unswayed(grid: CandidateBatch, stairs: Staircase, outline: LinkOutline) -> F
     return found[0]
 
 
-def asked(model: str, **question: Any) -> Feasibility:
+def asked(model: str, stairs: Stairs, **question: Any) -> Feasibility:
     """`check_flight`, which designs a gait, without what is near; the same is asked once."""
-    return _asked(model, **{"nearest": False, "margin": HULL, "around": AS_USUAL, **question})
+    question.pop("robot", None)  # of that name
+    return _asked(
+        model, stairs, **{"nearest": False, "margin": HULL, "around": AS_USUAL, **question}
+    )
 
 
 _asked = cache(check_flight)
@@ -54,10 +58,10 @@ _asked = cache(check_flight)
 
 def found() -> Feasibility:
     """The answer about those stairs."""
-    return asked(MODEL, rise=RISE, run=RUN, count=COUNT)
+    return asked(MODEL, Stairs(RISE, RUN, COUNT))
 
 
-def made_up(rise: float, run: float, *, feasible: bool) -> Feasibility:
+def made_up(*, feasible: bool) -> Feasibility:
     """An answer as a test wants it, without a search."""
     check = found() if feasible else Feasibility(Scenario(), None, "", {})
     assert check.feasible is feasible

@@ -95,7 +95,7 @@ TOLD_ALONE = [
     (filled("figure.slip_max", [float("nan")] * 8), ("figure.slip_max = nan", "finite")),
     (filled("vary.gait.cycle_time", [9.0] * 8), ("cycle_time = 9.0", "[7.0, 8.0]")),
     (filled("vary.simulation.friction", [None] * 7 + [0.6]), ("friction", "in every row")),
-    (lambda table: table.append_column("vary.a", table["seed"]), ("vary.a", "no column")),
+    (lambda table: table.append_column("vary.a", table["seed"]), ("vary.a", "not a column")),
 ]
 OF_BOTH = [
     (filled("success", ["true"] * 8), ("success = 'string'", "true or false")),
@@ -118,7 +118,7 @@ def test_a_spoilt_column_is_named(
         rebuild_report(swept)
     line_of(caught.value, str(path), *words)
     if (spoil, words) in TOLD_ALONE:
-        assert compare_sweeps(whole, swept)["verdict"]
+        assert compare_sweeps(whole, swept).verdict
         return
     with pytest.raises(InputError) as caught:
         compare_sweeps(whole, swept)

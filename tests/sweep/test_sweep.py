@@ -246,17 +246,17 @@ def test_a_comparison_tells_worse_from_chance(tmp_path: Path) -> None:
     rig.sweep_made_up(tmp_path, tmp_path / "c", other)
     paired = compare_sweeps(tmp_path / "b", tmp_path / "a")
     fell = [row["index"] for row in rows(tmp_path / "a") if not row["success"]]
-    assert paired["verdict"] == "worse" and paired["paired"]["lost"] == fell
-    assert paired["p"] == pytest.approx(min(1.0, 2.0 * 0.5 ** len(fell)))
-    assert compare_sweeps(tmp_path / "a", tmp_path / "b")["verdict"] == "better"
+    assert paired.verdict == "worse" and paired.paired is not None and paired.paired["lost"] == fell
+    assert paired.p == pytest.approx(min(1.0, 2.0 * 0.5 ** len(fell)))
+    assert compare_sweeps(tmp_path / "a", tmp_path / "b").verdict == "better"
     apart = compare_sweeps(tmp_path / "a", tmp_path / "c")
     good = [sum(row["success"] for row in rows(tmp_path / name)) for name in "ac"]
     p = fisher_exact([[good[0], 60 - good[0]], [good[1], 64 - good[1]]]).pvalue
-    assert apart["paired"] is None and apart["p"] == pytest.approx(p)
-    assert apart["verdict"] == "no different"
+    assert apart.paired is None and apart.p == pytest.approx(p)
+    assert apart.verdict == "no different"
     apart = compare_sweeps(tmp_path / "b", tmp_path / "c")
     p = fisher_exact([[60, 0], [good[1], 64 - good[1]]]).pvalue
-    assert apart["verdict"] == "worse" and apart["p"] == pytest.approx(p) and p < 0.05
+    assert apart.verdict == "worse" and apart.p == pytest.approx(p) and p < 0.05
     done = drake_quad("compare", "b", "a", cwd=tmp_path)
     assert done.returncode == 1 and "worse" in done.stdout
     assert "trials.parquet" in refused(drake_quad("compare", "a", ".", cwd=tmp_path))

@@ -64,7 +64,7 @@ def test_a_tables_command_runs_that_very_trial_again(swept: Swept) -> None:
 def test_replays_can_be_asked_for_with_the_sweep(swept: Swept) -> None:
     """They are those very trials, linked to; that fewer than asked for had a run is told."""
     directory, row, told = swept
-    assert "--replays 2: 1 made, 0 were there before; no other trial that is done had a run" in told
+    assert "--replays 2: 1 made, 0 were there before; no other finished trial had a run" in told
     assert sorted(path.name for path in (directory / "a" / "trials").iterdir()) == ["000001"]
     page = (directory / "a" / "report.html").read_text()
     assert page.count('href="trials/000001/report.html"') == 1

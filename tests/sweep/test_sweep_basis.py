@@ -1,5 +1,6 @@
 """What a sweep's results are of: robots, sources, libraries, seeds; and what is compared."""
 
+import re
 import subprocess
 from importlib import resources
 from pathlib import Path
@@ -20,6 +21,24 @@ from drake_quad.sweep.study_loading import parse_study
 from drake_quad.sweep.trials import Trial, lost, make_trials
 
 
+def test_the_digest_of_the_sources_names_what_is_there() -> None:
+    """Each module of a sweep that a trial is drawn or carried out by counts, and is there."""
+    package = provenance.PACKAGE
+    for name in provenance.PRESENTING:
+        assert (package / name).is_dir() or (package / f"{name}.py").is_file(), name
+    for name in provenance.WORKING:
+        assert (package / "sweep" / name).is_file(), name
+    # A trial's own module imports no others of its package.
+    imported = {
+        module.rpartition(".")[2] + ".py"
+        for name in provenance.WORKING
+        for module in re.findall(
+            r"^from (drake_quad\.sweep\.\w+)", (package / "sweep" / name).read_text(), re.MULTILINE
+        )
+    }
+    assert imported <= {*provenance.WORKING}
+
+
 def test_every_robot_of_a_study_counts(tmp_path: Path) -> None:
     """A study is another one if any robot's file is: of a grid's, or behind a `.robot.yaml`."""
     urdf = resources.files("drake_quad_models") / "paper_quadruped.urdf"
@@ -38,7 +57,7 @@ def test_every_robot_of_a_study_counts(tmp_path: Path) -> None:
 
 
 GRID = rig.PLUMBING + "  - {name: way, cases: {often: [simulation.log_period=0.1], plain: []}}\n"
-TOLD = (  # what no trial depends on
+UNREAD = (  # what no trial depends on
     ("Nothing but plumbing", "Nothing but plumbing!"),
     ("trials: 4", "trials: 4\ngate: {rate: 0.9}"),
     ("trials: 4", "trials: 4\nmaps: [[simulation.friction, way]]"),
@@ -46,7 +65,7 @@ TOLD = (  # what no trial depends on
     ("uniform", "bands: 2, name: slipperiness, uniform"),
     ("name: way", "name: by the way"),
 )
-BEARING = (  # what one of them may depend on
+READ = (  # what one of them may depend on
     ("trials: 4", "trials: 4\nlimits: {wall_time: 1799.0}"),
     ("trials: 4", "trials: 4\nlimits: {memory: 3.5}"),
     ("trials: 4", "trials: 4\nfigures: [slip_max]"),
@@ -63,7 +82,7 @@ BEARING = (  # what one of them may depend on
 )
 
 
-@pytest.mark.parametrize("change", TOLD, ids=lambda change: change[1])
+@pytest.mark.parametrize("change", UNREAD, ids=lambda change: change[1])
 def test_a_sweep_goes_on_with_what_no_trial_depends_on_changed(
     tmp_path: Path, change: tuple[str, str]
 ) -> None:
@@ -79,7 +98,7 @@ def test_a_sweep_goes_on_with_what_no_trial_depends_on_changed(
     assert list(told["bands"]) == [vary.title for vary in rig.made(tmp_path, changed)[0].vary]
 
 
-@pytest.mark.parametrize("change", BEARING, ids=lambda change: change[1])
+@pytest.mark.parametrize("change", READ, ids=lambda change: change[1])
 def test_a_sweep_does_not_go_on_with_other_trials(tmp_path: Path, change: tuple[str, str]) -> None:
     """What was done would not be what the study now asks for: the order of cases counts, too."""
     assert change[0] in GRID
@@ -222,7 +241,7 @@ def test_the_verdict_is_of_the_trials_that_both_have(tmp_path: Path) -> None:
     text = rig.PLUMBING.replace("trials: 4", "trials: 30")
     rig.sweep_made_up(tmp_path, tmp_path / "before", text, work=first_well)
     rig.sweep_made_up(tmp_path, tmp_path / "after", text, work=lost_some, limit=16)
-    told = compare_sweeps(tmp_path / "before", tmp_path / "after")
+    told = compare_sweeps(tmp_path / "before", tmp_path / "after").as_dict()
     assert told["before"]["rate"]["rate"] < told["after"]["rate"]["rate"]
     assert len(told["paired"]["lost"]) == 8 and not told["paired"]["won"]
     assert told["verdict"] == "worse" and told["p"] < 0.01

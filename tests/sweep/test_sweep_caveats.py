@@ -51,7 +51,7 @@ def test_every_caveat_stands_wherever_the_rate_does(tmp_path: Path) -> None:
     told = rig.sweep_made_up(tmp_path, tmp_path / "out", text, work=kinematic, limit=6)
     lines = ["6 of the 8 trials of the study are done.", KINEMATIC, SHARED]
     assert caveats_of(told) == lines
-    asked = "asked for at least 50 % of each gait.cycle_time: kept so far"
+    asked = "gate of at least 50 % of each gait.cycle_time: passed so far"
     for shown in everywhere(told, tmp_path, text):
         for line in (*lines, asked):
             assert shown.count(line) == 1
@@ -81,7 +81,7 @@ def test_trials_that_were_given_up_are_told(tmp_path: Path) -> None:
 
     told = rig.sweep_made_up(tmp_path, tmp_path / "out", carry_out=out_of_order)
     for shown in everywhere(told, tmp_path, rig.PLUMBING):
-        assert shown.count("2 that began before others of them are not done") == 1
+        assert shown.count("2 trials that began earlier are not done") == 1
 
 
 def test_a_trial_over_again_is_no_evidence(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_a_trial_over_again_is_no_evidence(tmp_path: Path) -> None:
     told = rig.sweep_made_up(tmp_path, tmp_path / "out", NOTHING_DRAWN, work=alike)
     assert told["repeats"] == 18
     for shown in everywhere(told, tmp_path, NOTHING_DRAWN):
-        assert shown.count("18 came out exactly as another of the same cell") == 1
+        assert shown.count("18 trials ended exactly as another of the same cell") == 1
 
 
 def test_trials_that_differ_are_evidence(tmp_path: Path) -> None:
@@ -149,9 +149,9 @@ def test_the_command_below_the_causes_says_whose_it_is(tmp_path: Path) -> None:
 
     told = rig.sweep_made_up(tmp_path, tmp_path / "out", work=mostly_without_a_plan)
     written = section(told, "drake-quad sweep study.yaml", "study")
-    listed = written[written.index("Those that failed") :]
+    listed = written[written.index("Causes of failure") :]
     assert listed.index("7 × infeasible") < listed.index("1 × fell")
-    assert "The worst of them, trial 5 (fell), again, at that commit:" in listed
+    assert "To run the worst of them again at that commit, trial 5 (fell):" in listed
 
 
 def drawn(vary: Vary, values: list[float]) -> Figure:

@@ -15,9 +15,9 @@ from rich.console import Console
 
 from drake_quad.cli.studies import sweep as sweep_command
 from drake_quad.errors import InputError
-from drake_quad.sweep import command
-from drake_quad.sweep.command import Bar
+from drake_quad.sweep import run as sweep_run
 from drake_quad.sweep.provenance import robots_of
+from drake_quad.sweep.run import Bar
 from drake_quad.sweep.trials import Trial, guarded
 
 
@@ -107,12 +107,12 @@ def test_a_replay_that_cannot_be_kept_costs_no_report(
     def full(*_: Any) -> None:
         raise InputError(source="a", field="trials", value="a/trials", remedy="disk full")
 
-    monkeypatch.setattr(command, "run_local", in_here)
-    monkeypatch.setattr(command, "make_replays", full)
-    asked = command.SweepRequest(rig.study_file(tmp_path), tmp_path / "a", 1, replays=1)
+    monkeypatch.setattr(sweep_run, "run_local", in_here)
+    monkeypatch.setattr(sweep_run, "make_replays", full)
+    asked = sweep_run.SweepRequest(rig.study_file(tmp_path), tmp_path / "a", 1, replays=1)
     page = tmp_path / "page.md"
     with pytest.raises(InputError, match="disk full"):
-        command.run_sweep(replace(asked, page=page), Console(file=io.StringIO()), lambda: False)
+        sweep_run.run_sweep(replace(asked, page=page), Console(file=io.StringIO()), lambda: False)
     assert (tmp_path / "a" / "report.html").is_file() and "## study" in page.read_text()
 
 

@@ -24,9 +24,10 @@ def compared(
     """What is told of two sweeps, as plain values and as lines."""
     one = files_of(directory / "one", before, studies[0], "a", scenario)
     other = files_of(directory / "other", after, studies[-1], "b", scenario)
-    told = json.loads(json.dumps(compare_sweeps(one, other), allow_nan=False))
+    found = compare_sweeps(one, other)
+    told = json.loads(json.dumps(found.as_dict(), allow_nan=False))
     console = Console(file=io.StringIO(), width=300)
-    print_comparison(told, console)
+    print_comparison(found, console)
     return told, console.file.getvalue()  # type: ignore[attr-defined]
 
 
@@ -66,10 +67,10 @@ def test_the_trials_that_both_have_are_told_of(tmp_path: Path) -> None:
     """The rates are of all; where the test has fewer, so are those that it is of."""
     told, text = compared(tmp_path, well(20, 500), well(12, 20), study_of())
     assert told["verdict"] == "worse" and "4.0 %" in text and "60.0 %" in text
-    assert "told by the 20 trials that both have: 20 and 12 of them succeeded" in text
+    assert "compared by the 20 trials that both have: 20 and 12 of them succeeded" in text
     (tmp_path / "whole").mkdir()
     _, text = compared(tmp_path / "whole", well(20, 20), well(12, 20), study_of())
-    assert "told by" not in text
+    assert "compared by" not in text
 
 
 @pytest.mark.parametrize("trials", [1, 3])
@@ -114,8 +115,8 @@ def test_what_a_machine_ended_was_changed_by_no_program(
     place = table.column_names.index("outcome")
     pq.write_table(table.set_column(place, "outcome", outcomes), other / "trials.parquet")
     told = compare_sweeps(one, other)
-    assert told["verdict"] == verdict and told["p"] is None
-    assert ("run them again" in told["why"]) == (outcome == "timeout")
+    assert told.verdict == verdict and told.p is None and told.why is not None
+    assert ("run them again" in told.why) == (outcome == "timeout")
 
 
 @pytest.mark.parametrize("mode", ["physics", "kinematic"])
@@ -144,7 +145,7 @@ def test_a_draw_that_fails_in_all_cells_is_one_thing_that_failed(tmp_path: Path)
     assert (told["unit"], told["units"], told["sharing"]) == ("draw", [8], CELLS)
     assert len(told["paired"]["lost"]) == CELLS
     assert told["paired"]["draws"] == {"worse": 1, "better": 0, "same": 7}
-    assert "counted is draws" in text and "1 worse, 0 better, 7 same" in text
+    assert "counts draws" in text and "1 worse, 0 better, 7 same" in text
     (tmp_path / "b").mkdir()
     told, _ = compared(tmp_path / "b", common([1.0] * 8), common([0.9] * 8), study)
     assert told["verdict"] == "worse" and told["p"] == pytest.approx(2.0 / 2**8)
@@ -171,7 +172,7 @@ def test_common_draws_that_are_not_paired(tmp_path: Path) -> None:
         (tmp_path / f"{k}").mkdir()
         told, text = compared(tmp_path / f"{k}", well(20, 20), well(0, 20), one, unlike)
         assert told["verdict"] == "cannot be told" and told["p"] is told["test"] is None
-        assert "cannot be told: draws that all cells share" in text
+        assert "cannot be told: where all cells share their draws" in text
         assert told["before"]["sharing"] == 4 and text.count(SHARED) == 2 - k
 
 
@@ -229,7 +230,7 @@ def test_one_trial_that_is_another_is_enough(tmp_path: Path) -> None:
         place = first.table.column_names.index(name)
         table = first.table.set_column(place, name, pa.array(changed))
         pq.write_table(table, (one, other)[k] / "trials.parquet")
-        why = compare_sweeps(one, other)["unpaired"]
+        why = compare_sweeps(one, other).unpaired
         assert why == "1 of 9 trials have other overrides or seeds, trial 4 the first"
         pq.write_table(first.table, (one, other)[k] / "trials.parquet")
 

@@ -16,14 +16,20 @@ from rich.console import Console
 
 from drake_quad.cli.studies import print_sweep
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.report.html import stand_alone
+from drake_quad.report.style import stand_alone
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.run import simulate
-from drake_quad.sweep import replays
+from drake_quad.sweep import report
 from drake_quad.sweep.charts import curves_svg, draw_curves, plain_style
 from drake_quad.sweep.findings import bin_indices, bins_of
-from drake_quad.sweep.replays import make_replays, otherwise
-from drake_quad.sweep.report import check_page, in_line, write_section, write_sweep_report
+from drake_quad.sweep.report import (
+    check_page,
+    in_line,
+    make_replays,
+    otherwise,
+    write_section,
+    write_sweep_report,
+)
 from drake_quad.sweep.results import read_table
 from drake_quad.sweep.statistics import grade
 from drake_quad.sweep.study import Vary
@@ -163,7 +169,7 @@ def test_a_replay_that_has_no_run_here_costs_no_other(
             raise PlanningError("no path")
         return simulate(scenario, **more)
 
-    monkeypatch.setattr(replays, "simulate", run_most)
+    monkeypatch.setattr(report, "simulate", run_most)
     study, base = rig.made(tmp_path)
     assert make_replays(study, base, [2, 3], tmp_path) == ([3], {2: "no path"})
 

@@ -13,7 +13,7 @@ from scipy.stats import beta
 
 from drake_quad.cli.studies import print_sweep
 from drake_quad.sweep.findings import _clock, summarize_sweep, worst_first
-from drake_quad.sweep.replays import replayable
+from drake_quad.sweep.report import replayable
 from drake_quad.sweep.results import clock_table, read_table
 from drake_quad.sweep.study import Gate, Study, Vary
 from drake_quad.sweep.trials import Trial
@@ -151,8 +151,8 @@ def test_a_gate_of_each_band_is_not_made_up_for_by_the_others(
     assert found["passed"] == passed and found["gate_each"] == each
     printed = io.StringIO()
     print_sweep(found, Path("out"), Console(file=printed, width=200))
-    words = f"asked for at least {100 * rate:g} %" + (f" of each {each}" if each else "")
-    assert f"{words}: {'kept' if passed else 'missed'}" in printed.getvalue()
+    words = f"gate of at least {100 * rate:g} %" + (f" of each {each}" if each else "")
+    assert f"{words}: {'passed' if passed else 'missed'}" in printed.getvalue()
 
 
 def test_what_a_sweep_adds_is_told_of_the_trials_that_were_timed() -> None:
