@@ -30,6 +30,7 @@ ORDER = (
     "gait_design",
     "runs",
     "simulation",
+    "bus",
     "feasibility",
     "report",
     "sweep",

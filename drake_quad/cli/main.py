@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from drake_quad import __version__
+from drake_quad.cli.bus import control, simulate
 from drake_quad.cli.common import make_streams_last
 from drake_quad.cli.robots import chart, check, inspect
 from drake_quad.cli.runs import export, plan, replay, report, run, scenarios
@@ -60,6 +61,8 @@ for command in (
     sweep,
     compare,
     scenarios,
+    control,
+    simulate,
 ):
     app.command()(command)
 

@@ -13,7 +13,7 @@ from drake_quad.control.push_recovery import Reflex
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.estimation.filter_state import EstimatorSettings
-from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.robot.model import RobotModel
@@ -62,6 +62,7 @@ def MakeController(
     model: MultibodyPlant,
     start: Stance | None = None,
     tracking: str | MakeTracking | None = None,
+    planned: Sequence[MotionPlan] = (),
 ) -> Diagram:
     """Returns the controller as a Diagram of its own.
 
@@ -76,6 +77,7 @@ def MakeController(
             from its sensors. None: its state is an input.
         tracking: The controller that turns the plan into joint commands: one of KINDS by its name,
             or a function that makes one; `control.kind` if None.
+        planned: The mission's plans, made beforehand, as TransitionPlanner takes them.
 
     Raises:
         InputError: No such name, or a system without the ports of a TrackingController.
@@ -110,7 +112,12 @@ def MakeController(
     planner = builder.AddNamedSystem(
         "transition_planner",
         TransitionPlanner(
-            robot=robot, layout=layout, course=course, settings=settings, mission=mission
+            robot=robot,
+            layout=layout,
+            course=course,
+            settings=settings,
+            mission=mission,
+            planned=planned,
         ),
     )
     follower = builder.AddNamedSystem(

@@ -46,11 +46,25 @@ class TransitionPlanner(LeafSystem):
         settings: PlanSettings,
         mission: Sequence[Task],
         period: float = 0.05,
+        planned: Sequence[MotionPlan] = (),
     ) -> None:
+        """Declares ports and state.
+
+        Args:
+            robot: The robot.
+            layout: Layout of its state.
+            course: The map.
+            settings: The planner's settings.
+            mission: The tasks.
+            period: Between looks at the clock [s].
+            planned: Plans made beforehand, one a task: a task that begins as on paper takes its
+                own over instead of making the same anew, for which a wall clock would not wait.
+        """
         super().__init__()
         self.set_name("transition_planner")
         self._robot, self._layout = robot, layout
         self._course, self._settings, self._mission = course, settings, tuple(mission)
+        self._planned = tuple(planned)
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._plan = self.DeclareAbstractState(AbstractValue.Make(object()))
@@ -70,7 +84,11 @@ class TransitionPlanner(LeafSystem):
         R = measured.R_WB
         pitch, yaw = -np.arcsin(np.clip(R[2, 0], -1, 1)), np.arctan2(R[1, 0], R[0, 0])
         body = np.array([*measured.p_WB, pitch, yaw])
-        self._set_plan(context, state, 0, Stance(body, self._feet(context)))
+        stance = Stance(body, self._feet(context))
+        if self._planned and self._is_as_planned(self._planned[0], 0.0, stance.feet):
+            self._keep(context, state, self._planned[0])
+        else:
+            self._set_plan(context, state, 0, stance)
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
@@ -79,7 +97,11 @@ class TransitionPlanner(LeafSystem):
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
         # The body goes on from where it was desired to be, so that its desired pose never jumps.
         if plan.index != task:
-            self._set_plan(context, state, task, self._stance_after(plan, context))
+            on_paper = self._planned and plan is self._planned[plan.index]
+            if on_paper and self._is_as_planned(plan, plan.duration, self._feet_on_map(context)):
+                self._keep(context, state, self._planned[task])
+            else:
+                self._set_plan(context, state, task, self._stance_after(plan, context))
         elif plan.revision != revision:
             feet = self._feet_on_map(context)
             resumed = self._resume(plan, float(phase[GaitPhase.TIME]), feet)
@@ -107,11 +129,15 @@ class TransitionPlanner(LeafSystem):
         millimetre off, where a robot is at its limits, the path found can be quite another.
         """
         feet, end = self._feet_on_map(context), plan.end
-        planned, _ = plan.contacts.feet_at(np.array([plan.duration]))
-        off = float(np.linalg.norm(feet - planned[0], axis=1).max())
-        if off <= AS_PLANNED * float(self._robot.geometry.reach.min()):
+        if self._is_as_planned(plan, plan.duration, feet):
             return end
         return Stance(end.body, feet)
+
+    def _is_as_planned(self, plan: MotionPlan, t: float, feet: FloatArray) -> bool:
+        """Whether `feet` (4, 3) stand as `plan` has them at time `t` [s], but for a little."""
+        planned, _ = plan.contacts.feet_at(np.array([t]))
+        off = float(np.linalg.norm(feet - planned[0], axis=1).max())
+        return off <= AS_PLANNED * float(self._robot.geometry.reach.min())
 
     def _resume(self, plan: MotionPlan, t: float, feet: FloatArray) -> MotionPlan:
         """The rest of `plan` from gait time `t` on, from the feet (4, 3) as they stand."""

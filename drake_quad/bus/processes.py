@@ -1,0 +1,275 @@
+"""The two processes: a controller's and a simulated robot's, each with its clock and its bus."""
+
+import socket
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from drake_quad.bus.clock import NS, Clock, WallClock
+from drake_quad.bus.control_loop import ControlLoop, Event
+from drake_quad.bus.faults import BusFaults, FaultyBus
+from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
+from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, DRIVES_HOLD
+from drake_quad.bus.real_time import real_time
+from drake_quad.bus.robot_bus import RobotBus
+from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
+from drake_quad.bus.safety import Mode
+from drake_quad.errors import InputError
+from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.precompile import kernels_for, precompiling
+from drake_quad.simulation.prepare import PreparedScenario, prepare
+
+BUSES = ("lcm",)
+LATE = 0.1  # [s] behind, beyond which a loop gives up catching up
+FIELDS = ("estimator.kind=ekf", "controller.period=0.002")  # before what a person sets
+DRIVES = {DRIVES_DAMP: "damping", DRIVES_FOLLOW: "following", DRIVES_HOLD: "holding"}
+
+Tell = Callable[[str], None]
+Stop = Callable[[], bool]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BusChoice:
+    """Which bus, and where.
+
+    Attributes:
+        bus: One of BUSES.
+        interface: The machine's network interface; `lo` stays within the machine.
+        domain: DDS's domain; on LCM, how many ports further on.
+        rate: Seconds of both sides' clocks in a second of the machine's.
+    """
+
+    bus: str = "lcm"
+    interface: str = LOOPBACK
+    domain: int = 1
+    rate: float = 1.0
+
+
+def check_choice(choice: BusChoice, *, named: bool, ready: bool) -> None:
+    """Refuses what could move a robot unasked, or nothing at all.
+
+    Args:
+        choice: What was asked for.
+        named: Whether the interface was given by a person.
+        ready: Whether `--i-am-ready` was.
+
+    Raises:
+        InputError: What is missing, or wrong.
+    """
+
+    def fail(option: str, value: object, remedy: str) -> InputError:
+        return InputError(source=f"--{option}", field=option, value=value, remedy=remedy)
+
+    if choice.bus not in BUSES:
+        raise fail("bus", choice.bus, f"give {' or '.join(BUSES)}")
+    known = [name for _, name in socket.if_nameindex()]
+    if choice.interface not in known:
+        raise fail("interface", choice.interface, f"this machine has {', '.join(known)}")
+    if choice.interface != LOOPBACK and not (named and ready):
+        remedy = "a robot may be there: name it, and give --i-am-ready (see docs/bus.md)"
+        raise fail("interface", choice.interface, remedy)
+    if not 0 <= choice.domain <= 230:
+        raise fail("domain", choice.domain, "give a number from 0 to 230")
+    if not 0.0 < choice.rate <= 1.0:
+        raise fail("rate", choice.rate, "give more than 0, and at most 1")
+    if choice.rate != 1.0 and choice.interface != LOOPBACK:
+        raise fail("rate", choice.rate, "a robot keeps time: give 1")
+
+
+def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> PreparedScenario:
+    """The scenario read, planned, and its kernels compiled.
+
+    Args:
+        name: A shipped scenario's, or a file.
+        fields: What a person sets of it.
+        tell: Told in a line of what takes a while.
+
+    Raises:
+        InputError: It cannot be run on a bus.
+        PlanningError: It has no plan.
+    """
+    scenario: Scenario = load_scenario(name, [*FIELDS, *fields])
+    if scenario.estimator.kind != "ekf":
+        raise InputError(
+            source=name, field="estimator.kind", value=scenario.estimator.kind,
+            remedy="nobody tells a robot's controller its state: give ekf",
+        )  # fmt: skip
+    if scenario.simulation.mode != "physics":
+        raise InputError(
+            source=name, field="simulation.mode", value=scenario.simulation.mode,
+            remedy="a bus has a robot at its other end: give physics",
+        )  # fmt: skip
+    with precompiling(kernels_for(scenario.controller.kind, "ekf"), tell) as wait:
+        prepared = prepare(scenario, source=name)
+        wait()
+    return prepared
+
+
+def open_bus(choice: BusChoice, clock: Clock, *, robot: bool) -> RobotBus:
+    """An end of the bus.
+
+    Args:
+        choice: Which.
+        clock: The receiver's.
+        robot: Whether it is the robot's end, which hears commands alone; a controller hears both.
+
+    Raises:
+        InputError: What it needs is not installed, or it cannot be opened.
+    """
+    url = lcm_url(choice.interface, choice.domain)
+    return LcmBus(url, clock.now_ns, hears_states=not robot, hears_commands=True)
+
+
+def _each_period(clock: Clock, period: float, tick: Callable[[], bool]) -> float:
+    """Ticks by the clock's deadlines until told to end; how much time was given up [s]."""
+    period_ns = round(period * NS)
+    due, given_up = clock.now_ns(), 0
+    while tick():
+        due += period_ns
+        behind = clock.now_ns() - due
+        if behind > LATE * NS:
+            given_up += behind
+            due += behind
+        elif behind < 0:
+            clock.sleep_until(due)
+    return given_up / NS
+
+
+def control(
+    prepared: PreparedScenario,
+    choice: BusChoice,
+    *,
+    stop: Stop,
+    tell: Tell,
+    dry_run: bool = False,
+    fifo: bool = True,
+) -> dict[str, Any]:
+    """The controller's process, from damping to damping.
+
+    Args:
+        prepared: From `prepare_for_bus`.
+        choice: The bus.
+        stop: Asked whether a person wants it to end.
+        tell: Told of every change of mode.
+        dry_run: Whether it only listens.
+        fifo: Whether real-time priority is asked for.
+
+    Returns:
+        Outcome, changes of mode, and how well time was kept: what control.json holds.
+    """
+    clock = WallClock(choice.rate)
+    bus = open_bus(choice, clock, robot=False)
+    loop = ControlLoop(prepared, bus, clock, silent=dry_run)
+    tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
+         f"domain {choice.domain}: waiting for the robot")  # fmt: skip
+    shown, next_look = 0, 0.0
+
+    def tick() -> bool:
+        nonlocal shown, next_look
+        if stop():
+            loop.stop("interrupted")
+        loop.tick()
+        for event in loop.events[shown:]:
+            tell(_line(event))
+        shown = len(loop.events)
+        if dry_run and loop.time >= next_look:
+            next_look = loop.time + 1.0
+            angles = " ".join(f"{q:.2f}" for q in loop.told.q)
+            tell(f"{loop.time:8.3f} s  would command {loop.mode.name.lower()}: {angles} rad")
+        return not loop.outcome
+
+    try:
+        with real_time(first=fifo) as given:
+            given_up = _each_period(clock, loop.period, tick)
+    finally:
+        bus.close()
+    return {
+        "outcome": loop.outcome,
+        "events": [asdict(event) for event in loop.events],
+        "bus": asdict(choice),
+        "states_lost": loop.lost,
+        "ticks_held": loop.holds,
+        "largest_step": loop.largest_step,
+        "real_time": {**given, "time_given_up": given_up, **loop.times.figures()},
+    }
+
+
+def _line(event: Event) -> str:
+    why = f": {event.reason}" if event.reason else ""
+    return f"{event.time:8.3f} s  {event.mode.replace('_', ' ')}{why}"
+
+
+def simulate_robot(
+    prepared: PreparedScenario,
+    choice: BusChoice,
+    *,
+    faults: BusFaults,
+    seed: int,
+    duration: float | None,
+    stop: Stop,
+    tell: Tell,
+    fifo: bool = True,
+) -> dict[str, Any]:
+    """The robot's process: physics by the clock, until it is told to end.
+
+    Args:
+        prepared: From `prepare_for_bus`.
+        choice: The bus.
+        faults: What goes wrong on it.
+        seed: Of which messages it goes wrong with.
+        duration: How long [s]; None: until it is stopped.
+        stop: Asked whether a person wants it to end.
+        tell: Told of every change of what the drives do.
+        fifo: Whether real-time priority is asked for.
+
+    Returns:
+        What the drives did and where the robot went: what robot.json holds.
+    """
+    clock = WallClock(choice.rate)
+    bus = open_bus(choice, clock, robot=True)
+    if faults.any:
+        bus = FaultyBus(bus, faults, clock, np.random.default_rng(seed))
+    robot = SimulatedRobot(prepared)
+    loop = RobotLoop(robot, bus, clock)
+    begun, start = clock.now_ns(), robot.base
+    changes: list[dict[str, Any]] = []
+    before = (DRIVES_DAMP, Mode.DAMPING)
+    tell(f"on {choice.bus}, interface {choice.interface}, domain {choice.domain}: sending")
+
+    def tick() -> bool:
+        nonlocal before
+        loop.tick()
+        command = loop.guard.command
+        mode = Mode.DAMPING if command is None else Mode(command.mode)
+        if (loop.guard.drives, mode) != before:
+            before = (loop.guard.drives, mode)
+            change = {
+                "time": robot.time,
+                "wall_ns": clock.now_ns(),
+                "drives": DRIVES[loop.guard.drives],
+                "mode": mode.name.lower(),
+                "reason": loop.guard.reason if loop.guard.drives == DRIVES_DAMP else "",
+                "base": robot.base.tolist(),
+            }
+            changes.append(change)
+            tell(f"{robot.time:8.3f} s  {change['drives']} ({change['mode']}) {change['reason']}")
+        over = duration is not None and robot.time >= duration
+        return not (over or stop())
+
+    try:
+        with real_time(first=fifo) as given:
+            given_up = _each_period(clock, robot.period, tick)
+    finally:
+        bus.close()
+    wall = (clock.now_ns() - begun) / NS
+    return {
+        "simulated_time": robot.time,
+        "real_time_factor": robot.time / wall if wall > 0.0 else None,
+        "start": start.tolist(),
+        "end": robot.base.tolist(),
+        "drives": changes,
+        "real_time": {**given, "time_given_up": given_up, **loop.times.figures()},
+    }

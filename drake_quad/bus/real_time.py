@@ -1,0 +1,111 @@
+"""What a loop with deadlines is given by the system, and how well it kept them."""
+
+import ctypes
+import gc
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import numpy as np
+
+from drake_quad.bus.clock import NS
+
+PRIORITY = 20  # of SCHED_FIFO: above all that is not real time, below the kernel's own
+LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE
+EDGES = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [ms] of histograms
+
+
+@contextmanager
+def real_time(*, first: bool = True) -> Iterator[dict[str, bool]]:
+    """Real-time priority and locked memory where they are allowed, no garbage collector.
+
+    Args:
+        first: Whether to ask for SCHED_FIFO and locked memory at all.
+
+    Yields:
+        What was given: `fifo`, `memory_locked`.
+    """
+    given = {"fifo": False, "memory_locked": False}
+    before = None
+    if first and hasattr(os, "sched_setscheduler"):
+        with suppress(OSError):
+            before = (os.sched_getscheduler(0), os.sched_getparam(0))
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+            given["fifo"] = True
+        with suppress(OSError, AttributeError):
+            given["memory_locked"] = ctypes.CDLL(None).mlockall(LOCK_ALL) == 0
+    collecting = gc.isenabled()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield given
+    finally:
+        if collecting:
+            gc.enable()
+        gc.unfreeze()
+        if given["fifo"] and before is not None:
+            with suppress(OSError):
+                os.sched_setscheduler(0, *before)
+
+
+class LoopTimes:
+    """The times of a loop's ticks, kept without allocation until they are asked for.
+
+    Args:
+        period: Between ticks [s].
+        capacity: How many ticks are kept; of more, the last.
+    """
+
+    def __init__(self, period: float, capacity: int = 200_000) -> None:
+        self._period_ns = round(period * NS)
+        self._rows = np.zeros((capacity, 3), dtype=np.int64)  # begun, work, age of the state
+        self._count = 0
+
+    def note(self, begun_ns: int, ended_ns: int, age_ns: int) -> None:
+        """Notes a tick: when it began and ended, and how old the state was that it answered.
+
+        Args:
+            begun_ns: When the tick began [ns].
+            ended_ns: When its command was out [ns].
+            age_ns: Age of the state then [ns]; negative if there is none.
+        """
+        row = self._rows[self._count % len(self._rows)]
+        row[0], row[1], row[2] = begun_ns, ended_ns - begun_ns, age_ns
+        self._count += 1
+
+    def figures(self) -> dict[str, Any]:
+        """Figures and histograms, all in ms: what `docs/bus.md` lists."""
+        count, size = self._count, len(self._rows)
+        rows = self._rows[:count] if count <= size else np.roll(self._rows, -(count % size), axis=0)
+        if len(rows) < 2:
+            return {"ticks": count}
+        period = np.diff(rows[:, 0]) * 1e-6
+        wanted = self._period_ns * 1e-6
+        jitter, work = np.abs(period - wanted), rows[:, 1] * 1e-6
+        age = rows[rows[:, 2] >= 0, 2] * 1e-6
+        return {
+            "ticks": count,
+            "overruns": int(np.sum(period > 1.5 * wanted)),
+            "overrun_share": float(np.mean(period > 1.5 * wanted)),
+            "period_ms": _figures(period),
+            "jitter_ms": _figures(jitter),
+            "work_ms": _figures(work),
+            "state_age_ms": _figures(age),
+        }
+
+
+def _figures(values: Any) -> dict[str, Any]:
+    if not len(values):
+        return {}
+    shares = np.percentile(values, [50.0, 99.0, 99.9])
+    counts, _ = np.histogram(values, [*EDGES, np.inf])
+    return {
+        "mean": float(np.mean(values)),
+        "median": float(shares[0]),
+        "p99": float(shares[1]),
+        "p99_9": float(shares[2]),
+        "max": float(np.max(values)),
+        "histogram": {"edges": list(EDGES), "counts": counts.tolist()},
+    }

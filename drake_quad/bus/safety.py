@@ -1,0 +1,327 @@
+"""The safety machine: what a robot's drives may be told, whatever the controller wants.
+
+    damping -> standing up -> standing -> walking -> (standing ->) sitting down -> damping
+
+Pure: `advance` takes what was, what is known now and what is wanted, and gives what is and what the
+drives are told. Any fault leads to damping in the same tick, from which nothing but arming anew, in
+a sane posture, leads on. A state that is late, but not yet too late, makes the last command hold.
+"""
+
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.math.curves import quintic
+
+
+class Mode(IntEnum):
+    """What the machine does; the numbers go over the bus."""
+
+    DAMPING = 0
+    STANDING_UP = 1
+    STANDING = 2
+    WALKING = 3
+    SITTING_DOWN = 4
+
+
+class Request(IntEnum):
+    """What a person, or the order of a mission, asks for."""
+
+    NOTHING = 0
+    DAMP = 1
+    STAND = 2
+    WALK = 3
+    SIT = 4
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SafetyLimits:
+    """What drives may be told, and when nothing may be told any more.
+
+    Attributes:
+        q_lower: Joint position limits (12,) [rad].
+        q_upper: Joint position limits (12,) [rad].
+        speed: Joint speed limits (12,) [rad/s].
+        effort: Joint torque limits (12,) [Nm].
+        stiffness: Greatest stiffness of a drive, and that of standing [Nm/rad].
+        damping: Greatest damping of a drive, and that of standing and of damping [Nm s/rad].
+        period: Between commands [s].
+        q_step: Farthest that a wanted angle may go from one command to the next [rad].
+        torque_time: Time in which a fed torque may go from nothing to its limit [s].
+        tilt: Of the trunk, beyond which the robot is damped [rad].
+        hold_after: Age of the state beyond which the last command holds [s].
+        damp_after: Age of the state beyond which the robot is damped [s].
+        arming_tilt: Tilt beyond which it does not arm [rad].
+        arming_speed: Joint speed beyond which it does not arm [rad/s].
+        arming_room: How far beyond its limits a joint may be when it arms [rad].
+        arming_time: How long all must have been well before it arms [s].
+        standing_error: Farthest from its angle that a joint may be to count as standing [rad].
+        fold_time: Time from the posture found to the lowest of the postures [s].
+        rise_time: Time from there to standing, and back [s].
+    """
+
+    q_lower: FloatArray
+    q_upper: FloatArray
+    speed: FloatArray
+    effort: FloatArray
+    stiffness: float
+    damping: float
+    period: float = 0.002
+    q_step: float = 0.05
+    torque_time: float = 0.02
+    tilt: float = 0.6
+    hold_after: float = 0.02
+    damp_after: float = 0.1
+    arming_tilt: float = 0.35
+    arming_speed: float = 1.0
+    arming_room: float = 0.1
+    arming_time: float = 0.5
+    standing_error: float = 0.2
+    fold_time: float = 1.5
+    rise_time: float = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """What the twelve drives are told: τ + k (q_d - q) + d (v_d - v).
+
+    Attributes:
+        q: q_d (12,) [rad].
+        v: v_d (12,) [rad/s].
+        torque: τ (12,) [Nm].
+        stiffness: k, of every drive [Nm/rad].
+        damping: d, of every drive [Nm s/rad].
+    """
+
+    q: FloatArray
+    v: FloatArray
+    torque: FloatArray
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Known:
+    """What is known at a tick.
+
+    Attributes:
+        time: The machine's clock [s].
+        q: Joint angles of the newest sound state (12,) [rad]; None before there was one.
+        v: Joint speeds of it (12,) [rad/s].
+        up: Which way is up, in B (3,), from the IMU.
+        age: How long ago that state was received [s].
+        fault: What is wrong, in a few words; empty if nothing is.
+        request: What is asked for.
+        wanted: What the controller wants of the drives in walking; None: nothing new.
+        ended: Why the controller has ended, or empty.
+    """
+
+    time: float
+    q: FloatArray | None
+    v: FloatArray | None = None
+    up: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    age: float = 0.0
+    fault: str = ""
+    request: Request = Request.NOTHING
+    wanted: Drives | None = None
+    ended: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Memory:
+    """What the machine remembers from tick to tick.
+
+    Attributes:
+        mode: What it does.
+        since: When it began to [s].
+        well_since: Since when nothing was wrong [s].
+        told: What the drives were last told.
+        start: The wanted angles with which `mode` began (12,) [rad].
+        reason: Why it is damped, or did not arm.
+        holding: Whether the last command holds, for want of a state.
+    """
+
+    mode: Mode = Mode.DAMPING
+    since: float = 0.0
+    well_since: float = 0.0
+    told: Drives
+    start: FloatArray
+    reason: str = "not armed yet"
+    holding: bool = False
+
+
+def initial_memory(limits: SafetyLimits, time: float) -> Memory:
+    """Damping, with angles amid the limits until a state tells them."""
+    q = np.clip(np.zeros(12), limits.q_lower, limits.q_upper)
+    told = Drives(q, np.zeros(12), np.zeros(12), 0.0, limits.damping)
+    return Memory(since=time, well_since=time, told=told, start=q)
+
+
+def advance(
+    memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArray
+) -> tuple[Memory, Drives]:
+    """One tick: which mode there is now, and what the drives are told.
+
+    Args:
+        memory: Of the tick before.
+        known: What is known now.
+        limits: What holds of every command.
+        postures: Joint angles (N, 12) from sitting to standing, evenly in time [rad].
+
+    Returns:
+        Memory of this tick, and what the drives are told, within all limits.
+    """
+    fault = _fault_of(known, limits)
+    well_since = known.time if fault else memory.well_since
+    memory = replace(memory, well_since=well_since, holding=False)
+    if fault:
+        memory = _enter(memory, Mode.DAMPING, known, fault if memory.mode else memory.reason)
+    elif known.request == Request.DAMP:
+        memory = _enter(memory, Mode.DAMPING, known, "asked to")
+    elif memory.mode == Mode.DAMPING:
+        memory = _arm(memory, known, limits)
+    elif known.age > limits.hold_after:
+        memory = replace(memory, holding=True, since=memory.since + limits.period)
+    else:
+        memory = _go_on(memory, known, limits, postures)
+    told = within_limits(_wish(memory, known, limits, postures), memory.told, limits)
+    return replace(memory, told=told), told
+
+
+def within_limits(wish: Drives, before: Drives, limits: SafetyLimits) -> Drives:
+    """The wish within the limits of place, speed, torque, and of how fast they change.
+
+    A value of the wish that is no finite number is taken as it was before.
+    """
+    q = np.where(np.isfinite(wish.q), wish.q, before.q)
+    v = np.where(np.isfinite(wish.v), wish.v, 0.0)
+    torque = np.where(np.isfinite(wish.torque), wish.torque, 0.0)
+    # No faster than the joint's own speed, and never more than the step.
+    step = np.minimum(limits.q_step, limits.speed * limits.period)
+    q = np.clip(np.clip(q, limits.q_lower, limits.q_upper), before.q - step, before.q + step)
+    change = limits.effort * min(1.0, limits.period / limits.torque_time)
+    torque = np.clip(torque, before.torque - change, before.torque + change)
+    return Drives(
+        q,
+        np.clip(v, -limits.speed, limits.speed),
+        np.clip(torque, -limits.effort, limits.effort),
+        _between(wish.stiffness, limits.stiffness),
+        _between(wish.damping, limits.damping),
+    )
+
+
+def _between(value: float, most: float) -> float:
+    return min(max(value, 0.0), most) if np.isfinite(value) else 0.0
+
+
+def _fault_of(known: Known, limits: SafetyLimits) -> str:
+    """What is wrong now; empty if nothing is."""
+    if known.fault:
+        return known.fault
+    if known.q is None:
+        return "no state has come"
+    if known.age > limits.damp_after:
+        return f"no state for {limits.damp_after:g} s"
+    if not (np.isfinite(known.q).all() and np.isfinite(known.up).all()):
+        return "a value is not a number"
+    if not known.up[2] > np.cos(limits.tilt):
+        return "the trunk is tilted"
+    return ""
+
+
+def _enter(memory: Memory, mode: Mode, known: Known, reason: str = "") -> Memory:
+    if memory.mode == mode:
+        return memory
+    return replace(
+        memory, mode=mode, since=known.time, start=memory.told.q, reason=reason,
+        well_since=known.time if mode == Mode.DAMPING else memory.well_since,
+    )  # fmt: skip
+
+
+def _arm(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
+    """Begins to stand up, if that is asked for and the robot is fit for it."""
+    if known.request != Request.STAND:
+        return memory
+    assert known.q is not None and known.v is not None
+    reason = ""
+    if known.time - memory.well_since < limits.arming_time:
+        reason = "not armed: all is not well for long enough"
+    elif known.age > limits.hold_after:
+        reason = "not armed: the state is old"
+    elif not known.up[2] > np.cos(limits.arming_tilt):
+        reason = "not armed: the trunk is tilted"
+    elif not np.abs(known.v).max() <= limits.arming_speed:
+        reason = "not armed: a joint is moving"
+    elif np.any(known.q < limits.q_lower - limits.arming_room) or np.any(
+        known.q > limits.q_upper + limits.arming_room
+    ):
+        reason = "not armed: a joint is beyond its limits"
+    elif np.abs(memory.told.q - np.clip(known.q, limits.q_lower, limits.q_upper)).max() > 0.01:
+        reason = "not armed: what is wanted has not come to where the joints are"
+    if reason:
+        return replace(memory, reason=reason)
+    return _enter(memory, Mode.STANDING_UP, known)
+
+
+def _go_on(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArray) -> Memory:
+    """The mode that follows, with a sound and fresh state."""
+    assert known.q is not None
+    elapsed, mode = known.time - memory.since, memory.mode
+    if mode == Mode.STANDING_UP and elapsed >= limits.fold_time + limits.rise_time:
+        told = np.abs(memory.told.q - postures[-1]).max() < 1e-6  # not behind, for its speed limit
+        if told and np.abs(known.q - postures[-1]).max() <= limits.standing_error:
+            return _enter(memory, Mode.STANDING, known)
+        if elapsed >= limits.fold_time + limits.rise_time + 1.0:
+            return _enter(memory, Mode.DAMPING, known, "did not come to stand")
+    if mode == Mode.STANDING and known.request == Request.WALK:
+        return _enter(memory, Mode.WALKING, known)
+    if mode == Mode.WALKING and known.ended:
+        return _enter(memory, Mode.STANDING, known, known.ended)
+    if mode in (Mode.STANDING, Mode.WALKING) and known.request == Request.SIT:
+        return _enter(memory, Mode.SITTING_DOWN, known)
+    if mode == Mode.SITTING_DOWN and elapsed >= limits.fold_time + limits.rise_time:
+        return _enter(memory, Mode.DAMPING, known, "sat down")
+    return memory
+
+
+def _wish(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArray) -> Drives:
+    """What the mode wants of the drives, before limits."""
+    told, mode, zero = memory.told, memory.mode, np.zeros(12)
+    elapsed = max(known.time - memory.since, 0.0)
+    if mode == Mode.DAMPING:
+        # What is wanted follows the joints, so that arming begins from where they are.
+        q = told.q if known.q is None else known.q
+        return Drives(q, zero, zero, 0.0, limits.damping)
+    if memory.holding:
+        return Drives(told.q, zero, told.torque, told.stiffness, told.damping)
+    if mode == Mode.WALKING:
+        if known.wanted is None:
+            return told
+        return known.wanted
+    stiff = (limits.stiffness, limits.damping)
+    if mode == Mode.STANDING:  # as it came: at the end of standing up, or of a walk
+        return Drives(told.q, zero, told.torque, *stiff)
+    if mode == Mode.STANDING_UP:
+        if elapsed < limits.fold_time:
+            return Drives(_blend(memory.start, postures[0], elapsed / limits.fold_time),
+                          zero, zero, *stiff)  # fmt: skip
+        share = (elapsed - limits.fold_time) / limits.rise_time
+        return Drives(_along(postures, share), zero, zero, *stiff)
+    if elapsed < limits.fold_time:  # sitting down: first to the posture of standing
+        return Drives(_blend(memory.start, postures[-1], elapsed / limits.fold_time),
+                      zero, zero, *stiff)  # fmt: skip
+    share = 1.0 - (elapsed - limits.fold_time) / limits.rise_time
+    return Drives(_along(postures, share), zero, zero, *stiff)
+
+
+def _blend(start: FloatArray, end: FloatArray, share: float) -> FloatArray:
+    return np.asarray(start + quintic(min(max(share, 0.0), 1.0)) * (end - start))
+
+
+def _along(postures: FloatArray, share: float) -> FloatArray:
+    """The posture at this share of the way [0, 1] from the first to the last, from rest to rest."""
+    place = quintic(min(max(share, 0.0), 1.0)) * (len(postures) - 1)
+    k = min(int(place), len(postures) - 2)
+    return np.asarray(postures[k] + (place - k) * (postures[k + 1] - postures[k]))

@@ -1,0 +1,148 @@
+"""Watches on what comes over the bus: what is newest and sound, and what is wrong.
+
+Pure of clocks and sockets: each is given what was received, and says what it makes of it.
+"""
+
+import numpy as np
+
+from drake_quad.bus.clock import NS
+from drake_quad.bus.messages import CommandMessage, Received, StateMessage
+from drake_quad.common import GRAVITY, FloatArray
+
+FROZEN = 0.1  # [s] for which a sound robot never shows the same to the last bit
+UP_TIME = 0.5  # [s] over which the accelerometer corrects which way is up
+GONE = 0.5  # [s] of silence after which another sender may take over
+
+
+class StateWatch:
+    """Takes the robot's states in, in their order, and says which fault they show.
+
+    Attributes:
+        newest: The newest sound state; None before there is one.
+        received_ns: When it was received [ns].
+        up: Which way is up, in B (3,): the gyroscope's turns, drawn to the accelerometer.
+    """
+
+    def __init__(self) -> None:
+        self.newest: StateMessage | None = None
+        self.received_ns = 0
+        self.up: FloatArray = np.array([0.0, 0.0, 1.0])
+        self.lost = 0
+        self._changed_ns = 0
+
+    def take(self, received: list[Received[StateMessage]]) -> tuple[list[StateMessage], str]:
+        """The states that are new and sound, oldest first; and the first fault among all.
+
+        Those that were overtaken by a newer one are dropped without a word: buses reorder.
+        """
+        good: list[StateMessage] = []
+        fault = ""
+        for one in received:
+            state, wrong = one.message, one.fault
+            if state is not None and not wrong:
+                wrong, old = self._compare(state, one.time_ns)
+                if old:
+                    continue
+            if wrong:
+                fault = fault or wrong
+                if state is not None:
+                    self._adopt(state, one.time_ns, sound=False)
+                continue
+            assert state is not None
+            self._feel(state)
+            self._adopt(state, one.time_ns, sound=True)
+            good.append(state)
+        return good, fault
+
+    def _compare(self, state: StateMessage, time_ns: int) -> tuple[str, bool]:
+        """What is wrong with a state beside the newest; and whether it is an old one."""
+        last = self.newest
+        if last is None:
+            return "", False
+        if state.session != last.session:
+            if time_ns - self.received_ns < GONE * NS:
+                return "two robots' states", False
+            return "", False
+        if state.sequence <= last.sequence:
+            return "", True
+        if state.time_ns < last.time_ns:
+            return "the robot's clock went back", False
+        if state.time_ns == last.time_ns:
+            return "the robot's clock stands", False
+        same = all(
+            np.array_equal(getattr(state, name), getattr(last, name))
+            for name in ("position", "angular_rate", "specific_force")
+        )
+        if not same:
+            self._changed_ns = state.time_ns
+        elif state.time_ns - self._changed_ns > FROZEN * NS:
+            return "the sensors show the same without end", False
+        return "", False
+
+    def _adopt(self, state: StateMessage, time_ns: int, *, sound: bool) -> None:
+        last = self.newest
+        if last is None or last.session != state.session:
+            if not sound and last is not None:
+                return  # another robot's
+            self._changed_ns = state.time_ns
+        elif sound:
+            self.lost += state.sequence - last.sequence - 1
+        if sound:
+            self.newest, self.received_ns = state, time_ns
+
+    def _feel(self, state: StateMessage) -> None:
+        last = self.newest
+        norm = float(np.linalg.norm(state.specific_force))
+        felt = state.specific_force / norm if 0.5 < norm / GRAVITY < 1.5 else None
+        if last is None or last.session != state.session:
+            if felt is not None:
+                self.up = np.array(felt)
+            return
+        dt = min((state.time_ns - last.time_ns) / NS, FROZEN)
+        up = self.up - dt * np.cross(state.angular_rate, self.up)
+        if felt is not None:
+            up = up + min(dt / UP_TIME, 1.0) * (felt - up)
+        self.up = up / max(float(np.linalg.norm(up)), 1e-9)
+
+
+class CommandWatch:
+    """Takes commands in and says whether another commander than one's own, or two, are there.
+
+    Args:
+        own: Session of one's own commands, which are no others'; None for a robot's side.
+
+    Attributes:
+        newest: The newest sound command of the one commander; None before there is one.
+        received_ns: When it was received [ns].
+    """
+
+    def __init__(self, own: int | None = None) -> None:
+        self.newest: CommandMessage | None = None
+        self.received_ns = 0
+        self._own = own
+
+    def take(self, received: list[Received[CommandMessage]]) -> str:
+        """Takes them in; what is wrong with them, or empty."""
+        fault = ""
+        for one in received:
+            command = one.message
+            if command is None or one.fault:
+                fault = fault or one.fault
+                continue
+            if self._own is not None:
+                if command.session != self._own:
+                    fault = fault or "a second commander"
+                continue
+            last = self.newest
+            if last is not None and command.session != last.session:
+                if one.time_ns - self.received_ns < GONE * NS:
+                    fault = fault or "a second commander"
+                    continue
+            elif last is not None:
+                if command.sequence <= last.sequence:
+                    continue
+                if command.time_ns < last.time_ns:
+                    fault = fault or "the commander's clock went back"
+                    continue
+            self.newest, self.received_ns = command, one.time_ns
+        return fault

@@ -1,0 +1,143 @@
+"""The commands of a robot's bus: `control`, a controller's side, and `simulate`, a robot's."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from drake_quad.cli.common import (
+    MESSAGES,
+    JsonOption,
+    ScenarioArgument,
+    SetOption,
+    claim,
+    interruptible,
+)
+from drake_quad.errors import InputError
+
+BusOption = Annotated[str, typer.Option(help="`lcm`.")]
+InterfaceOption = Annotated[
+    str | None, typer.Option(help="Network interface; lo, this machine alone, unless told.")
+]
+DomainOption = Annotated[int, typer.Option(help="DDS's domain; of LCM, ports further on.")]
+RateOption = Annotated[
+    float, typer.Option(help="Slow motion of both sides, for a busy machine; 1 is real time.")
+]
+FifoOption = Annotated[
+    bool, typer.Option("--fifo/--no-fifo", help="Real-time priority, if it is allowed.")
+]
+
+
+def control(
+    scenario: ScenarioArgument = "flat_walk",
+    bus: BusOption = "lcm",
+    interface: InterfaceOption = None,
+    domain: DomainOption = 1,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Listen, and tell what would be commanded.")
+    ] = False,
+    i_am_ready: Annotated[
+        bool, typer.Option("--i-am-ready", help="A robot may move: it hangs on a hoist, or better.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="Directory for control.json.")] = None,
+    rate: RateOption = 1.0,
+    fifo: FifoOption = True,
+    overrides: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run a scenario's controller on a robot's bus: it stands up, walks and sits down.
+
+    No robot has walked by it yet: see docs/bus.md before any.
+    """
+    from drake_quad.bus.processes import BusChoice, check_choice, prepare_for_bus
+    from drake_quad.bus.processes import control as run_control
+
+    choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
+    check_choice(choice, named=interface is not None, ready=i_am_ready)
+    if out is not None:
+        claim(out)
+    prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)
+    with interruptible(MESSAGES) as stop:
+        result = run_control(prepared, choice, stop=stop, tell=_tell, dry_run=dry_run, fifo=fifo)
+    _leave(result, out, "control.json", as_json=as_json)
+    raise typer.Exit(0 if result["outcome"] == "goal_reached" else 1)
+
+
+def simulate(
+    scenario: ScenarioArgument = "flat_walk",
+    bus: BusOption = "lcm",
+    interface: InterfaceOption = None,
+    domain: DomainOption = 1,
+    duration: Annotated[
+        float | None, typer.Option(help="Seconds; until it is interrupted unless told.")
+    ] = None,
+    loss: Annotated[float, typer.Option(help="Share of messages that are lost.")] = 0.0,
+    delay: Annotated[float, typer.Option(help="How late every message is, in s.")] = 0.0,
+    jitter: Annotated[float, typer.Option(help="How much later it may be besides, in s.")] = 0.0,
+    reorder: Annotated[float, typer.Option(help="Share of messages that others overtake.")] = 0.0,
+    freeze_at: Annotated[
+        float | None, typer.Option(help="When the sensors freeze, in s; never unless told.")
+    ] = None,
+    fault_seed: Annotated[int, typer.Option(help="Seed of the bus's faults.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Directory for robot.json.")] = None,
+    rate: RateOption = 1.0,
+    fifo: FifoOption = True,
+    overrides: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Be the robot at the other end of a bus: Drake's physics, paced to the wall clock."""
+    from drake_quad.bus.faults import BusFaults
+    from drake_quad.bus.processes import BusChoice, check_choice, prepare_for_bus, simulate_robot
+
+    choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
+    check_choice(choice, named=interface is not None, ready=interface is not None)
+    for name, share in (("loss", loss), ("reorder", reorder)):
+        if not 0.0 <= share <= 1.0:
+            raise _wrong(name, share, "give a share from 0 to 1")
+    for name, time in (("delay", delay), ("jitter", jitter), ("duration", duration),
+                       ("freeze-at", freeze_at)):  # fmt: skip
+        if time is not None and not 0.0 <= time < 1e6:
+            raise _wrong(name, time, "give seconds, not below 0")
+    if out is not None:
+        claim(out)
+    prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)
+    faults = BusFaults(loss=loss, delay=delay, jitter=jitter, reorder=reorder, freeze_at=freeze_at)
+    with interruptible(MESSAGES) as stop:
+        result = simulate_robot(
+            prepared, choice, faults=faults, seed=fault_seed, duration=duration, stop=stop,
+            tell=_tell, fifo=fifo,
+        )  # fmt: skip
+    _leave(result, out, "robot.json", as_json=as_json)
+
+
+def _wrong(option: str, value: object, remedy: str) -> InputError:
+    return InputError(source=f"--{option}", field=option, value=value, remedy=remedy)
+
+
+def _tell(line: str) -> None:
+    MESSAGES.print(line, highlight=False, soft_wrap=True)
+
+
+def _leave(result: dict[str, Any], out: Path | None, name: str, *, as_json: bool) -> None:
+    """Writes the file, and prints the result."""
+    if out is not None:
+        from drake_quad.util.files import write_whole
+
+        text = json.dumps(result, indent=2) + "\n"
+        write_whole(out / name, lambda path: path.write_text(text, encoding="utf-8"))
+    if as_json:
+        print(json.dumps(result))
+        return
+    if "outcome" in result:
+        print(result["outcome"])
+    print(f"real time: {json.dumps(_short(result['real_time']))}")
+
+
+def _short(times: dict[str, Any]) -> dict[str, Any]:
+    """The figures without their histograms."""
+    return {
+        name: {k: v for k, v in value.items() if k != "histogram"}
+        if isinstance(value, dict) else value
+        for name, value in times.items()
+    }  # fmt: skip

@@ -1,0 +1,201 @@
+"""Faults of a bus: each damps the robot at once, from either side, without a jump."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bus_rig import PERIOD_NS, PuppetShow, short_walk
+
+from drake_quad.bus.clock import NS, ManualClock
+from drake_quad.bus.faults import BusFaults, FaultyBus
+from drake_quad.bus.messages import (
+    DRIVES_DAMP,
+    DRIVES_FOLLOW,
+    DRIVES_HOLD,
+    CommandMessage,
+    encode_command,
+    encode_state,
+)
+from drake_quad.bus.robot_bus import LoopbackBus
+from drake_quad.bus.robot_side import DriveGuard
+from drake_quad.bus.safety import Mode
+
+FAULTS = (
+    "nan",
+    "crc",
+    "commander",
+    "clock_back",
+    "clock_stands",
+    "frozen",
+    "silence",
+    "stop",
+    "tilt",
+)
+MOMENTS = 20
+
+
+def command(session: int, sequence: int, mode: Mode = Mode.STANDING) -> CommandMessage:
+    return CommandMessage(session, sequence, sequence, mode, 0, *(np.zeros(12) for _ in range(5)))
+
+
+def spoil(show: PuppetShow, fault: str) -> bool:
+    """Does one tick's worth of a fault; whether the puppet's own state is still sent."""
+    puppet = show.puppet
+    if fault == "nan":
+        state = puppet.state()
+        puppet.send(replace(state, velocity=np.full(12, np.nan)))
+    elif fault == "crc":
+        data = bytearray(encode_state(puppet.state()))
+        data[100] ^= 1
+        show.bus.state_bytes.append(bytes(data))
+    elif fault == "commander":
+        show.others.append(encode_command(command(77, 1)))
+        return True
+    elif fault == "clock_back":
+        puppet.send(replace(puppet.state(), time_ns=show.clock.now_ns() - NS))
+    elif fault == "clock_stands":
+        newest = show.loop._states.newest
+        assert newest is not None
+        puppet.send(replace(puppet.state(), time_ns=newest.time_ns))
+    elif fault == "frozen":
+        newest = show.loop._states.newest
+        assert newest is not None
+        puppet.sequence += 1
+        puppet.send(replace(newest, sequence=puppet.sequence, time_ns=show.clock.now_ns()))
+    elif fault == "stop":
+        show.loop.stop("interrupted")
+        return True
+    elif fault == "tilt":
+        puppet.up = np.array([0.8, 0.0, 0.6])
+        return True
+    return False
+
+
+def damped_after(show: PuppetShow, fault: str) -> float:
+    """How long after the fault's first message the robot is damped [s]."""
+    begun = show.clock.now_ns()
+    for _ in range(500):
+        show.tick(send=spoil(show, fault))
+        if show.loop.mode == Mode.DAMPING:
+            return (show.clock.now_ns() - begun) / NS
+    raise AssertionError(f"{fault}: not damped in a second")
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_damps_at_any_moment(
+    fault: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """At moments drawn at random, in all modes: damped, 100 ms after the fault at most, no jump.
+
+    A tilt is another matter: the IMU's filter has to see it, which takes half a second.
+    """
+    prepared = short_walk(tmp_path_factory.getbasetemp())
+    rng = np.random.default_rng(FAULTS.index(fault))
+    modes = set()
+    for moment in rng.uniform(0.6, 3.4, MOMENTS if fault == "crc" else 4):
+        show = PuppetShow(prepared)
+        while show.loop.time < moment:
+            show.tick()
+        assert show.loop.mode != Mode.DAMPING
+        modes.add(show.loop.mode)
+        # A frozen sensor shows itself only by staying so, for 100 ms; silence likewise.
+        allowed = {"frozen": 0.1 + 0.1, "silence": 0.1, "tilt": 0.7}.get(fault, 0.004)
+        assert damped_after(show, fault) <= allowed + 3 * PERIOD_NS / NS
+        before = show.loop.told.q
+        for _ in range(20):
+            show.tick(send=False)
+            assert show.loop.told.stiffness == 0.0
+            assert np.abs(show.loop.told.q - before).max() <= 0.05
+            before = show.loop.told.q
+        assert show.loop.largest_step <= 0.05
+    if fault == "crc":
+        assert {Mode.STANDING_UP, Mode.STANDING, Mode.WALKING} <= modes
+
+
+def test_a_show_without_faults_ends_well(tmp_path: Path) -> None:
+    """With nothing wrong the same loop stands up, walks, sits down and says so."""
+    show = PuppetShow(short_walk(tmp_path))
+    while not show.loop.outcome:
+        show.tick()
+    assert show.loop.outcome == "goal_reached"
+    assert [e.mode for e in show.loop.events] == [
+        "standing_up", "standing", "walking", "standing", "sitting_down", "damping"
+    ]  # fmt: skip
+
+
+def test_messages_lost_and_late_are_borne(tmp_path: Path) -> None:
+    """A fifth of the states lost and the rest 5 ms late: it holds now and then, and goes on."""
+    show = PuppetShow(short_walk(tmp_path))
+    show.bus = faulty = FaultyBus(  # type: ignore[assignment]
+        show.bus, BusFaults(loss=0.2, delay=0.005, reorder=0.05), show.clock,
+        np.random.default_rng(1),
+    )  # fmt: skip
+    while not show.loop.outcome:
+        faulty.publish_state(show.puppet.state())
+        show.tick(send=False)
+    assert show.loop.outcome == "goal_reached"
+    assert show.loop.lost > 0
+
+
+class Commander:
+    """Commands to a guard, tick by tick."""
+
+    def __init__(self) -> None:
+        self.clock, self.sequence = ManualClock(), 0
+        self.bus, self.guard = LoopbackBus(self.clock.now_ns), DriveGuard()
+
+    def tick(self, mode: Mode | None = Mode.WALKING, session: int = 1) -> int:
+        """A tick, with a command of that mode unless None; what the drives do then."""
+        self.clock.sleep_until(self.clock.now_ns() + PERIOD_NS)
+        if mode is not None:
+            self.sequence += 1
+            self.bus.publish_command(command(session, self.sequence, mode))
+        return self.guard.judge(self.bus, self.clock.now_ns())
+
+
+def test_drives_hold_and_then_damp_when_the_commander_is_gone() -> None:
+    """Killed at once: the drives hold after 20 ms and damp within 100 ms and a tick."""
+    commander = Commander()
+    assert [commander.tick() for _ in range(5)] == [DRIVES_FOLLOW] * 5
+    drives = [commander.tick(None) for _ in range(60)]
+    assert drives[:9] == [DRIVES_FOLLOW] * 9
+    assert drives[11:49] == [DRIVES_HOLD] * 38
+    assert drives[51:] == [DRIVES_DAMP] * 9
+    assert commander.guard.reason == "the commander is silent"
+
+
+def test_damped_drives_stay_so_until_they_are_told_to_damp() -> None:
+    """A commander that comes back walking is not obeyed before it has said damping."""
+    commander = Commander()
+    commander.tick()
+    for _ in range(60):
+        commander.tick(None)
+    assert commander.tick(Mode.WALKING) == DRIVES_DAMP
+    assert commander.tick(Mode.DAMPING) == DRIVES_DAMP
+    assert commander.tick(Mode.STANDING_UP) == DRIVES_FOLLOW
+
+
+def test_a_second_commander_damps_the_drives() -> None:
+    """Two who command at the same time are obeyed by nobody, but for the first's damping."""
+    commander = Commander()
+    commander.tick(session=1)
+    commander.bus.publish_command(command(2, 1, Mode.WALKING))
+    assert commander.tick(session=1) == DRIVES_DAMP
+    assert commander.guard.reason == "a second commander"
+    assert commander.tick(session=1) == DRIVES_DAMP
+
+
+def test_spoilt_commands_damp_the_drives() -> None:
+    """A CRC that is wrong, and a value that is no number, damp at once."""
+    for spoilt in ("crc", "nan"):
+        commander = Commander()
+        commander.tick()
+        one = command(1, 9)
+        if spoilt == "nan":
+            one = replace(one, effort=np.full(12, np.inf))
+        data = bytearray(encode_command(one))
+        if spoilt == "crc":
+            data[50] ^= 4
+        commander.bus.command_bytes.append(bytes(data))
+        assert commander.tick(None) == DRIVES_DAMP

@@ -1,0 +1,93 @@
+"""Controller and simulated robot over a bus: in lock step, and in two processes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bus_rig import PERIOD_NS, SHORT_WALK, short_walk
+
+from drake_quad.bus.clock import ManualClock
+from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.robot_bus import LoopbackBus
+from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
+from drake_quad.bus.safety import Mode
+
+COMMAND = [sys.executable, "-m", "drake_quad"]
+
+
+def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path) -> None:
+    """In lock step, on its own sensors alone, the shipped robot rises and shifts its weight.
+
+    A tick of each side after the other, by a clock of the test's: the same whatever else the
+    machine does. Standing up is quicker here than a robot's.
+    """
+    prepared, clock = short_walk(tmp_path), ManualClock()
+    bus = LoopbackBus(clock.now_ns)
+    robot = RobotLoop(SimulatedRobot(prepared), bus, clock)
+    loop = ControlLoop(prepared, bus, clock)
+    loop.limits = replace(loop.limits, fold_time=0.6, rise_time=1.0)
+    low, walked = robot.robot.base[2], 0
+    while walked < 1000:
+        robot.tick()
+        loop.tick()
+        clock.sleep_until(clock.now_ns() + PERIOD_NS)
+        walked += loop.mode == Mode.WALKING
+        assert not loop.outcome, loop.outcome
+    assert robot.robot.base[2] > low + 0.4
+    body = prepared.plan.plans[1].sample(1.8).body[0]
+    start = prepared.stance.body
+    moved = float(np.hypot(*(body[:2] - start[:2])))
+    assert moved > 0.1  # the plan shifts the body before the first step
+    assert loop.largest_step <= 0.05 and loop.holds == 0
+    assert robot.guard.reason == ""
+
+
+def wait_for(path: Path, text: str, seconds: float) -> None:
+    until = time.monotonic() + seconds
+    while text not in path.read_text():
+        assert time.monotonic() < until, f"no {text!r} in:\n{path.read_text()}"
+        time.sleep(0.01)
+
+
+@pytest.mark.slow  # two processes by the wall clock, which a machine busy with tests may not keep
+@pytest.mark.parametrize("end", ["goal", "kill"])
+def test_two_processes_over_lcm(tmp_path: Path, end: str) -> None:
+    """By the wall clock over LCM on loopback: it walks to its goal; killed, the robot is damped."""
+    scenario = tmp_path / "walk.yaml"
+    scenario.write_text(SHORT_WALK)
+    domain = str(100 + os.getpid() % 100)
+    places = {name: tmp_path / f"{name}.txt" for name in ("simulate", "control")}
+    with places["simulate"].open("w") as sim_out, places["control"].open("w") as control_out:
+        common = [str(scenario), "--domain", domain, "--out", str(tmp_path)]
+        sim = subprocess.Popen([*COMMAND, "simulate", *common], stderr=sim_out)
+        control = subprocess.Popen([*COMMAND, "control", *common], stderr=control_out)
+        try:
+            if end == "goal":
+                assert control.wait(180) == 0, places["control"].read_text()
+            else:
+                wait_for(places["control"], "walking", 120)
+                time.sleep(1.0)
+                control.send_signal(signal.SIGKILL)
+                killed = time.monotonic_ns()
+                wait_for(places["simulate"], "the commander is silent", 10)
+        finally:
+            control.kill()
+            sim.send_signal(signal.SIGINT)
+            sim.wait(60)
+    told = json.loads((tmp_path / "robot.json").read_text())
+    if end == "kill":
+        last = told["drives"][-1]
+        assert last["drives"] == "damping"
+        assert (last["wall_ns"] - killed) * 1e-9 < 0.11
+    else:
+        ended = json.loads((tmp_path / "control.json").read_text())
+        assert ended["outcome"] == "goal_reached" and ended["largest_step"] <= 0.05
+        walked = [c["base"] for c in told["drives"] if c["mode"] in ("walking", "standing")]
+        assert 0.2 < walked[-1][0] - walked[0][0] < 0.4

@@ -1,0 +1,134 @@
+"""The safety machine: whatever comes, what the drives are told stays within its limits."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_quad.bus.safety import (
+    Drives,
+    Known,
+    Memory,
+    Mode,
+    Request,
+    SafetyLimits,
+    advance,
+    initial_memory,
+    within_limits,
+)
+
+LIMITS = SafetyLimits(
+    q_lower=np.full(12, -1.0), q_upper=np.full(12, 2.0), speed=np.full(12, 10.0),
+    effort=np.full(12, 50.0), stiffness=200.0, damping=5.0, arming_time=0.01, fold_time=0.02,
+    rise_time=0.02,
+)  # fmt: skip
+POSTURES = np.linspace(np.full(12, 1.0), np.full(12, 0.6), 5)
+NEXT = {  # where each mode leads in a tick, but to itself and to damping
+    Mode.DAMPING: {Mode.STANDING_UP},
+    Mode.STANDING_UP: {Mode.STANDING},
+    Mode.STANDING: {Mode.WALKING, Mode.SITTING_DOWN},
+    Mode.WALKING: {Mode.STANDING, Mode.SITTING_DOWN},
+    Mode.SITTING_DOWN: set(),
+}
+anything = st.floats(allow_nan=True, allow_infinity=True)
+angles = st.floats(-3.0, 3.0)
+drives = st.builds(
+    lambda q, v, t, k, d: Drives(np.full(12, q), np.full(12, v), np.full(12, t), k, d),
+    anything, anything, anything, anything, anything,
+)  # fmt: skip
+known = st.builds(
+    lambda q, v, up, age, fault, request, wanted, ended: Known(
+        time=0.0, q=np.full(12, q), v=np.full(12, v), up=np.array([0.0, (1 - up * up) ** 0.5, up]),
+        age=age, fault=fault, request=request, wanted=wanted, ended=ended,
+    ),
+    angles | st.just(float("nan")), st.floats(-2.0, 2.0), st.floats(0.5, 1.0),
+    st.sampled_from([0.0, 0.01, 0.03, 0.2]), st.sampled_from(["", "", "", "", "CRC"]),
+    st.sampled_from(list(Request)), st.none() | drives, st.sampled_from(["", "", "goal_reached"]),
+)  # fmt: skip
+
+
+def at(known: Known, time: float) -> Known:
+    """The same a while later."""
+    return Known(**{**{n: getattr(known, n) for n in known.__dataclass_fields__}, "time": time})
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(known, st.integers(1, 30)), max_size=12))
+def test_any_sequence_keeps_the_limits(sequence: list[tuple[Known, int]]) -> None:
+    """Whatever is known, wanted and asked for: finite, within limits, no jump, modes in order."""
+    memory, tick = initial_memory(LIMITS, 0.0), 0
+    for one, times in sequence:
+        for _ in range(times):
+            tick += 1
+            before = memory
+            memory, told = advance(memory, at(one, 0.002 * tick), LIMITS, POSTURES)
+            assert np.all((told.q >= LIMITS.q_lower) & (told.q <= LIMITS.q_upper))
+            assert np.all(np.abs(told.q - before.told.q) <= 0.05)
+            assert np.all(np.abs(told.v) <= LIMITS.speed)
+            assert np.all(np.abs(told.torque) <= LIMITS.effort)
+            assert np.all(np.abs(told.torque - before.told.torque) <= 0.1 * 50.0 + 1e-9)
+            assert 0.0 <= told.stiffness <= 200.0 and 0.0 <= told.damping <= 5.0
+            assert memory.mode in {before.mode, Mode.DAMPING, *NEXT[before.mode]}
+            assert one.q is not None
+            bad = one.fault or one.age > 0.1 or not np.isfinite(one.q).all()
+            if bad or one.up[2] < np.cos(LIMITS.tilt):
+                assert memory.mode == Mode.DAMPING and told.stiffness == 0.0
+
+
+@given(drives, drives)
+def test_limits_are_idempotent(wish: Drives, before: Drives) -> None:
+    """What is within the limits is left as it is."""
+    first = within_limits(before, initial_memory(LIMITS, 0.0).told, LIMITS)
+    once = within_limits(wish, first, LIMITS)
+    twice = within_limits(once, first, LIMITS)
+    assert np.allclose(once.q, twice.q) and np.allclose(once.torque, twice.torque)
+
+
+def run(memory: Memory, seconds: float, tick: int, **facts: object) -> tuple[Memory, Drives, int]:
+    """Some time with the joints where they are wanted."""
+    told = memory.told
+    for _ in range(round(seconds / 0.002)):
+        tick += 1
+        base = {"q": memory.told.q, "v": np.zeros(12), "request": Request.STAND, **facts}
+        memory, told = advance(memory, Known(time=0.002 * tick, **base), LIMITS, POSTURES)  # type: ignore[arg-type]
+    return memory, told, tick
+
+
+def test_it_stands_up_walks_and_sits_down() -> None:
+    """With all well, asked for one after the other, it goes through all modes and ends damped."""
+    memory, told, tick = run(initial_memory(LIMITS, 0.0), 0.2, 0)
+    assert memory.mode == Mode.STANDING and np.allclose(told.q, POSTURES[-1])
+    wish = Drives(np.full(12, 0.5), np.zeros(12), np.full(12, 3.0), 100.0, 1.0)
+    memory, told, tick = run(memory, 0.1, tick, request=Request.WALK, wanted=wish)
+    assert memory.mode == Mode.WALKING and np.allclose(told.q, 0.5) and told.stiffness == 100.0
+    memory, told, tick = run(memory, 0.01, tick, request=Request.NOTHING, ended="goal_reached")
+    assert memory.mode == Mode.STANDING and np.allclose(told.q, 0.5)
+    memory, told, _ = run(memory, 0.2, tick, request=Request.SIT)
+    assert memory.mode == Mode.DAMPING and memory.reason == "sat down"
+    assert told.stiffness == 0.0
+
+
+@pytest.mark.parametrize(
+    ("facts", "why"),
+    [
+        ({"q": np.full(12, 2.2)}, "beyond its limits"),
+        ({"v": np.full(12, 1.5)}, "is moving"),
+        ({"up": np.array([0.4, 0.0, 0.9])}, "tilted"),
+        ({"age": 0.05}, "is old"),
+        ({"fault": "CRC"}, "not armed yet"),
+    ],
+)
+def test_it_arms_in_a_sane_posture_alone(facts: dict[str, object], why: str) -> None:
+    """Beyond limits, moving, tilted, or of an old or faulty state it stays damped, and says why."""
+    memory, told, _ = run(initial_memory(LIMITS, 0.0), 0.2, 0, **facts)
+    assert memory.mode == Mode.DAMPING and why in memory.reason and told.stiffness == 0.0
+
+
+def test_a_late_state_makes_the_last_command_hold() -> None:
+    """Between 20 and 100 ms the wanted angles stand still, stiff; then the robot is damped."""
+    memory, before, tick = run(initial_memory(LIMITS, 0.0), 0.2, 0)
+    memory, told, tick = run(memory, 0.02, tick, age=0.05, request=Request.WALK)
+    assert memory.mode == Mode.STANDING and memory.holding
+    assert np.array_equal(told.q, before.q) and told.stiffness == 200.0
+    memory, told, _ = run(memory, 0.002, tick, age=0.11)
+    assert memory.mode == Mode.DAMPING and told.stiffness == 0.0
