@@ -7,11 +7,11 @@ robot's time stamps: what a lost message held it takes to have been as in the ne
 """
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
 from drake_quad.bus.clock import NS, Clock
@@ -31,17 +31,21 @@ from drake_quad.bus.watch import CommandWatch, StateWatch
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import DrakeQuadError
+from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings, observe
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.loader import MakeModelPlant
-from drake_quad.robot.state import make_layout
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.scenario.build import control_settings
 from drake_quad.simulation.diagram import velocities_at_rest
 from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.systems.controller import MakeController
+from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 
 MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
 STANDS = 1.0  # [s] that it stands before it walks
 REST = 1.0  # [s] that it is damped before it leaves
+CONTACTS = FEET, JOINTS = ("feet", "joints")
 BEARS = 0.01  # of the robot's weight: a foot that bears as much has contact
 PORTS = ("imu_measured", "joint_state_measured", "contact_state_measured")
 
@@ -76,21 +80,21 @@ class BusController:
     Args:
         prepared: The scenario, planned.
         control: Its settings.
-        contacts: Says of a state which feet bear (4,); by the feet's forces unless given.
+        contacts: `feet`, what the feet's sensors say, or `joints`, felt by the joints' torques.
     """
 
     def __init__(
         self,
         prepared: PreparedScenario,
         control: ControlSettings,
-        contacts: Callable[[StateMessage], FloatArray] | None = None,
+        contacts: str = "feet",
     ) -> None:
         robot = prepared.robot
         model = MakeModelPlant(robot.url)
         layout = make_layout(model, robot)
         self._leg_order = layout.actuators  # of the ports' rows, leg by leg
         self._control, self._least = control, BEARS * robot.mass * GRAVITY
-        self._contacts = contacts or self._by_force
+        self._touch = TouchByTorque(robot, layout, model, control) if contacts == JOINTS else None
         self._diagram = MakeController(
             robot=robot,
             course=prepared.course,
@@ -123,6 +127,7 @@ class BusController:
             for name in ("joint_state_desired", "joint_torque_feedforward")
         ]
         self._simulator.Initialize()
+        self._estimate = self._diagram.GetOutputPort("robot_state_estimated")
         self._ticks, self._last_ns, self.ended = 0, 0, ""
 
     def _rehearse(self) -> None:
@@ -144,7 +149,7 @@ class BusController:
         for name, value in (
             ("imu_measured", np.concatenate([state.angular_rate, state.specific_force])),
             ("joint_state_measured", np.concatenate([state.position, state.velocity])),
-            ("contact_state_measured", self._contacts(state)),
+            ("contact_state_measured", self._bearing(state, gap)),
         ):
             self._values[name].GetMutableData().get_mutable_value().SetFromVector(value)
         self._ticks += min(gap, MOST_TICKS)
@@ -163,8 +168,43 @@ class BusController:
         legs, c = self._leg_order, self._control
         return Drives(desired[:12][legs], desired[12:][legs], torque[legs], c.kp, c.kd)
 
-    def _by_force(self, state: StateMessage) -> FloatArray:
-        return (state.foot_force > self._least).astype(float)
+    def _bearing(self, state: StateMessage, gap: int) -> FloatArray:
+        """Which feet bear (4,)."""
+        if self._touch is None:
+            return (state.foot_force > self._least).astype(float)
+        return self._touch.feel(self._estimate.Eval(self._context), state, gap)
+
+
+class TouchByTorque:
+    """Which feet bear, felt by the joints: of messages, what JointContactEstimator is of ports.
+
+    The trunk's velocity is the estimate of the tick before, for the estimate now needs contacts.
+
+    Args:
+        robot: The robot.
+        layout: Layout of its state.
+        model: The robot without ground.
+        control: Of which the period is read.
+    """
+
+    def __init__(
+        self, robot: RobotModel, layout: StateLayout, model: MultibodyPlant,
+        control: ControlSettings,
+    ) -> None:  # fmt: skip
+        self._robot, self._layout, self._period = robot, layout, control.period
+        self._dynamics = TorqueDynamics(robot, layout, model)
+        self._scratch = model.CreateDefaultContext()
+        self._memory = np.zeros(TouchMemory.SIZE)
+        self._mass = np.zeros((12, layout.size - layout.num_positions))
+
+    def feel(self, estimate: FloatArray, state: StateMessage, periods: int) -> FloatArray:
+        """Which feet bear (4,), so many periods after the last call."""
+        x = np.array(estimate)
+        x[self._layout.q_joints], x[self._layout.v_joints] = state.position, state.velocity
+        period = periods * self._period
+        now, self._mass = self._dynamics.calc(self._scratch, self._mass, x, state.effort, period)
+        observe(self._memory, now, self._robot.mass, period, TouchSettings())
+        return self._memory[TouchMemory.BEARING].copy()
 
 
 class ControlLoop:
@@ -175,6 +215,7 @@ class ControlLoop:
         bus: The controller's end of the bus.
         clock: The loop's clock.
         controller: What walks; a BusController of the scenario unless given.
+        contacts: As of BusController.
         silent: Whether nothing is published (`--dry-run`).
 
     Attributes:
@@ -191,13 +232,14 @@ class ControlLoop:
         clock: Clock,
         *,
         controller: "Walker | None" = None,
+        contacts: str = "feet",
         silent: bool = False,
     ) -> None:
         control = control_settings(prepared.scenario)
         self.period = control.period
         self.limits = safety_limits(prepared.robot, control)
         self._postures = sit_to_stand(prepared.robot, prepared.stance)
-        self.controller: Walker = controller or BusController(prepared, control)
+        self.controller: Walker = controller or BusController(prepared, control, contacts)
         self._bus, self._clock, self._silent = bus, clock, silent
         self._session, self._sequence = new_session(), 0
         self._states, self._commands = StateWatch(), CommandWatch(self._session)

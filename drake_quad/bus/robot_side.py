@@ -23,6 +23,7 @@ from drake_quad.bus.safety import Mode
 from drake_quad.bus.watch import CommandWatch
 from drake_quad.common import FloatArray
 from drake_quad.estimation.sensor_models import IDEAL_IMU, IDEAL_JOINTS, SensorErrors
+from drake_quad.robot.kinematics import calc_feet
 from drake_quad.scenario.build import control_settings, generator_of, sensor_errors
 from drake_quad.simulation.diagram import AddPushes, AddSensors
 from drake_quad.simulation.plant import AddSimulatedPlant
@@ -129,7 +130,7 @@ class SimulatedRobot:
         builder.ExportInput(plant.get_desired_state_input_port(instance), "desired")
         builder.ExportInput(plant.get_actuation_input_port(instance), "feedforward")
         self._diagram = builder.Build()
-        self._plant, self._layout = plant, layout
+        self._plant, self._layout, self._geometry = plant, layout, robot.geometry
         self._simulator = Simulator(self._diagram)
         context = self._simulator.get_mutable_context()
         self._context = context
@@ -163,6 +164,12 @@ class SimulatedRobot:
     def base(self) -> FloatArray:
         """Where the trunk is, (3,) in W [m], the truth."""
         return np.asarray(self._layout.read(self.state).p_WB)
+
+    @property
+    def feet(self) -> FloatArray:
+        """Where the feet's centres are, (4, 3) in W [m], the truth."""
+        read = self._layout.read(self.state)
+        return np.asarray(read.p_WB + calc_feet(self._geometry, read.q) @ read.R_WB.T)
 
     def advance(self, drives: int, command: CommandMessage | None) -> None:
         """Goes on by a period with the drives doing as they are told, step by step."""

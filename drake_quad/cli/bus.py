@@ -40,6 +40,9 @@ def control(
     i_am_ready: Annotated[
         bool, typer.Option("--i-am-ready", help="A robot may move: it hangs on a hoist, or better.")
     ] = False,
+    contacts: Annotated[
+        str, typer.Option(help="Which feet bear: `feet`' sensors, or felt by the `joints`.")
+    ] = "feet",
     out: Annotated[Path | None, typer.Option(help="Directory for control.json.")] = None,
     rate: RateOption = 1.0,
     fifo: FifoOption = True,
@@ -54,7 +57,7 @@ def control(
     from drake_quad.bus.processes import control as run_control
 
     choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
-    check_choice(choice, named=interface is not None, ready=i_am_ready)
+    check_choice(choice, named=interface is not None, ready=i_am_ready, contacts=contacts)
     if out is not None:
         claim(out)
     prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)

@@ -22,7 +22,8 @@ from drake_quad.bus.safety import Mode
 COMMAND = [sys.executable, "-m", "drake_quad"]
 
 
-def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path) -> None:
+@pytest.mark.parametrize("contacts", ["feet", "joints"])
+def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) -> None:
     """In lock step, on its own sensors alone, the shipped robot rises and shifts its weight.
 
     A tick of each side after the other, by a clock of the test's: the same whatever else the
@@ -31,20 +32,24 @@ def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path) -> None:
     prepared, clock = short_walk(tmp_path), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     robot = RobotLoop(SimulatedRobot(prepared), bus, clock)
-    loop = ControlLoop(prepared, bus, clock)
+    loop = ControlLoop(prepared, bus, clock, contacts=contacts)
     loop.limits = replace(loop.limits, fold_time=0.6, rise_time=1.0)
     low, walked = robot.robot.base[2], 0
-    while walked < 1000:
+    legs_lifted = 0.0
+    while walked < 1400:
         robot.tick()
         loop.tick()
         clock.sleep_until(clock.now_ns() + PERIOD_NS)
         walked += loop.mode == Mode.WALKING
+        if loop.mode == Mode.WALKING:
+            legs_lifted = max(legs_lifted, float(np.ptp(robot.robot.feet[:, 2])))
         assert not loop.outcome, loop.outcome
     assert robot.robot.base[2] > low + 0.4
     body = prepared.plan.plans[1].sample(1.8).body[0]
     start = prepared.stance.body
     moved = float(np.hypot(*(body[:2] - start[:2])))
     assert moved > 0.1  # the plan shifts the body before the first step
+    assert legs_lifted > 0.015  # and that step was made
     assert loop.largest_step <= 0.05 and loop.holds == 0
     assert robot.guard.reason == ""
 

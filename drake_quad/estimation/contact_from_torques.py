@@ -1,0 +1,190 @@
+"""Which feet bear, by the joints' torques alone: a generalised-momentum observer and a threshold.
+
+The momentum p = M v of the whole robot changes by what the drives give, by velocity and gravity
+terms that the model has, and by what pushes from outside. The observer's residual follows the last
+of these, low-passed, without any acceleration being measured:
+
+    r_k = K (p_k - p_0 - Σ (S^T τ + Ṁ v - h + r) T)
+
+with h all of Coriolis and gravity terms (so that C^T v - g = Ṁ v - h). Of a leg's three joints it
+is J^T f, from which follows the force f on its foot.
+
+Sources: A. De Luca, A. Albu-Schäffer, S. Haddadin, G. Hirzinger, "Collision detection and safe
+reaction with the DLR-III lightweight manipulator arm", IROS 2006; for feet
+of quadrupeds G. Bledt, P. M. Wensing, S. Ingersoll, S. Kim, "Contact model fusion for event-based
+locomotion in unstructured terrains", ICRA 2018. Of the latter's fusion nothing is here.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.common import GRAVITY, BoolArray, FloatArray
+
+WELL_CONDITIONED = 0.05  # of its greatest singular value that a leg's Jacobian's least must be
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchSettings:
+    """How the observer listens, and when it believes.
+
+    Attributes:
+        time: Time constant of the residual, 1 / K [s].
+        touch: Share of the robot's weight on a foot at which it begins to bear.
+        leave: Share at which it bears no more.
+        confirm: How long a foot must press so before it is believed [s].
+    """
+
+    time: float = 0.008
+    touch: float = 0.03
+    leave: float = 0.015
+    confirm: float = 0.004
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Dynamics:
+    """A robot's dynamics at one time, in the rows of its twelve joints, leg by leg.
+
+    Attributes:
+        momentum: The joints' rows of M v (12,) [Nm s].
+        velocity_terms: The same of Ṁ v - h (12,) [Nm].
+        torque: Of the drives (12,) [Nm].
+        jacobian: Of each foot in W against its own leg's joints (4, 3, 3) [m].
+    """
+
+    momentum: FloatArray
+    velocity_terms: FloatArray
+    torque: FloatArray
+    jacobian: FloatArray
+
+
+class TouchMemory:
+    """Places in the observer's memory, one flat vector: what a LeafSystem keeps as its state."""
+
+    MOMENTUM, RESIDUAL, FORCE, BEARING, PRESSED, BEGUN = (
+        slice(0, 12), slice(12, 24), slice(24, 36), slice(36, 40), slice(40, 44), 44,
+    )  # fmt: skip
+    SIZE = 45
+
+
+def observe(memory: FloatArray, now: Dynamics, mass: float, period: float,
+            settings: TouchSettings) -> None:  # fmt: skip
+    """One period of the observer, in place.
+
+    Args:
+        memory: See TouchMemory (SIZE,); zeros at first, when all four feet are taken to bear.
+        now: The dynamics at the end of the period.
+        mass: The robot's [kg].
+        period: Since the last call [s].
+        settings: How it listens.
+    """
+    m = TouchMemory
+    if memory[m.BEGUN] == 0.0:
+        memory[m.BEGUN], memory[m.MOMENTUM], memory[m.BEARING] = 1.0, now.momentum, 1.0
+        memory[m.FORCE] = np.tile([0.0, 0.0, 0.25 * mass * GRAVITY], 4)
+        # The residual begins where it settles, so that feet that stand are not felt landing.
+        force = memory[m.FORCE].reshape(4, 3)
+        memory[m.RESIDUAL] = np.einsum("kji,kj->ki", now.jacobian, force).ravel()
+        return
+    # Backward Euler in r: stable for any period, and the residual's own time constant kept.
+    gained = now.momentum - memory[m.MOMENTUM]
+    expected = period * (now.torque + now.velocity_terms)
+    residual = (memory[m.RESIDUAL] + (gained - expected) / settings.time) / (
+        1.0 + period / settings.time
+    )
+    memory[m.MOMENTUM], memory[m.RESIDUAL] = now.momentum, residual
+    force = memory[m.FORCE].reshape(4, 3)
+    force[:] = foot_forces(residual, now.jacobian, force)
+    share = force[:, 2] / (mass * GRAVITY)
+    bearing, pressed = memory[m.BEARING], memory[m.PRESSED]
+    for k in range(4):
+        pressed[k] = pressed[k] + period if share[k] > settings.touch else 0.0
+        if bearing[k] == 0.0 and pressed[k] >= settings.confirm - 1e-9:
+            bearing[k] = 1.0
+        elif bearing[k] == 1.0 and share[k] < settings.leave:
+            bearing[k] = 0.0
+
+
+def foot_forces(residual: FloatArray, jacobian: FloatArray, before: FloatArray) -> FloatArray:
+    """The forces on the feet in W (4, 3) [N] that the legs' residuals are of.
+
+    A leg stretched out cannot tell what pushes along it: there its force stays as it was.
+
+    Args:
+        residual: J^T f of the joints, leg by leg (12,) [Nm].
+        jacobian: Of each foot in W (4, 3, 3) [m].
+        before: The forces a period ago (4, 3) [N].
+    """
+    force = np.array(before)
+    for k in range(4):
+        s = np.linalg.svd(jacobian[k], compute_uv=False)
+        if s[2] > WELL_CONDITIONED * s[0]:
+            force[k] = np.linalg.solve(jacobian[k].T, residual[3 * k : 3 * k + 3])
+    return force
+
+
+# ------------------------------------------------------------------------------------------------
+# How good it is: touchdowns felt, beside those that were.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class TouchFigures:
+    """Touchdowns felt beside those that were, of all four feet.
+
+    Attributes:
+        touchdowns: How many there were.
+        missed: How many of them were not felt within the window.
+        false: How many were felt that were none.
+        delays: How much later the others were felt [s]; negative if earlier.
+    """
+
+    touchdowns: int
+    missed: int
+    false: int
+    delays: tuple[float, ...]
+
+
+def compare_touchdowns(
+    times: FloatArray, real: BoolArray, felt: BoolArray, *, still: float = 0.05,
+    window: float = 0.15,
+) -> TouchFigures:  # fmt: skip
+    """Compares touchdowns felt with those that were.
+
+    A touchdown is where a foot begins to bear that has not borne for `still`.
+
+    Args:
+        times: Of the samples (N,) [s].
+        real: Which feet bear (N, 4).
+        felt: Which are felt to bear (N, 4).
+        still: How long a foot must have been off the ground before [s].
+        window: How far apart the two may be to be the same [s].
+    """
+    count = missed = false = 0
+    delays: list[float] = []
+    for foot in range(real.shape[1]):
+        landed = _landings(times, real[:, foot], still)
+        noticed = _landings(times, felt[:, foot], still)
+        count += len(landed)
+        taken: set[int] = set()
+        for t in landed:
+            near = [(abs(n - t), i) for i, n in enumerate(noticed) if i not in taken]
+            if near and min(near)[0] <= window:
+                taken.add(min(near)[1])
+                delays.append(noticed[min(near)[1]] - t)
+            else:
+                missed += 1
+        false += len(noticed) - len(taken)
+    return TouchFigures(count, missed, false, tuple(delays))
+
+
+def _landings(times: FloatArray, bears: BoolArray, still: float) -> list[float]:
+    changes = np.flatnonzero(np.diff(bears.astype(np.int8)))
+    found, left = [], None
+    for k in changes:
+        if not bears[k]:
+            if left is not None and times[k + 1] - left >= still:
+                found.append(float(times[k + 1]))
+        else:
+            left = times[k + 1]
+    return found

@@ -1,0 +1,86 @@
+"""Feet felt by the joints: the residual follows what pushes, and touchdowns are told apart."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_quad.common import GRAVITY
+from drake_quad.estimation.contact_from_torques import (
+    Dynamics,
+    TouchMemory,
+    TouchSettings,
+    compare_touchdowns,
+    foot_forces,
+    observe,
+)
+
+MASS, PERIOD = 20.0, 0.002
+JACOBIAN = np.tile(np.diag([0.3, 0.25, 0.2]), (4, 1, 1))
+SETTINGS = TouchSettings()
+
+
+def step(memory: np.ndarray, momentum: np.ndarray, torque: np.ndarray) -> None:
+    observe(
+        memory, Dynamics(momentum=momentum, velocity_terms=np.zeros(12), torque=torque,
+                         jacobian=JACOBIAN), MASS, PERIOD, SETTINGS,
+    )  # fmt: skip
+
+
+@given(st.floats(-200.0, 200.0), st.floats(-30.0, 30.0))
+def test_the_residual_comes_to_the_push_whatever_the_drives_do(force: float, drive: float) -> None:
+    """With p' = τ + J^T f exactly, the force found comes to f within a few time constants."""
+    push = np.einsum("kji,kj->ki", JACOBIAN, np.tile([0.0, 0.0, force], (4, 1))).ravel()
+    torque, momentum = np.full(12, drive), np.zeros(12)
+    memory = np.zeros(TouchMemory.SIZE)
+    for _ in range(60):
+        step(memory, momentum, torque)
+        momentum = momentum + PERIOD * (torque + push)
+    found = memory[TouchMemory.FORCE].reshape(4, 3)
+    assert np.allclose(found, [0.0, 0.0, force], atol=1e-3 * max(abs(force), 50.0))
+
+
+def test_the_residual_has_the_time_constant_asked_for() -> None:
+    """After a foot's force jumps, 63 % of it is felt after `time`, to a period."""
+    memory, momentum = np.zeros(TouchMemory.SIZE), np.zeros(12)
+    weight = 0.25 * MASS * GRAVITY
+    base = np.einsum("kji,kj->ki", JACOBIAN, np.tile([0.0, 0.0, weight], (4, 1))).ravel()
+    felt = []
+    for k in range(60):
+        step(memory, momentum, -base)  # at rest
+        momentum = momentum + PERIOD * (base if k > 20 else 0.0)
+        felt.append(memory[TouchMemory.FORCE][2])
+    share = (np.array(felt) - weight) / weight
+    reached = int(np.argmax(share > 1.0 - np.exp(-1.0)))
+    assert abs((reached - 21) * PERIOD - SETTINGS.time) <= 2 * PERIOD
+
+
+def test_a_foot_lifts_and_lands_with_hysteresis() -> None:
+    """Below `leave` it bears no more, between the two as before, above `touch` it is believed."""
+    memory, momentum = np.zeros(TouchMemory.SIZE), np.zeros(12)
+    standing = -np.einsum("kji,kj->ki", JACOBIAN, np.tile([0, 0, MASS * GRAVITY], (4, 1)))
+    seen = []
+    for share in (0.25, 0.005, 0.02, 0.25, 0.02, 0.005):
+        for _ in range(60):
+            step(memory, momentum, share * standing.ravel())  # at rest: drives hold what pushes
+        seen.append(bool(memory[TouchMemory.BEARING][0]))
+    assert seen == [True, False, False, True, True, False]
+
+
+def test_a_stretched_leg_keeps_its_force() -> None:
+    """Where a leg's Jacobian is singular the force is that of before, not a huge one."""
+    singular = np.tile(np.diag([0.3, 0.25, 1e-4]), (4, 1, 1))
+    before = np.full((4, 3), 7.0)
+    assert np.array_equal(foot_forces(np.ones(12), singular, before), before)
+
+
+def test_touchdowns_are_paired_missed_and_false() -> None:
+    """One felt 10 ms late, one not at all, one that was none; chatter is no touchdown."""
+    times = np.linspace(0.0, 3.99, 400)
+    real, felt = np.ones((400, 4), dtype=bool), np.ones((400, 4), dtype=bool)
+    real[50:100, 0], felt[50:101, 0] = False, False
+    real[200:250, 1] = False
+    felt[300:350, 2] = False
+    real[10:12, 3] = False  # off for 20 ms
+    found = compare_touchdowns(times, real, felt)
+    assert (found.touchdowns, found.missed, found.false) == (2, 1, 1)
+    assert np.allclose(found.delays, [0.01])
