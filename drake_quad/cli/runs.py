@@ -294,16 +294,22 @@ def export(
     csv: Annotated[
         Path | None, typer.Option(help="File to write; joints.csv in the directory unless told.")
     ] = None,
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="Write run.mcap, for Foxglove, and no CSV.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Write a finished run's joints as CSV, as the robot's own file means angles and axes.
 
     The columns are the time in s; each joint's angle in rad, speed in rad/s and torque in Nm; and
-    the trunk's pose.
+    the trunk's pose. With --mcap: transforms, joints, markers and margins as MCAP.
     """
     from drake_quad.report.joint_table import write_joint_table
     from drake_quad.runs.reader import load_run
 
+    if mcap:
+        _export_mcap(directory, csv, as_json=as_json)
+        return
     path = csv if csv is not None else directory / "joints.csv"
     read_summary(directory)
     claim_file(path, "--csv")
@@ -312,6 +318,24 @@ def export(
         print(json.dumps({"csv": str(path), "rows": rows}))
     else:
         Console().print(Text(f"{rows} rows in {path}"), soft_wrap=True)
+
+
+def _export_mcap(directory: Path, csv: Path | None, *, as_json: bool) -> None:
+    from drake_quad.report.mcap_export import write_mcap
+    from drake_quad.runs.reader import load_run
+
+    if csv is not None:
+        remedy = "one file at a time: leave it out, or --mcap"
+        raise InputError(source="--csv", field="csv", value=str(csv), remedy=remedy)
+    path = directory / "run.mcap"
+    read_summary(directory)
+    claim_file(path, "--mcap")
+    counts = write_mcap(load_run(directory), path)
+    if as_json:
+        print(json.dumps({"mcap": str(path), "messages": counts, "bytes": path.stat().st_size}))
+    else:
+        told = ", ".join(f"{count} of {topic}" for topic, count in counts.items())
+        Console().print(Text(f"{told} in {path}"), soft_wrap=True)
 
 
 def replay(
