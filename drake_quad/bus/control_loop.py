@@ -66,9 +66,15 @@ class Event:
 
 
 class Walker(Protocol):
-    """What wants something of the drives in walking; `ended` says why it does no more, or ""."""
+    """What wants something of the drives in walking.
+
+    Attributes:
+        ended: Why it does no more, or empty.
+        bearing: Torques (12,) that bear the robot as it stands before it walks [Nm].
+    """
 
     ended: str
+    bearing: FloatArray
 
     def take(self, state: StateMessage) -> None: ...  # noqa: D102
     def wanted(self) -> Drives: ...  # noqa: D102
@@ -131,10 +137,13 @@ class BusController:
         self._ticks, self._last_ns, self.ended = 0, 0, ""
 
     def _rehearse(self) -> None:
-        """Some ticks on the spot, so that all is compiled and in memory before it counts."""
+        """Some ticks on the spot, so that all is compiled and in memory before it counts.
+
+        What it feeds its joints there bears the robot as it stands.
+        """
         for k in range(1, 101):
             self._simulator.AdvanceTo((k + 0.5) * self._control.period)
-            self.wanted()
+            self.bearing = self.wanted().torque
 
     def take(self, state: StateMessage) -> None:
         """Goes on to the time of a state, which is newer than all before."""
@@ -242,7 +251,7 @@ class ControlLoop:
         self.controller: Walker = controller or BusController(prepared, control, contacts)
         self._bus, self._clock, self._silent = bus, clock, silent
         self._session, self._sequence = new_session(), 0
-        self._states, self._commands = StateWatch(), CommandWatch(self._session)
+        self._states, self._commands = StateWatch(self.period), CommandWatch(self._session)
         self._start_ns = clock.now_ns()
         self._memory = initial_memory(self.limits, 0.0)
         self.told = self._memory.told
@@ -294,7 +303,9 @@ class ControlLoop:
             ended=self.controller.ended,
         )
         before = self.told
-        self._memory, self.told = advance(memory, known, self.limits, self._postures)
+        self._memory, self.told = advance(
+            memory, known, self.limits, self._postures, self.controller.bearing
+        )
         self.holds += self._memory.holding
         if self.told.stiffness > 0.0:
             self.largest_step = max(self.largest_step, float(np.abs(self.told.q - before.q).max()))

@@ -16,13 +16,16 @@ from drake_quad.bus.real_time import real_time
 from drake_quad.bus.robot_bus import RobotBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
 from drake_quad.bus.safety import Mode
+from drake_quad.bus.unitree_messages import JointMap
 from drake_quad.errors import InputError
+from drake_quad.feasibility.inspect_robot import read_mapping
+from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
-BUSES = ("lcm",)
+BUSES = ("lcm", "unitree")
 LATE = 0.1  # [s] behind, beyond which a loop gives up catching up
 FIELDS = ("estimator.kind=ekf", "controller.period=0.002")  # before what a person sets
 DRIVES = {DRIVES_DAMP: "damping", DRIVES_FOLLOW: "following", DRIVES_HOLD: "holding"}
@@ -111,19 +114,42 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
     return prepared
 
 
-def open_bus(choice: BusChoice, clock: Clock, *, robot: bool) -> RobotBus:
+def open_bus(
+    choice: BusChoice, clock: Clock, prepared: PreparedScenario, *, robot: bool
+) -> RobotBus:
     """An end of the bus.
 
     Args:
         choice: Which.
+        prepared: The scenario, for how its robot's own file means the joints.
         clock: The receiver's.
         robot: Whether it is the robot's end, which hears commands alone; a controller hears both.
 
     Raises:
         InputError: What it needs is not installed, or it cannot be opened.
     """
+    if choice.bus == "unitree":
+        from drake_quad.bus.unitree_bus import UnitreeBus
+
+        joints = joint_map(prepared.robot)
+        return UnitreeBus(choice.interface, choice.domain, clock.now_ns, robot=robot, joints=joints)
     url = lcm_url(choice.interface, choice.domain)
     return LcmBus(url, clock.now_ns, hears_states=not robot, hears_commands=True)
+
+
+def joint_map(robot: RobotModel) -> JointMap:
+    """How the robot's own file means its joints and its trunk."""
+    mapping = read_mapping(robot)
+    own = [mapping.get("joints", {}).get(name, {}) for name in robot.joint_names]
+    yaw = np.deg2rad(float(mapping.get("trunk", {}).get("yaw_TB_deg", 0.0)))
+    R_TB = np.array(
+        [[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
+    )
+    return JointMap(
+        np.array([float(one.get("sign", 1.0)) for one in own]),
+        np.array([float(one.get("turn", 0.0)) for one in own]),
+        R_TB.T,
+    )
 
 
 def _each_period(clock: Clock, period: float, tick: Callable[[], bool]) -> float:
@@ -166,7 +192,7 @@ def control(
         Outcome, changes of mode, and how well time was kept: what control.json holds.
     """
     clock = WallClock(choice.rate)
-    bus = open_bus(choice, clock, robot=False)
+    bus = open_bus(choice, clock, prepared, robot=False)
     loop = ControlLoop(prepared, bus, clock, contacts=contacts, silent=dry_run)
     tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
          f"domain {choice.domain}: waiting for the robot")  # fmt: skip
@@ -234,12 +260,12 @@ def simulate_robot(
         What the drives did and where the robot went: what robot.json holds.
     """
     clock = WallClock(choice.rate)
-    bus = open_bus(choice, clock, robot=True)
+    bus = open_bus(choice, clock, prepared, robot=True)
     if faults.any:
         bus = FaultyBus(bus, faults, clock, np.random.default_rng(seed))
     robot = SimulatedRobot(prepared)
     loop = RobotLoop(robot, bus, clock)
-    begun, start = clock.now_ns(), robot.base
+    start = robot.base
     changes: list[dict[str, Any]] = []
     before = (DRIVES_DAMP, Mode.DAMPING)
     tell(f"on {choice.bus}, interface {choice.interface}, domain {choice.domain}: sending")
@@ -266,10 +292,11 @@ def simulate_robot(
 
     try:
         with real_time(first=fifo) as given:
+            begun = clock.now_ns()
             given_up = _each_period(clock, robot.period, tick)
+            wall = (clock.now_ns() - begun) / NS
     finally:
         bus.close()
-    wall = (clock.now_ns() - begun) / NS
     return {
         "simulated_time": robot.time,
         "real_time_factor": robot.time / wall if wall > 0.0 else None,

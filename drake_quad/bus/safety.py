@@ -73,7 +73,7 @@ class SafetyLimits:
     torque_time: float = 0.02
     tilt: float = 0.6
     hold_after: float = 0.02
-    damp_after: float = 0.1
+    damp_after: float = 0.09
     arming_tilt: float = 0.35
     arming_speed: float = 1.0
     arming_room: float = 0.1
@@ -160,7 +160,11 @@ def initial_memory(limits: SafetyLimits, time: float) -> Memory:
 
 
 def advance(
-    memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArray
+    memory: Memory,
+    known: Known,
+    limits: SafetyLimits,
+    postures: FloatArray,
+    bearing: FloatArray,
 ) -> tuple[Memory, Drives]:
     """One tick: which mode there is now, and what the drives are told.
 
@@ -169,6 +173,7 @@ def advance(
         known: What is known now.
         limits: What holds of every command.
         postures: Joint angles (N, 12) from sitting to standing, evenly in time [rad].
+        bearing: Torques (12,) that bear the robot when it stands, fed in as it rises [Nm].
 
     Returns:
         Memory of this tick, and what the drives are told, within all limits.
@@ -186,7 +191,7 @@ def advance(
         memory = replace(memory, holding=True, since=memory.since + limits.period)
     else:
         memory = _go_on(memory, known, limits, postures)
-    told = within_limits(_wish(memory, known, limits, postures), memory.told, limits)
+    told = within_limits(_wish(memory, known, limits, postures, bearing), memory.told, limits)
     return replace(memory, told=told), told
 
 
@@ -286,7 +291,13 @@ def _go_on(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatAr
     return memory
 
 
-def _wish(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArray) -> Drives:
+def _wish(
+    memory: Memory,
+    known: Known,
+    limits: SafetyLimits,
+    postures: FloatArray,
+    bearing: FloatArray,
+) -> Drives:
     """What the mode wants of the drives, before limits."""
     told, mode, zero = memory.told, memory.mode, np.zeros(12)
     elapsed = max(known.time - memory.since, 0.0)
@@ -297,23 +308,21 @@ def _wish(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArr
     if memory.holding:
         return Drives(told.q, zero, told.torque, told.stiffness, told.damping)
     if mode == Mode.WALKING:
-        if known.wanted is None:
-            return told
-        return known.wanted
-    stiff = (limits.stiffness, limits.damping)
-    if mode == Mode.STANDING:  # as it came: at the end of standing up, or of a walk
-        return Drives(told.q, zero, told.torque, *stiff)
+        return told if known.wanted is None else known.wanted
+    q, torque = told.q, told.torque  # standing: as it came, from standing up or from a walk
+    after = (elapsed - limits.fold_time) / limits.rise_time
     if mode == Mode.STANDING_UP:
-        if elapsed < limits.fold_time:
-            return Drives(_blend(memory.start, postures[0], elapsed / limits.fold_time),
-                          zero, zero, *stiff)  # fmt: skip
-        share = (elapsed - limits.fold_time) / limits.rise_time
-        return Drives(_along(postures, share), zero, zero, *stiff)
-    if elapsed < limits.fold_time:  # sitting down: first to the posture of standing
-        return Drives(_blend(memory.start, postures[-1], elapsed / limits.fold_time),
-                      zero, zero, *stiff)  # fmt: skip
-    share = 1.0 - (elapsed - limits.fold_time) / limits.rise_time
-    return Drives(_along(postures, share), zero, zero, *stiff)
+        if after < 0.0:
+            q, torque = _blend(memory.start, postures[0], elapsed / limits.fold_time), zero
+        else:
+            q, torque = _along(postures, after), _blend(zero, bearing, after)
+    elif mode == Mode.SITTING_DOWN:
+        if after < 0.0:  # first to the posture of standing
+            q = _blend(memory.start, postures[-1], elapsed / limits.fold_time)
+            torque = bearing
+        else:
+            q, torque = _along(postures, 1.0 - after), _blend(bearing, zero, after)
+    return Drives(q, zero, torque, limits.stiffness, limits.damping)
 
 
 def _blend(start: FloatArray, end: FloatArray, share: float) -> FloatArray:

@@ -9,7 +9,8 @@ from drake_quad.bus.clock import NS
 from drake_quad.bus.messages import CommandMessage, Received, StateMessage
 from drake_quad.common import GRAVITY, FloatArray
 
-FROZEN = 0.1  # [s] for which a sound robot never shows the same to the last bit
+FROZEN = 0.05  # [s] for which a sound robot never shows the same to the last bit
+LONGEST = 0.1  # [s] for which a turn rate is taken to have lasted
 UP_TIME = 0.5  # [s] over which the accelerometer corrects which way is up
 GONE = 0.5  # [s] of silence after which another sender may take over
 
@@ -17,13 +18,18 @@ GONE = 0.5  # [s] of silence after which another sender may take over
 class StateWatch:
     """Takes the robot's states in, in their order, and says which fault they show.
 
+    Args:
+        period: The robot's, between states [s].
+
     Attributes:
         newest: The newest sound state; None before there is one.
         received_ns: When it was received [ns].
         up: Which way is up, in B (3,): the gyroscope's turns, drawn to the accelerometer.
+        lost: How many of the robot's periods had no state that came in time, by its clock.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, period: float = 0.002) -> None:
+        self._period_ns = round(period * NS)
         self.newest: StateMessage | None = None
         self.received_ns = 0
         self.up: FloatArray = np.array([0.0, 0.0, 1.0])
@@ -86,7 +92,7 @@ class StateWatch:
                 return  # another robot's
             self._changed_ns = state.time_ns
         elif sound:
-            self.lost += state.sequence - last.sequence - 1
+            self.lost += max(round((state.time_ns - last.time_ns) / self._period_ns) - 1, 0)
         if sound:
             self.newest, self.received_ns = state, time_ns
 
@@ -98,7 +104,7 @@ class StateWatch:
             if felt is not None:
                 self.up = np.array(felt)
             return
-        dt = min((state.time_ns - last.time_ns) / NS, FROZEN)
+        dt = min((state.time_ns - last.time_ns) / NS, LONGEST)
         up = self.up - dt * np.cross(state.angular_rate, self.up)
         if felt is not None:
             up = up + min(dt / UP_TIME, 1.0) * (felt - up)

@@ -16,7 +16,7 @@ from drake_quad.cli.common import (
 )
 from drake_quad.errors import InputError
 
-BusOption = Annotated[str, typer.Option(help="`lcm`.")]
+BusOption = Annotated[str, typer.Option(help="`lcm` or `unitree`.")]
 InterfaceOption = Annotated[
     str | None, typer.Option(help="Network interface; lo, this machine alone, unless told.")
 ]

@@ -97,8 +97,9 @@ class TransitionPlanner(LeafSystem):
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
         # The body goes on from where it was desired to be, so that its desired pose never jumps.
         if plan.index != task:
-            on_paper = self._planned and plan is self._planned[plan.index]
-            if on_paper and self._is_as_planned(plan, plan.duration, self._feet_on_map(context)):
+            if self._is_on_paper(plan) and self._is_as_planned(
+                plan, plan.duration, self._feet_on_map(context)
+            ):
                 self._keep(context, state, self._planned[task])
             else:
                 self._set_plan(context, state, task, self._stance_after(plan, context))
@@ -132,6 +133,15 @@ class TransitionPlanner(LeafSystem):
         if self._is_as_planned(plan, plan.duration, feet):
             return end
         return Stance(end.body, feet)
+
+    def _is_on_paper(self, plan: MotionPlan) -> bool:
+        """Whether a plan, of which a Context holds a copy, is the one made beforehand."""
+        if not self._planned:
+            return False
+        paper = self._planned[plan.index]
+        return plan.revision == paper.revision and np.array_equal(
+            plan.body.control, paper.body.control
+        )
 
     def _is_as_planned(self, plan: MotionPlan, t: float, feet: FloatArray) -> bool:
         """Whether `feet` (4, 3) stand as `plan` has them at time `t` [s], but for a little."""

@@ -83,8 +83,12 @@ def damped_after(show: PuppetShow, fault: str) -> float:
 
 
 @pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize(
+    "moments",
+    [3, pytest.param(MOMENTS, marks=pytest.mark.slow)],  # 6 s for each fault
+)
 def test_each_fault_damps_at_any_moment(
-    fault: str, tmp_path_factory: pytest.TempPathFactory
+    fault: str, moments: int, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """At moments drawn at random, in all modes: damped, 100 ms after the fault at most, no jump.
 
@@ -93,15 +97,16 @@ def test_each_fault_damps_at_any_moment(
     prepared = short_walk(tmp_path_factory.getbasetemp())
     rng = np.random.default_rng(FAULTS.index(fault))
     modes = set()
-    for moment in rng.uniform(0.6, 3.4, MOMENTS if fault == "crc" else 4):
+    for moment in rng.uniform(0.6, 3.4, moments):
         show = PuppetShow(prepared)
         while show.loop.time < moment:
             show.tick()
         assert show.loop.mode != Mode.DAMPING
         modes.add(show.loop.mode)
-        # A frozen sensor shows itself only by staying so, for 100 ms; silence likewise.
-        allowed = {"frozen": 0.1 + 0.1, "silence": 0.1, "tilt": 0.7}.get(fault, 0.004)
-        assert damped_after(show, fault) <= allowed + 3 * PERIOD_NS / NS
+        # A frozen sensor shows itself only by staying so, for 50 ms; silence likewise, for 100 ms.
+        allowed = {"frozen": 0.06, "silence": 0.1, "tilt": 0.7}.get(fault, 0.002)
+        took = damped_after(show, fault)
+        assert took <= allowed + 1e-9
         before = show.loop.told.q
         for _ in range(20):
             show.tick(send=False)
@@ -109,7 +114,7 @@ def test_each_fault_damps_at_any_moment(
             assert np.abs(show.loop.told.q - before).max() <= 0.05
             before = show.loop.told.q
         assert show.loop.largest_step <= 0.05
-    if fault == "crc":
+    if moments == MOMENTS:
         assert {Mode.STANDING_UP, Mode.STANDING, Mode.WALKING} <= modes
 
 
@@ -155,13 +160,13 @@ class Commander:
 
 
 def test_drives_hold_and_then_damp_when_the_commander_is_gone() -> None:
-    """Killed at once: the drives hold after 20 ms and damp within 100 ms and a tick."""
+    """Killed at once: the drives hold after 20 ms and damp within 100 ms."""
     commander = Commander()
     assert [commander.tick() for _ in range(5)] == [DRIVES_FOLLOW] * 5
     drives = [commander.tick(None) for _ in range(60)]
     assert drives[:9] == [DRIVES_FOLLOW] * 9
-    assert drives[11:49] == [DRIVES_HOLD] * 38
-    assert drives[51:] == [DRIVES_DAMP] * 9
+    assert drives[11:44] == [DRIVES_HOLD] * 33
+    assert drives[46:] == [DRIVES_DAMP] * 14
     assert commander.guard.reason == "the commander is silent"
 
 

@@ -23,6 +23,7 @@ LIMITS = SafetyLimits(
     rise_time=0.02,
 )  # fmt: skip
 POSTURES = np.linspace(np.full(12, 1.0), np.full(12, 0.6), 5)
+BEARING = np.full(12, 4.0)
 NEXT = {  # where each mode leads in a tick, but to itself and to damping
     Mode.DAMPING: {Mode.STANDING_UP},
     Mode.STANDING_UP: {Mode.STANDING},
@@ -61,7 +62,7 @@ def test_any_sequence_keeps_the_limits(sequence: list[tuple[Known, int]]) -> Non
         for _ in range(times):
             tick += 1
             before = memory
-            memory, told = advance(memory, at(one, 0.002 * tick), LIMITS, POSTURES)
+            memory, told = advance(memory, at(one, 0.002 * tick), LIMITS, POSTURES, BEARING)
             assert np.all((told.q >= LIMITS.q_lower) & (told.q <= LIMITS.q_upper))
             assert np.all(np.abs(told.q - before.told.q) <= 0.05)
             assert np.all(np.abs(told.v) <= LIMITS.speed)
@@ -90,7 +91,7 @@ def run(memory: Memory, seconds: float, tick: int, **facts: object) -> tuple[Mem
     for _ in range(round(seconds / 0.002)):
         tick += 1
         base = {"q": memory.told.q, "v": np.zeros(12), "request": Request.STAND, **facts}
-        memory, told = advance(memory, Known(time=0.002 * tick, **base), LIMITS, POSTURES)  # type: ignore[arg-type]
+        memory, told = advance(memory, Known(time=0.002 * tick, **base), LIMITS, POSTURES, BEARING)  # type: ignore[arg-type]
     return memory, told, tick
 
 
@@ -98,6 +99,7 @@ def test_it_stands_up_walks_and_sits_down() -> None:
     """With all well, asked for one after the other, it goes through all modes and ends damped."""
     memory, told, tick = run(initial_memory(LIMITS, 0.0), 0.2, 0)
     assert memory.mode == Mode.STANDING and np.allclose(told.q, POSTURES[-1])
+    assert np.allclose(told.torque, BEARING)
     wish = Drives(np.full(12, 0.5), np.zeros(12), np.full(12, 3.0), 100.0, 1.0)
     memory, told, tick = run(memory, 0.1, tick, request=Request.WALK, wanted=wish)
     assert memory.mode == Mode.WALKING and np.allclose(told.q, 0.5) and told.stiffness == 100.0

@@ -47,6 +47,7 @@ class Pacing:
 
     def __init__(self, stance: FloatArray) -> None:
         self.ended, self._stance, self._ticks = "", stance, 0
+        self.bearing = np.full(12, 20.0)
 
     def take(self, state: StateMessage) -> None:
         """A tick of its own."""

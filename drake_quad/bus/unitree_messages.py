@@ -1,0 +1,236 @@
+"""Unitree's LowState and LowCmd (`unitree_go`, of Go2 and B2) as rows of numpy, and as CDR.
+
+Field by field as Unitree publishes them (unitree_sdk2_python, BSD-3-Clause). A message is a row
+laid out as the maker's C structure, over which its CRC is; CDR, which goes over DDS, has the same
+values with other gaps between them. No cyclonedds is needed here, nor the maker's package.
+"""
+
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+
+from drake_quad.bus.messages import (
+    DRIVES_FOLLOW,
+    CommandMessage,
+    Received,
+    StateMessage,
+)
+from drake_quad.bus.safety import Mode
+from drake_quad.common import FloatArray
+
+LOW_STATE_TYPE = "unitree_go.msg.dds_.LowState_"
+LOW_CMD_TYPE = "unitree_go.msg.dds_.LowCmd_"
+MOTORS, JOINTS = 20, 12
+# Where our legs' joints are among the motors, which are FR, FL, RR, RL.
+MOTOR_OF = np.array([3, 4, 5, 0, 1, 2, 9, 10, 11, 6, 7, 8])
+FOOT_OF = np.array([1, 0, 3, 2])
+HEAD, LOW_LEVEL, DRIVEN = (0xFE, 0xEF), 0xFF, 0x01
+NO_PLACE, NO_SPEED = 2.146e9, 16000.0  # what motors that are not there are told
+
+_HEAD = [("head", "u1", 2), ("level_flag", "u1"), ("frame_reserve", "u1"), ("sn", "<u4", 2),
+         ("version", "<u4", 2), ("bandwidth", "<u2")]  # fmt: skip
+MOTOR_CMD = np.dtype(
+    [("mode", "u1"), ("q", "<f4"), ("dq", "<f4"), ("tau", "<f4"), ("kp", "<f4"), ("kd", "<f4"),
+     ("reserve", "<u4", 3)], align=True,
+)  # fmt: skip
+MOTOR_STATE = np.dtype(
+    [("mode", "u1"), ("q", "<f4"), ("dq", "<f4"), ("ddq", "<f4"), ("tau_est", "<f4"),
+     ("q_raw", "<f4"), ("dq_raw", "<f4"), ("ddq_raw", "<f4"), ("temperature", "u1"),
+     ("lost", "<u4"), ("reserve", "<u4", 2)], align=True,
+)  # fmt: skip
+IMU_STATE = np.dtype(
+    [("quaternion", "<f4", 4), ("gyroscope", "<f4", 3), ("accelerometer", "<f4", 3),
+     ("rpy", "<f4", 3), ("temperature", "u1")], align=True,
+)  # fmt: skip
+BMS_STATE = np.dtype(
+    [("version_high", "u1"), ("version_low", "u1"), ("status", "u1"), ("soc", "u1"),
+     ("current", "<i4"), ("cycle", "<u2"), ("bq_ntc", "u1", 2), ("mcu_ntc", "u1", 2),
+     ("cell_vol", "<u2", 15)], align=True,
+)  # fmt: skip
+BMS_CMD = np.dtype([("off", "u1"), ("reserve", "u1", 3)], align=True)
+LOW_CMD = np.dtype(
+    [*_HEAD, ("motor_cmd", MOTOR_CMD, MOTORS), ("bms_cmd", BMS_CMD), ("wireless_remote", "u1", 40),
+     ("led", "u1", 12), ("fan", "u1", 2), ("gpio", "u1"), ("reserve", "<u4"), ("crc", "<u4")],
+    align=True,
+)  # fmt: skip
+LOW_STATE = np.dtype(
+    [*_HEAD, ("imu_state", IMU_STATE), ("motor_state", MOTOR_STATE, MOTORS),
+     ("bms_state", BMS_STATE), ("foot_force", "<i2", 4), ("foot_force_est", "<i2", 4),
+     ("tick", "<u4"), ("wireless_remote", "u1", 40), ("bit_flag", "u1"), ("adc_reel", "<f4"),
+     ("temperature_ntc1", "u1"), ("temperature_ntc2", "u1"), ("power_v", "<f4"),
+     ("power_a", "<f4"), ("fan_frequency", "<u2", 4), ("reserve", "<u4"), ("crc", "<u4")],
+    align=True,
+)  # fmt: skip
+
+
+def _places(kind: np.dtype, start: int, at: int) -> tuple[list[tuple[int, int]], int]:
+    """Each byte's place in the C structure and in CDR, and the place in CDR behind them."""
+    if kind.subdtype is not None:
+        base, shape = kind.subdtype
+        pairs: list[tuple[int, int]] = []
+        for k in range(int(np.prod(shape))):
+            more, at = _places(base, start + k * base.itemsize, at)
+            pairs += more
+        return pairs, at
+    if kind.fields is not None:
+        pairs = []
+        for name in kind.names or ():
+            field, offset = kind.fields[name][:2]
+            more, at = _places(field, start + offset, at)
+            pairs += more
+        return pairs, at
+    size = kind.itemsize
+    at += -at % size  # a value begins at a multiple of its size, and a structure anywhere
+    return [(start + k, at + k) for k in range(size)], at + size
+
+
+class Wire:
+    """A message's way between its row and the bytes of CDR.
+
+    Args:
+        kind: The row's dtype.
+    """
+
+    HEADER = b"\x00\x01\x00\x00"  # plain CDR, little-endian
+
+    def __init__(self, kind: np.dtype) -> None:
+        pairs, size = _places(kind, 0, 0)
+        self._in_row, self._in_cdr = np.array(pairs).T
+        self._kind, self._size = kind, size + -size % 4
+
+    def encode(self, row: np.ndarray) -> bytes:
+        """The bytes of a row, its CRC put in."""
+        row["crc"] = unitree_crc(row.tobytes())
+        cdr = np.zeros(self._size, dtype=np.uint8)
+        cdr[self._in_cdr] = np.frombuffer(row.tobytes(), dtype=np.uint8)[self._in_row]
+        return self.HEADER + cdr.tobytes()
+
+    def decode(self, data: bytes) -> tuple[np.ndarray | None, str]:
+        """The row that bytes are of, or what is wrong with them."""
+        if len(data) < 4 or data[1] not in (0x01, 0x07):
+            return None, "a message that is not plain little-endian CDR"
+        cdr = np.frombuffer(data, dtype=np.uint8)[4:]
+        if len(cdr) <= self._in_cdr[-1]:
+            return None, "a message cut short"
+        whole = np.zeros(self._kind.itemsize, dtype=np.uint8)
+        whole[self._in_row] = cdr[self._in_cdr]
+        row = whole.view(self._kind).reshape(())
+        if int(row["crc"]) != unitree_crc(whole.tobytes()):
+            return None, "a message whose CRC is wrong"
+        return row, ""
+
+
+_TURNED = bytes(int(f"{k:08b}"[::-1], 2) for k in range(256))
+
+
+def unitree_crc(structure: bytes) -> int:
+    """The maker's CRC over all of a structure's 32-bit words but the last, which holds it.
+
+    Its polynomial is zlib's, but each word's highest bit comes first, and nothing is inverted in
+    the end: with the words' bytes turned round, and the bits of each, it is zlib's turned round.
+    """
+    words = np.frombuffer(structure[:-4], dtype="<u4").byteswap().tobytes()
+    reflected = crc32(words.translate(_TURNED)) ^ 0xFFFFFFFF
+    return int(f"{reflected:032b}"[::-1], 2)
+
+
+# ------------------------------------------------------------------------------------------------
+# Between the maker's messages and ours.
+# ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class JointMap:
+    """How the robot's own file means its joints and its trunk: q_own = sign (q + turn).
+
+    Attributes:
+        sign: ±1 of each joint, leg by leg (12,).
+        turn: Leg by leg (12,) [rad].
+        R_BT: From the trunk's frame in the file to B (3, 3).
+    """
+
+    sign: FloatArray
+    turn: FloatArray
+    R_BT: FloatArray
+
+
+SAME = JointMap(np.ones(JOINTS), np.zeros(JOINTS), np.eye(3))
+_STATE, _CMD = Wire(LOW_STATE), Wire(LOW_CMD)
+
+
+def encode_low_state(state: StateMessage, joints: JointMap) -> bytes:
+    """A state as LowState; its quaternion and its raw readings are left at zero."""
+    row = np.zeros((), LOW_STATE)
+    row["head"], row["level_flag"] = HEAD, LOW_LEVEL
+    row["tick"] = (state.time_ns // 1_000_000) & 0xFFFFFFFF
+    imu, motors = row["imu_state"], row["motor_state"]
+    imu["gyroscope"] = joints.R_BT.T @ state.angular_rate
+    imu["accelerometer"] = joints.R_BT.T @ state.specific_force
+    motors["mode"][MOTOR_OF] = DRIVEN
+    motors["q"][MOTOR_OF] = joints.sign * (state.position + joints.turn)
+    motors["dq"][MOTOR_OF] = joints.sign * state.velocity
+    motors["tau_est"][MOTOR_OF] = joints.sign * state.effort
+    row["foot_force"][FOOT_OF] = np.clip(state.foot_force, -1, 32767)
+    return _STATE.encode(row)
+
+
+def decode_low_state(data: bytes, time_ns: int, joints: JointMap) -> Received[StateMessage]:
+    """A LowState as a state. Its clock and its number are both its tick, in whole ms."""
+    row, fault = _STATE.decode(data)
+    if row is None:
+        return Received(None, time_ns, fault)
+    motors, imu = row["motor_state"], row["imu_state"]
+    tick = int(row["tick"])
+    state = StateMessage(
+        0, tick, tick * 1_000_000, DRIVES_FOLLOW,
+        joints.sign * motors["q"][MOTOR_OF] - joints.turn,
+        joints.sign * motors["dq"][MOTOR_OF],
+        joints.sign * motors["tau_est"][MOTOR_OF],
+        joints.R_BT @ imu["gyroscope"].astype(np.float64),
+        joints.R_BT @ imu["accelerometer"].astype(np.float64),
+        row["foot_force"][FOOT_OF].astype(np.float64),
+    )  # fmt: skip
+    values = (state.position, state.velocity, state.effort, state.angular_rate,
+              state.specific_force)  # fmt: skip
+    sound = all(np.isfinite(v).all() for v in values)
+    return Received(state, time_ns, "" if sound else "a value is not a number")
+
+
+def encode_low_cmd(command: CommandMessage, joints: JointMap) -> bytes:
+    """A command as LowCmd."""
+    row = np.zeros((), LOW_CMD)
+    row["head"], row["level_flag"] = HEAD, LOW_LEVEL
+    motors = row["motor_cmd"]
+    motors["q"], motors["dq"], motors["mode"] = NO_PLACE, NO_SPEED, DRIVEN
+    motors["q"][MOTOR_OF] = joints.sign * (command.position + joints.turn)
+    motors["dq"][MOTOR_OF] = joints.sign * command.velocity
+    motors["tau"][MOTOR_OF] = joints.sign * command.effort
+    motors["kp"][MOTOR_OF] = command.stiffness
+    motors["kd"][MOTOR_OF] = command.damping
+    return _CMD.encode(row)
+
+
+def decode_low_cmd(
+    data: bytes, time_ns: int, joints: JointMap, *, session: int, sequence: int
+) -> Received[CommandMessage]:
+    """A LowCmd as a command, which is of damping if no motor has any stiffness.
+
+    Args:
+        data: As it came.
+        time_ns: When, by the receiver's clock [ns].
+        joints: How the robot's own file means its joints.
+        session: Of whom it is: DDS's number of the writer.
+        sequence: How many had come before it.
+    """
+    row, fault = _CMD.decode(data)
+    if row is None:
+        return Received(None, time_ns, fault)
+    motors = row["motor_cmd"][MOTOR_OF]
+    own = joints.sign * motors["q"].astype(np.float64) - joints.turn
+    vectors = [own, *(joints.sign * motors[name] for name in ("dq", "tau")),
+               *(motors[name].astype(np.float64) for name in ("kp", "kd"))]  # fmt: skip
+    mode = Mode.WALKING if np.any(motors["kp"] > 0.0) else Mode.DAMPING
+    command = CommandMessage(session, sequence, time_ns, int(mode), -1, *vectors)
+    sound = all(np.isfinite(v).all() for v in vectors)
+    return Received(command, time_ns, "" if sound else "a value is not a number")
