@@ -268,6 +268,11 @@ class ControlLoop:
         return self._memory.mode
 
     @property
+    def reason(self) -> str:
+        """Why the robot is damped, or not armed yet."""
+        return self._memory.reason
+
+    @property
     def lost(self) -> int:
         """How many of the robot's messages did not come, or came too late."""
         return self._states.lost

@@ -206,6 +206,9 @@ def control(
         for event in loop.events[shown:]:
             tell(_line(event))
         shown = len(loop.events)
+        if not loop.events and loop.time >= next_look + 1.0 and not dry_run:
+            next_look = loop.time + 1.0
+            tell(f"{loop.time:8.3f} s  {loop.reason}")
         if dry_run and loop.time >= next_look:
             next_look = loop.time + 1.0
             angles = " ".join(f"{q:.2f}" for q in loop.told.q)

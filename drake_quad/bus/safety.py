@@ -15,6 +15,8 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import quintic
 
+NOT_ARMED = "not armed"
+
 
 class Mode(IntEnum):
     """What the machine does; the numbers go over the bus."""
@@ -148,7 +150,7 @@ class Memory:
     well_since: float = 0.0
     told: Drives
     start: FloatArray
-    reason: str = "not armed yet"
+    reason: str = NOT_ARMED
     holding: bool = False
 
 
@@ -182,7 +184,9 @@ def advance(
     well_since = known.time if fault else memory.well_since
     memory = replace(memory, well_since=well_since, holding=False)
     if fault:
-        memory = _enter(memory, Mode.DAMPING, known, fault if memory.mode else memory.reason)
+        if memory.mode == Mode.DAMPING and memory.reason.startswith(NOT_ARMED):
+            memory = replace(memory, reason=f"{NOT_ARMED}: {fault}")
+        memory = _enter(memory, Mode.DAMPING, known, fault)
     elif known.request == Request.DAMP:
         memory = _enter(memory, Mode.DAMPING, known, "asked to")
     elif memory.mode == Mode.DAMPING:
@@ -252,19 +256,19 @@ def _arm(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
     assert known.q is not None and known.v is not None
     reason = ""
     if known.time - memory.well_since < limits.arming_time:
-        reason = "not armed: all is not well for long enough"
+        reason = f"{NOT_ARMED}: all is not well for long enough"
     elif known.age > limits.hold_after:
-        reason = "not armed: the state is old"
+        reason = f"{NOT_ARMED}: the state is old"
     elif not known.up[2] > np.cos(limits.arming_tilt):
-        reason = "not armed: the trunk is tilted"
+        reason = f"{NOT_ARMED}: the trunk is tilted"
     elif not np.abs(known.v).max() <= limits.arming_speed:
-        reason = "not armed: a joint is moving"
+        reason = f"{NOT_ARMED}: a joint is moving"
     elif np.any(known.q < limits.q_lower - limits.arming_room) or np.any(
         known.q > limits.q_upper + limits.arming_room
     ):
-        reason = "not armed: a joint is beyond its limits"
+        reason = f"{NOT_ARMED}: a joint is beyond its limits"
     elif np.abs(memory.told.q - np.clip(known.q, limits.q_lower, limits.q_upper)).max() > 0.01:
-        reason = "not armed: what is wanted has not come to where the joints are"
+        reason = f"{NOT_ARMED}: what is wanted has not come to where the joints are"
     if reason:
         return replace(memory, reason=reason)
     return _enter(memory, Mode.STANDING_UP, known)

@@ -117,7 +117,7 @@ def test_it_stands_up_walks_and_sits_down() -> None:
         ({"v": np.full(12, 1.5)}, "is moving"),
         ({"up": np.array([0.4, 0.0, 0.9])}, "tilted"),
         ({"age": 0.05}, "is old"),
-        ({"fault": "CRC"}, "not armed yet"),
+        ({"fault": "CRC"}, "not armed: CRC"),
     ],
 )
 def test_it_arms_in_a_sane_posture_alone(facts: dict[str, object], why: str) -> None:
