@@ -1,7 +1,7 @@
 """Bounds of all certified quantities over cells of time, and the branch and bound on them.
 
 Whatever a cell's bound says holds at every time in it, so the least over all cells of a segment
-holds throughout the segment. Halving goes on until that is as near as asked for to the least value
+holds throughout the segment. Halving goes on until that is as near as demanded to the least value
 that any cell has in its middle, which no bound can be above.
 """
 
@@ -104,7 +104,7 @@ def bound_cells(
         cells: The cells (N,).
         best: Least known value of each segment (segments, COLUMNS); made less by what is found.
         tolerance: How far below those bounds may be (COLUMNS,).
-        demand: What is asked for (COLUMNS,).
+        demand: Demanded values (COLUMNS,).
     """
     size = max(1, min(MOST_CELLS, MOST_PAIRS // len(problem.obstacles.top)))
     parts = []
@@ -199,7 +199,7 @@ TOLERANCE = np.array([2e-4, 2e-4, 2e-4, 2e-3, 2e-3])
 ROUNDING = 1e-9  # covers what the robot's constants and the polygons' sides are rounded by
 ROUNDS = 24
 SHORTEST = 1e-5  # [s]; half the length of a cell that is not halved any more
-COARSE = 5e-3  # [s]; the same in a segment that is known not to be as asked for
+COARSE = 5e-3  # [s]; the same in a segment that is known not to meet the demand
 DIGITS = 1e-6  # claims are rounded down to whole ones
 
 
@@ -213,7 +213,7 @@ class Proof:
         low: The least over each segment (segments, COLUMNS): true at every time.
         best: The least value found in each segment (segments, COLUMNS).
         claims: What a certificate claims of each segment (segments, FIGURES).
-        demand: What was asked for (COLUMNS,).
+        demand: Demanded values (COLUMNS,).
         met: Whether `low` meets the demand (segments, COLUMNS).
     """
 
@@ -227,7 +227,7 @@ class Proof:
 
 
 def make_demand(*, margin: float = 0.0, foot: float = 0.0, shank: float = 0.0) -> FloatArray:
-    """What is asked of a plan, by column [m]; no joint or torque beyond its limit goes unasked."""
+    """Demanded values by column [m]; that joints and torques keep their limits always is."""
     demand = np.zeros(COLUMNS)
     demand[:3] = margin, foot, shank
     demand[GROUND] = -GROUND_SLACK
@@ -276,7 +276,7 @@ def prove(problem: Problem, demand: FloatArray) -> Proof:
 def wanted(best: FloatArray, slack: FloatArray, demand: FloatArray) -> FloatArray:
     """How good bounds have to be (segments, COLUMNS), given the least values known.
 
-    As near to those as `slack`, or what is asked for if that is in between.
+    As near to those as `slack`, or the demand if that is in between.
     """
     return np.maximum(best - slack, np.minimum(best, demand + 2.0 * ROUNDING))
 

@@ -1,7 +1,7 @@
 """Certifies a plan for every time, and writes what was proved to certificate.json.
 
 The file is one JSON object: what is claimed, of which robot, plan and course, and the partition of
-time with a witness of the forces. docs/certificates.md tells each field. Its hash is the SHA-256 of
+time with a witness of the forces. docs/certificates.md has each field. Its hash is the SHA-256 of
 the object without it, as JSON with sorted keys and without spaces.
 """
 
@@ -163,7 +163,7 @@ class Certificate:
 
     Attributes:
         proof: The bounds.
-        failure: The first time at which the plan is not as asked for; None if it is throughout.
+        failure: The first time at which the plan does not meet the demand; None if it always does.
         record: What certificate.json holds; None where there is a failure.
         joins: Where its tasks meet, and how continuous it is there.
     """
@@ -207,8 +207,8 @@ def certify_plans(
         shank: How thick its shanks are.
         plans: The mission's tasks, each beginning where the one before ends.
         boxes: The course.
-        margin: Static margin that is asked for [m].
-        clearance: Room of feet and shanks that is asked for [m].
+        margin: Static margin demanded [m].
+        clearance: Clearance of feet and shanks demanded [m].
     """
     pieces = cut_pieces(plans)
     problem = pose_problem(robot, shank, pieces, find_box_obstacles(boxes))

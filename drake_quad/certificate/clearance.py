@@ -147,13 +147,13 @@ class SwingRule:
 
     Attributes:
         own: Boxes that it steps from or onto, or that are level with those (phases, M).
-        floor: Least distance from those (phases, M) [m]: 0, or as deep as it stands in a slope.
+        least: Least distance from those (phases, M) [m]: 0, or as deep as it stands in a slope.
         half: Half the distance that its two footholds have from the rest (phases, M) [m]: in a
             swing the foot need not be farther from it.
     """
 
     own: BoolArray
-    floor: FloatArray
+    least: FloatArray
     half: FloatArray
 
 
@@ -170,7 +170,7 @@ def find_swing_rule(pieces: Pieces, obstacles: Obstacles, radius: float) -> Swin
     least = distance.min(axis=0)
     return SwingRule(
         own=stands.any(axis=0) & ~obstacles.face,
-        floor=np.minimum(least, 0.0),
+        least=np.minimum(least, 0.0),
         half=0.5 * least,
     )
 
@@ -233,9 +233,9 @@ def enclose_foot_clearance(
     sample = distance - radius
     low = sample + (powers @ _BERNSTEIN.T).min(axis=1)
     phase = pieces.phase[cells.piece[cell]]
-    own, floor, half = rule.own[phase, which], rule.floor[phase, which], rule.half[phase, which]
-    np.minimum.at(clearance.ground_low, cell[own], (low - floor)[own])
-    np.minimum.at(clearance.ground_sample, cell[own], (sample - floor)[own])
+    own, deepest, half = rule.own[phase, which], rule.least[phase, which], rule.half[phase, which]
+    np.minimum.at(clearance.ground_low, cell[own], (low - deepest)[own])
+    np.minimum.at(clearance.ground_sample, cell[own], (sample - deepest)[own])
     passed = np.where(sample < half, sample, CAP)
     np.minimum.at(clearance.sample, cell[~own], passed[~own])
     bound = np.where(low < half, low, CAP)

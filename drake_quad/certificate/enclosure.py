@@ -165,10 +165,10 @@ class Enclosure:
     def arccos(self) -> "Enclosure":
         """The arc cosine; nothing is known of it where the argument may leave (-1, 1)."""
         high = np.abs(self.centre) + self.radius
-        room = _positive((1.0 - high) * (1.0 + high))
+        inside = _positive((1.0 - high) * (1.0 + high))
         here = np.maximum((1.0 - self.centre) * (1.0 + self.centre), 0.0)
         angle = np.arccos(np.clip(self.centre, -1.0, 1.0))
-        return self._through(angle, -1.0 / np.sqrt(here), room**-0.5, high * room**-1.5)
+        return self._through(angle, -1.0 / np.sqrt(here), inside**-0.5, high * inside**-1.5)
 
     def _through(
         self, value: FloatArray, slope: FloatArray, steepest: Number, bend: Number

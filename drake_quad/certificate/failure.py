@@ -41,7 +41,7 @@ class Failure:
         segment: Index of the segment, counted through all tasks.
         time: In the task [s]; everything before is proven.
         value: The least that the quantity is found to be in the segment [its unit].
-        demand: What was asked for.
+        demand: The value demanded.
         reason: For people: what is wrong.
     """
 
@@ -54,7 +54,7 @@ class Failure:
 
 
 def first_failure(problem: Problem, proof: Proof) -> Failure | None:
-    """The earliest time that is not proven to be as asked for; None if all is."""
+    """The earliest time that is not proven to meet the demand; None if all is."""
     if np.all(proof.met):
         return None
     demand = proof.demand + ROUNDING

@@ -204,9 +204,9 @@ def _choose(
     loaded: tuple[Enclosure, ...],
 ) -> FloatArray:
     """How much of `free` to add to the shares (N,), 0 where there is no freedom."""
-    room = shares.centre - shares.radius  # what has to stay at least 0
+    left = shares.centre - shares.radius  # what has to stay at least 0
     with np.errstate(divide="ignore", invalid="ignore"):
-        limit = -room / free
+        limit = -left / free
     low = np.where(free > 0.0, limit, -np.inf).max(axis=1)
     high = np.where(free < 0.0, limit, np.inf).min(axis=1)
     chosen = np.zeros(len(free))

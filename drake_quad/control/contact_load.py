@@ -192,7 +192,7 @@ def update_friction(
 ) -> None:
     """Goes on a tick with the friction that each foot's force stays within.
 
-    A foot that slips has less friction under it than its force asked for: the less it is asked
+    A foot that slips has less friction under it than its force took: the less is demanded
     for, the sooner it stands, and the other feet make the rest. What is lost is regained slowly,
     for the next place may be as slippery.
 

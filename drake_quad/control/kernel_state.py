@@ -235,7 +235,7 @@ def state_indices(layout: StateLayout) -> IntArray:
     return np.concatenate([[layout.q_base, layout.v_base], layout.q_joints, layout.v_joints])
 
 
-# Only so much of a large error is corrected at once: if the feet cannot give what is asked of them,
+# Only so much of a large error is corrected at once: if the feet cannot give what is wanted,
 # the program trades the robot's uprightness for it.
 MOST_SHIFT = 0.04  # [m]
 MOST_TURN = 0.03  # [rad]

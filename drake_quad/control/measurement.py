@@ -24,8 +24,8 @@ from drake_quad.terrain.course import Course, box_tops, top_at
 def ground_table(course: Course | None) -> FloatArray:
     """A course's `box_tops`; none (0, 10) if all of them are level.
 
-    Contact sensors say whether a foot bears, not which way it is pushed, so the map alone tells
-    the ground's tilt.
+    Contact sensors say whether a foot bears, not which way it is pushed, so the ground's
+    tilt is the map's.
     """
     if course is None or not any(box.gradient for box in course.boxes):
         return np.zeros((0, 10))

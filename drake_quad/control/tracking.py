@@ -49,7 +49,7 @@ def joint_targets(
     between the two the target moves with the load, so that a foot about to lift off lets go.
 
     A leg that is too short goes as far as its knee's limits let it, and no faster than it can stop
-    there: a straight leg would be asked for speeds without end, with which its drives press the
+    there: a straight leg would need speeds without bound, with which its drives press the
     knee against its stop and push the body instead.
 
     Args:

@@ -163,8 +163,8 @@ def design_scenario(
     """Designs the gait for a scenario's robot and course.
 
     The candidates are judged on endless staircases like the course's; the best are then planned on
-    the course itself, until one keeps good margin and room. Where none does they are sought more
-    thoroughly, unless that is hopeless. Flights with deep treads, on which no good gait has a
+    the course itself, until one keeps good margin and clearance. Where none does they are sought
+    more thoroughly, unless that is hopeless. Flights with deep treads, on which no good gait has a
     footprint of its own for each tread, are walked in the stride of level ground.
 
     Args:
@@ -213,7 +213,7 @@ def _design(
 ) -> Designed:
     """See `design_scenario`; which flights are walked as such is the scenario's to say.
 
-    Where the map may be wrong, shanks keep more room; if no gait does, as little as otherwise.
+    Where the map may be wrong, shanks keep more clearance; if no gait does, as little as otherwise.
 
     Raises:
         PlanningError: As there.
@@ -265,7 +265,7 @@ def _design_for(
     for way in SEARCH_SETTINGS if thorough else ():
         for gait in gaits(way):
             if best is not None and best.quality >= max(POOR, gait.score):
-                continue  # what leaves less room on endless stairs is mostly not the better gait
+                continue  # smaller slacks on endless stairs mostly mean a worse plan
             touches = TOUCHES if flights else 1
             best, error = plan_lower(gait, leg, best, touches)
             refused = refused or error

@@ -178,8 +178,8 @@ def joint_angles(leg: LegConstants, pose: Pose, foot: FloatArray, q: FloatArray)
     across = y * y + z * z - leg.offset * leg.offset
     down = -sqrt(max(across, 1e-12)) - leg.raised
     distance = sqrt(x * x + down * down)
-    room = min(leg.thigh + leg.shank - distance, distance - abs(leg.thigh - leg.shank))
-    return room if across > 0.0 else min(room, -sqrt(-across))
+    slack = min(leg.thigh + leg.shank - distance, distance - abs(leg.thigh - leg.shank))
+    return slack if across > 0.0 else min(slack, -sqrt(-across))
 
 
 @jit
@@ -266,15 +266,15 @@ def pose_leg_clearance(
     """
     before = 0.0
     for i in range(SHANK):
-        x, z, radius, worth = points[i, 0], points[i, 2], radii[i], CLEARANCE_WEIGHTS[i]
+        x, z, radius, weight = points[i, 0], points[i, 2], radii[i], CLEARANCE_WEIGHTS[i]
         bound = min(line_over_nosings(x, z, rise, run), run) - SURE
-        if (bound - radius) * worth < least:
-            least = min(least, (point_to_stairs(x, z, rise, run) - radius) * worth)
+        if (bound - radius) * weight < least:
+            least = min(least, (point_to_stairs(x, z, rise, run) - radius) * weight)
         if i > 0:
             thick = min(radius, radii[i - 1])
-            if (min(bound, before) - thick) * worth < least:
+            if (min(bound, before) - thick) * weight < least:
                 line = line_to_stairs(points[i - 1], points[i], rise, run)
-                least = min(least, (line - thick) * worth)
+                least = min(least, (line - thick) * weight)
         before = bound
     return least
 
@@ -367,7 +367,7 @@ def clearance_under_line(points: FloatArray, rise: float, run: float, least: flo
 
 
 UNDER = 7  # points under the trunk that are looked at
-STRIDE = 7  # between moments looked at in turn: unlike ones sooner tell what is in the way
+STRIDE = 7  # between moments looked at in turn: unlike ones sooner show what is in the way
 # Weight of the smallest slack in `objective_of_slacks`; the rest is that of their mean.
 LEAST_SHARE = 0.7
 # Columns of the result.
@@ -453,8 +453,8 @@ def slacks(
                 row[REACH] = min(row[REACH], joint_angles(leg, pose, f[k], q[k]))
                 for j in range(3):
                     i = 3 * k + j
-                    room = min(q[k, j] - limits[0, i], limits[1, i] - q[k, j])
-                    row[JOINTS] = min(row[JOINTS], room)
+                    slack = min(q[k, j] - limits[0, i], limits[1, i] - q[k, j])
+                    row[JOINTS] = min(row[JOINTS], slack)
                 used = torque_used(leg, q[k], forces[k], pose, limits[2, 3 * k : 3 * k + 3])
                 row[TORQUE] = min(row[TORQUE], 1.0 - used)
             if objective_of_slacks(row, wanted) > enough[c]:

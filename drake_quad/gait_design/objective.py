@@ -89,10 +89,10 @@ def evaluate_candidates(
         stance_length=stance_length,
     )  # fmt: skip
     wanted = wanted_with_tolerance(robot) if wanted is None else wanted
-    room = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
+    rows = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
     enough = np.full(len(grid), np.inf) if enough is None else enough
-    slacks(cycle, stairs, robot_tables(robot, shape), wanted, room, enough)
-    return room
+    slacks(cycle, stairs, robot_tables(robot, shape), wanted, rows, enough)
+    return rows
 
 
 def robot_tables(robot: RobotModel, shape: LinkOutline) -> RobotTables:
@@ -115,6 +115,6 @@ def wanted_with_tolerance(robot: RobotModel, map_error: float = 0.0) -> FloatArr
     return np.array([getattr(wanted, name) for name in NAMES])
 
 
-def objective(room: FloatArray, wanted: FloatArray) -> FloatArray:
+def objective(rows: FloatArray, wanted: FloatArray) -> FloatArray:
     """Objectives (C,) of slacks (C, 7) against their targets (7,): less is better, -1 is best."""
-    return objectives_of_slacks(room, wanted)
+    return objectives_of_slacks(rows, wanted)

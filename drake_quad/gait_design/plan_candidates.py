@@ -32,13 +32,13 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.terrain.course import Course
 
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
-GOOD_ROOM = 0.8  # of the room wanted, a gait is as good as any
+GOOD_ROOM = 0.8  # of the clearance wanted, a gait is as good as any
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
 POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
 THIGHS_EVERY = 2  # so many are looked at for thighs
 TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
 PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
-LEFT_OVER = 1.1  # of the margin that the gait clock asks for: what a plan keeps is kept nearly
+LEFT_OVER = 1.1  # of the margin that the gait clock demands: what a plan keeps is kept nearly
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class Designed:
 
     @property
     def quality(self) -> float:
-        """The least share of what is wanted of margin, room and torque, at most 1."""
+        """The least share of what is wanted of margin, clearance and torque, at most 1."""
         return _quality(self.scenario, self.design, self.margin, self.room, self.torque)
 
 
@@ -88,7 +88,7 @@ def plan_design(
 
     Args:
         scenario: With the design's fields filled in.
-        design: The gait, and the room that is wanted of it.
+        design: The gait, and the slacks wanted of it.
         robot: The scenario's.
         shape: The robot's outline.
         course: The scenario's course.
@@ -163,7 +163,7 @@ def _quality(
 LOWER = (0.0, 0.0075, 0.015, 0.03, 0.06, 0.1)  # of a leg: by which a body is lowered for a plan
 ANY_LOWER = LOWER[::2]  # the same where any plan will do
 # Heights at which a gait's plan may touch what it must not, before it is given up. A body that is
-# lower on stairs is also elsewhere; over a curb it makes no room.
+# lower on stairs is also elsewhere; over a curb it does not help.
 TOUCHES = 6
 SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 
@@ -173,7 +173,7 @@ class Gait:
     """A gait to be planned.
 
     Attributes:
-        score: What it is worth on endless stairs.
+        score: Its score on endless stairs.
         scenario: In full, with the body as high as the design has it.
         plan: Makes a `Designed` of such a scenario; see `plan_design`, whose `beat` it takes.
     """
@@ -230,7 +230,7 @@ def plan_any(gaits: Iterable[Gait], leg: float) -> tuple[Designed | None, Planni
     """The first plan that there is: of all gaits with bodies as high as they can be, then lower.
 
     Args:
-        gaits: To be planned; no more are asked for than are tried.
+        gaits: Gaits to be planned; no more are drawn than are tried.
         leg: The legs' length [m].
 
     Returns:

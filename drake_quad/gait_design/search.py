@@ -65,7 +65,7 @@ def swing_clearance(robot: RobotModel) -> float:
 
 
 class Search:
-    """What candidates of a pattern lack of full room, for a search that keeps the better of two.
+    """Objective of a pattern's candidates, for a search that keeps the better of two.
 
     Attributes:
         rivals: (C,) what the search has in their places already: of candidates that lack more, no
@@ -90,8 +90,8 @@ class Search:
         lower, upper, usual = candidate_bounds(self._pattern)
         unusual = UNUSUAL * np.mean(((x.T - usual) / (upper - lower)) ** 2, axis=1)
         enough = None if self.rivals is None else self.rivals - unusual + ROUNDING
-        room = least_clearance(self._robot, self._shape, grid, self._flights, enough, self._wanted)
-        return np.asarray(unusual + objective(room, self._wanted))
+        rows = least_clearance(self._robot, self._shape, grid, self._flights, enough, self._wanted)
+        return np.asarray(unusual + objective(rows, self._wanted))
 
     def least(
         self,
@@ -147,21 +147,21 @@ def least_clearance(
 
     `enough` and `wanted` are those of `evaluate_candidates`.
     """
-    room = np.full((len(grid), len(NAMES)), np.inf)
+    rows = np.full((len(grid), len(NAMES)), np.inf)
     wanted = wanted_with_tolerance(robot) if wanted is None else wanted
     enough = np.full(len(grid), np.inf) if enough is None else enough
     for stairs in flights:
         length = grid.stance_length if stairs.rise == 0.0 else None
-        on = objective(room, wanted) <= enough
-        room[on] = evaluate_candidates(
+        on = objective(rows, wanted) <= enough
+        rows[on] = evaluate_candidates(
             robot, shape, grid.take(on), stairs, clearance=swing_clearance(robot),
-            stance_length=length, found=room[on], enough=enough[on], wanted=wanted,
+            stance_length=length, found=rows[on], enough=enough[on], wanted=wanted,
         )  # fmt: skip
-    return room
+    return rows
 
 
 LEVEL_PATTERNS = [FootholdPattern(2, 1), FootholdPattern(1, 1), FootholdPattern(2, 2)]
-SPEED_BONUS = 0.1  # that a tread more a cycle is worth in a score of which 1 is full room
+SPEED_BONUS = 0.1  # of a tread more a cycle, on a score that is 1 where all slacks are enough
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
 LEVEL_SCORE = 0.8  # with which the longest of them is taken
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
@@ -172,14 +172,13 @@ NEARLY = -0.3  # score of a gait that is so near to being one that a thorough se
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """A gait, and the room that it leaves.
+    """A gait and its slacks.
 
     Attributes:
         gait: The gait alone: a CandidateBatch of one.
-        score: The least share of the room wanted that it leaves, at most 1; negative if it cannot
-            be done.
-        slacks: The least room on any of the flights and on level ground, by NAMES.
-        wanted: The room that would be enough, by NAMES.
+        score: Least ratio of a slack to its target, at most 1; negative if a limit is exceeded.
+        slacks: Least slacks on any of the flights and on level ground, by NAMES.
+        wanted: Slacks that would be enough, by NAMES.
         stride: On level ground [m].
         limit: The name of what leaves the least of what is wanted.
     """
@@ -224,17 +223,17 @@ def choose_gaits(
     hopeless = np.inf if way is QUICK else HOPELESS
     wanted = wanted_with_tolerance(robot, map_error)
     searches = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
-    # Where the map may be wrong, room is worth more than pace: all are compared by it alone.
+    # Where the map may be wrong, slacks count more than pace: all are compared by them alone.
     bonus = SPEED_BONUS if map_error == 0.0 else 0.0
     early = next(searches, None) if map_error == 0.0 else None
     if early is not None and early.score >= ENOUGH:
         yield early
 
     def best_first(found: list[Design]) -> list[Design]:
-        def worth(d: Design) -> tuple[bool, float]:
+        def rank(d: Design) -> tuple[bool, float]:
             return d.feasible, d.score + bonus * _pace(d.gait.pattern)
 
-        return sorted(found, key=worth, reverse=True)
+        return sorted(found, key=rank, reverse=True)
 
     found = [*([] if early is None else [early]), *searches]
     patterns = make_foothold_patterns(robot, runs, two) if flights else []
@@ -343,7 +342,7 @@ def _with_level(
     flights: Sequence[Staircase],
     wanted: FloatArray,
 ) -> Design:
-    """Adds the longest stride on level ground that leaves nearly all of the room wanted."""
+    """Adds the longest stride on level ground whose slacks are nearly enough."""
     leg = leg_length(robot)
     row = least_clearance(robot, shape, gait, flights)[0]
     best: tuple[float, float, FloatArray] | None = None

@@ -2,7 +2,7 @@
 
 Where a leg lifts at the instant at which its diagonal lands, the two support triangles share that
 diagonal alone: any path's margin is zero there (the wave gait at β = 0.75, twice a cycle). The
-margin asked for falls to zero towards such a switch, so that it does not have to be zero elsewhere.
+margin demanded falls to zero towards such a switch, so that it need not be zero elsewhere.
 
 Regions of balance are rows of the body's program as support polygons are. Where the region is for
 certain the hull (level treads, drives of any strength) the hull's rows stay as they are. With
@@ -326,7 +326,7 @@ def find_limits(
             parts.append(clear * WEIGHTS - shanks.clearance)
         p_BF = feet_in_body(poses, feet)
         keep = TRUNK_SHARE * shanks.clearance
-        far = keep + SHANK_NEAR * float(reach.max()) + STEP  # what is farther off is let be
+        far = keep + SHANK_NEAR * float(reach.max()) + STEP  # nothing beyond it has a side
         parts.append(trunk_clearance(robot, p_BF, q, cutoff=far) - keep)
         return np.concatenate(parts, axis=-1)
 

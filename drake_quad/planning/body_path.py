@@ -129,7 +129,7 @@ class BodyPathOptimizer:
     def find_limits(self) -> float:
         """Looks where legs are beyond their limits; returns by how much in all, see LegLimits.
 
-        Also between the sampled times, in swings: what is asked for there is asked of the nearest.
+        It also looks between the sampled times, in swings: a limit there counts at the nearest one.
         """
         robot, settings, lane = self._robot, self._settings, self._route.lane
         shanks = Shanks(lane, settings.shank_room) if settings.shank_room > 0.0 else None

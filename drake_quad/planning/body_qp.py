@@ -44,7 +44,7 @@ class BodyProblem:
     """What the quadratic program is given. Arrays over `times` have one row a time.
 
     Where legs are at their limits, the body may also lift and tilt: rise above its route, and pitch
-    more than that asks for, the angle times a leg's length [m]. Both are 0 at both ends.
+    more than the route does, the angle times a leg's length [m]. Both are 0 at both ends.
 
     Attributes:
         contacts: Who stands where, when.
@@ -63,7 +63,7 @@ class BodyProblem:
         max_ahead: How far it may be from that along its heading where the place moves [m].
         margin_desired: Static margin beyond which more is worth nothing [m].
         zmp_margin_desired: Margin of the zero-moment point beyond which more is worth nothing [m].
-        static: Whether the static margin is asked for at all.
+        static: Whether the program has rows of the static margin.
         guard: For how long before lift-off and after touchdown three feet have to do already [s].
         knot: Knot spacing [s].
         limits: The legs' limits, where a path has come near them; else None.
@@ -249,7 +249,7 @@ def shift_rows(p: BodyProblem) -> list[Rows]:
 
 
 def limit_rows(limits: LegLimits) -> Rows:
-    """The legs' own limits, and the shanks' room: hard, each if it can be kept."""
+    """The legs' own limits, and the shanks' clearance: hard, each if it can be kept."""
     size = len(limits.sample)
     return Rows(
         limits.sample,

@@ -12,7 +12,7 @@ from drake_quad.planning.problem import PlanSettings
 from drake_quad.stability.margins import FALLEN_TILT
 from drake_quad.terrain.lane import Lane
 
-ROUNDING = 1e-9  # [m], [rad] by which a body that begins as the ground asks for may be off that
+ROUNDING = 1e-9  # [m], [rad] within which a body begins at its ground's height and pitch
 
 
 class GroundProfile(Protocol):
@@ -51,7 +51,7 @@ class BodyReference:
         return xy, np.interp(times, self.times, self.yaw)
 
     def starts_off(self, settings: PlanSettings) -> bool:
-        """Whether the body begins at another height or pitch than the ground there asks for."""
+        """Whether the body begins at another height or pitch than belongs to the ground there."""
         if self.start is None:
             return False
         height, slope = self.ground(self.start[None, :2])

@@ -92,7 +92,7 @@ def trunk_clearance(
         robot: The robot.
         p_BF: (N, 4, 3) feet in B [m].
         q: (N, 4, 3) the joints' angles there [rad].
-        cutoff: What is farther off [m] is told to be no nearer than that.
+        cutoff: Larger clearances need only be at least this [m].
     """
     knees = calc_knees(robot.geometry, q)
     middles = shank_middles(robot.shank_offsets, knees, p_BF, knee_axes(q))
@@ -175,11 +175,11 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
     return np.asarray((nearest - radii).min(axis=-1))
 
 
-CUTOFF = 0.02  # [m]: nobody asks how much more it is
+CUTOFF = 0.02  # [m]; larger clearances are reported as this
 
 
 def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
-    """Room between the legs of each of PAIRS (N, 6), at most CUTOFF, negative where they touch [m].
+    """Clearance of each of PAIRS of legs (N, 6), at most CUTOFF, negative where they touch [m].
 
     Args:
         robot: The robot.

@@ -83,9 +83,9 @@ def distribute_wrench(
         moment[1] - z0 * fx[0] - z1 * fx[1] - z2 * fx[2] - z3 * fx[3],
     )
     normal = _least_squares(wanted, arms, load)
-    floor = [least * m for m in load]
-    if min(load) > 0.0 and any([f < b for f, b in zip(normal, floor, strict=True)]):
-        normal = _along_null(normal, floor, arms)
+    lower = [least * m for m in load]
+    if min(load) > 0.0 and any([f < b for f, b in zip(normal, lower, strict=True)]):
+        normal = _along_null(normal, lower, arms)
     forces = []
     for x, y, z, up in zip(fx, fy, normal, normals, strict=True):
         z = max(z, 0.0)
@@ -123,9 +123,9 @@ def _least_squares(wanted: Vector, arms: Sequence[Vector], load: Sequence[float]
 
 
 def _along_null(
-    normal: Sequence[float], floor: Sequence[float], arms: Sequence[Vector]
+    normal: Sequence[float], lower: Sequence[float], arms: Sequence[Vector]
 ) -> list[float]:
-    """Shifts four normal forces along the one combination that makes no wrench, to the floor."""
+    """Shifts four normal forces along the one combination that makes no wrench, to lower bounds."""
     null = []
     for i, (a, b, c) in enumerate(_OTHERS):
         (xa, ya, _), (xb, yb, _), (xc, yc, _) = arms[a], arms[b], arms[c]
@@ -133,7 +133,7 @@ def _along_null(
         null.append(area if i % 2 == 0 else -area)
     scale = max(max(abs(n) for n in null), 1e-12)
     low, high = float("-inf"), float("inf")
-    for n, f, least in zip(null, normal, floor, strict=True):
+    for n, f, least in zip(null, normal, lower, strict=True):
         n /= scale
         if n > 1e-9:
             low = max(low, (least - f) / n)

@@ -32,14 +32,14 @@ class Obstacle:
     Attributes:
         start: Where it begins along the lane [m].
         end: Where it ends: a curb where it begins [m].
-        places: Where it asks for a foot [m].
-        room: Least distance of these places from the place before, and from the goal [m].
+        places: Where a foot is to stand on its account [m].
+        gap: Least distance of these places from the place before, and from the goal [m].
     """
 
     start: float
     end: float
     places: tuple[float, ...]
-    room: float
+    gap: float
 
 
 def find_foothold_obstacles(lane: Lane, spacing: float, deep: float = inf) -> list[Obstacle]:
@@ -93,7 +93,7 @@ def snap_to_obstacles(
         end = max(end, obstacle.end)
         over = False  # a span over an obstacle stays one, as wide as it is
         for place in obstacle.places:
-            if pins[-1] + obstacle.room < place < goal - obstacle.room:
+            if pins[-1] + obstacle.gap < place < goal - obstacle.gap:
                 pins.append(place)
                 level.append(not over)
                 over = True

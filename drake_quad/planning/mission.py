@@ -84,7 +84,7 @@ def plan_tasks(
     mission: Sequence[Task],
     stance: Stance,
 ) -> Iterator[MotionPlan]:
-    """Plans task by task, each when it is asked for: whoever dislikes one need not see the rest.
+    """Plans task by task, each when it is requested, so that a caller may stop at any.
 
     Raises:
         PlanningError: If the robot cannot stand so, or a task has no plan.
@@ -176,7 +176,7 @@ def _check_margin(plan: MotionPlan, s: PlanSamples) -> None:
 
 
 def check_lift_offs(plan: MotionPlan, s: PlanSamples, least: float) -> None:
-    """Checks that no foot lifts with less margin than the gait's clock asks for: it would stop.
+    """Checks that no foot lifts with less margin than the gait clock demands: it would stop.
 
     Args:
         plan: One task's.

@@ -1,4 +1,4 @@
-"""What a planner is asked: its settings, tasks, and the mission that a course implies."""
+"""The planning problem: settings, tasks, and the mission that a course implies."""
 
 from dataclasses import dataclass, field
 
@@ -40,8 +40,8 @@ class PlanSettings:
         on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
             offset from them (the paper's ±0.025 m).
         swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
-        map_error_place: Position error of the map's risers that swings leave room for [m].
-        map_error_height: Height error of the map's treads that swings leave room for [m].
+        map_error_place: Position error of the map's risers that swings allow for [m].
+        map_error_height: Height error of the map's treads that swings allow for [m].
         riser_setback: Distance of footprints from a riser ahead, beyond EDGE_CLEARANCE [m]: feet
             roll towards it. It is at least what they mostly do.
         body_height: Height of B above the mean ground under the feet [m].

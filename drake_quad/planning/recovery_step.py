@@ -46,8 +46,8 @@ class StepTargetMap:
 
     def whole(self, places: FloatArray) -> BoolArray:
         """Which of `places` (N, 2) have level ground, or one slope, all around the foot, (N,)."""
-        room = self.foot_radius + FOOTING
-        around = self.height(places[:, None, :] + room * RING) - self.height(places)[:, None]
+        around_foot = self.foot_radius + FOOTING
+        around = self.height(places[:, None, :] + around_foot * RING) - self.height(places)[:, None]
         half = len(RING) // 2
         bend = around[:, :half] + around[:, half:]  # of opposite points: on a plane they cancel
         level = np.all(np.abs(bend) <= 2.0 * LEVEL, axis=1)  # nan: no
@@ -55,7 +55,7 @@ class StepTargetMap:
             return np.asarray(level)
         a, b = self._nosings[:, 0], self._nosings[:, 1]
         edge = _distance(places[:, None, :], a, b).min(axis=1)
-        return np.asarray(level & (edge >= room))
+        return np.asarray(level & (edge >= around_foot))
 
     def open_way(self, foot: FloatArray, places: FloatArray) -> BoolArray:
         """Which of `places` (N, 2) the foot's centre, now at `foot` (3,), can go to straight.

@@ -168,14 +168,14 @@ class _Way(NamedTuple):
     """One way back.
 
     Attributes:
-        room: Times the boxes and the shift.
-        margin: The body's path asks for no more margin than this [m], lest it stretch legs for it.
+        factor: Factor on the boxes and the shift.
+        margin: Margin beyond which more is worth nothing [m], lest the path stretch legs for it.
         tolerance: A foot this near to its place stays [m].
         in_turn: Each foot in turn straight to its place, or the fewest stable steps.
-        pace: Times the time on four feet.
+        pace: Factor on the time on four feet.
     """
 
-    room: float = 1.0
+    factor: float = 1.0
     margin: float = np.inf
     tolerance: float = TOLERANCE
     in_turn: bool = False
@@ -184,11 +184,11 @@ class _Way(NamedTuple):
 
 _WAYS = (
     _Way(),
-    _Way(room=WIDER, margin=MODEST),
+    _Way(factor=WIDER, margin=MODEST),
     _Way(margin=MODEST),
-    _Way(room=WIDER, margin=MODEST, in_turn=True),
-    _Way(room=WIDER, margin=MODEST, tolerance=0.0, pace=SLOWER),
-    _Way(room=WIDER, margin=MODEST, tolerance=0.0, in_turn=True, pace=SLOWER),
+    _Way(factor=WIDER, margin=MODEST, in_turn=True),
+    _Way(factor=WIDER, margin=MODEST, tolerance=0.0, pace=SLOWER),
+    _Way(factor=WIDER, margin=MODEST, tolerance=0.0, in_turn=True, pace=SLOWER),
 )
 
 
@@ -208,7 +208,7 @@ def replan_task(
         settings: Those that `plan` was made with.
         plan: The plan that was followed, itself perhaps the result of this function.
         t: The gait time that it was followed to [s].
-        stance: The body's pose, where it is told to be, and the feet as they stand: four on the
+        stance: The body's pose as desired, and the feet as they stand: four on the
             ground and at rest, on whatever floor or tread.
 
     Returns:
@@ -243,12 +243,12 @@ def replan_task(
 
 
 def _widened(settings: PlanSettings, way: _Way) -> PlanSettings:
-    """The settings with more room for the legs and the body, and more time on four feet."""
+    """The settings with wider boxes, a larger shift of the body, and more time on four feet."""
     box = settings.workspace
     return replace(
         settings,
-        workspace=replace(box, R_x=way.room * box.R_x, R_y=way.room * box.R_y),
-        max_shift=way.room * settings.max_shift,
+        workspace=replace(box, R_x=way.factor * box.R_x, R_y=way.factor * box.R_y),
+        max_shift=way.factor * settings.max_shift,
         margin_desired=min(way.margin, settings.margin_desired),
         shift_time=way.pace * settings.shift_time,
     )

@@ -175,7 +175,7 @@ class StepBuilder:
         return swing
 
     def _with_room(self, d: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The profile with room for the map's errors: risers' and treads', not those of slopes."""
+        """The profile inflated by the map's errors: risers' and treads', not those of slopes."""
         if self._place_error <= 0.0 and self._height_error <= 0.0:
             return d, z
         rise = np.insert(np.cumsum(np.where(np.diff(d) > 0.0, np.diff(z), 0.0)), 0, 0.0)

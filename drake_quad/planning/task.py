@@ -153,7 +153,7 @@ def _off_risers(
     lay: Callable[[PlanSettings], Laid],
     finish: Callable[[PlanSettings, Laid], MotionPlan],
 ) -> tuple[PlanSettings, Laid, MotionPlan]:
-    """A walk whose feet keep off risers as they roll: how far they do, its own path tells.
+    """A walk whose feet keep off risers as they roll; its own path determines how far.
 
     Made once more, from other footprints, if they roll farther than feet mostly do. Where there is
     no plan from these, one from others will do.

@@ -200,7 +200,7 @@ def zmp_share(
 
     Args:
         found: The point along the path found so far.
-        times: At which the program asks, (N,) [s].
+        times: Sampled times of the program, (N,) [s].
         response: Gain (2,) and heights (2,) [m] of `shift_response`.
     """
     gain, heights = response

@@ -126,8 +126,8 @@ class TransitionPlanner(LeafSystem):
         """The stance that a task begins in, after `plan` was carried out.
 
         Feet that stand as planned, but for a little, are taken to stand just so: then the task's
-        plan is the one on paper, which was looked at for reach, room and torques. From a stance a
-        millimetre off, where a robot is at its limits, the path found can be quite another.
+        plan is the one on paper, which was checked for reach, clearances and torques. From a stance
+        a millimetre off, where a robot is at its limits, the path found can be quite another.
         """
         feet, end = self._feet_on_map(context), plan.end
         if self._is_as_planned(plan, plan.duration, feet):
