@@ -245,7 +245,7 @@ def simulate_robot(
     duration: float | None,
     stop: Stop,
     tell: Tell,
-    fifo: bool = True,
+    fifo: bool = False,
 ) -> dict[str, Any]:
     """The robot's process: physics by the clock, until it is told to end.
 
@@ -257,7 +257,8 @@ def simulate_robot(
         duration: How long [s]; None: until it is stopped.
         stop: Asked whether a person wants it to end.
         tell: Told of every change of what the drives do.
-        fifo: Whether real-time priority is asked for.
+        fifo: Whether real-time priority is asked for. A simulation that is slower than the
+            wall clock then leaves a core to nothing else.
 
     Returns:
         What the drives did and where the robot went: what robot.json holds.

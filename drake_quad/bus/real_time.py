@@ -31,7 +31,9 @@ def real_time(*, first: bool = True) -> Iterator[dict[str, bool]]:
     if first and hasattr(os, "sched_setscheduler"):
         with suppress(OSError):
             before = (os.sched_getscheduler(0), os.sched_getparam(0))
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+            # Processes that are started meanwhile are ordinary ones again.
+            policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+            os.sched_setscheduler(0, policy, os.sched_param(PRIORITY))
             given["fifo"] = True
         with suppress(OSError, AttributeError):
             given["memory_locked"] = ctypes.CDLL(None).mlockall(LOCK_ALL) == 0
@@ -48,6 +50,8 @@ def real_time(*, first: bool = True) -> Iterator[dict[str, bool]]:
         if given["fifo"] and before is not None:
             with suppress(OSError):
                 os.sched_setscheduler(0, *before)
+        if given["memory_locked"]:
+            ctypes.CDLL(None).munlockall()
 
 
 class LoopTimes:

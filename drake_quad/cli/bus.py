@@ -85,7 +85,7 @@ def simulate(
     fault_seed: Annotated[int, typer.Option(help="Seed of the bus's faults.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Directory for robot.json.")] = None,
     rate: RateOption = 1.0,
-    fifo: FifoOption = True,
+    fifo: FifoOption = False,
     overrides: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
