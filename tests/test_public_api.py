@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -68,11 +69,15 @@ def test_a_yes_has_a_plan_that_runs(tmp_path: Path) -> None:
     assert dq.write_report(past, replay=False).is_file()
 
 
+@cache
+def hopeless() -> dq.Feasibility:
+    """The answer for steps that are higher than the robot's legs reach."""
+    return dq.check_stairs(dq.load_robot("paper_quadruped"), dq.Stairs(0.9, 0.3, 2), thorough=False)
+
+
 def test_a_no_says_why_and_what_would_work() -> None:
     """With the reason, and the nearest stairs that a quick search finds a gait for."""
-    answer = dq.check_stairs(
-        dq.load_robot("paper_quadruped"), dq.Stairs(0.9, 0.3, 2), thorough=False
-    )
+    answer = hopeless()
     assert not answer.feasible and answer.reason and answer.plan is None
     nearest = answer.nearest()
     assert nearest is not None and nearest.rise < 0.9 and "no: " in answer._repr_html_()
@@ -80,10 +85,8 @@ def test_a_no_says_why_and_what_would_work() -> None:
 
 def test_a_robot_is_called_as_it_was_asked_for() -> None:
     """A saved scenario names it so, and not the file that it was imported to."""
-    robot = dq.load_robot("paper_quadruped")
-    assert robot.source == "paper_quadruped"
-    answer = dq.check_stairs(robot, dq.Stairs(0.9, 0.3, 2), thorough=False)
-    assert answer.scenario.robot.model == "paper_quadruped"
+    assert dq.load_robot("paper_quadruped").source == "paper_quadruped"
+    assert hopeless().scenario.robot.model == "paper_quadruped"
 
 
 def test_arcs_are_refused_a_certificate_in_a_line() -> None:

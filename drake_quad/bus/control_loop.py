@@ -22,10 +22,10 @@ from drake_quad.bus.robot_bus import RobotBus, new_session
 from drake_quad.bus.safety import (
     Drives,
     Known,
-    Mode,
     Request,
+    SafetyMode,
     advance,
-    initial_memory,
+    initial_safety_memory,
 )
 from drake_quad.bus.watch import CommandWatch, StateWatch
 from drake_quad.common import GRAVITY, FloatArray
@@ -253,7 +253,7 @@ class ControlLoop:
         self._session, self._sequence = new_session(), 0
         self._states, self._commands = StateWatch(self.period), CommandWatch(self._session)
         self._start_ns = clock.now_ns()
-        self._memory = initial_memory(self.limits, 0.0)
+        self._memory = initial_safety_memory(self.limits, 0.0)
         self.told = self._memory.told
         self.events: list[Event] = []
         self.outcome = ""
@@ -263,7 +263,7 @@ class ControlLoop:
         self._stop = ""
 
     @property
-    def mode(self) -> Mode:
+    def mode(self) -> SafetyMode:
         """What the safety machine does."""
         return self._memory.mode
 
@@ -293,7 +293,7 @@ class ControlLoop:
         fault = fault or self._commands.take(self._bus.receive_commands())
         newest = self._states.newest
         memory, now = self._memory, (begun - self._start_ns) / NS
-        if memory.mode == Mode.WALKING:
+        if memory.mode == SafetyMode.WALKING:
             for state in fresh:
                 self.controller.take(state)
         known = Known(
@@ -304,7 +304,9 @@ class ControlLoop:
             age=(begun - self._states.received_ns) / NS if newest is not None else np.inf,
             fault=fault,
             request=self._request(memory.mode, now),
-            wanted=self.controller.wanted() if memory.mode == Mode.WALKING and fresh else None,
+            wanted=self.controller.wanted()
+            if memory.mode == SafetyMode.WALKING and fresh
+            else None,
             ended=self.controller.ended,
         )
         before = self.told
@@ -321,14 +323,14 @@ class ControlLoop:
         self.times.note(begun, ended, age)
         self._tell(memory.mode, now)
 
-    def _request(self, mode: Mode, now: float) -> Request:
+    def _request(self, mode: SafetyMode, now: float) -> Request:
         """What comes next: up, walk, down; a person's stop before all."""
         if self._stop:
             return Request.DAMP
         waited = now - self._memory.since
-        if mode == Mode.DAMPING and not self.events:
+        if mode == SafetyMode.DAMPING and not self.events:
             return Request.STAND
-        if mode == Mode.STANDING and waited >= STANDS:
+        if mode == SafetyMode.STANDING and waited >= STANDS:
             return Request.SIT if self.controller.ended else Request.WALK
         return Request.NOTHING
 
@@ -343,12 +345,12 @@ class ControlLoop:
             )
         )  # fmt: skip
 
-    def _tell(self, before: Mode, now: float) -> None:
+    def _tell(self, before: SafetyMode, now: float) -> None:
         """Notes a change of mode, and how it all ended."""
         memory = self._memory
         if memory.mode != before:
             self.events.append(Event(now, memory.mode.name.lower(), memory.reason))
-        if memory.mode == Mode.DAMPING and now - memory.since >= REST:
+        if memory.mode == SafetyMode.DAMPING and now - memory.since >= REST:
             if self._stop:
                 self.outcome = f"stopped: {self._stop}"
             elif self.events and memory.reason == "sat down":

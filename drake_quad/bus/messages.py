@@ -55,7 +55,7 @@ class CommandMessage:
         session: Number of the sender, drawn when it begins.
         sequence: One more with each message.
         time_ns: The sender's own clock [ns].
-        mode: A `drake_quad.bus.safety.Mode`.
+        mode: A `drake_quad.bus.safety.SafetyMode`.
         state_sequence: Sequence of the newest state that this answers; -1 of none.
         position: Wanted joint angles q_d (12,) [rad].
         velocity: Wanted joint speeds v_d (12,) [rad/s].

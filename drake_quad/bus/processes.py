@@ -15,7 +15,7 @@ from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, DRIVES_HOLD
 from drake_quad.bus.real_time import real_time
 from drake_quad.bus.robot_bus import RobotBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
-from drake_quad.bus.safety import Mode
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.unitree_messages import JointMap
 from drake_quad.errors import InputError
 from drake_quad.feasibility.inspect_robot import read_mapping
@@ -271,14 +271,14 @@ def simulate_robot(
     loop = RobotLoop(robot, bus, clock)
     start = robot.base
     changes: list[dict[str, Any]] = []
-    before = (DRIVES_DAMP, Mode.DAMPING)
+    before = (DRIVES_DAMP, SafetyMode.DAMPING)
     tell(f"on {choice.bus}, interface {choice.interface}, domain {choice.domain}: sending")
 
     def tick() -> bool:
         nonlocal before
         loop.tick()
         command = loop.guard.command
-        mode = Mode.DAMPING if command is None else Mode(command.mode)
+        mode = SafetyMode.DAMPING if command is None else SafetyMode(command.mode)
         if (loop.guard.drives, mode) != before:
             before = (loop.guard.drives, mode)
             change = {

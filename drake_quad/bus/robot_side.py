@@ -19,7 +19,7 @@ from drake_quad.bus.messages import (
 from drake_quad.bus.postures import lowest_stance
 from drake_quad.bus.real_time import LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
-from drake_quad.bus.safety import Mode
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.watch import CommandWatch
 from drake_quad.common import FloatArray
 from drake_quad.estimation.sensor_models import IDEAL_IMU, IDEAL_JOINTS, SensorErrors
@@ -65,7 +65,7 @@ class DriveGuard:
             if before != DRIVES_DAMP:
                 self.reason, self.damped_ns, self._latched = fault, now_ns, True
             self.drives = DRIVES_DAMP
-        elif command is None or command.mode == Mode.DAMPING:
+        elif command is None or command.mode == SafetyMode.DAMPING:
             self._latched, self.drives = False, DRIVES_DAMP
         elif self._latched:
             self.drives = DRIVES_DAMP

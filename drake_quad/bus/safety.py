@@ -18,7 +18,7 @@ from drake_quad.math.curves import quintic
 NOT_ARMED = "not armed"
 
 
-class Mode(IntEnum):
+class SafetyMode(IntEnum):
     """What the machine does; the numbers go over the bus."""
 
     DAMPING = 0
@@ -145,7 +145,7 @@ class Memory:
         holding: Whether the last command holds, for want of a state.
     """
 
-    mode: Mode = Mode.DAMPING
+    mode: SafetyMode = SafetyMode.DAMPING
     since: float = 0.0
     well_since: float = 0.0
     told: Drives
@@ -154,7 +154,7 @@ class Memory:
     holding: bool = False
 
 
-def initial_memory(limits: SafetyLimits, time: float) -> Memory:
+def initial_safety_memory(limits: SafetyLimits, time: float) -> Memory:
     """Damping, with angles amid the limits until a state tells them."""
     q = np.clip(np.zeros(12), limits.q_lower, limits.q_upper)
     told = Drives(q, np.zeros(12), np.zeros(12), 0.0, limits.damping)
@@ -184,12 +184,12 @@ def advance(
     well_since = known.time if fault else memory.well_since
     memory = replace(memory, well_since=well_since, holding=False)
     if fault:
-        if memory.mode == Mode.DAMPING and memory.reason.startswith(NOT_ARMED):
+        if memory.mode == SafetyMode.DAMPING and memory.reason.startswith(NOT_ARMED):
             memory = replace(memory, reason=f"{NOT_ARMED}: {fault}")
-        memory = _enter(memory, Mode.DAMPING, known, fault)
+        memory = _enter(memory, SafetyMode.DAMPING, known, fault)
     elif known.request == Request.DAMP:
-        memory = _enter(memory, Mode.DAMPING, known, "asked to")
-    elif memory.mode == Mode.DAMPING:
+        memory = _enter(memory, SafetyMode.DAMPING, known, "asked to")
+    elif memory.mode == SafetyMode.DAMPING:
         memory = _arm(memory, known, limits)
     elif known.age > limits.hold_after:
         memory = replace(memory, holding=True, since=memory.since + limits.period)
@@ -240,12 +240,12 @@ def _fault_of(known: Known, limits: SafetyLimits) -> str:
     return ""
 
 
-def _enter(memory: Memory, mode: Mode, known: Known, reason: str = "") -> Memory:
+def _enter(memory: Memory, mode: SafetyMode, known: Known, reason: str = "") -> Memory:
     if memory.mode == mode:
         return memory
     return replace(
         memory, mode=mode, since=known.time, start=memory.told.q, reason=reason,
-        well_since=known.time if mode == Mode.DAMPING else memory.well_since,
+        well_since=known.time if mode == SafetyMode.DAMPING else memory.well_since,
     )  # fmt: skip
 
 
@@ -271,27 +271,27 @@ def _arm(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
         reason = f"{NOT_ARMED}: what is wanted has not come to where the joints are"
     if reason:
         return replace(memory, reason=reason)
-    return _enter(memory, Mode.STANDING_UP, known)
+    return _enter(memory, SafetyMode.STANDING_UP, known)
 
 
 def _go_on(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArray) -> Memory:
     """The mode that follows, with a sound and fresh state."""
     assert known.q is not None
     elapsed, mode = known.time - memory.since, memory.mode
-    if mode == Mode.STANDING_UP and elapsed >= limits.fold_time + limits.rise_time:
+    if mode == SafetyMode.STANDING_UP and elapsed >= limits.fold_time + limits.rise_time:
         told = np.abs(memory.told.q - postures[-1]).max() < 1e-6  # not behind, for its speed limit
         if told and np.abs(known.q - postures[-1]).max() <= limits.standing_error:
-            return _enter(memory, Mode.STANDING, known)
+            return _enter(memory, SafetyMode.STANDING, known)
         if elapsed >= limits.fold_time + limits.rise_time + 1.0:
-            return _enter(memory, Mode.DAMPING, known, "did not come to stand")
-    if mode == Mode.STANDING and known.request == Request.WALK:
-        return _enter(memory, Mode.WALKING, known)
-    if mode == Mode.WALKING and known.ended:
-        return _enter(memory, Mode.STANDING, known, known.ended)
-    if mode in (Mode.STANDING, Mode.WALKING) and known.request == Request.SIT:
-        return _enter(memory, Mode.SITTING_DOWN, known)
-    if mode == Mode.SITTING_DOWN and elapsed >= limits.fold_time + limits.rise_time:
-        return _enter(memory, Mode.DAMPING, known, "sat down")
+            return _enter(memory, SafetyMode.DAMPING, known, "did not come to stand")
+    if mode == SafetyMode.STANDING and known.request == Request.WALK:
+        return _enter(memory, SafetyMode.WALKING, known)
+    if mode == SafetyMode.WALKING and known.ended:
+        return _enter(memory, SafetyMode.STANDING, known, known.ended)
+    if mode in (SafetyMode.STANDING, SafetyMode.WALKING) and known.request == Request.SIT:
+        return _enter(memory, SafetyMode.SITTING_DOWN, known)
+    if mode == SafetyMode.SITTING_DOWN and elapsed >= limits.fold_time + limits.rise_time:
+        return _enter(memory, SafetyMode.DAMPING, known, "sat down")
     return memory
 
 
@@ -305,22 +305,22 @@ def _wish(
     """What the mode wants of the drives, before limits."""
     told, mode, zero = memory.told, memory.mode, np.zeros(12)
     elapsed = max(known.time - memory.since, 0.0)
-    if mode == Mode.DAMPING:
+    if mode == SafetyMode.DAMPING:
         # What is wanted follows the joints, so that arming begins from where they are.
         q = told.q if known.q is None else known.q
         return Drives(q, zero, zero, 0.0, limits.damping)
     if memory.holding:
         return Drives(told.q, zero, told.torque, told.stiffness, told.damping)
-    if mode == Mode.WALKING:
+    if mode == SafetyMode.WALKING:
         return told if known.wanted is None else known.wanted
     q, torque = told.q, told.torque  # standing: as it came, from standing up or from a walk
     after = (elapsed - limits.fold_time) / limits.rise_time
-    if mode == Mode.STANDING_UP:
+    if mode == SafetyMode.STANDING_UP:
         if after < 0.0:
             q, torque = _blend(memory.start, postures[0], elapsed / limits.fold_time), zero
         else:
             q, torque = _along(postures, after), _blend(zero, bearing, after)
-    elif mode == Mode.SITTING_DOWN:
+    elif mode == SafetyMode.SITTING_DOWN:
         if after < 0.0:  # first to the posture of standing
             q = _blend(memory.start, postures[-1], elapsed / limits.fold_time)
             torque = bearing

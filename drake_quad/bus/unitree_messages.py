@@ -16,7 +16,7 @@ from drake_quad.bus.messages import (
     Received,
     StateMessage,
 )
-from drake_quad.bus.safety import Mode
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.common import FloatArray
 
 LOW_STATE_TYPE = "unitree_go.msg.dds_.LowState_"
@@ -230,7 +230,7 @@ def decode_low_cmd(
     own = joints.sign * motors["q"].astype(np.float64) - joints.turn
     vectors = [own, *(joints.sign * motors[name] for name in ("dq", "tau")),
                *(motors[name].astype(np.float64) for name in ("kp", "kd"))]  # fmt: skip
-    mode = Mode.WALKING if np.any(motors["kp"] > 0.0) else Mode.DAMPING
+    mode = SafetyMode.WALKING if np.any(motors["kp"] > 0.0) else SafetyMode.DAMPING
     command = CommandMessage(session, sequence, time_ns, int(mode), -1, *vectors)
     sound = all(np.isfinite(v).all() for v in vectors)
     return Received(command, time_ns, "" if sound else "a value is not a number")

@@ -42,7 +42,7 @@ class TouchSettings:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Dynamics:
+class JointDynamics:
     """A robot's dynamics at one time, in the rows of its twelve joints, leg by leg.
 
     Attributes:
@@ -67,7 +67,7 @@ class TouchMemory:
     SIZE = 45
 
 
-def observe(memory: FloatArray, now: Dynamics, mass: float, period: float,
+def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
             settings: TouchSettings) -> None:  # fmt: skip
     """One period of the observer, in place.
 

@@ -24,7 +24,7 @@ from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.clearance import WEIGHTS, shank_clearance, trunk_clearance
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.motion_plan import feet_in_body, pose_robot
+from drake_quad.planning.motion_plan import calc_feet_in_body, pose_robot
 from drake_quad.planning.stance_margin import Footing, Stances
 from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.model import RobotModel
@@ -270,7 +270,7 @@ def reach_left(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatAr
         feet: (N, 4, 3) in W [m].
     """
     g = robot.geometry
-    p_BF = feet_in_body(body, feet)
+    p_BF = calc_feet_in_body(body, feet)
     q, _ = solve_legs(g, p_BF)
     v = p_BF - g.p_BH
     plane = v[..., 1] ** 2 + v[..., 2] ** 2 - g.offset**2
@@ -324,7 +324,7 @@ def find_limits(
         if shanks.lane is not None:
             clear = shank_clearance(robot, shanks.lane, poses, feet, q)
             parts.append(clear * WEIGHTS - shanks.clearance)
-        p_BF = feet_in_body(poses, feet)
+        p_BF = calc_feet_in_body(poses, feet)
         keep = TRUNK_SHARE * shanks.clearance
         far = keep + SHANK_NEAR * float(reach.max()) + STEP  # nothing beyond it has a side
         parts.append(trunk_clearance(robot, p_BF, q, cutoff=far) - keep)

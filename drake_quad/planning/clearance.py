@@ -17,7 +17,7 @@ from drake_quad.math.distance import (
     points_to_boxes,
 )
 from drake_quad.math.rotations import rotations
-from drake_quad.planning.motion_plan import PlanSamples, feet_in_body
+from drake_quad.planning.motion_plan import PlanSamples, calc_feet_in_body
 from drake_quad.planning.problem import Task
 from drake_quad.robot.kinematics import calc_knees
 from drake_quad.robot.legs import LEGS
@@ -255,7 +255,7 @@ def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) ->
         PlanningError: With which, where and how far.
     """
     body = samples.body[:, 0]
-    p_BF = feet_in_body(body, samples.feet)
+    p_BF = calc_feet_in_body(body, samples.feet)
     shanks = trunk_clearance(robot, p_BF, samples.q).min(axis=-1)
     first, second = (p_BF[:, rows] for rows in PAIRS.T)
     feet = np.linalg.norm(first - second, axis=-1) - 2.0 * robot.foot_radius - FEET_APART

@@ -329,7 +329,7 @@ class PlanSamples:
         return PlanSamples(**{f.name: getattr(self, f.name)[::stride] for f in fields(self)})
 
 
-def feet_in_body(body: FloatArray, feet: FloatArray) -> FloatArray:
+def calc_feet_in_body(body: FloatArray, feet: FloatArray) -> FloatArray:
     """Feet in B (N, 4, 3) [m], of body poses (N, 5) and feet (N, 4, 3) in W."""
     return np.asarray(np.einsum("nji,nlj->nli", rotations(body), feet - body[:, None, :3]))
 

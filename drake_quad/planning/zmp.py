@@ -14,7 +14,7 @@ from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.math.curves import BodySpline
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.motion_plan import feet_in_body, pose_robot
+from drake_quad.planning.motion_plan import calc_feet_in_body, pose_robot
 from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.support_polygon import stability_margins
@@ -70,7 +70,7 @@ def link_places(
         masses (21,) [kg].
     """
     R = rotations(body)
-    p_BF = feet_in_body(body, feet)
+    p_BF = calc_feet_in_body(body, feet)
     q, _ = solve_legs(robot.geometry, p_BF)
     a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
     g, c = robot.geometry, robot.link_com

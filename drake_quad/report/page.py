@@ -109,7 +109,7 @@ FIGURES = (
         "footprints",
         "Footprints from above",
         "Places where each foot stood (left round, right square), the paths of body and centre of "
-        "mass, and the support polygon when the margin was smallest. Higher ground is darker; the "
+        "mass, and the support polygon at the smallest margin. Higher ground is darker; the "
         "lines across it are nosings.",
         draw_footprints,
     ),

@@ -173,7 +173,7 @@ def check_page(page: Path, name: str, *, option: str = "--page") -> tuple[str, s
         if page.is_dir():
             raise refuse("is a directory; give a Markdown file in it")
         if page.exists() and not page.is_file():  # replacing /dev/null would do harm
-            raise refuse("is not a regular file; give a Markdown file")
+            raise refuse("is no file that could be written anew; give a Markdown file")
         text = read_given_text(page, most=MOST_TEXT) if page.exists() else TITLE
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else "not a text file"

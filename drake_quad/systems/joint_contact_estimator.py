@@ -6,7 +6,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.contact_from_torques import (
-    Dynamics,
+    JointDynamics,
     TouchMemory,
     TouchSettings,
     observe,
@@ -33,7 +33,7 @@ class TorqueDynamics:
     def calc(
         self, scratch: Context, mass_before: FloatArray, state: FloatArray, torque: FloatArray,
         period: float,
-    ) -> tuple[Dynamics, FloatArray]:  # fmt: skip
+    ) -> tuple[JointDynamics, FloatArray]:  # fmt: skip
         """The dynamics at a state, and the mass matrix's joint rows there (12, 18).
 
         Args:
@@ -51,7 +51,7 @@ class TorqueDynamics:
         change = (mass - mass_before) @ v / period if mass_before.any() else np.zeros(12)
         read = layout.read(state)
         jacobian = read.R_WB @ calc_jacobians(self._robot.geometry, read.q)
-        return Dynamics(
+        return JointDynamics(
             momentum=mass @ v, velocity_terms=change - h[joints], torque=torque, jacobian=jacobian
         ), mass
 

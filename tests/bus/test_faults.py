@@ -19,7 +19,7 @@ from drake_quad.bus.messages import (
 )
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard
-from drake_quad.bus.safety import Mode
+from drake_quad.bus.safety import SafetyMode
 
 FAULTS = (
     "nan",
@@ -35,7 +35,7 @@ FAULTS = (
 MOMENTS = 20
 
 
-def command(session: int, sequence: int, mode: Mode = Mode.STANDING) -> CommandMessage:
+def command(session: int, sequence: int, mode: SafetyMode = SafetyMode.STANDING) -> CommandMessage:
     return CommandMessage(session, sequence, sequence, mode, 0, *(np.zeros(12) for _ in range(5)))
 
 
@@ -77,7 +77,7 @@ def damped_after(show: PuppetShow, fault: str) -> float:
     begun = show.clock.now_ns()
     for _ in range(500):
         show.tick(send=spoil(show, fault))
-        if show.loop.mode == Mode.DAMPING:
+        if show.loop.mode == SafetyMode.DAMPING:
             return (show.clock.now_ns() - begun) / NS
     raise AssertionError(f"{fault}: not damped in a second")
 
@@ -101,7 +101,7 @@ def test_each_fault_damps_at_any_moment(
         show = PuppetShow(prepared)
         while show.loop.time < moment:
             show.tick()
-        assert show.loop.mode != Mode.DAMPING
+        assert show.loop.mode != SafetyMode.DAMPING
         modes.add(show.loop.mode)
         # A frozen sensor shows itself only by staying so, for 50 ms; silence likewise, for 100 ms.
         allowed = {"frozen": 0.06, "silence": 0.1, "tilt": 0.7}.get(fault, 0.002)
@@ -115,7 +115,7 @@ def test_each_fault_damps_at_any_moment(
             before = show.loop.told.q
         assert show.loop.largest_step <= 0.05
     if moments == MOMENTS:
-        assert {Mode.STANDING_UP, Mode.STANDING, Mode.WALKING} <= modes
+        assert {SafetyMode.STANDING_UP, SafetyMode.STANDING, SafetyMode.WALKING} <= modes
 
 
 def test_a_show_without_faults_ends_well(tmp_path: Path) -> None:
@@ -150,7 +150,7 @@ class Commander:
         self.clock, self.sequence = ManualClock(), 0
         self.bus, self.guard = LoopbackBus(self.clock.now_ns), DriveGuard()
 
-    def tick(self, mode: Mode | None = Mode.WALKING, session: int = 1) -> int:
+    def tick(self, mode: SafetyMode | None = SafetyMode.WALKING, session: int = 1) -> int:
         """A tick, with a command of that mode unless None; what the drives do then."""
         self.clock.sleep_until(self.clock.now_ns() + PERIOD_NS)
         if mode is not None:
@@ -176,16 +176,16 @@ def test_damped_drives_stay_so_until_they_are_told_to_damp() -> None:
     commander.tick()
     for _ in range(60):
         commander.tick(None)
-    assert commander.tick(Mode.WALKING) == DRIVES_DAMP
-    assert commander.tick(Mode.DAMPING) == DRIVES_DAMP
-    assert commander.tick(Mode.STANDING_UP) == DRIVES_FOLLOW
+    assert commander.tick(SafetyMode.WALKING) == DRIVES_DAMP
+    assert commander.tick(SafetyMode.DAMPING) == DRIVES_DAMP
+    assert commander.tick(SafetyMode.STANDING_UP) == DRIVES_FOLLOW
 
 
 def test_a_second_commander_damps_the_drives() -> None:
     """Two who command at the same time are obeyed by nobody, but for the first's damping."""
     commander = Commander()
     commander.tick(session=1)
-    commander.bus.publish_command(command(2, 1, Mode.WALKING))
+    commander.bus.publish_command(command(2, 1, SafetyMode.WALKING))
     assert commander.tick(session=1) == DRIVES_DAMP
     assert commander.guard.reason == "a second commander"
     assert commander.tick(session=1) == DRIVES_DAMP

@@ -17,7 +17,7 @@ from drake_quad.bus.clock import ManualClock
 from drake_quad.bus.control_loop import ControlLoop
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
-from drake_quad.bus.safety import Mode
+from drake_quad.bus.safety import SafetyMode
 
 COMMAND = [sys.executable, "-m", "drake_quad"]
 
@@ -40,8 +40,8 @@ def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) 
         robot.tick()
         loop.tick()
         clock.sleep_until(clock.now_ns() + PERIOD_NS)
-        walked += loop.mode == Mode.WALKING
-        if loop.mode == Mode.WALKING:
+        walked += loop.mode == SafetyMode.WALKING
+        if loop.mode == SafetyMode.WALKING:
             legs_lifted = max(legs_lifted, float(np.ptp(robot.robot.feet[:, 2])))
         assert not loop.outcome, loop.outcome
     assert robot.robot.base[2] > low + 0.4

@@ -9,11 +9,11 @@ from drake_quad.bus.safety import (
     Drives,
     Known,
     Memory,
-    Mode,
     Request,
     SafetyLimits,
+    SafetyMode,
     advance,
-    initial_memory,
+    initial_safety_memory,
     within_limits,
 )
 
@@ -25,11 +25,11 @@ LIMITS = SafetyLimits(
 POSTURES = np.linspace(np.full(12, 1.0), np.full(12, 0.6), 5)
 BEARING = np.full(12, 4.0)
 NEXT = {  # where each mode leads in a tick, but to itself and to damping
-    Mode.DAMPING: {Mode.STANDING_UP},
-    Mode.STANDING_UP: {Mode.STANDING},
-    Mode.STANDING: {Mode.WALKING, Mode.SITTING_DOWN},
-    Mode.WALKING: {Mode.STANDING, Mode.SITTING_DOWN},
-    Mode.SITTING_DOWN: set(),
+    SafetyMode.DAMPING: {SafetyMode.STANDING_UP},
+    SafetyMode.STANDING_UP: {SafetyMode.STANDING},
+    SafetyMode.STANDING: {SafetyMode.WALKING, SafetyMode.SITTING_DOWN},
+    SafetyMode.WALKING: {SafetyMode.STANDING, SafetyMode.SITTING_DOWN},
+    SafetyMode.SITTING_DOWN: set(),
 }
 anything = st.floats(allow_nan=True, allow_infinity=True)
 angles = st.floats(-3.0, 3.0)
@@ -57,7 +57,7 @@ def at(known: Known, time: float) -> Known:
 @given(st.lists(st.tuples(known, st.integers(1, 30)), max_size=12))
 def test_any_sequence_keeps_the_limits(sequence: list[tuple[Known, int]]) -> None:
     """Whatever is known, wanted and asked for: finite, within limits, no jump, modes in order."""
-    memory, tick = initial_memory(LIMITS, 0.0), 0
+    memory, tick = initial_safety_memory(LIMITS, 0.0), 0
     for one, times in sequence:
         for _ in range(times):
             tick += 1
@@ -69,17 +69,17 @@ def test_any_sequence_keeps_the_limits(sequence: list[tuple[Known, int]]) -> Non
             assert np.all(np.abs(told.torque) <= LIMITS.effort)
             assert np.all(np.abs(told.torque - before.told.torque) <= 0.1 * 50.0 + 1e-9)
             assert 0.0 <= told.stiffness <= 200.0 and 0.0 <= told.damping <= 5.0
-            assert memory.mode in {before.mode, Mode.DAMPING, *NEXT[before.mode]}
+            assert memory.mode in {before.mode, SafetyMode.DAMPING, *NEXT[before.mode]}
             assert one.q is not None
             bad = one.fault or one.age > 0.1 or not np.isfinite(one.q).all()
             if bad or one.up[2] < np.cos(LIMITS.tilt):
-                assert memory.mode == Mode.DAMPING and told.stiffness == 0.0
+                assert memory.mode == SafetyMode.DAMPING and told.stiffness == 0.0
 
 
 @given(drives, drives)
 def test_limits_are_idempotent(wish: Drives, before: Drives) -> None:
     """What is within the limits is left as it is."""
-    first = within_limits(before, initial_memory(LIMITS, 0.0).told, LIMITS)
+    first = within_limits(before, initial_safety_memory(LIMITS, 0.0).told, LIMITS)
     once = within_limits(wish, first, LIMITS)
     twice = within_limits(once, first, LIMITS)
     assert np.allclose(once.q, twice.q) and np.allclose(once.torque, twice.torque)
@@ -97,16 +97,18 @@ def run(memory: Memory, seconds: float, tick: int, **facts: object) -> tuple[Mem
 
 def test_it_stands_up_walks_and_sits_down() -> None:
     """With all well, asked for one after the other, it goes through all modes and ends damped."""
-    memory, told, tick = run(initial_memory(LIMITS, 0.0), 0.2, 0)
-    assert memory.mode == Mode.STANDING and np.allclose(told.q, POSTURES[-1])
+    memory, told, tick = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0)
+    assert memory.mode == SafetyMode.STANDING and np.allclose(told.q, POSTURES[-1])
     assert np.allclose(told.torque, BEARING)
     wish = Drives(np.full(12, 0.5), np.zeros(12), np.full(12, 3.0), 100.0, 1.0)
     memory, told, tick = run(memory, 0.1, tick, request=Request.WALK, wanted=wish)
-    assert memory.mode == Mode.WALKING and np.allclose(told.q, 0.5) and told.stiffness == 100.0
+    assert (
+        memory.mode == SafetyMode.WALKING and np.allclose(told.q, 0.5) and told.stiffness == 100.0
+    )
     memory, told, tick = run(memory, 0.01, tick, request=Request.NOTHING, ended="goal_reached")
-    assert memory.mode == Mode.STANDING and np.allclose(told.q, 0.5)
+    assert memory.mode == SafetyMode.STANDING and np.allclose(told.q, 0.5)
     memory, told, _ = run(memory, 0.2, tick, request=Request.SIT)
-    assert memory.mode == Mode.DAMPING and memory.reason == "sat down"
+    assert memory.mode == SafetyMode.DAMPING and memory.reason == "sat down"
     assert told.stiffness == 0.0
 
 
@@ -122,15 +124,15 @@ def test_it_stands_up_walks_and_sits_down() -> None:
 )
 def test_it_arms_in_a_sane_posture_alone(facts: dict[str, object], why: str) -> None:
     """Beyond limits, moving, tilted, or of an old or faulty state it stays damped, and says why."""
-    memory, told, _ = run(initial_memory(LIMITS, 0.0), 0.2, 0, **facts)
-    assert memory.mode == Mode.DAMPING and why in memory.reason and told.stiffness == 0.0
+    memory, told, _ = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0, **facts)
+    assert memory.mode == SafetyMode.DAMPING and why in memory.reason and told.stiffness == 0.0
 
 
 def test_a_late_state_makes_the_last_command_hold() -> None:
     """Between 20 and 100 ms the wanted angles stand still, stiff; then the robot is damped."""
-    memory, before, tick = run(initial_memory(LIMITS, 0.0), 0.2, 0)
+    memory, before, tick = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0)
     memory, told, tick = run(memory, 0.02, tick, age=0.05, request=Request.WALK)
-    assert memory.mode == Mode.STANDING and memory.holding
+    assert memory.mode == SafetyMode.STANDING and memory.holding
     assert np.array_equal(told.q, before.q) and told.stiffness == 200.0
     memory, told, _ = run(memory, 0.002, tick, age=0.11)
-    assert memory.mode == Mode.DAMPING and told.stiffness == 0.0
+    assert memory.mode == SafetyMode.DAMPING and told.stiffness == 0.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drake_quad.bus.messages import CommandMessage, StateMessage
 from drake_quad.bus.processes import joint_map
-from drake_quad.bus.safety import Mode
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.unitree_messages import (
     LOW_CMD,
     LOW_STATE,
@@ -32,7 +32,7 @@ STATE = StateMessage(
     0, 4242, 4_242_000_000, 1, RNG.normal(size=12), RNG.normal(size=12), RNG.normal(size=12),
     RNG.normal(size=3), RNG.normal(size=3), np.array([11.0, 22.0, 33.0, 44.0]),
 )  # fmt: skip
-COMMAND = CommandMessage(9, 1, 2, int(Mode.WALKING), 0, *np.abs(RNG.normal(size=(5, 12))))
+COMMAND = CommandMessage(9, 1, 2, int(SafetyMode.WALKING), 0, *np.abs(RNG.normal(size=(5, 12))))
 
 
 def crc_of_the_maker(structure: bytes) -> int:
@@ -66,7 +66,7 @@ def test_messages_come_as_they_were_sent(joints: JointMap) -> None:
     for name in ("position", "velocity", "effort", "angular_rate", "specific_force", "foot_force"):
         np.testing.assert_allclose(getattr(come.message, name), getattr(STATE, name), atol=1e-6)
     told = decode_low_cmd(encode_low_cmd(COMMAND, joints), 3, joints, session=9, sequence=1)
-    assert told.message is not None and told.message.mode == Mode.WALKING
+    assert told.message is not None and told.message.mode == SafetyMode.WALKING
     for name in ("position", "velocity", "effort", "stiffness", "damping"):
         np.testing.assert_allclose(getattr(told.message, name), getattr(COMMAND, name), atol=1e-6)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from drake_quad.common import GRAVITY
 from drake_quad.estimation.contact_from_torques import (
-    Dynamics,
+    JointDynamics,
     TouchMemory,
     TouchSettings,
     compare_touchdowns,
@@ -21,7 +21,7 @@ SETTINGS = TouchSettings()
 
 def step(memory: np.ndarray, momentum: np.ndarray, torque: np.ndarray) -> None:
     observe(
-        memory, Dynamics(momentum=momentum, velocity_terms=np.zeros(12), torque=torque,
+        memory, JointDynamics(momentum=momentum, velocity_terms=np.zeros(12), torque=torque,
                          jacobian=JACOBIAN), MASS, PERIOD, SETTINGS,
     )  # fmt: skip
 

@@ -17,7 +17,7 @@ from drake_quad.bus.messages import (
 from drake_quad.bus.postures import sit_to_stand
 from drake_quad.bus.processes import FIELDS
 from drake_quad.bus.robot_bus import LoopbackBus
-from drake_quad.bus.safety import Drives, Mode
+from drake_quad.bus.safety import Drives, SafetyMode
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
@@ -89,7 +89,7 @@ class Puppet:
         for one in self.bus.receive_commands():
             assert one.message is not None and not one.fault
             self.commands.append(one.message)
-            if one.message.mode != Mode.DAMPING:
+            if one.message.mode != SafetyMode.DAMPING:
                 self.q = one.message.position.copy()
 
 

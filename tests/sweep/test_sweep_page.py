@@ -118,7 +118,7 @@ def test_bounds_of_common_draws_are_told_for_what_they_are(tmp_path: Path, draws
     write_sweep_report(rig.made(tmp_path, text)[0], told, tmp_path / "a")
     write_section(tmp_path / "page.md", told, "drake-quad sweep x", "x")
     for page in (tmp_path / "a" / "report.html", tmp_path / "page.md"):
-        words = "bounds hold in each alone, and may be too narrow over several"
+        words = "bounds hold for each cell alone, and may be too narrow for several"
         assert (words in page.read_text()) == (draws == "common")
 
 
@@ -209,14 +209,14 @@ def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
     write_sweep_report(study, told, tmp_path / "a")
     link = f"trials/{first:06d}/report.html"
     page = (tmp_path / "a" / "report.html").read_text()
-    assert page.count(f'href="{link}"') == 1 and "Replays of others" not in page
+    assert page.count(f'href="{link}"') == 1 and "Other replays" not in page
     # What was made up of the trial in the sweep is not what comes of its run.
     assert told["worst"][0]["outcome"] == "fell"
     assert otherwise(read_table(tmp_path / "a"), tmp_path / "a") == {first: "goal_reached"}
     assert page.count('which ended otherwise: <span class="bad">goal_reached</span>') == 1
     write_sweep_report(study, {**told, "worst": told["worst"][1:]}, tmp_path / "a")
     page = (tmp_path / "a" / "report.html").read_text()
-    assert f'Replays of others: <a href="{link}">trial {first}</a>.</p>' in page
+    assert f'Other replays: <a href="{link}">trial {first}</a>.</p>' in page
     scenario = (tmp_path / "a" / link).with_name("scenario.yaml").read_text()
     seed = re.search(r"simulation\.seed=(\d+)", told["worst"][0]["command"])
     assert seed is not None and f"seed: {seed[1]}" in scenario
