@@ -21,7 +21,7 @@ from drake_quad.runs.result import RunResult
 from drake_quad.scenario.config import Scenario
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.terrain.elements import Stairs
-from drake_quad.util.files import html_table
+from drake_quad.util.html import html_table
 
 NASTY, ESCAPED = "<b>&x</b>", "&lt;b&gt;&amp;x&lt;/b&gt;"
 SUMMARY: dict[str, Any] = {

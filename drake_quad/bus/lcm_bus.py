@@ -74,10 +74,6 @@ class LcmBus:
         """Sends a command."""
         self._lcm.publish(COMMAND_CHANNEL, encode_command(command))
 
-    def publish_bytes(self, channel: str, data: bytes) -> None:
-        """Sends what is no message: for tests of those who receive it."""
-        self._lcm.publish(channel, data)
-
     def receive_states(self) -> list[Received[StateMessage]]:
         """The states since the last call, oldest first."""
         self._handle()

@@ -19,7 +19,7 @@ from drake_quad.bus.messages import (
 from drake_quad.bus.postures import lowest_stance
 from drake_quad.bus.real_time import LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
-from drake_quad.bus.safety import SafetyMode
+from drake_quad.bus.safety import DAMP_AFTER, HOLD_AFTER, SafetyMode
 from drake_quad.bus.watch import CommandWatch
 from drake_quad.common import FloatArray
 from drake_quad.estimation.sensor_models import IDEAL_IMU, IDEAL_JOINTS, SensorErrors
@@ -30,7 +30,6 @@ from drake_quad.simulation.plant import AddSimulatedPlant
 from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 
-HOLD_AFTER, DAMP_AFTER = 0.02, 0.09  # [s] of silence: damped within 100 ms, ticks and all
 SENSE_FEET = 2  # periods between readings of the feet's sensors
 
 

@@ -16,6 +16,9 @@ from drake_quad.common import FloatArray
 from drake_quad.math.curves import quintic
 
 NOT_ARMED = "not armed"
+# [s] of silence after which the last message holds, and after which there is damping: both sides'
+# watchdogs. The second leaves time for ticks, so that damping is there within 100 ms.
+HOLD_AFTER, DAMP_AFTER = 0.02, 0.09
 
 
 class SafetyMode(IntEnum):
@@ -74,8 +77,8 @@ class SafetyLimits:
     q_step: float = 0.05
     torque_time: float = 0.02
     tilt: float = 0.6
-    hold_after: float = 0.02
-    damp_after: float = 0.09
+    hold_after: float = HOLD_AFTER
+    damp_after: float = DAMP_AFTER
     arming_tilt: float = 0.35
     arming_speed: float = 1.0
     arming_room: float = 0.1

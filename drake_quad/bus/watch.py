@@ -7,11 +7,13 @@ import numpy as np
 
 from drake_quad.bus.clock import NS
 from drake_quad.bus.messages import CommandMessage, Received, StateMessage
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.common import GRAVITY, FloatArray
 
 FROZEN = 0.05  # [s] for which a sound robot never shows the same to the last bit
 LONGEST = 0.1  # [s] for which a turn rate is taken to have lasted
 UP_TIME = 0.5  # [s] over which the accelerometer corrects which way is up
+MODES = frozenset(int(mode) for mode in SafetyMode)
 GONE = 0.5  # [s] of silence after which another sender may take over
 
 
@@ -134,6 +136,9 @@ class CommandWatch:
             command = one.message
             if command is None or one.fault:
                 fault = fault or one.fault
+                continue
+            if command.mode not in MODES:
+                fault = fault or f"a command of mode {command.mode}, which there is not"
                 continue
             if self._own is not None:
                 if command.session != self._own:

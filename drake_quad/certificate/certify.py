@@ -23,7 +23,7 @@ from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.boxes import Box
-from drake_quad.util.files import html_table
+from drake_quad.util.html import html_table
 
 FORMAT = "drake_quad certificate"
 VERSION = 2

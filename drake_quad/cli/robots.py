@@ -23,7 +23,6 @@ from drake_quad.cli.common import (
     interruptible,
     stem,
 )
-from drake_quad.feasibility.check_report import near_words
 from drake_quad.util.files import write_whole
 
 # ------------------------------------------------------------------------------------------------
@@ -150,7 +149,8 @@ def chart(
 
     Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
     """
-    from drake_quad.feasibility.chart import Span, chart_grid, grid_of, save_chart
+    from drake_quad.feasibility.chart import Span, chart_grid, grid_of
+    from drake_quad.feasibility.chart_picture import save_chart
     from drake_quad.util.parallel import check_workers
 
     rises, runs = Span(rise_from, rise_to, rise_step), Span(run_from, run_to, run_step)
@@ -213,6 +213,8 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     """Prints what would work instead, where it is known, and what to do next."""
     console.print()
     if told["sought"]:
+        from drake_quad.feasibility.check_report import near_words
+
         console.print(Text(f"Nearest: {near_words(told)}."), soft_wrap=True)
     if told.get("picture"):
         console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)

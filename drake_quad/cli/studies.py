@@ -20,9 +20,6 @@ from drake_quad.cli.common import (
     stem,
 )
 from drake_quad.errors import printable
-from drake_quad.sweep.results import REPORT
-from drake_quad.sweep.statistics import caveats_of, gate_words, grade
-from drake_quad.sweep.trials import repeat_into
 
 # ------------------------------------------------------------------------------------------------
 # The commands that carry out studies, and compare what came of them.
@@ -102,6 +99,9 @@ COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
 
 def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
     """Prints the rate, the bands, the causes of failure, and the commands that repeat the worst."""
+    from drake_quad.sweep.results import REPORT
+    from drake_quad.sweep.statistics import caveats_of, gate_words, grade
+    from drake_quad.sweep.trials import repeat_into
 
     def say(text: str) -> None:
         console.print(text, highlight=False, soft_wrap=True)

@@ -18,7 +18,8 @@ from drake_quad.scenario.config import CourseElement, RobotConfig, Scenario, Sta
 from drake_quad.scenario.load import load_scenario
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, WIDTH_MIN, Stairs
-from drake_quad.util.files import html_table, user_path
+from drake_quad.util.files import user_path
+from drake_quad.util.html import html_table
 
 TURNS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # [deg] turns that a landing can have
 LEAST_LANDING = 1.5  # [m]

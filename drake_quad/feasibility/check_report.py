@@ -10,9 +10,7 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
-from drake_quad.feasibility.check_picture import draw_check
 from drake_quad.feasibility.inspect_robot import all_doubts
-from drake_quad.feasibility.robot_picture import check_picture_path, save_picture
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.planning.motion_plan import evaluate
@@ -250,7 +248,10 @@ def run_check(
         InputError: If anything given cannot be used, before any long work; or a file cannot be
             written, after `first` had the answer.
     """
-    check_picture_path(picture)
+    if picture is not None:  # drawing takes matplotlib, which an answer alone does without
+        from drake_quad.feasibility.robot_picture import check_picture_path
+
+        check_picture_path(picture)
     if asked.margin not in KINDS:
         remedy = "give hull, friction or feasible"
         raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
@@ -289,6 +290,9 @@ def run_check(
         write_whole(save, lambda to: save_scenario(scenario, to), option="--save")
         report["saved"] = str(save)
     if check.designed is not None and picture is not None:
+        from drake_quad.feasibility.check_picture import draw_check
+        from drake_quad.feasibility.robot_picture import save_picture
+
         note("drawing")
         save_picture(draw_check(check.designed, robot), picture, salt=robot.name, dpi=110)
         report["picture"] = str(picture)

@@ -11,7 +11,8 @@ import pyarrow.parquet as pq
 
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import save_scenario
-from drake_quad.util.files import html_table, is_number, write_together
+from drake_quad.util.files import is_number, write_together
+from drake_quad.util.html import html_table
 
 MADE_OF_THEM = ("report.html", "scene.lcmlog")  # of a run's files, by `drake-quad report` too
 

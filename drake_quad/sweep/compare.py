@@ -45,7 +45,7 @@ from drake_quad.sweep.statistics import (
 )
 from drake_quad.sweep.study import Study, Vary
 from drake_quad.sweep.trials import count_trials
-from drake_quad.util.files import html_table
+from drake_quad.util.html import html_table
 
 SAME = ["index", "seed", "overrides"]  # columns by which a trial is the same
 

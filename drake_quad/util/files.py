@@ -128,21 +128,6 @@ def is_whole(value: Any) -> bool:
     return type(value) is int and abs(value) < 2**63
 
 
-TABLE = """\
-<table>
-{%- for name, text in rows %}
-<tr><th>{{ name }}</th><td>{{ text }}</td></tr>
-{%- endfor %}
-</table>"""
-
-
-def html_table(rows: Iterable[tuple[str, str]]) -> str:
-    """A table in HTML of names and values, which are escaped."""
-    from jinja2 import Environment  # only notebooks need it
-
-    return Environment(autoescape=True).from_string(TABLE).render(rows=list(rows))
-
-
 MIB = 1 << 20
 # How many bytes a file of each kind may have: some ten times the largest that was ever needed.
 MOST_YAML = 2 * MIB  # PyYAML reads a tenth of that in a second

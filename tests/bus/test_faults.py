@@ -191,6 +191,16 @@ def test_a_second_commander_damps_the_drives() -> None:
     assert commander.tick(session=1) == DRIVES_DAMP
 
 
+def test_a_mode_that_there_is_not_damps_the_drives() -> None:
+    """A sound message of another program's mode is a fault, and is not taken for a command."""
+    commander = Commander()
+    commander.tick()
+    commander.bus.publish_command(replace(command(1, 9), mode=99))
+    assert commander.tick(None) == DRIVES_DAMP
+    assert "mode 99" in commander.guard.reason
+    assert commander.guard.command is not None and commander.guard.command.mode != 99
+
+
 def test_spoilt_commands_damp_the_drives() -> None:
     """A CRC that is wrong, and a value that is no number, damp at once."""
     for spoilt in ("crc", "nan"):

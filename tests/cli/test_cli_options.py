@@ -93,7 +93,7 @@ def test_a_disk_that_fills_while_it_is_designed_loses_no_answer(
     monkeypatch.setattr(check_command, "check_flight", lambda *_, **__: yes)
     monkeypatch.setattr(check_command, "feasibility_report", lambda *_, **__: {"answer": "Yes"})
     monkeypatch.setattr(
-        "drake_quad.feasibility.check_report.draw_check", lambda *_: SimpleNamespace()
+        "drake_quad.feasibility.check_picture.draw_check", lambda *_: SimpleNamespace()
     )
     (tmp_path / "file").write_text("")
     told: list[dict[str, Any]] = []

@@ -17,16 +17,14 @@ from drake_quad.cli.robots import write_chart
 from drake_quad.errors import InputError
 from drake_quad.feasibility import chart as chart_stairs_module
 from drake_quad.feasibility.chart import (
-    LETTERS,
     Judge,
     Span,
     StairChart,
     chart_grid,
-    draw_chart,
     grid_of,
     judge_cell,
-    save_chart,
 )
+from drake_quad.feasibility.chart_picture import LETTERS, draw_chart, save_chart
 from drake_quad.feasibility.check_report import LIMITS
 from drake_quad.terrain.elements import Stairs
 
