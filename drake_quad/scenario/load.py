@@ -343,7 +343,7 @@ def _located(model: str, *, base: Path, source: str) -> str:
 
 def _blamed(error: InputError, overrides: Sequence[Override]) -> InputError:
     """The error, with the override as its source where one wrote the offending field."""
-    for override in overrides:
+    for override in reversed(overrides):  # a later one overrides those before
         if override.covers(error.field):
             return InputError(
                 source=f"override {override.text}",

@@ -97,3 +97,10 @@ def test_an_override_into_what_is_no_mapping_is_refused() -> None:
     """Where the file has a number for a mapping there is nothing to override in."""
     error = refused(FLOOR + "gait: 3", ("gait.stride=0.5",))
     assert error.remedy == "gait is not a mapping"
+
+
+def test_of_two_overrides_of_a_field_the_later_is_blamed() -> None:
+    """It is the one that holds, so the line names it and not the one before."""
+    with pytest.raises(InputError) as caught:
+        load_scenario("flat_walk", ["gait.duty_factor=0.8", "gait.duty_factor=1.4"])
+    assert caught.value.source == "override gait.duty_factor=1.4"
