@@ -6,10 +6,10 @@
                 centre of pressure inside the support polygon           (soft)
 
 Each foot's force is given in axes of its own, two along the ground and its normal
-(`contact_frames.py`): so pyramids and normal forces stand on the ground as it is. On level ground
-these are W's axes, and the pyramid has four sides; on a slope, where standing alone takes a part of
-the friction, it has eight, with an edge straight down the slope, and leaves 8 % of the cone out at
-most.
+(`inverse_dynamics.contact_axes`): so pyramids and normal forces stand on the ground as it is. On
+level ground these are W's axes, and the pyramid has four sides; on a slope, where standing alone
+takes a part of the friction, it has eight, with an edge straight down the slope, and leaves 8 % of
+the cone out at most.
 
 Forces along the ground cost more than normal ones, and those of light feet most
 (`contact_load.py`). At one price for all, feet of different heights would push against each other

@@ -207,7 +207,7 @@ def read_model(
     tolerance: Tolerance = EXACT,
     frictional: Set[str] = frozenset(),
 ) -> RobotModel:
-    """Reads the robot of a finalized plant; see `model_legs.py` for normal form.
+    """Reads the robot of a finalized plant, whose file is in normal form (see the module).
 
     Args:
         plant: Holds the robot.

@@ -104,7 +104,8 @@ def test_feet_stand_on_the_world_and_not_on_the_map() -> None:
     """On the first tread the bearing feet are at its real height, and the run goes on, with margin.
 
     A foot that finds its tread lower than mapped holds the clock up. A body that is stopped with it
-    at once lifts another foot: the margin was -0.06 m here before it was braked (`body_rate.py`).
+    at once lifts another foot: the margin was -0.06 m here before it was braked (see
+    `control/base_tracking.py`).
     """
     errors = ["world={rise_error: -0.008, position_error: 0.02, tread_error: 0.002}", SOON]
     errors += ["gait.swing_clearance=0.04", "start.distance=1.1"]

@@ -1,4 +1,4 @@
-"""The compiled margin is the one of `gait/support.py`; what a monitor says follows from it."""
+"""The compiled margin is the reference's; what a monitor says follows from it."""
 
 import numpy as np
 import pytest
