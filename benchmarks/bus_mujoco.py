@@ -26,7 +26,7 @@ from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard
 from drake_quad.bus.unitree_messages import decode_low_state, encode_low_state
 from drake_quad.robot.loader import MakeModelPlant
-from drake_quad.scenario.build import control_settings, sensor_errors
+from drake_quad.scenario.build import sensor_errors
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
@@ -42,7 +42,7 @@ class MujocoSide:
     """MuJoCo's robot as far as its drives and its sensors, real sensors' noise on them."""
 
     def __init__(self, prepared: PreparedScenario) -> None:
-        self._control = control_settings(prepared.scenario)
+        self._control = prepared.scenario.controller
         model = MakeModelPlant(prepared.robot.url)
         self.robot = MujocoRobot(
             prepared.robot, model, prepared.course, self._control,

@@ -53,8 +53,8 @@ def random_plan(
             Element(
                 "stairs",
                 going=going,
-                rises=tuple(rng.uniform(0.5 * rise, rise, 2)),
-                runs=tuple(run * rng.uniform(0.9, 1.1, 2)),
+                rises=list(rng.uniform(0.5 * rise, rise, 2)),
+                runs=list(run * rng.uniform(0.9, 1.1, 2)),
             )
         ],
         "floor": [],

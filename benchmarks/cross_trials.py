@@ -107,7 +107,6 @@ def run_in_mujoco(base: Base, overrides: list[str]) -> Result:
     from benchmarks.mujoco_robot import MujocoRobot
     from drake_quad.errors import DrakeQuadError, InputError
     from drake_quad.robot.loader import MakeModelPlant
-    from drake_quad.scenario.build import control_settings
     from drake_quad.simulation.prepare import prepare
     from drake_quad.systems.controller import MakeController
     from drake_quad.systems.disturbances import Disturbances
@@ -122,7 +121,7 @@ def run_in_mujoco(base: Base, overrides: list[str]) -> Result:
     real: dict[str, Any] = {"mass_factor": given.mass_factor, "com_offset": given.com_offset}
     if Disturbances(**real) != p.disturbances or scenario.estimator.kind != "truth":
         return {"outcome": "refused", "reason": "has what MuJoCo's robot does not have here"}
-    control, plant = control_settings(scenario), MakeModelPlant(p.robot.url)
+    control, plant = scenario.controller, MakeModelPlant(p.robot.url)
     body = MujocoRobot(
         p.robot, plant, p.world, control, p.stance, friction=scenario.simulation.friction, **real
     )

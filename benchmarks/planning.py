@@ -20,11 +20,13 @@ import piqp
 
 from benchmarks.common import markdown_table, provenance, stopwatch
 from benchmarks.quadratic import QuadraticProgram, Recorder, compare
-from drake_quad.planning import body_path as body_search
-from drake_quad.planning import footsteps as plan_transition
-from drake_quad.planning import mission as plan_mission
-from drake_quad.planning import step_builder
-from drake_quad.planning import task as plan_task
+from drake_quad.planning import (
+    body_path as body_search,
+    footsteps as plan_transition,
+    mission as plan_mission,
+    step_builder,
+    task as plan_task,
+)
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.load import load_scenario

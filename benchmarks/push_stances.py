@@ -15,7 +15,7 @@ from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import Stance, pose_robot
 from drake_quad.planning.problem import Task
 from drake_quad.robot.model import RobotModel
-from drake_quad.scenario.build import control_settings, plan_settings
+from drake_quad.scenario.build import plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.diagram import MakeStairClimb
 from drake_quad.stability.capture_point import SWING_BACK, Pendulum, find_pressure_area, push_budget
@@ -148,7 +148,7 @@ def push_in(scenario: Scenario, robot: RobotModel, course: Course, trial: Trial,
         course=course,
         settings=plan_settings(scenario),
         mission=(Task(kind="stand", name="stand", lane=0, duration=2.0 * LASTS),),
-        control=control_settings(scenario),
+        control=scenario.controller,
         stance=trial.stance,
         plant_config=scenario.simulation.plant,
         friction=scenario.simulation.friction,

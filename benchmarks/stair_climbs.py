@@ -13,7 +13,6 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_quad.common import FloatArray
 from drake_quad.robot.loader import AddRobot
-from drake_quad.scenario.build import control_settings
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.terrain.drake_geometry import AddCourse, SetContactFriction
@@ -105,7 +104,7 @@ def make_bare(p: PreparedScenario, commands: Commands) -> tuple[MultibodyPlant, 
     AddCourse(plant, p.course, friction=friction)
     SetContactFriction(plant, scene_graph, instance, p.robot, friction)
     plant.Finalize()
-    control = control_settings(p.scenario)
+    control = p.scenario.controller
     for index in plant.GetJointActuatorIndices(instance):
         plant.get_joint_actuator(index).set_controller_gains(
             PdControllerGains(p=control.kp, d=control.kd)

@@ -7,8 +7,8 @@
     prepared = dq.plan(dq.load_scenario("case_study"))
     result = dq.simulate(prepared)
 
-What is listed in `__all__` is the public API; everything else may change. Names are imported when
-they are first used, so that `import drake_quad` is quick.
+What is listed in `__all__` is the public API, on which the command line is built; everything else
+may change. Names are imported when they are first used, so that `import drake_quad` is quick.
 """
 
 from importlib import import_module
@@ -17,123 +17,132 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from drake_quad.api import (
-        certify,
-        chart_stairs,
-        check_course,
-        check_stairs,
-        load_study,
-        plan,
-        replay,
-        run_study,
+        certify as certify,
+        chart_stairs as chart_stairs,
+        check_course as check_course,
+        check_stairs as check_stairs,
+        load_study as load_study,
+        make_viewers as make_viewers,
+        plan as plan,
+        replay as replay,
+        report_plan as report_plan,
+        run_study as run_study,
     )
-    from drake_quad.certificate.certify import Certificate
-    from drake_quad.errors import DrakeQuadError, InputError, MachineError, PlanningError
-    from drake_quad.feasibility.chart import Span
-    from drake_quad.feasibility.check import Feasibility
-    from drake_quad.planning.mission import MissionPlan
-    from drake_quad.planning.motion_plan import MotionPlan
-    from drake_quad.report.page import write_report
-    from drake_quad.robot.loader import load_robot
-    from drake_quad.robot.model import RobotModel
-    from drake_quad.runs.reader import RecordedRun, load_run
-    from drake_quad.runs.result import RunResult
-    from drake_quad.scenario.config import Scenario
-    from drake_quad.scenario.load import load_scenario, save_scenario, shipped_scenarios
-    from drake_quad.simulation.diagram import MakeStairClimb
-    from drake_quad.simulation.prepare import PreparedScenario
-    from drake_quad.simulation.run import simulate
-    from drake_quad.sweep.compare import compare_sweeps
-    from drake_quad.sweep.study import Study
-    from drake_quad.systems.controller import MakeController
-    from drake_quad.terrain.course import Course, build_course
-    from drake_quad.terrain.elements import Element, Stairs
+    from drake_quad.certificate.certify import Certificate as Certificate
+    from drake_quad.errors import (
+        DrakeQuadError as DrakeQuadError,
+        InputError as InputError,
+        MachineError as MachineError,
+        PlanningError as PlanningError,
+    )
+    from drake_quad.feasibility.chart import (
+        Span as Span,
+        StairChart as StairChart,
+    )
+    from drake_quad.feasibility.chart_picture import save_chart as save_chart
+    from drake_quad.feasibility.check import Feasibility as Feasibility
+    from drake_quad.feasibility.check_report import (
+        CheckRequest as CheckRequest,
+        near_words as near_words,
+        run_check as run_check,
+    )
+    from drake_quad.feasibility.inspect_robot import (
+        describe_robot as describe_robot,
+        print_robot as print_robot,
+    )
+    from drake_quad.feasibility.robot_picture import (
+        check_picture_path as check_picture_path,
+        draw_robot as draw_robot,
+        save_picture as save_picture,
+    )
+    from drake_quad.planning.mission import MissionPlan as MissionPlan
+    from drake_quad.planning.motion_plan import MotionPlan as MotionPlan
+    from drake_quad.report.joint_table import write_joint_table as write_joint_table
+    from drake_quad.report.lcm_replay import write_scene_log as write_scene_log
+    from drake_quad.report.mcap_export import write_mcap as write_mcap
+    from drake_quad.report.page import write_report as write_report
+    from drake_quad.robot.loader import load_robot as load_robot
+    from drake_quad.robot.model import RobotModel as RobotModel
+    from drake_quad.runs.reader import (
+        RecordedRun as RecordedRun,
+        load_run as load_run,
+        read_summary as read_summary,
+    )
+    from drake_quad.runs.result import RunResult as RunResult
+    from drake_quad.runs.schema import (
+        safety_line as safety_line,
+        summary_lines as summary_lines,
+    )
+    from drake_quad.scenario.config import Scenario as Scenario
+    from drake_quad.scenario.load import (
+        load_scenario as load_scenario,
+        save_scenario as save_scenario,
+        shipped_scenarios as shipped_scenarios,
+    )
+    from drake_quad.simulation.diagram import MakeStairClimb as MakeStairClimb
+    from drake_quad.simulation.prepare import PreparedScenario as PreparedScenario
+    from drake_quad.simulation.run import simulate as simulate
+    from drake_quad.sweep.compare import (
+        Comparison as Comparison,
+        compare_sweeps as compare_sweeps,
+        print_comparison as print_comparison,
+    )
+    from drake_quad.sweep.rebuild_report import rebuild_report as rebuild_report
+    from drake_quad.sweep.statistics import (
+        caveats_of as caveats_of,
+        gate_words as gate_words,
+        grade as grade,
+    )
+    from drake_quad.sweep.study import Study as Study
+    from drake_quad.sweep.trials import repeat_into as repeat_into
+    from drake_quad.systems.controller import MakeController as MakeController
+    from drake_quad.terrain.course import Course as Course, build_course as build_course
+    from drake_quad.terrain.elements import Element as Element, Stairs as Stairs
 
 try:
     __version__ = version("drake_quad")  # pyproject.toml says it, and nobody else
 except PackageNotFoundError:  # a checkout on the path that was never installed
     __version__ = "0+unknown"
 
-# Where each public name is defined.
-_HOMES = {
-    "Certificate": "certificate.certify",
-    "Course": "terrain.course",
-    "DrakeQuadError": "errors",
-    "Element": "terrain.elements",
-    "Feasibility": "feasibility.check",
-    "InputError": "errors",
-    "MachineError": "errors",
-    "MakeController": "systems.controller",
-    "MakeStairClimb": "simulation.diagram",
-    "MissionPlan": "planning.mission",
-    "MotionPlan": "planning.motion_plan",
-    "PlanningError": "errors",
-    "PreparedScenario": "simulation.prepare",
-    "RecordedRun": "runs.reader",
-    "RobotModel": "robot.model",
-    "RunResult": "runs.result",
-    "Scenario": "scenario.config",
-    "Span": "feasibility.chart",
-    "Stairs": "terrain.elements",
-    "Study": "sweep.study",
-    "build_course": "terrain.course",
-    "certify": "api",
-    "chart_stairs": "api",
-    "check_course": "api",
-    "check_stairs": "api",
-    "compare_sweeps": "sweep.compare",
-    "load_robot": "robot.loader",
-    "load_run": "runs.reader",
-    "load_scenario": "scenario.load",
-    "load_study": "api",
-    "plan": "api",
-    "replay": "api",
-    "run_study": "api",
-    "save_scenario": "scenario.load",
-    "shipped_scenarios": "scenario.load",
-    "simulate": "simulation.run",
-    "write_report": "report.page",
+# The public names by the modules that define them; a test compares them with the imports above.
+_PUBLIC = {
+    "api": "certify chart_stairs check_course check_stairs load_study make_viewers plan replay "
+    "report_plan run_study",
+    "certificate.certify": "Certificate",
+    "errors": "DrakeQuadError InputError MachineError PlanningError",
+    "feasibility.chart": "Span StairChart",
+    "feasibility.chart_picture": "save_chart",
+    "feasibility.check": "Feasibility",
+    "feasibility.check_report": "CheckRequest near_words run_check",
+    "feasibility.inspect_robot": "describe_robot print_robot",
+    "feasibility.robot_picture": "check_picture_path draw_robot save_picture",
+    "planning.mission": "MissionPlan",
+    "planning.motion_plan": "MotionPlan",
+    "report.joint_table": "write_joint_table",
+    "report.lcm_replay": "write_scene_log",
+    "report.mcap_export": "write_mcap",
+    "report.page": "write_report",
+    "robot.loader": "load_robot",
+    "robot.model": "RobotModel",
+    "runs.reader": "RecordedRun load_run read_summary",
+    "runs.result": "RunResult",
+    "runs.schema": "safety_line summary_lines",
+    "scenario.config": "Scenario",
+    "scenario.load": "load_scenario save_scenario shipped_scenarios",
+    "simulation.diagram": "MakeStairClimb",
+    "simulation.prepare": "PreparedScenario",
+    "simulation.run": "simulate",
+    "sweep.compare": "Comparison compare_sweeps print_comparison",
+    "sweep.rebuild_report": "rebuild_report",
+    "sweep.statistics": "caveats_of gate_words grade",
+    "sweep.study": "Study",
+    "sweep.trials": "repeat_into",
+    "systems.controller": "MakeController",
+    "terrain.course": "Course build_course",
+    "terrain.elements": "Element Stairs",
 }
-
-__all__ = [
-    "Certificate",
-    "Course",
-    "DrakeQuadError",
-    "Element",
-    "Feasibility",
-    "InputError",
-    "MachineError",
-    "MakeController",
-    "MakeStairClimb",
-    "MissionPlan",
-    "MotionPlan",
-    "PlanningError",
-    "PreparedScenario",
-    "RecordedRun",
-    "RobotModel",
-    "RunResult",
-    "Scenario",
-    "Span",
-    "Stairs",
-    "Study",
-    "__version__",
-    "build_course",
-    "certify",
-    "chart_stairs",
-    "check_course",
-    "check_stairs",
-    "compare_sweeps",
-    "load_robot",
-    "load_run",
-    "load_scenario",
-    "load_study",
-    "plan",
-    "replay",
-    "run_study",
-    "save_scenario",
-    "shipped_scenarios",
-    "simulate",
-    "write_report",
-]
+_HOMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
+__all__ = ["__version__", *sorted(_HOMES)]
 
 
 def __getattr__(name: str) -> Any:

@@ -5,30 +5,48 @@ help (`load_robot`, `simulate`) are the packages' own.
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from drake_quad.certificate.certify import Certificate
-from drake_quad.errors import InputError
-from drake_quad.feasibility.chart import Span, StairChart, chart_grid
+from drake_quad.errors import InputError, PlanningError
+from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
 from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
-from drake_quad.simulation.plan_report import certify_plan
+from drake_quad.simulation.plan_report import (
+    certify_plan,
+    describe_failure,
+    judged_plan,
+    write_plan,
+)
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.sweep.run import SweepRequest, run_sweep
 from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import load_study_and_base
 from drake_quad.terrain.elements import Stairs
+from drake_quad.util.parallel import check_workers
+
+if TYPE_CHECKING:
+    from drake_quad.simulation.diagram import Visualize
 
 Robot = RobotModel | str | Path
+
+
+def _nothing(*_: object) -> None:
+    """Stands for a listener that nobody gave."""
+
+
+def _never() -> bool:
+    """Stands for a wish to stop that nobody has."""
+    return False
 
 
 def plan(scenario: Scenario | str | Path, overrides: Sequence[str] = ()) -> PreparedScenario:
@@ -74,6 +92,56 @@ def certify(prepared: PreparedScenario) -> Certificate:
             remedy=f"{found['reason']}; take chord",
         )
     return certificate
+
+
+def report_plan(
+    scenario: Scenario, *, source: str = "scenario", out: Path | None = None
+) -> dict[str, Any]:
+    """Plans a scenario, judges the plan, and certifies it, for `drake-quad plan`.
+
+    Args:
+        scenario: A scenario, loaded and checked.
+        source: Name of its file, for errors.
+        out: Directory for plan.json and certificate.json, if they are to be written.
+
+    Returns:
+        The plan as plain values, as `drake-quad plan --json` prints it, with its `certificate`;
+        without a plan, `feasible` is false and `reason` says why.
+
+    Raises:
+        InputError: If something in the scenario cannot be, or a file cannot be written.
+    """
+    try:
+        found, certificate = judged_plan(prepare(scenario, source=source))
+    except PlanningError as error:
+        found, certificate = describe_failure(error), None
+    if out is not None:
+        write_plan(found, certificate, out)
+    return found
+
+
+def make_viewers(
+    *, meshcat: bool = False, meldis: bool = False, tell: Callable[[str], object] = _nothing
+) -> "Visualize | None":
+    """Viewers for `simulate`; None if none is wanted.
+
+    Args:
+        meshcat: Whether to show the simulation live in a browser.
+        meldis: Whether to publish it live for Meldis.
+        tell: Called with the address to watch at.
+    """
+    from pydrake.geometry import StartMeshcat
+
+    from drake_quad.simulation.viewers import MakeMeldisViewer, MakeMeshcatViewer, Together
+
+    chosen = []
+    if meshcat:
+        server = StartMeshcat()
+        tell(f"watch at {server.web_url()}")
+        chosen.append(MakeMeshcatViewer(server))
+    if meldis:
+        chosen.append(MakeMeldisViewer())
+    return Together(*chosen) if chosen else None
 
 
 def check_stairs(
@@ -133,6 +201,9 @@ def chart_stairs(
     *,
     count: int = 10,
     workers: int | None = None,
+    progress: Callable[[int, int], object] = _nothing,
+    stop: Callable[[], bool] = _never,
+    ready: Callable[[], object] = _nothing,
 ) -> StairChart:
     """Which stairs of a grid of rises and runs a robot climbs.
 
@@ -142,6 +213,9 @@ def chart_stairs(
         runs: The runs of the treads [m].
         count: Steps of each flight.
         workers: Number of processes; one for each core if None.
+        progress: Called with the number of cells that are done, and of all.
+        stop: Called now and then; the chart ends with the cells that are done where it is true.
+        ready: Called before any long work, once rises, runs and workers can be used.
 
     Returns:
         The chart in SI units; a notebook shows its picture.
@@ -149,23 +223,40 @@ def chart_stairs(
     Raises:
         InputError: If anything given cannot be used.
     """
+    count_of = workers if workers is not None else os.cpu_count() or 1
+    grid_of(rises, runs, count)
+    check_workers(count_of)
+    ready()
     return chart_grid(
-        _model_of(robot), rises, runs, count=count, workers=workers or os.cpu_count() or 1
+        _model_of(robot),
+        rises,
+        runs,
+        count=count,
+        workers=count_of,
+        progress=progress,
+        stop=stop,
     )
 
 
-def replay(run: RecordedRun | str | Path, viewer: str = "meshcat", *, speed: float = 1.0) -> None:
+def replay(
+    run: RecordedRun | str | Path,
+    viewer: str = "meshcat",
+    *,
+    speed: float = 1.0,
+    loop: bool = False,
+) -> None:
     """Shows a run again, until it ends or is interrupted.
 
     Args:
         run: A run or its directory.
         viewer: `meshcat`, in a browser, or `meldis`.
         speed: How much faster than it happened it plays.
+        loop: Whether it begins again at its end.
 
     Raises:
         InputError: If there is no run to show.
     """
-    play(run, viewer, speed=speed)
+    play(run, viewer, speed=speed, loop=loop)
 
 
 def load_study(path: str | Path) -> Study:
@@ -182,8 +273,14 @@ def run_study(
     out: str | Path,
     *,
     workers: int | None = None,
+    dask: str | None = None,
     resume: bool = False,
     limit: int | None = None,
+    replays: int = 0,
+    page: Path | None = None,
+    console: Console | None = None,
+    stop: Callable[[], bool] = _never,
+    ready: Callable[[], object] = _nothing,
 ) -> dict[str, Any]:
     """Carries out a study, and writes its tables and its report.
 
@@ -191,19 +288,32 @@ def run_study(
         study: The study's file.
         out: Directory to write into.
         workers: Number of processes; one for each core if None.
+        dask: Address of a Dask scheduler to use instead of processes of this machine.
         resume: Whether to go on with what is in `out`.
         limit: Carry out only the study's first so many trials.
+        replays: Number of the worst trials that are run again, for their replays.
+        page: Markdown page to write the study's section of.
+        console: Console for progress; standard error if None.
+        stop: Called now and then; the study stops where it returns true.
+        ready: Called before anything is written, once all that was given can be used.
 
     Returns:
-        The findings, as sweep.json holds them.
+        The findings, as sweep.json holds them, and whether the study was `interrupted`.
 
     Raises:
         InputError: If anything given cannot be used.
     """
     asked = SweepRequest(
-        Path(study), Path(out), workers or os.cpu_count() or 1, resume=resume, limit=limit
+        study=Path(study),
+        out=Path(out),
+        workers=workers if workers is not None else os.cpu_count() or 1,
+        dask=dask,
+        resume=resume,
+        limit=limit,
+        replays=replays,
+        page=page,
     )
-    return run_sweep(asked, Console(stderr=True), lambda: False)
+    return run_sweep(asked, console or Console(stderr=True), stop, ready)
 
 
 def _model_of(robot: Robot) -> str:

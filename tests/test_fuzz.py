@@ -28,8 +28,7 @@ from fuzz_cases import (
     pick,
 )
 from fuzz_files import fields_said
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rich.console import Console
 from synthetic_robot import Quadruped
 

@@ -29,6 +29,18 @@ def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
         dq.walk  # noqa: B018
 
 
+def test_type_checkers_see_the_names_that_there_are() -> None:
+    """The imports for type checkers are of the same names from the same modules."""
+    tree = ast.parse(Path(dq.__file__).read_text(encoding="utf-8"))
+    seen = {
+        alias.asname: f"{node.module}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("drake_quad.")
+        for alias in node.names
+    }
+    assert seen == {name: f"drake_quad.{home}" for name, home in dq._HOMES.items()}
+
+
 @pytest.mark.parametrize(
     ("module", "heavy"),
     [

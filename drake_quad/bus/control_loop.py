@@ -36,8 +36,7 @@ from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
-from drake_quad.scenario.build import control_settings
-from drake_quad.simulation.diagram import velocities_at_rest
+from drake_quad.simulation.instruments import velocities_at_rest
 from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.joint_contact_estimator import TorqueDynamics
@@ -244,7 +243,7 @@ class ControlLoop:
         contacts: str = "feet",
         silent: bool = False,
     ) -> None:
-        control = control_settings(prepared.scenario)
+        control = prepared.scenario.controller
         self.period = control.period
         self.limits = safety_limits(prepared.robot, control)
         self._postures = sit_to_stand(prepared.robot, prepared.stance)

@@ -24,8 +24,8 @@ from drake_quad.bus.watch import CommandWatch
 from drake_quad.common import FloatArray
 from drake_quad.estimation.sensor_models import IDEAL_IMU, IDEAL_JOINTS, SensorErrors
 from drake_quad.robot.kinematics import calc_feet
-from drake_quad.scenario.build import control_settings, generator_of, sensor_errors
-from drake_quad.simulation.diagram import AddPushes, AddSensors
+from drake_quad.scenario.build import generator_of, sensor_errors
+from drake_quad.simulation.instruments import AddPushes, AddSensors
 from drake_quad.simulation.plant import AddSimulatedPlant
 from drake_quad.simulation.prepare import PreparedScenario
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
@@ -84,7 +84,7 @@ class SimulatedRobot:
 
     def __init__(self, prepared: PreparedScenario) -> None:
         scenario, robot = prepared.scenario, prepared.robot
-        control = control_settings(scenario)
+        control = scenario.controller
         self._control, self.period = control, control.period
         builder = DiagramBuilder()
         simulated = AddSimulatedPlant(

@@ -53,8 +53,12 @@ def control(
 
     No robot has walked by it yet: see docs/bus.md before any.
     """
-    from drake_quad.bus.processes import BusChoice, check_choice, prepare_for_bus
-    from drake_quad.bus.processes import control as run_control
+    from drake_quad.bus.processes import (
+        BusChoice,
+        check_choice,
+        control as run_control,
+        prepare_for_bus,
+    )
 
     choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
     check_choice(choice, named=interface is not None, ready=i_am_ready, contacts=contacts)

@@ -14,19 +14,14 @@ from io import TextIOWrapper
 from pathlib import Path
 from tempfile import TemporaryFile
 from types import FrameType
-from typing import Annotated, Any, TextIO, cast
+from typing import Annotated, TextIO, cast
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+import drake_quad as dq
 from drake_quad.errors import InputError
-from drake_quad.util.files import MOST_JSON, read_given
-
-# ------------------------------------------------------------------------------------------------
-# What the commands' options have in common.
-# ------------------------------------------------------------------------------------------------
-
 
 MESSAGES = Console(stderr=True)  # results go to stdout
 
@@ -43,14 +38,9 @@ SetOption = Annotated[
     ),
 ]
 WorkersOption = Annotated[
-    int | None, typer.Option(help="Processes; as many as there are cores unless told.")
+    int | None, typer.Option(help="Number of processes; by default as many as there are cores.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
-
-
-# ------------------------------------------------------------------------------------------------
-# What is shown while a command works, and how Ctrl-C ends it without loss.
-# ------------------------------------------------------------------------------------------------
 
 
 @contextmanager
@@ -114,11 +104,6 @@ def cells_progress(err: Console) -> Iterator[Callable[[int, int], None]]:
         yield show
 
 
-# ------------------------------------------------------------------------------------------------
-# The directories of the commands: named, claimed before long work, read, and reported on.
-# ------------------------------------------------------------------------------------------------
-
-
 LONGEST = ".certificate.json.part"  # of the names that commands write in a directory
 
 
@@ -175,108 +160,11 @@ def _writing(path: Path, option: str) -> Iterator[None]:
         raise InputError(source=option, field=option[2:], value=str(path), remedy=remedy) from None
 
 
-def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
-    """The summary of a finished run, all of whose files can be read.
-
-    Args:
-        directory: The run's.
-        or_sweep: Whether a sweep's would have done as well, for the message.
-
-    Raises:
-        InputError: A file is not there, or is none of a run's; or a value that is printed is none
-            that runs write.
-    """
-    import pyarrow as pa
-
-    from drake_quad.util.files import plain_of, read_given_table
-
-    wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
-
-    def fail(name: str, what: str) -> InputError:
-        return InputError(
-            source=str(directory),
-            field=name,
-            value=str(directory / name),
-            remedy=f"{what}; give the directory of a finished {wanted}",
-        )
-
-    try:
-        summary = plain_of(read_given(directory / "summary.json", most=MOST_JSON))
-    except OSError as problem:
-        there = directory.is_dir() and not isinstance(problem, FileNotFoundError)
-        what = "not there" if directory.is_dir() else "no such directory"
-        what = f"cannot be read: {problem.strerror}" if there else what
-        raise fail("summary.json", what) from None
-    if summary is None:
-        raise fail("summary.json", "is cut short, or no mapping in JSON")
-    if "outcome" not in summary:
-        raise fail("summary.json", "is not a run's summary")
-    _check_values(summary, str(directory / "summary.json"))
-    try:
-        log = read_given_table(directory / "log.parquet", columns=["t", "margin"])
-    except FileNotFoundError:
-        raise fail("log.parquet", "not there") from None
-    except (OSError, ValueError, pa.ArrowException) as problem:
-        reason = getattr(problem, "strerror", None)  # Arrow's own errors of bytes have none
-        if reason:
-            raise fail("log.parquet", f"cannot be read: {reason}") from None
-        raise fail("log.parquet", "is cut short or not Parquet") from None
-    if {*log.column_names} != {"t", "margin"}:
-        raise fail("log.parquet", "is not a run's log")
-    for name in log.column_names:
-        kind, gaps = log[name].type, log[name].null_count
-        if not pa.types.is_floating(kind) or gaps:
-            raise InputError(
-                source=str(directory / "log.parquet"),
-                field=name,
-                value=f"{kind}, {gaps} rows without a value" if gaps else str(kind),
-                remedy=f"must be a column of numbers; give the directory of a finished {wanted}",
-            )
-    return summary
-
-
-def _check_values(summary: dict[str, Any], source: str) -> None:
-    """Sees that words are text, and that figures are numbers, verdicts true or false.
-
-    Figures and verdicts may also be null, or not there.
-
-    Raises:
-        InputError: The first that is something else.
-    """
-    from drake_quad.runs.schema import FIGURES, VERDICTS, WALL_CLOCK
-
-    def fail(path: str, value: Any, what: str) -> InputError:
-        remedy = f"must be {what}; give the directory of a finished `drake-quad run`"
-        return InputError(source=source, field=path, value=value, remedy=remedy)
-
-    for name in ("outcome", "reason", "simulation", "margin_kind", "assumes"):
-        if not isinstance(summary.get(name, ""), str):
-            raise fail(name, summary[name], "text")
-    for path in (*FIGURES, *WALL_CLOCK):
-        name, _, part = path.partition(".")
-        value = summary.get(name)
-        if part and value is not None:
-            if not isinstance(value, dict):
-                raise fail(name, value, "a mapping of figures, or null")
-            value = value.get(part)
-        verdict = path in VERDICTS
-        if value is not None and type(value) not in ((bool,) if verdict else (int, float)):
-            raise fail(path, value, "true or false, or null" if verdict else "a number, or null")
-
-
 def make_report(directory: Path, err: Console) -> None:
     """Writes report.html and scene.lcmlog of a finished run."""
-    from drake_quad.report.lcm_replay import write_scene_log
-    from drake_quad.report.page import write_report
-
     with err.status("writing report.html and scene.lcmlog"):
-        write_report(directory)
-        write_scene_log(directory)
-
-
-# ------------------------------------------------------------------------------------------------
-# Standard output and error of a command: a reader that goes away ends neither work nor status.
-# ------------------------------------------------------------------------------------------------
+        dq.write_report(directory)
+        dq.write_scene_log(directory)
 
 
 class Lasting:

@@ -1,7 +1,6 @@
 """The commands about a robot and stairs: `inspect`, `check` and `chart`."""
 
 import json
-import os
 import shlex
 from fractions import Fraction
 from pathlib import Path
@@ -12,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+import drake_quad as dq
 from drake_quad.cli.common import (
     MESSAGES,
     JsonOption,
@@ -25,10 +25,6 @@ from drake_quad.cli.common import (
 )
 from drake_quad.util.files import write_whole
 
-# ------------------------------------------------------------------------------------------------
-# The commands that ask what a robot is, and what it can climb.
-# ------------------------------------------------------------------------------------------------
-
 
 def inspect(
     robot: RobotArgument,
@@ -37,19 +33,15 @@ def inspect(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Tell what is read from a robot's file, and what is repaired or assumed."""
-    from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
-    from drake_quad.feasibility.robot_picture import check_picture_path, draw_robot, save_picture
-    from drake_quad.robot.loader import load_robot
-
-    check_picture_path(picture)
+    """Show what is read from a robot's file, and what is repaired or assumed."""
+    dq.check_picture_path(picture)
     claim_file(picture, "--picture")
-    model = load_robot(robot)
-    told = describe_robot(model, source=robot)
+    model = dq.load_robot(robot)
+    told = dq.describe_robot(model, source=robot)
     if not as_json:
-        print_robot(told, Console())
+        dq.print_robot(told, Console())
     if picture is not None:
-        save_picture(draw_robot(model), picture, salt=model.name)
+        dq.save_picture(dq.draw_robot(model), picture, salt=model.name)
         told["picture"] = str(picture)
     if as_json:
         print(json.dumps(told))
@@ -57,41 +49,48 @@ def inspect(
 
 def check(
     robot: RobotArgument,
+    *,
     rise: Annotated[
-        float | None, typer.Option(help="Of the steps, in m.", show_default="0.178")
+        float | None, typer.Option(help="Rise of the steps \\[m].", show_default="0.178")
     ] = None,
     run: Annotated[
-        float | None, typer.Option(help="Of the treads, in m.", show_default="0.28")
+        float | None, typer.Option(help="Run of the treads \\[m].", show_default="0.28")
     ] = None,
     count: Annotated[
-        int | None, typer.Option(help="Steps of the flight.", show_default="10")
+        int | None, typer.Option(help="Number of steps of the flight.", show_default="10")
     ] = None,
     width: Annotated[
-        float | None, typer.Option(help="Of the flights, in m; as the robot needs unless told.")
+        float | None,
+        typer.Option(help="Width of the flights \\[m]; by default as the robot needs."),
     ] = None,
     landing: Annotated[
         float | None,
-        typer.Option(help="Length of the landing between the flights, in m; the same."),
+        typer.Option(
+            help="Length of the landing between the flights \\[m]; by default as the robot needs."
+        ),
     ] = None,
     turn: Annotated[
         float | None,
         typer.Option(
-            help="On the landing, in degrees: 0, 90 (left), 180 (two landings), -90, -180.",
+            help="Turn on the landing \\[deg]: 0, 90 (left), 180 (two landings), -90 or -180.",
             show_default="90",
         ),
     ] = None,
     scenario: Annotated[
-        str | None, typer.Option(help="The course of this scenario instead of a flight.")
+        str | None, typer.Option(help="Scenario whose course is walked instead of a flight.")
     ] = None,
     margin: Annotated[
         str,
-        typer.Option(help="Of the plan: over the feet's `hull`, within `friction`, `feasible`."),
+        typer.Option(
+            help="Region in which the plan's margin is measured: that of the feet (`hull`), within "
+            "`friction`, or within torque limits too (`feasible`)."
+        ),
     ] = "hull",
     save: Annotated[
-        Path | None, typer.Option(help="Write the designed scenario into this file.")
+        Path | None, typer.Option(help="File to write the designed scenario into.")
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(help="Draw the climb into this file (.svg, .png or .pdf).")
+        Path | None, typer.Option(help="File to draw the climb into (.svg, .png or .pdf).")
     ] = None,
     nearest: Annotated[
         bool, typer.Option(help="After a no, look for the nearest stairs that it climbs.")
@@ -102,9 +101,7 @@ def check(
 
     A no comes with its reason first; to find the nearest stairs that work takes minutes more.
     """
-    from drake_quad.feasibility.check_report import CheckRequest, run_check
-
-    asked = CheckRequest(
+    asked = dq.CheckRequest(
         robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin, width=width,
         landing=landing, turn=turn,
     )  # fmt: skip
@@ -119,7 +116,7 @@ def check(
         said = True
 
     with MESSAGES.status("designing a gait") as status:
-        told = run_check(
+        told = dq.run_check(
             asked, save=save, picture=picture, nearest=nearest, first=say, note=status.update
         )
     if as_json:
@@ -132,15 +129,16 @@ def check(
 
 def chart(
     robot: RobotArgument,
-    rise_from: Annotated[float, typer.Option(help="Lowest rise, in m.")] = 0.05,
-    rise_to: Annotated[float, typer.Option(help="Highest rise, in m.")] = 0.25,
-    rise_step: Annotated[float, typer.Option(help="Between rises, in m.")] = 0.025,
-    run_from: Annotated[float, typer.Option(help="Shallowest tread, in m.")] = 0.25,
-    run_to: Annotated[float, typer.Option(help="Deepest tread, in m.")] = 0.60,
-    run_step: Annotated[float, typer.Option(help="Between treads, in m.")] = 0.05,
-    count: Annotated[int, typer.Option(help="Steps of each flight.")] = 4,
+    *,
+    rise_from: Annotated[float, typer.Option(help="Lowest rise \\[m].")] = 0.05,
+    rise_to: Annotated[float, typer.Option(help="Highest rise \\[m].")] = 0.25,
+    rise_step: Annotated[float, typer.Option(help="Step between rises \\[m].")] = 0.025,
+    run_from: Annotated[float, typer.Option(help="Shallowest tread \\[m].")] = 0.25,
+    run_to: Annotated[float, typer.Option(help="Deepest tread \\[m].")] = 0.60,
+    run_step: Annotated[float, typer.Option(help="Step between treads' depths \\[m].")] = 0.05,
+    count: Annotated[int, typer.Option(help="Number of steps of each flight.")] = 4,
     out: Annotated[
-        Path | None, typer.Option(help="Directory for the files; charts/<robot> unless told.")
+        Path | None, typer.Option(help="Directory for the files; by default charts/<robot>.")
     ] = None,
     workers: WorkersOption = None,
     as_json: JsonOption = False,
@@ -149,33 +147,26 @@ def chart(
 
     Leaves chart.json, chart.svg and chart.png in the directory, also after Ctrl-C.
     """
-    from drake_quad.feasibility.chart import Span, chart_grid, grid_of
-    from drake_quad.feasibility.chart_picture import save_chart
-    from drake_quad.util.parallel import check_workers
-
-    rises, runs = Span(rise_from, rise_to, rise_step), Span(run_from, run_to, run_step)
-    workers = workers if workers is not None else os.cpu_count() or 1
-    grid_of(rises, runs, count)  # before there is any progress to be seen
-    check_workers(workers)
+    rises = dq.Span(rise_from, rise_to, rise_step)
+    runs = dq.Span(run_from, run_to, run_step)
     directory = out if out is not None else Path("charts") / stem(robot)
-    claim(directory)
+
+    def ready() -> None:
+        claim(directory)
+
     with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
-        found = chart_grid(
-            robot, rises, runs, count=count, workers=workers, progress=progress, stop=interrupted
-        )
+        found = dq.chart_stairs(
+            robot, rises, runs, count=count, workers=workers, progress=progress,
+            stop=interrupted, ready=ready,
+        )  # fmt: skip
     told = found.as_dict()
     write_chart(told, directory)
-    save_chart(found, directory)
+    dq.save_chart(found, directory)
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
     else:
         print_chart(told, directory, Console())
     raise typer.Exit(0 if told["complete"] else 1)
-
-
-# ------------------------------------------------------------------------------------------------
-# Prints what `drake-quad check` found: answer, gait in plain words, what is left, what next.
-# ------------------------------------------------------------------------------------------------
 
 
 # What is left, in people's words, and its unit.
@@ -213,9 +204,7 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     """Prints what would work instead, where it is known, and what to do next."""
     console.print()
     if told["sought"]:
-        from drake_quad.feasibility.check_report import near_words
-
-        console.print(Text(f"Nearest: {near_words(told)}."), soft_wrap=True)
+        console.print(Text(f"Nearest: {dq.near_words(told)}."), soft_wrap=True)
     if told.get("picture"):
         console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)
     console.print(Text(_next(told)), soft_wrap=True)
@@ -294,11 +283,6 @@ def _next(told: dict[str, Any]) -> str:
             )
         )
     return f"now: drake-quad chart {robot}"
-
-
-# ------------------------------------------------------------------------------------------------
-# What `drake-quad chart` prints, and writes as JSON.
-# ------------------------------------------------------------------------------------------------
 
 
 def write_chart(told: dict[str, Any], directory: Path) -> None:

@@ -1,7 +1,6 @@
 """The commands about many runs: `sweep` and `compare`."""
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,6 +9,7 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
+import drake_quad as dq
 from drake_quad.cli.common import (
     MESSAGES,
     JsonOption,
@@ -21,25 +21,28 @@ from drake_quad.cli.common import (
 )
 from drake_quad.errors import printable
 
-# ------------------------------------------------------------------------------------------------
-# The commands that carry out studies, and compare what came of them.
-# ------------------------------------------------------------------------------------------------
-
 
 def sweep(
     study: Annotated[Path, typer.Argument(help="A study's YAML file (see docs/sweeps.md).")],
+    *,
     out: Annotated[
-        Path | None, typer.Option(help="Directory for the files; sweeps/<study> unless told.")
+        Path | None, typer.Option(help="Directory for the files; by default sweeps/<study>.")
     ] = None,
     workers: WorkersOption = None,
     dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to use.")
+        str | None, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster's scheduler.")
     ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with what is there.")] = False,
-    limit: Annotated[int | None, typer.Option(help="Do only the first so many trials.")] = None,
-    replays: Annotated[int, typer.Option(help="Run the worst so many again, for replays.")] = 0,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with what is in the directory.")
+    ] = False,
+    limit: Annotated[
+        int | None, typer.Option(help="Number of trials to do, the first ones.")
+    ] = None,
+    replays: Annotated[
+        int, typer.Option(help="Number of the worst trials to run again, for replays.")
+    ] = 0,
     page: Annotated[
-        Path | None, typer.Option(help="Markdown page to write the study's section of.")
+        Path | None, typer.Option(help="Markdown page in which to write the study's section.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -48,21 +51,17 @@ def sweep(
     Leaves trials.parquet, clock.parquet, sweep.json and report.html in the directory, also after
     Ctrl-C. Exit status 1 if fewer succeed than the study's gate asks for.
     """
-    from drake_quad.sweep.run import SweepRequest, run_sweep
-
     directory = out if out is not None else Path("sweeps") / stem(str(study))
 
     def ready() -> None:
         claim_file(page, "--page")
         claim(directory)
 
-    cores = os.cpu_count() or 1
-    asked = SweepRequest(
-        study, directory, workers if workers is not None else cores, dask, resume, limit, replays,
-        page,
-    )  # fmt: skip
     with interruptible(MESSAGES) as interrupted:
-        told = run_sweep(asked, MESSAGES, interrupted, ready)
+        told = dq.run_study(
+            study, directory, workers=workers, dask=dask, resume=resume, limit=limit,
+            replays=replays, page=page, console=MESSAGES, stop=interrupted, ready=ready,
+        )  # fmt: skip
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
     else:
@@ -79,19 +78,12 @@ def compare(
 
     Exit status 1 if the second is worse, significantly.
     """
-    from drake_quad.sweep.compare import compare_sweeps, print_comparison
-
-    told = compare_sweeps(before, after)
+    told = dq.compare_sweeps(before, after)
     if as_json:
         print(json.dumps(told.as_dict()))
     else:
-        print_comparison(told, Console(emoji=False))
+        dq.print_comparison(told, Console(emoji=False))
     raise typer.Exit(1 if told.verdict == "worse" else 0)
-
-
-# ------------------------------------------------------------------------------------------------
-# What `drake-quad sweep` prints of its findings.
-# ------------------------------------------------------------------------------------------------
 
 
 COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
@@ -99,9 +91,6 @@ COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
 
 def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
     """Prints the rate, the bands, the causes of failure, and the commands that repeat the worst."""
-    from drake_quad.sweep.results import REPORT
-    from drake_quad.sweep.statistics import caveats_of, gate_words, grade
-    from drake_quad.sweep.trials import repeat_into
 
     def say(text: str) -> None:
         console.print(text, highlight=False, soft_wrap=True)
@@ -110,13 +99,13 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
         console.print(printable(text), markup=False, highlight=False, soft_wrap=True)
 
     rate = told["rate"]
-    colour = COLOURS[grade(told)]
+    colour = COLOURS[dq.grade(told)]
     say(f"[bold {colour}]{rate['good']} of {rate['trials']}[/] trials succeeded: {rate['text']}")
-    for line in caveats_of(told):
+    for line in dq.caveats_of(told):
         plainly(line)
     if not told["complete"]:
         plainly("go on with --resume")
-    if asked := gate_words(told):
+    if asked := dq.gate_words(told):
         plainly(asked)
     for name, bands in told["bands"].items():
         if len(bands) == 1:
@@ -132,6 +121,6 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
         plainly(f"{cause['trials']:4d} × {cause['cause']}")
     for trial in told["worst"][:3]:
         if trial["outcome"] != "goal_reached":
-            command = repeat_into(trial["command"], trial["index"], out)
+            command = dq.repeat_into(trial["command"], trial["index"], out)
             plainly(command)
-    plainly(f"look at {out / REPORT}")
+    plainly(f"look at {out / 'report.html'}")

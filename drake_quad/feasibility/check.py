@@ -14,10 +14,10 @@ from drake_quad.gait_design.search import highest_rise
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
-from drake_quad.scenario.config import CourseElement, RobotConfig, Scenario, StartConfig
+from drake_quad.scenario.config import RobotConfig, Scenario, StartConfig
 from drake_quad.scenario.load import load_scenario
 from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, WIDTH_MIN, Stairs
+from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, WIDTH_MIN, Element, Stairs
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table
 
@@ -167,16 +167,16 @@ def make_stairs_scenario(
         -180.0: [-90.0, -90.0],
     }
     landings = [
-        CourseElement(kind="landing", length=wide, width=width if turn is None else None,
+        Element(kind="landing", length=wide, width=width if turn is None else None,
                       turn_deg=turn)
         for turn in turns.get(around.turn, [around.turn])
     ]  # fmt: skip
     course = [
-        CourseElement(kind="floor", length=_up(before), width=width),
-        CourseElement(kind="stairs", going="up", rise=rise, run=run, count=count, width=width),
+        Element(kind="floor", length=_up(before), width=width),
+        Element(kind="stairs", going="up", rise=rise, run=run, count=count, width=width),
         *landings,
-        CourseElement(kind="stairs", going="down", rise=rise, run=run, count=count, width=width),
-        CourseElement(kind="floor", length=_up(after), width=width),
+        Element(kind="stairs", going="down", rise=rise, run=run, count=count, width=width),
+        Element(kind="floor", length=_up(after), width=width),
     ]
     return Scenario(
         description=f"{robot.name} on {count} steps of {rise:g} m by {run:g} m, up and down",

@@ -48,13 +48,13 @@ from drake_quad.report.style import (
 from drake_quad.report.tables import (
     bounds,
     entries_of,
-    look_up,
     push_rows,
     recovery_rows,
     segment_rows,
     summary_rows,
 )
 from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
+from drake_quad.runs.schema import look_up
 from drake_quad.stability.safety import Safety, judge_safety, safe_margin
 from drake_quad.util.files import MOST_YAML, read_given_text, write_whole
 

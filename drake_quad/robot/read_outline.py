@@ -1,8 +1,7 @@
 """Reads the outlines of shanks, thighs and trunk from a plant's collision shapes."""
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, GeometryId
-from pydrake.geometry import Shape as DrakeShape
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, GeometryId, Shape as DrakeShape
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 

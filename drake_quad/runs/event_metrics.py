@@ -8,21 +8,18 @@ import pyarrow as pa
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.base_pose import Columns, base_error
+from drake_quad.runs.pose_metrics import base_error
+from drake_quad.runs.schema import Columns
 from drake_quad.systems.disturbances import Push
-
-# ------------------------------------------------------------------------------------------------
-# What the gait clock waited for, and how pushes interrupted it, from a run's log.
-# ------------------------------------------------------------------------------------------------
 
 
 def recovery_figures(c: Columns) -> list[dict[str, Any]]:
-    """Of each time that the plan was left and found again, in order.
+    """The times that the plan was left and found again, in order.
 
     Returns:
-        For each `time` at which the clock stopped [s], `legs` that were put down to catch the
-        robot, in order (none if it caught itself standing), and `duration` [s] until the clock
-        ran again; None if the run ended before.
+        For each, the `time` at which the clock stopped [s], the `legs` that were put down to catch
+        the robot, in order (none if it caught itself standing), and the `duration` [s] until the
+        clock ran again, None if the run ended before.
     """
     t, mode, leg = c["t"], c["gait_mode"], c["catch_leg"]
     off = mode != "run"
@@ -93,26 +90,21 @@ def _steps(leg: np.ndarray) -> list[int]:
     return [int(k) for k in leg[new] if k > 0]
 
 
-# ------------------------------------------------------------------------------------------------
-# How the robot took each push, from its run's log.
-# ------------------------------------------------------------------------------------------------
-
-
 CALM = 0.03  # [m] of the base from its plan, after a push that is over
 CALM_TILT = 0.05  # [rad] the same of its attitude
 CALM_TIME = 0.5  # [s]
 
 
 def push_figures(table: pa.Table, pushes: Sequence[Push], *, failed: bool) -> list[dict[str, Any]]:
-    """Of each push, in their order in time: when, how hard, and how the robot took it.
+    """When each push was, how hard, and how the robot took it, in order of time.
 
     A push is recovered from when the base is back at its plan, within CALM and CALM_TILT, and
     stays there for at least CALM_TIME until the next push begins or the run ends; and the run did
     not end, by then, with a fall or a stop of its own.
 
     Args:
-        table: The run's log.
-        pushes: As given.
+        table: Log of the run.
+        pushes: The pushes, in any order.
         failed: Whether the run ended with a fall, or stopped of its own.
 
     Returns:

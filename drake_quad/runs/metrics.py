@@ -9,28 +9,18 @@ import pyarrow as pa
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
-from drake_quad.runs.base_pose import Columns, base_error
-from drake_quad.runs.estimation_metrics import estimate_figures, least_friction, payload_figures
-from drake_quad.runs.event_metrics import push_figures, recovery_figures, wait_figures
-
-# ------------------------------------------------------------------------------------------------
-# A run's margins in a few figures each.
-# ------------------------------------------------------------------------------------------------
-
-
-FURTHER = (
-    "margin_friction",
-    "margin_friction_planned",
-    "margin_capture",
-    "push_budget",
-    "margin_feasible",
-    "margin_feasible_planned",
-    "margin_dynamic",
+from drake_quad.runs.event_metrics import recovery_figures, wait_figures
+from drake_quad.runs.pose_metrics import (
+    base_error,
+    estimate_figures,
+    least_friction,
+    payload_figures,
 )
+from drake_quad.runs.schema import FURTHER, SPREAD, Columns
 
 
 def further_figures(c: Columns) -> dict[str, Any]:
-    """Of each margin beyond the hull's its spread; None of what was not measured."""
+    """The spread of each margin beyond the hull's; None if it was not measured."""
     return {name: spread(c[name]) if name in c else None for name in FURTHER}
 
 
@@ -51,17 +41,10 @@ def spread(values: FloatArray, least: FloatArray | None = None) -> dict[str, flo
     """
     finite = values[np.isfinite(values)]
     if len(finite) == 0:
-        return {"minimum": None, "percentile_1": None, "median": None}
-    return {
-        "minimum": float(np.min(finite if least is None else least[np.isfinite(least)])),
-        "percentile_1": float(np.percentile(finite, 1)),
-        "median": float(np.median(finite)),
-    }
-
-
-# ------------------------------------------------------------------------------------------------
-# What feet touch on their way through the air: a riser, a nosing, or ground before its time.
-# ------------------------------------------------------------------------------------------------
+        return dict.fromkeys(SPREAD)
+    lowest = np.min(finite if least is None else least[np.isfinite(least)])
+    found = (lowest, np.percentile(finite, 1), np.median(finite))
+    return dict(zip(SPREAD, map(float, found), strict=True))
 
 
 WAY = (0.1, 0.8)  # of a swing: before it a foot leaves the ground, after it one may land
@@ -88,13 +71,6 @@ def swing_figures(c: Columns) -> dict[str, Any]:
         "swing_force_max": float(np.max(force)),
     }
 
-
-# ------------------------------------------------------------------------------------------------
-# A run's figures, from its log: what summary.json holds (docs/log_format.md has the keys).
-# ------------------------------------------------------------------------------------------------
-
-
-__all__ = ["base_error", "push_figures", "segment_figures", "stances", "summarize"]
 
 WITHIN = 0.02  # [m] by which the measured margin may differ from the planned one
 

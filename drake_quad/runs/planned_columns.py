@@ -11,22 +11,15 @@ from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_forces import Share, min_norm_forces, torque_ratio
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
 from drake_quad.robot.model import RobotModel, contact_friction
-from drake_quad.runs.schema import Columns
 from drake_quad.stability.equilibrium_region import (
     find_region,
     is_hull,
     joint_limits,
     make_contacts,
 )
-from drake_quad.stability.margins import Margins
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.systems.stability_monitor import NO_SUPPORT
 from drake_quad.terrain.course import Course, ground_normals
-
-# ------------------------------------------------------------------------------------------------
-# Which plan a sample of a log was following, and what margin and torques that plan had.
-# ------------------------------------------------------------------------------------------------
-
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
@@ -35,7 +28,8 @@ def plans_by_turn(plans: Sequence[MotionPlan]) -> Mapping[tuple[int, int], Motio
     """The plans by task and revision.
 
     Args:
-        plans: In the order in which they were made: of each task the first, then its revisions.
+        plans: Plans in the order in which they were made: of each task the first, then its
+            revisions.
     """
     found: dict[tuple[int, int], MotionPlan] = {}
     task = -1
@@ -51,7 +45,7 @@ def turns(phase: FloatArray) -> IntArray:
     While a revision is being made the gait time is still that of the plan before.
 
     Args:
-        phase: (N, len(GaitPhase)) samples of `gait_phase`.
+        phase: (N, len(GaitPhase)) samples of the port `gait_phase`.
     """
     being_made = phase[:, GaitPhase.MODE] == Mode.REPLAN
     return np.column_stack(
@@ -71,10 +65,10 @@ def planned_figures(
 
     Args:
         robot: The robot.
-        phase: (N, len(GaitPhase)) samples of `gait_phase`.
-        plans: See `plans_by_turn`.
-        massless_legs: See `plan_margin`.
-        share: How the controller shares the weight among the feet.
+        phase: (N, len(GaitPhase)) samples of the port `gait_phase`.
+        plans: Plans as `plans_by_turn` takes them.
+        massless_legs: Whether legs count as massless, as in `plan_margin`.
+        share: Function by which the controller shares the weight among the feet.
     """
     margin, ratio = np.full(len(phase), np.nan), np.full(len(phase), np.nan)
     followed = turns(phase)
@@ -94,20 +88,7 @@ def plan_margin(s: PlanSamples, *, massless_legs: bool) -> FloatArray:
     return stability_margins(s.body[:, 0, :2], s.feet[..., :2], s.standing)
 
 
-# ------------------------------------------------------------------------------------------------
-# Columns of a log for the margins beyond the hull's, as measured and as planned.
-# ------------------------------------------------------------------------------------------------
-
-
 PLANNED_PERIOD = 0.1  # [s] for which what is planned is held, as what is measured is
-NAMES = {
-    Margins.FRICTION: "margin_friction",
-    Margins.CAPTURE: "margin_capture",
-    Margins.BUDGET: "push_budget",
-    Margins.BUDGET_DIRECTION: "push_budget_direction",
-    Margins.FEASIBLE: "margin_feasible",
-    Margins.DYNAMIC: "margin_dynamic",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,49 +104,28 @@ class Ground:
     friction: float
 
 
-def margin_columns(
-    logs: Mapping[str, FloatArray],
-    times: FloatArray,
-    *,
-    robot: RobotModel,
-    plans: Sequence[MotionPlan],
-    ground: Ground | None,
-) -> Columns:
-    """The margins that the monitor measured, and the plan's beside them; none if it did not.
-
-    Args:
-        logs: By the name of the log: (N, size) each.
-        times: (N,) of the samples [s].
-        robot: The robot.
-        plans: Those that were followed, see `plans_by_turn`.
-        ground: What they count on; nothing planned without.
-    """
-    if "further_margins" not in logs:
-        return {}
-    measured = logs["further_margins"]
-    feasible = bool(np.any(np.isfinite(measured[:, Margins.FEASIBLE])))
-    columns: Columns = {
-        name: measured[:, place]
-        for place, name in NAMES.items()
-        if feasible or place < Margins.FEASIBLE
-    }
-    if ground is not None:
-        friction, within = _planned(robot, logs["gait_phase"], times, plans, ground, feasible)
-        columns["margin_friction_planned"] = friction
-        if feasible:
-            columns["margin_feasible_planned"] = within
-    return columns
-
-
-def _planned(
+def planned_regions(
     robot: RobotModel,
     phase: FloatArray,
     times: FloatArray,
     plans: Sequence[MotionPlan],
     ground: Ground,
+    *,
     feasible: bool,
-) -> tuple[FloatArray, FloatArray]:
-    """The plans' own margins of friction, and of torque too, at the samples' gait times (N,)."""
+) -> dict[str, FloatArray]:
+    """The plans' own margins of the region that friction leaves, and of that within torques too.
+
+    Args:
+        robot: The robot.
+        phase: (N, len(GaitPhase)) samples of the port `gait_phase`.
+        times: (N,) times of the samples [s].
+        plans: Plans as `plans_by_turn` takes them.
+        ground: Ground that the plans count on.
+        feasible: Whether the region within torques is wanted too; else its margins are nan.
+
+    Returns:
+        `margin_friction_planned` and `margin_feasible_planned`, (N,) each [m].
+    """
     friction, within = np.full((2, len(phase)), np.nan)
     followed = turns(phase)
     for turn, plan in plans_by_turn(plans).items():
@@ -180,7 +140,7 @@ def _planned(
         )  # nan stays
         held = np.cumsum(first) - 1
         friction[mine], within[mine] = found[0][held], found[1][held]
-    return friction, within
+    return {"margin_friction_planned": friction, "margin_feasible_planned": within}
 
 
 def plan_regions(

@@ -15,16 +15,12 @@ from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.runs.result import summary_html
+from drake_quad.runs.schema import FIGURES, VERDICTS, WALL_CLOCK, WORDS
 from drake_quad.scenario.build import course_of, robot_of, world_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.terrain.course import Course
 from drake_quad.util.files import MOST_JSON, plain_of, read_given, read_given_table, user_path
-
-# ------------------------------------------------------------------------------------------------
-# The log of a finished run as arrays: every column is there, nan where the file lacks it.
-# ------------------------------------------------------------------------------------------------
-
 
 ObjectArray = np.ndarray[Any, np.dtype[np.object_]]
 
@@ -34,9 +30,9 @@ class Interval:
     """A stretch of a run in which one segment of the plan is under way.
 
     Attributes:
-        name: The segment's, for people.
+        name: Name of the segment, for people.
         kind: `stand`, `transition`, `wave` or `spin`.
-        start: Its first sample's time [s].
+        start: Time of its first sample [s].
         end: The time of the sample after its last, or of its last at the log's end [s].
     """
 
@@ -121,11 +117,6 @@ def runs_of(flags: BoolArray) -> list[tuple[int, int]]:
     return list(zip(firsts.tolist(), pasts.tolist(), strict=True))
 
 
-# ------------------------------------------------------------------------------------------------
-# Reads the files that a run left in its directory, however it ended.
-# ------------------------------------------------------------------------------------------------
-
-
 SUMMARY, LOG, SCENARIO = "summary.json", "log.parquet", "scenario.yaml"
 LONGEST_RUN = 10_000.0  # [s]: with 30 pictures a second, a replay of more has no use
 LONGEST_GAP = 2.0  # [s] between samples: twice the longest `simulation.log_period`
@@ -137,18 +128,18 @@ class RecordedRun:
     """A finished run, as its files have it.
 
     Attributes:
-        directory: Where they are.
-        summary: What the run said of itself; empty if it came to say nothing.
-        log: The samples, maybe none.
-        scenario: In full.
+        directory: Directory of the files.
+        summary: Its summary; empty if it has none.
+        log: Its samples, maybe none.
+        scenario: Its scenario, in full.
         robot: The scenario's robot.
         course: The scenario's course, as the map has it.
         world: What the robot walked on: the map itself where it has no errors, and in a kinematic
             replay.
-        layout: Where what is in `positions` and `velocities`.
-        positions: (N, nq) the robot's positions, in Drake's order.
-        velocities: (N, nv) its velocities, in Drake's order.
-        notices: What is amiss with the files, a sentence each.
+        layout: Places of base and joints in `positions` and `velocities`.
+        positions: (N, nq) positions of the robot, in Drake's order.
+        velocities: (N, nv) velocities of the robot, in Drake's order.
+        notices: Faults of the files, a sentence each.
     """
 
     directory: Path
@@ -197,7 +188,7 @@ def load_run(directory: str | Path) -> RecordedRun:
             remedy=f"{there}; give one that `drake-quad run --out` has written",
         )
     notices: list[str] = []
-    summary = _read_summary(directory / SUMMARY, notices)
+    summary = _tolerant_summary(directory / SUMMARY, notices)
     log = _read_log(directory / LOG, notices)
     scenario = load_scenario(directory / SCENARIO)
     robot = robot_of(scenario)
@@ -230,7 +221,7 @@ def _is_kinematic(summary: Mapping[str, Any], scenario: Scenario) -> bool:
     return str(summary.get("simulation", scenario.simulation.mode)) == "kinematic"
 
 
-def _read_summary(path: Path, notices: list[str]) -> dict[str, Any]:
+def _tolerant_summary(path: Path, notices: list[str]) -> dict[str, Any]:
     """The summary, or an empty one with a notice."""
     try:
         summary = plain_of(read_given(path, most=MOST_JSON))
@@ -307,3 +298,87 @@ def _check_times(t: np.ndarray[Any, Any], path: Path) -> None:
     ):
         if np.any(wrong):
             raise fail(float(t[1:][wrong][0]), remedy)
+
+
+def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
+    """The summary of a finished run, all of whose files can be read; `load_run` tolerates more.
+
+    Args:
+        directory: Directory of the run.
+        or_sweep: Whether the error says that a sweep's directory would have done as well.
+
+    Raises:
+        InputError: A file is not there, or is none of a run's; or a value that is printed is none
+            that runs write.
+    """
+    wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
+
+    def fail(name: str, what: str) -> InputError:
+        return InputError(
+            source=str(directory),
+            field=name,
+            value=str(directory / name),
+            remedy=f"{what}; give the directory of a finished {wanted}",
+        )
+
+    try:
+        summary = plain_of(read_given(directory / "summary.json", most=MOST_JSON))
+    except OSError as problem:
+        there = directory.is_dir() and not isinstance(problem, FileNotFoundError)
+        what = "not there" if directory.is_dir() else "no such directory"
+        what = f"cannot be read: {problem.strerror}" if there else what
+        raise fail("summary.json", what) from None
+    if summary is None:
+        raise fail("summary.json", "is cut short, or no mapping in JSON")
+    if "outcome" not in summary:
+        raise fail("summary.json", "is not a run's summary")
+    _check_values(summary, str(directory / "summary.json"))
+    try:
+        log = read_given_table(directory / "log.parquet", columns=["t", "margin"])
+    except FileNotFoundError:
+        raise fail("log.parquet", "not there") from None
+    except (OSError, ValueError, pa.ArrowException) as problem:
+        reason = getattr(problem, "strerror", None)  # Arrow's own errors of bytes have none
+        if reason:
+            raise fail("log.parquet", f"cannot be read: {reason}") from None
+        raise fail("log.parquet", "is cut short or not Parquet") from None
+    if {*log.column_names} != {"t", "margin"}:
+        raise fail("log.parquet", "is not a run's log")
+    for name in log.column_names:
+        kind, gaps = log[name].type, log[name].null_count
+        if not pa.types.is_floating(kind) or gaps:
+            raise InputError(
+                source=str(directory / "log.parquet"),
+                field=name,
+                value=f"{kind}, {gaps} rows without a value" if gaps else str(kind),
+                remedy=f"must be a column of numbers; give the directory of a finished {wanted}",
+            )
+    return summary
+
+
+def _check_values(summary: dict[str, Any], source: str) -> None:
+    """Sees that words are text, and that figures are numbers, verdicts true or false.
+
+    Figures and verdicts may also be null, or not there.
+
+    Raises:
+        InputError: The first that is something else.
+    """
+
+    def fail(path: str, value: Any, what: str) -> InputError:
+        remedy = f"must be {what}; give the directory of a finished `drake-quad run`"
+        return InputError(source=source, field=path, value=value, remedy=remedy)
+
+    for name in WORDS:
+        if not isinstance(summary.get(name, ""), str):
+            raise fail(name, summary[name], "text")
+    for path in (*FIGURES, *WALL_CLOCK):
+        name, _, part = path.partition(".")
+        value = summary.get(name)
+        if part and value is not None:
+            if not isinstance(value, dict):
+                raise fail(name, value, "a mapping of figures, or null")
+            value = value.get(part)
+        verdict = path in VERDICTS
+        if value is not None and type(value) not in ((bool,) if verdict else (int, float)):
+            raise fail(path, value, "true or false, or null" if verdict else "a number, or null")

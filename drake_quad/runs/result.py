@@ -14,7 +14,7 @@ from drake_quad.scenario.load import save_scenario
 from drake_quad.util.files import is_number, write_together
 from drake_quad.util.html import html_table
 
-MADE_OF_THEM = ("report.html", "scene.lcmlog")  # of a run's files, by `drake-quad report` too
+MADE_OF_THEM = ("report.html", "scene.lcmlog")  # what reports make of a run's files
 
 
 @dataclass(eq=False)
@@ -23,10 +23,10 @@ class RunResult:
 
     Attributes:
         outcome: `goal_reached`, `fell` or `stopped`.
-        reason: What ended it, in a sentence.
-        summary: What summary.json holds.
-        table: What log.parquet holds.
-        scenario: As it was run, in full.
+        reason: Reason of its end, in a sentence.
+        summary: Content of summary.json.
+        table: Content of log.parquet.
+        scenario: Scenario as it was run, in full.
     """
 
     outcome: str

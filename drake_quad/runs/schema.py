@@ -1,76 +1,544 @@
-"""The summary's figures and the log's columns by name."""
+"""What a run leaves: every column of its log and every figure of its summary, once, as data.
+
+The log and its loggers, the keys that a study may name, the report's table of figures and bounds,
+the lines that `drake-quad run` prints, and the tables of docs/log_format.md are made from these.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from drake_quad.runs.metrics import FURTHER
-
-# ------------------------------------------------------------------------------------------------
-# Which figures summary.json has, by dotted paths: what a study can keep, and be judged by.
-# ------------------------------------------------------------------------------------------------
-
-
-SPREADS = ("margin", "margin_planned", "zmp_margin", *FURTHER)  # each with the three of SPREAD
-SPREAD = ("minimum", "percentile_1", "median")
-PARTS = {
-    "clock_waited_for": ("touchdown", "lift_off", "recovery"),
-    "estimate": (
-        "drift",
-        "way",
-        "drift_ratio",
-        "position_error_max",
-        "yaw_error_max_deg",
-        "attitude_error_max_deg",
-        "slips_flagged",
-        "samples_unhealthy",
-    ),
-    "carried": ("mass", "ahead", "left", "moment_x", "moment_y"),
-    "safety": ("margin_wanted", "safe"),
-}
-SINGLE = (
-    "simulated_time",
-    "margin_minimum_at",
-    "zmp_inside",
-    "margin_within_20mm",
-    "samples",
-    "samples_under_three_feet",
-    "time_under_three_feet",
-    "nonfoot_contact_samples",
-    "nonfoot_force_max",
-    "nonfoot_depth_max",
-    "foot_depth_max",
-    "swing_contact_samples",
-    "swing_force_max",
-    "base_error_max",
-    "base_tilt_error_max_deg",
-    "slip_max",
-    "foot_roll_max",
-    "torque_ratio_max",
-    "torque_ratio_planned_max",
-    "speed_ratio_max",
-    "position_ratio_max",
-    "cost_of_transport",
-    "clock_waited",
-    "qp_unsolved",
-    "friction_estimated_min",
-    "contact_friction",
-    "seed",
-)
-# These are true or false; a study counts them as 1 and 0.
-VERDICTS = ("safety.safe",)
-# Not the same in two runs of one scenario.
-WALL_CLOCK = ("wall_time", "real_time_factor", "planning_time")
-FIGURES = (
-    *SINGLE,
-    *(f"{name}.{part}" for name in SPREADS for part in SPREAD),
-    *(f"{name}.{part}" for name, parts in PARTS.items() for part in parts),
-)
-
-
-# ------------------------------------------------------------------------------------------------
-# How a log's columns of three numbers end.
-# ------------------------------------------------------------------------------------------------
-
+from drake_quad.control.ports import Catch, GaitPhase
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.stability.margins import Margins
+from drake_quad.stability.safety import MOST_SLIP, judge_safety
 
 Columns = dict[str, np.ndarray]
 AXES = ("x", "y", "z")
 TURNS = ("roll", "pitch", "yaw")
+
+# Which runs have a signal, and what the documents say of these.
+EVERY = "In every log"
+PHYSICS = "In a run with physics"
+FRICTION = "Unless `monitor.margins` and `gait.margin` are both `hull`"
+FEASIBLE = "Where `monitor.margins` or `gait.margin` is `feasible`"
+KINEMATIC = "In a kinematic replay"
+ESTIMATED = "Where the controller estimates its state (`estimator.kind: ekf`)"
+WHOLE_BODY = "Where `controller.kind` is `whole_body`"
+
+
+@dataclass(frozen=True)
+class Source:
+    """An output port that is logged.
+
+    Attributes:
+        name: Name of its log.
+        system: Name of the system that has the port.
+        port: Name of the port.
+        where: Which runs log it.
+    """
+
+    name: str
+    system: str
+    port: str
+    where: str = EVERY
+
+
+SOURCES = (
+    Source("state", "plant", "state"),
+    Source("torque", "plant", "net_actuation"),
+    Source("gait_phase", "controller", "gait_phase"),
+    Source("standing", "controller", "contact_state_desired"),
+    Source("body_desired", "controller", "body_desired"),
+    Source("feet_desired", "controller", "feet_desired"),
+    Source("bearing", "contact_monitor", "contact_state"),
+    Source("force", "contact_monitor", "foot_force_measured"),
+    Source("contact_position", "contact_monitor", "foot_contact_position"),
+    Source("slip_speed", "contact_monitor", "foot_slip_speed"),
+    Source("nonfoot", "contact_monitor", "nonfoot_contact"),
+    Source("margin", "stability_monitor", "stability_margin"),
+    Source("zmp_margin", "stability_monitor", "zmp_margin"),
+    Source("least_margins", "stability_monitor", "least_margins"),
+    Source("com", "stability_monitor", "com_position"),
+    Source("push_force", "push_source", "push_force"),
+    Source("catch", "controller", "catch"),
+    Source("state_estimated", "controller", "robot_state_estimated", ESTIMATED),
+    Source("deviation", "controller", "estimator_deviation", ESTIMATED),
+    Source("slip_estimated", "controller", "foot_slip_estimated", ESTIMATED),
+    Source("healthy", "controller", "estimator_healthy", ESTIMATED),
+    Source("qp_state", "controller", "qp_state", WHOLE_BODY),
+    Source("carried", "controller", "carried_estimated", WHOLE_BODY),
+    Source("friction", "controller", "friction_estimated", WHOLE_BODY),
+    Source("further_margins", "stability_monitor", "further_margins", FRICTION),
+)
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One quantity of the log, in one column or in several.
+
+    Attributes:
+        name: Name of its column, to which `parts` are appended, and `each` prepended or appended.
+        unit: Its unit, or units of unlike columns.
+        text: What it means, a sentence without its stop.
+        source: The log that it is taken from, one of SOURCES; or none: `log_table` computes it.
+        first: Index of its first value in the source's vector.
+        parts: Endings of its columns.
+        each: `leg`, `joint`, `position` or `velocity`, if there are columns for each of these.
+        kind: `float`, `int`, `bool` or `text`.
+        frame: The frame that it is expressed in.
+        where: Which runs have it.
+    """
+
+    name: str
+    unit: str
+    text: str
+    source: str = ""
+    first: int = 0
+    parts: tuple[str, ...] = ()
+    each: str = ""
+    kind: str = "float"
+    frame: str = ""
+    where: str = EVERY
+
+    def columns(self, names: Mapping[str, Sequence[str]]) -> list[str]:
+        """The names of its columns, in the order of its values.
+
+        Args:
+            names: Names of the joints, positions and velocities, by the words of `each`.
+        """
+        if self.each == "leg":
+            stems = [f"{leg}_{self.name}" for leg in SHORT_NAMES]
+        elif self.each:
+            stems = [f"{self.name}_{name}" for name in names[self.each]]
+        else:
+            stems = [self.name]
+        return [f"{stem}_{part}" for stem in stems for part in self.parts] if self.parts else stems
+
+    @property
+    def pattern(self) -> str:
+        """Its columns in one word, as the documents have them."""
+        stem = {
+            "": self.name,
+            "leg": f"<leg>_{self.name}",
+            "joint": f"{self.name}_<joint>",
+        }.get(self.each, f"{self.name}_*")
+        return f"{stem}_{'/'.join(self.parts)}" if self.parts else stem
+
+
+SIGNALS = (
+    Signal("t", "s", "Simulated time"),
+    Signal("task", "", "Index of the mission's task under way", kind="int"),
+    Signal("plan_revision", "", "How often the plan that is followed had been made anew within "
+           "its task", kind="int"),
+    Signal("gait_time", "s", "Gait clock since the task began, or since its plan was made anew",
+           "gait_phase", GaitPhase.TIME),
+    Signal("gait_rate", "", "1 while the gait clock runs, 0 while it waits (for a touchdown, a "
+           "margin, or a plan)", "gait_phase", GaitPhase.RATE),
+    Signal("gait_waited", "s", "How long the clock has waited in all, for the feet and for "
+           "recoveries", "gait_phase", GaitPhase.WAITED),
+    Signal("gait_mode", "", "What the clock does: `run` (it may wait for a foot), `catch` (a foot "
+           "is put down to catch a push), `settle` (all four stand until the robot is calm), "
+           "`replan` (the plan from there on is made)", kind="text"),
+    Signal("segment", "", "Name of the plan's segment", kind="text"),
+    Signal("segment_kind", "", "`stand`, `transition`, `wave` or `spin`", kind="text"),
+    Signal("swing_leg", "", "1 to 4, 0 while all four stand", "gait_phase", GaitPhase.SWING_LEG,
+           kind="int"),
+    Signal("swing_phase", "", "0 to 1 through the swing", "gait_phase", GaitPhase.SWING_PHASE),
+    Signal("catch_leg", "", "1 to 4 while that leg is put down to catch a push, else 0", "catch",
+           Catch.LEG, kind="int"),
+    Signal("q", "m, rad", "Positions, by Drake's own names", "q", each="position"),
+    Signal("v", "m/s, rad/s", "Velocities, by Drake's own names", "v", each="velocity"),
+    Signal("tau", "Nm", "Torque of each joint's drive as applied, its PD and limits included",
+           "tau", each="joint"),
+    Signal("bearing", "", "True while the foot's normal force is above 1 % of the robot's weight, "
+           "from contact results", "bearing", each="leg", kind="bool"),
+    Signal("standing_planned", "", "True while the foot is to be on the ground, by the plan or, "
+           "after a push, by the catch", "standing", each="leg", kind="bool"),
+    Signal("slip_speed", "m/s", "Tangential speed at the contact", "slip_speed", each="leg"),
+    Signal("force", "N", "Force on the foot from what it touches", "force", parts=AXES,
+           each="leg", frame="W"),
+    Signal("position", "m", "Where that force acts; the last such place while the foot touches "
+           "nothing", "contact_position", parts=AXES, each="leg", frame="W"),
+    Signal("desired", "m", "The foot sphere's centre as planned", "feet_desired", parts=AXES,
+           each="leg", frame="W"),
+    Signal("com", "m", "The whole robot's centre of mass", "com", parts=AXES, frame="W"),
+    Signal("base_desired", "m, rad", "B's pose as the controller wants it (yaw about z, then pitch "
+           "about y; roll is 0): the plan's, or aside of it for a load that the model does not "
+           "know of, or up to 0.2 s ahead of the gait clock or behind it where that has stopped "
+           "or gone on (then `margin` differs from `margin_planned` by as much)", "body_desired",
+           parts=(*AXES, "pitch", "yaw"), frame="W"),
+    Signal("margin", "m", "Static margin measured: the whole robot's centre of mass over the "
+           "bearing feet's contacts; negative outside; −9 if no foot bears", "margin"),
+    Signal("margin_planned", "m", "Static margin of the plan that is followed, at the sample's "
+           "gait time (also while the clock waits)"),
+    Signal("torque_ratio_planned", "", "Greatest torque of any joint over its limit, of a robot "
+           "that stands still as planned then, its weight shared as the run's controller shares "
+           "it: `ik` as `planning/contact_forces.py`, `whole_body` by the least forces within "
+           "friction"),
+    Signal("zmp_margin", "m", "Margin of the centre of pressure of the measured foot forces",
+           "zmp_margin"),
+    Signal("margin_least", "m", "The smallest `margin` since the sample before, over all ticks of "
+           "the monitor (`controller.period`, or its multiple next to 4 ms)", where=PHYSICS),
+    Signal("zmp_margin_least", "m", "The smallest `zmp_margin` since the sample before, over all "
+           "ticks of the monitor", where=PHYSICS),
+    Signal("nonfoot_contacts", "", "Contacts of anything but a foot with the course, or of the "
+           "robot with itself; in a kinematic replay overlaps of the collision geometry, asked of "
+           "Drake at every sample", "nonfoot", 0, kind="int"),
+    Signal("nonfoot_force", "N", "The greatest normal force among these contacts; nan in a "
+           "kinematic replay", "nonfoot", 1),
+    Signal("push_force", "N", "Force that pushes the robot (`disturbances.pushes`)", "push_force",
+           parts=AXES, frame="W"),
+    Signal("nonfoot_depth", "m", "Depth of the deepest overlap of anything but a foot",
+           "nonfoot_depth", where=KINEMATIC),
+    Signal("foot_depth", "m", "How deep the deepest foot is in the course; with "
+           "`robot.point_feet` that of the balls around the points, which tilt into it",
+           where=KINEMATIC),
+    Signal("margin_friction", "m", "Signed distance of the centre of mass from the border of the "
+           "[region of balance](margins.md) that friction leaves; −9 of no region",
+           "further_margins", Margins.FRICTION, where=FRICTION),
+    Signal("margin_capture", "m", "Signed distance of the capture point from the border of where "
+           "the feet's pressure can be, now and at rest", "further_margins", Margins.CAPTURE,
+           where=FRICTION),
+    Signal("push_budget", "m/s", "The least push, of all directions, that takes a step, by the "
+           "pendulum's law", "further_margins", Margins.BUDGET, where=FRICTION),
+    Signal("push_budget_direction", "rad", "Direction of that push", "further_margins",
+           Margins.BUDGET_DIRECTION, frame="W", where=FRICTION),
+    Signal("margin_friction_planned", "m", "`margin_friction` of the plan that is followed, on the "
+           "map's ground, with the ground's real friction (`simulation.friction`); what `plan` "
+           "prints is with the controller's (`controller.friction`)", where=FRICTION),
+    Signal("margin_feasible", "m", "As `margin_friction`, within the joints' torque limits too",
+           "further_margins", Margins.FEASIBLE, where=FEASIBLE),
+    Signal("margin_dynamic", "m", "As `margin_feasible`, of the region that the measured "
+           "accelerations leave", "further_margins", Margins.DYNAMIC, where=FEASIBLE),
+    Signal("margin_feasible_planned", "m", "`margin_feasible` of the plan that is followed, as "
+           "`margin_friction_planned`", where=FEASIBLE),
+    Signal("base_estimated", "m, rad", "B's pose as estimated: its origin, and yaw about z, then "
+           "pitch, then roll", "base_estimated", parts=(*AXES, *TURNS), frame="W",
+           where=ESTIMATED),
+    Signal("v_estimated", "m/s", "Velocity of B's origin as estimated", "v_estimated", parts=AXES,
+           frame="W", where=ESTIMATED),
+    Signal("deviation_turn", "rad", "Standard deviation that the filter believes its orientation "
+           "to have, about W's axes", "deviation", 0, parts=AXES, frame="W", where=ESTIMATED),
+    Signal("deviation_v", "m/s", "Standard deviation that the filter believes its velocity to "
+           "have", "deviation", 3, parts=AXES, frame="W", where=ESTIMATED),
+    Signal("deviation_base", "m", "Standard deviation that the filter believes its place to have",
+           "deviation", 6, parts=AXES, frame="W", where=ESTIMATED),
+    Signal("slip_estimated", "", "True where the filter takes a bearing foot for slipping",
+           "slip_estimated", each="leg", kind="bool", where=ESTIMATED),
+    Signal("estimator_healthy", "", "True while every sensor's reading is sound", "healthy",
+           kind="bool", where=ESTIMATED),
+    Signal("qp_unsolved", "", "Programs of the whole-body controller not solved so far",
+           "qp_state", kind="int", where=WHOLE_BODY),
+    Signal("carried_force", "N", "Upward force that an unknown load needs, as the controller "
+           "learned it", "carried", 0, where=WHOLE_BODY),
+    Signal("carried_moment", "Nm", "Moments that the load needs, about x (forward) and y (left) "
+           "of the heading, at B's origin", "carried", 1, parts=("x", "y"), frame="heading",
+           where=WHOLE_BODY),
+    Signal("friction_estimated", "", "Friction coefficient that the controller keeps the foot's "
+           "force within: less after a slip", "friction", each="leg", where=WHOLE_BODY),
+)  # fmt: skip
+
+
+def sources_of(*, estimated: bool, whole_body: bool, margins: bool) -> list[Source]:
+    """The ports that a simulation logs.
+
+    Args:
+        estimated: Whether its controller estimates the robot's state.
+        whole_body: Whether its controller has a whole-body program.
+        margins: Whether margins beyond the hull's are measured.
+    """
+    there = {EVERY: True, ESTIMATED: estimated, WHOLE_BODY: whole_body, FRICTION: margins}
+    return [source for source in SOURCES if there[source.where]]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How the report's table shows a figure.
+
+    Attributes:
+        label: Its words.
+        digits: Digits after the point.
+        unit: Unit that it is converted to (mm, %); its own if none.
+    """
+
+    label: str
+    digits: int
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of a run's summary, or a word, or a list of tables.
+
+    Attributes:
+        key: Its dotted key; `name[].key` is a field of each table of a list.
+        unit: Its unit.
+        text: What it means, a sentence without its stop.
+        kind: `number`, `verdict` (true or false), `text`, `tables`, `list` or `words`; or `spread`,
+            a number that stands for itself in three: those of SPREAD.
+        shown: How the report shows it beside its bound; a spread's minimum.
+        at_least: What the report wants it to be at least, in SI units.
+        at_most: What the report wants it to be at most, in SI units.
+        safe: Whether it is to be at least the robot's safe margin.
+        physics: Whether a kinematic replay says nothing of it.
+        wall_clock: Whether two runs of one scenario differ in it.
+    """
+
+    key: str
+    unit: str
+    text: str
+    kind: str = "number"
+    shown: Shown | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    safe: bool = False
+    physics: bool = False
+    wall_clock: bool = False
+
+    @property
+    def keys(self) -> list[str]:
+        """The keys under which its numbers stand."""
+        return [f"{self.key}.{part}" for part in SPREAD] if self.kind == "spread" else [self.key]
+
+    @property
+    def scale(self) -> float:
+        """What its value is multiplied by where the report shows it."""
+        return {"mm": 1e3, "%": 100.0}.get(self.shown.unit, 1.0) if self.shown else 1.0
+
+
+SPREAD = ("minimum", "percentile_1", "median")
+SUMMARY = (
+    Figure("description", "", "The scenario's description", "text"),
+    Figure("outcome", "", "`goal_reached`; `fell`: for longer than 0.1 s the trunk was tilted by "
+           "more than 40°, or down at its feet; `stopped`: the clock waited in vain, for longer "
+           "than `controller.patience`, or what `reason` says. A margin below 0 or a shank that "
+           "touches is in the figures below, and ends no run", "text"),
+    Figure("reason", "", "What ended the run", "text"),
+    Figure("safety.safe", "", "Whether the run was safe, which is more than to have reached the "
+           "goal: it was reached, `margin.minimum` is at least `safety.margin_wanted`, three feet "
+           "bore throughout, nothing but feet touched, no foot slipped by more than 0.01 m, and "
+           "every push was recovered from; null of a kinematic replay", "verdict"),
+    Figure("safety.margin_wanted", "m", "Least static margin of a safe run: 2.5 % of a leg, "
+           "0.030 m of the shipped robot"),
+    Figure("safety.lacks", "", "What was not as `safety.safe` wants it, a few words each", "list"),
+    Figure("simulation", "", "`physics` or `kinematic`", "text"),
+    Figure("assumes", "", "What all figures take for granted, in a line: contact flags without "
+           "error, and whose state the controller has", "text"),
+    Figure("simulated_time", "s", "Time simulated"),
+    Figure("wall_time", "s", "Time that the simulation took", wall_clock=True),
+    Figure("real_time_factor", "", "`simulated_time` over `wall_time`, planning inside the run "
+           "included", wall_clock=True),
+    Figure("planning_time", "s", "Time to plan the whole mission on paper, before the run",
+           wall_clock=True),
+    Figure("margin_kind", "", "Region in which the plan's margin is measured, `gait.margin`",
+           "text"),
+    Figure("margin", "m", "The column `margin`; the minimum is over all ticks of the monitor, not "
+           "over samples", "spread", Shown("Smallest static margin", 3), safe=True),
+    Figure("margin_minimum_at", "s", "When the margin was smallest, to a sample"),
+    Figure("zmp_margin", "m", "The column `zmp_margin`, its minimum over all ticks too", "spread",
+           Shown("Smallest margin of the zero-moment point", 3), physics=True),
+    Figure("margin_planned", "m", "The column `margin_planned`", "spread",
+           Shown("Smallest static margin of the plan", 3), safe=True),
+    Figure("margin_friction", "m", "This column; null if it was not measured", "spread"),
+    Figure("margin_friction_planned", "m", "This column; null if it was not measured", "spread"),
+    Figure("margin_capture", "m", "This column; null if it was not measured", "spread"),
+    Figure("push_budget", "m/s", "This column; null if it was not measured", "spread"),
+    Figure("margin_feasible", "m", "This column; null if it was not measured", "spread"),
+    Figure("margin_feasible_planned", "m", "This column; null if it was not measured", "spread"),
+    Figure("margin_dynamic", "m", "This column; null if it was not measured", "spread"),
+    Figure("zmp_inside", "", "Share of the samples that have a `zmp_margin` in which it is at "
+           "least 0", shown=Shown("Samples with the zero-moment point inside", 1, "%"),
+           physics=True),
+    Figure("samples", "samples", "Samples in the log"),
+    Figure("samples_under_three_feet", "samples", "Samples with fewer than three feet bearing"),
+    Figure("time_under_three_feet", "s", "Time with fewer than three feet bearing",
+           shown=Shown("Time with fewer than three feet bearing", 3), at_most=0.0),
+    Figure("nonfoot_contact_samples", "samples", "Samples with a contact of anything but feet",
+           shown=Shown("Contacts of anything but a foot", 0), at_most=0.0),
+    Figure("nonfoot_force_max", "N", "The greatest `nonfoot_force`"),
+    Figure("nonfoot_depth_max", "m", "The greatest `nonfoot_depth`; null in physics",
+           shown=Shown("The deepest of these, by geometry", 1, "mm"), at_most=0.0),
+    Figure("foot_depth_max", "m", "The greatest `foot_depth`; null in physics",
+           shown=Shown("Foot deepest in the ground, by geometry", 1, "mm")),
+    Figure("overlaps", "", "In a kinematic replay alone: the ten deepest pairs of shapes",
+           "tables"),
+    Figure("overlaps[].part", "", "Part of the robot", "text"),
+    Figure("overlaps[].inside", "", "What that part is in", "text"),
+    Figure("overlaps[].depth", "m", "How deep it is in there"),
+    Figure("overlaps[].time", "s", "When"),
+    Figure("swing_contact_samples", "samples", "Samples in which a swing foot, from 0.1 to 0.8 of "
+           "its swing, touches anything, such as a riser, or ground that is higher than the "
+           "map's"),
+    Figure("swing_force_max", "N", "The greatest force in these contacts"),
+    Figure("torque_ratio_max", "of the limit", "The greatest torque of any joint",
+           shown=Shown("Greatest joint torque, of its limit", 0, "%"), at_most=1.0),
+    Figure("torque_ratio_planned_max", "of the limit", "The greatest `torque_ratio_planned`",
+           shown=Shown("The same of the plan, standing still", 0, "%")),
+    Figure("speed_ratio_max", "of the limit", "The greatest speed of any joint",
+           shown=Shown("Greatest joint speed, of its limit", 0, "%"), at_most=1.0),
+    Figure("position_ratio_max", "of the limit", "The position of the joint nearest its limit, "
+           "from the middle of its range", at_most=1.0,
+           shown=Shown("Joint nearest its end, of its range", 0, "%")),
+    Figure("slip_max", "m", "Farthest that a standing foot slid in one stance: tangential contact "
+           "speed, summed", shown=Shown("Farthest slip of a standing foot", 1, "mm"),
+           at_most=MOST_SLIP, physics=True),
+    Figure("foot_roll_max", "m", "Farthest that a standing foot's contact moved in one stance, by "
+           "rolling and sliding together"),
+    Figure("base_error_max", "m", "Farthest that the base was from where it is wanted "
+           "(`base_desired_*`)", shown=Shown("Body farthest from its plan", 1, "mm"),
+           at_most=0.03, physics=True),
+    Figure("base_tilt_error_max_deg", "deg", "Farthest that the base was turned from where it is "
+           "wanted", shown=Shown("Body most tilted off its plan", 2, "°"), at_most=2.0,
+           physics=True),
+    Figure("margin_within_20mm", "", "Share of samples in which measured and planned margin are "
+           "within 0.02 m", shown=Shown("Samples with the margin within 20 mm of its plan", 1, "%"),
+           at_least=0.95, physics=True),
+    Figure("cost_of_transport", "", "Joints' mechanical work over weight times way"),
+    Figure("clock_waited", "s", "How long the gait clock waited, in all",
+           shown=Shown("Time that the gait clock waited", 2), physics=True),
+    Figure("clock_waited_for.touchdown", "s", "How long the clock waited for a foot to land"),
+    Figure("clock_waited_for.lift_off", "s", "How long the clock waited before a lift-off, for the "
+           "other feet or for their margin"),
+    Figure("clock_waited_for.recovery", "s", "How long the clock waited in recoveries"),
+    Figure("recoveries", "", "The times that the plan was left, in order", "tables"),
+    Figure("recoveries[].time", "s", "When the plan was left"),
+    Figure("recoveries[].legs", "", "Legs put down to catch the robot, in order (none: it stood)",
+           "list"),
+    Figure("recoveries[].duration", "s", "Time until the clock ran again; null if the run ended "
+           "before"),
+    Figure("estimate.drift", "m", "Error of the base's estimated place at the end; `estimate` is "
+           "null where nothing is estimated"),
+    Figure("estimate.way", "m", "How far the base went, each task from its beginning straight to "
+           "its end, which leaves its swaying out"),
+    Figure("estimate.drift_ratio", "", "Drift over way; null of a way below 0.1 m",
+           shown=Shown("Drift of the estimate at the end, of the way", 2, "%")),
+    Figure("estimate.position_error_max", "m", "Greatest error of the estimated place",
+           shown=Shown("Estimated place farthest from the truth", 1, "mm")),
+    Figure("estimate.yaw_error_max_deg", "deg", "Greatest error of the estimated heading from "
+           "0.1 s on", shown=Shown("Estimated heading farthest from the truth", 2, "°")),
+    Figure("estimate.attitude_error_max_deg", "deg", "Greatest error of the whole estimated "
+           "orientation from 0.1 s on"),
+    Figure("estimate.slips_flagged", "", "How often a foot came to be taken for slipping"),
+    Figure("estimate.samples_unhealthy", "samples", "Samples in which a sensor's reading was not "
+           "sound"),
+    Figure("qp_unsolved", "", "Programs of the whole-body controller not solved; null of another "
+           "controller", shown=Shown("Programs of the controller that were not solved", 0)),
+    Figure("contact_friction", "", "Friction coefficient between feet and ground: "
+           "`simulation.friction`, unless the robot's file states one for its feet "
+           "([robots](robots.md)); then what Drake makes of the two, of the foot with the least; "
+           "null of a replay", shown=Shown("Contact friction", 3)),
+    Figure("friction_estimated_min", "", "The least of the `<leg>_friction_estimated`; null of "
+           "another controller",
+           shown=Shown("Least friction that a foot was trusted with after slips", 2)),
+    Figure("carried.mass", "kg", "Mass of the unknown load as learned by the end; `carried` is "
+           "null where nothing learns of it", shown=Shown("Unknown load as learned by the end", 2)),
+    Figure("carried.ahead", "m", "How far ahead of B's origin, along the heading, the load acts; "
+           "null of less than 5 N"),
+    Figure("carried.left", "m", "How far to the left the load acts; null of less than 5 N"),
+    Figure("carried.moment_x", "Nm", "The load's moment about the heading's x"),
+    Figure("carried.moment_y", "Nm", "The load's moment about the heading's y"),
+    Figure("segments", "", "The segments as they were run", "tables"),
+    Figure("segments[].name", "", "Name of the segment", "text"),
+    Figure("segments[].kind", "", "`stand`, `transition`, `wave` or `spin`", "text"),
+    Figure("segments[].start", "s", "When the segment began"),
+    Figure("segments[].end", "s", "When the segment ended"),
+    Figure("segments[].margin_min", "m", "The smallest margin measured in the segment"),
+    Figure("segments[].margin_planned_min", "m", "The smallest margin planned in the segment"),
+    Figure("pushes", "", "The pushes in physics, in order of time; of a push that the run did not "
+           "reach the last three are null", "tables"),
+    Figure("pushes[].time", "s", "When the push began"),
+    Figure("pushes[].duration", "s", "How long it lasted"),
+    Figure("pushes[].speed", "m/s", "What it was worth to the whole robot: impulse over mass"),
+    Figure("pushes[].force", "N", "Size of its force"),
+    Figure("pushes[].base_error_max", "m", "Farthest that the base was from where it is wanted, "
+           "until the next push began"),
+    Figure("pushes[].recovered", "", "Whether the robot recovered from it", "verdict"),
+    Figure("pushes[].recovery_time", "s", "Time from the push's end until the base was back"),
+    Figure("seed", "", "The scenario's `simulation.seed`"),
+    Figure("versions", "", "Versions of this program, Drake, numpy and Python", "words"),
+)  # fmt: skip
+
+# The spreads of margins that only some runs measure.
+_WHERE = {signal.name: signal.where for signal in SIGNALS}
+FURTHER = tuple(f.key for f in SUMMARY if f.kind == "spread" and _WHERE[f.key] != EVERY)
+NUMBERS = {
+    key: figure
+    for figure in SUMMARY
+    if figure.kind in ("number", "spread", "verdict") and "[]" not in figure.key
+    for key in figure.keys
+}
+UNITS = {key: figure.unit for key, figure in NUMBERS.items()}
+# What a study can keep, and be judged by; verdicts count as 1 and 0.
+FIGURES = tuple(key for key, figure in NUMBERS.items() if not figure.wall_clock)
+VERDICTS = tuple(key for key, figure in NUMBERS.items() if figure.kind == "verdict")
+WALL_CLOCK = tuple(key for key, figure in NUMBERS.items() if figure.wall_clock)
+WORDS = tuple(f.key for f in SUMMARY if f.kind == "text" and "[]" not in f.key)
+
+# What `drake-quad run` prints, in its order: key, label, and form.
+PRINTED = (
+    ("margin.minimum", "smallest margin {measured}", "{:.3f} m"),
+    ("zmp_margin.minimum", "the same of the zero-moment point", "{:.3f} m"),
+    ("margin_planned.minimum", "smallest margin planned", "{:.3f} m"),
+    ("margin_{kind}.minimum", "smallest {kind} margin {measured}", "{:.3f} m"),
+    ("margin_{kind}_planned.minimum", "smallest {kind} margin planned", "{:.3f} m"),
+    ("time_under_three_feet", "time on fewer than three feet", "{:.3f} s"),
+    ("base_error_max", "base off its plan by at most", "{:.3f} m"),
+    ("slip_max", "a standing foot slipped at most", "{:.4f} m"),
+    ("contact_friction", "contact friction", "{:.3g}"),
+    ("nonfoot_contact_samples", "contacts of anything but feet", "{:.0f}"),
+    ("torque_ratio_max", "largest torque, of its limit", "{:.0%}"),
+    ("torque_ratio_planned_max", "the same, planned", "{:.0%}"),
+    ("simulated_time", "simulated", "{:.1f} s"),
+    ("real_time_factor", "pace", "{:.1f} × real time"),
+)
+
+
+def look_up(summary: Mapping[str, Any], key: str) -> float:
+    """The number at a dotted key of the summary; nan where there is none."""
+    value: Any = summary
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return math.nan
+    return float(value)
+
+
+def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The few figures that are printed after a run: label, and value with its unit."""
+    kind = str(summary.get("margin_kind", "hull"))
+    words = {
+        "measured": "replayed" if summary.get("simulation") == "kinematic" else "measured",
+        "kind": kind,
+    }
+    lines = []
+    for key, label, form in PRINTED:
+        value = look_up(summary, key.format(**words))
+        if ("{kind}" in key and kind == "hull") or (key[:3] == "zmp" and not math.isfinite(value)):
+            continue
+        # A margin of a rounding error below zero is no negative one.
+        text = form.format(round(value, 6) + 0.0) if math.isfinite(value) else "-"
+        if key == "nonfoot_contact_samples":
+            text += _deepest(summary)
+        lines.append((label.format(**words), text))
+    return lines
+
+
+def _deepest(summary: Mapping[str, Any]) -> str:
+    """The deepest overlap of a kinematic replay: how deep, of what in what, and when."""
+    worst = (summary.get("overlaps") or [None])[0]
+    if not worst:
+        return ""
+    return (
+        f" samples, the deepest {1e3 * worst['depth']:.1f} mm: {worst['part']} in "
+        f"{worst['inside']} at {worst['time']:.2f} s"
+    )
+
+
+def safety_line(summary: Mapping[str, Any]) -> str:
+    """The verdict of safety beside the outcome; empty of a run of before there was one."""
+    wanted = look_up(summary, "safety.margin_wanted")
+    return judge_safety(summary, wanted).words if math.isfinite(wanted) else ""

@@ -1,13 +1,11 @@
 """From a scenario to course, settings of planner and controller, disturbances."""
 
-import dataclasses
 import difflib
 import math
 from typing import Any
 
 import numpy as np
 
-from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.estimation.sensor_models import (
     IDEAL_IMU,
@@ -26,12 +24,6 @@ from drake_quad.scenario.config import PushConfig, Scenario
 from drake_quad.systems.disturbances import Disturbances, Push, Vector
 from drake_quad.terrain.as_built import MapErrors, build_as_built
 from drake_quad.terrain.course import Course, build_course
-from drake_quad.terrain.elements import Element
-
-# ------------------------------------------------------------------------------------------------
-# From a scenario's fields to the frozen values that the packages below take.
-# ------------------------------------------------------------------------------------------------
-
 
 AT_PIVOT = 1e-6  # [m] a walk that ends this near to a lane's end ends there
 
@@ -42,19 +34,18 @@ def course_of(
     """The scenario's course, laid out.
 
     Args:
-        scenario: Of which only `course` is read.
-        source: What an error names as the holder of the field, the file.
-        foot_radius: Of the robot [m], for the shortest tread that can bear it.
+        scenario: Scenario whose `course` is read, and nothing else.
+        source: Name of the file, for errors.
+        foot_radius: Radius of the robot's feet [m], for the shortest tread that can bear it.
 
     Raises:
         InputError: A field that no course can have, or a course that runs into itself.
     """
-    elements = [Element(**dataclasses.asdict(element)) for element in scenario.course]
-    return build_course(elements, source=source, foot_radius=foot_radius)
+    return build_course(scenario.course, source=source, foot_radius=foot_radius)
 
 
 def plan_settings(scenario: Scenario) -> PlanSettings:
-    """The planner's settings, of a checked scenario."""
+    """The planner's settings of a checked scenario."""
     gait, spin, transition, body = (
         scenario.gait,
         scenario.spin,
@@ -122,11 +113,6 @@ def _spin_workspace(scenario: Scenario) -> Workspace | None:
     )
 
 
-def control_settings(scenario: Scenario) -> ControlSettings:
-    """The controllers' settings, of a checked scenario."""
-    return ControlSettings(**dataclasses.asdict(scenario.controller))
-
-
 def mission_of(scenario: Scenario, course: Course, *, source: str = "scenario") -> tuple[Task, ...]:
     """The tasks of a scenario: its own mission, or what the course asks for.
 
@@ -134,9 +120,9 @@ def mission_of(scenario: Scenario, course: Course, *, source: str = "scenario") 
     head along its lane.
 
     Args:
-        scenario: Checked, but for where its mission leads.
+        scenario: Scenario that is checked but for where its mission leads.
         course: The scenario's course.
-        source: What an error names as the holder of the field, the file.
+        source: Name of the file, for errors.
 
     Raises:
         InputError: A walk across the lane, or beyond its ends.
@@ -178,11 +164,6 @@ def _same_heading(a: float, b: float) -> bool:
     return abs(math.remainder(a - b, math.tau)) < 1e-6
 
 
-# ------------------------------------------------------------------------------------------------
-# From a scenario's disturbances and world to the frozen values that plant and course take.
-# ------------------------------------------------------------------------------------------------
-
-
 # Who draws from the seed. Each has a generator of its own, so that what one draws does not
 # depend on another; a new one goes to the end, and the runs of old seeds stay as they are.
 STREAMS = ("world", "imu", "joint_sensor")
@@ -211,9 +192,9 @@ def world_of(scenario: Scenario, course: Course, *, source: str = "scenario") ->
     """The course as it really is; `course` itself where the map has no errors.
 
     Args:
-        scenario: Checked; its world and its seed are read.
+        scenario: Checked scenario; its world and its seed are read.
         course: The map.
-        source: What an error names as the holder of the field, the file.
+        source: Name of the file, for errors.
 
     Raises:
         InputError: If no such course can be built.
@@ -296,11 +277,6 @@ def _check_name(name: str, known: Any, what: str, field: str, source: str) -> No
     hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
     remedy = f"the robot has no such {what}; {hint}"
     raise InputError(source=source, field=field, value=name, remedy=remedy)
-
-
-# ------------------------------------------------------------------------------------------------
-# A scenario's robot, as planner and controller are to see it.
-# ------------------------------------------------------------------------------------------------
 
 
 def robot_of(scenario: Scenario) -> RobotModel:

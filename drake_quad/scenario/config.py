@@ -1,20 +1,21 @@
-"""A scenario and its parts, as YAML fills them: robot, course, mission, disturbances, simulation.
+"""A scenario and its parts, as YAML fills them: one document says all that a run depends on.
 
 Plain dataclasses, for Drake's yaml_load_typed takes neither frozen ones nor tuples, Literals or
-Enums, nor a module with postponed annotations. `validate.py` checks the values once; after that
-nobody writes to them. Every field's default is here and nowhere else; docs/scenario.md lists them.
+Enums, nor a module with postponed annotations. Every field's default, unit, meaning and bounds are
+here and nowhere else: `validate.py` checks them once, after that nobody writes to the values, and
+the tables of docs/scenario.md are made from them.
 """
 
 from dataclasses import dataclass, field
 
 from pydrake.common.yaml import yaml_dump_typed
 from pydrake.multibody.plant import MultibodyPlantConfig
-from pydrake.systems.analysis import SimulatorConfig
+from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
+from drake_quad.control.settings import FRICTION_MOST, ControlSettings
 from drake_quad.scenario.motion_config import (
     BodyConfig,
     CertifyConfig,
-    ControllerConfig,
     EstimatorConfig,
     GaitConfig,
     MonitorConfig,
@@ -22,11 +23,63 @@ from drake_quad.scenario.motion_config import (
     SpinConfig,
     TransitionConfig,
 )
-from drake_quad.terrain.elements import FIELDS_OF_KIND
+from drake_quad.terrain.elements import Element
+from drake_quad.util.schema import (
+    TEXT,
+    FieldBound,
+    choice,
+    not_negative,
+    number,
+    part,
+    positive,
+    up_to,
+    within,
+)
 
-# ------------------------------------------------------------------------------------------------
-# A scenario's fields of what the controller is not told.
-# ------------------------------------------------------------------------------------------------
+MISSION_KINDS = ("walk", "spin", "stand")
+FARTHEST = 2.0  # [m] of a payload, a centre of mass or a push's point from the trunk's middle
+MOST_FORCE = 1e5  # [N] along each axis
+
+
+@dataclass
+class RobotConfig:
+    """Which robot."""
+
+    model: str = field(
+        default="package://drake_quad_models/paper_quadruped.urdf",
+        metadata={
+            TEXT: "URDF, SDF or MJCF: a `package://` URL, or a path relative to the scenario's "
+            "file (in an override, to the working directory); a `.robot.yaml`; or a "
+            "[robot's name](robots.md)"
+        },
+    )
+    point_feet: bool = number(
+        False,
+        "",
+        "Whether the feet are points, the lowest ones of their balls: as in the paper they do not "
+        "roll. In kinematic replays with a given gait alone",
+    )
+
+
+@dataclass
+class MissionElement:
+    """One thing to do."""
+
+    kind: str = field(
+        default="", metadata={"words": MISSION_KINDS, TEXT: "`walk`, `spin` or `stand`"}
+    )
+    distance: float | None = number(None, "m", "Length of a walk, along the lane")
+    angle_deg: float | None = number(None, "deg", "Angle of a spin, left positive")
+    duration: float | None = number(None, "s", "Duration of a stand")
+
+
+@dataclass
+class StartConfig:
+    """Where the robot starts, standing, heading along the first lane."""
+
+    distance: float = number(
+        1.0, "m", "The body's centre at the start, along the first lane", not_negative()
+    )
 
 
 @dataclass
@@ -35,203 +88,147 @@ class PushConfig:
 
     Directions are those of the robot's heading as the push begins; see
     `drake_quad.systems.disturbances.Push`.
-
-    Attributes:
-        time: When it begins [s].
-        duration: How long it lasts [s]: rounded to whole steps of the plant, one at least.
-        speed: Of the whole robot that its impulse is worth [m/s]: impulse = mass times speed.
-        direction_deg: Of `speed`, where it pushes to [deg]: 0 ahead, 90 to the left.
-        force: Instead of `speed`: ahead, to the left, up [N].
-        body: Name of the body it acts on; the trunk if none.
-        point: Where on that body, in its own frame, x, y, z [m]; its origin if none.
     """
 
-    time: float | None = None
-    duration: float = 0.1
-    speed: float | None = None
-    direction_deg: float | None = None
-    force: list[float] | None = None
-    body: str = ""
-    point: list[float] | None = None
+    time: float | None = number(
+        None, "s", "When it begins; rounded to the plant's steps", not_negative()
+    )
+    duration: float = number(
+        0.1,
+        "s",
+        "How long it lasts, 0.1 by default; rounded to the plant's steps, one at least",
+        up_to(10.0, "s"),
+    )
+    speed: float | None = number(
+        None,
+        "m/s",
+        "Speed of the whole robot that it is worth: impulse = the robot's mass (without payload) × "
+        "speed",
+        up_to(10.0, "m/s"),
+    )
+    direction_deg: float | None = number(
+        None, "deg", "Direction of `speed`: 0 ahead (the default), 90 to the left"
+    )
+    force: list[float] | None = number(
+        None,
+        "N",
+        "Instead of `speed`: a list of three, ahead, to the left, up",
+        FieldBound(
+            f"must be within {MOST_FORCE:g} N along each axis", -MOST_FORCE, most=MOST_FORCE
+        ),
+    )
+    body: str = number("", "", "Name of the body that it acts on; the trunk by default")
+    point: list[float] | None = number(
+        None,
+        "m",
+        "Where on that body it acts, in the body's own frame, a list x, y, z; its origin by "
+        "default",
+        FieldBound(f"must be within {FARTHEST:g} m along each axis", -FARTHEST, most=FARTHEST),
+    )
 
 
 @dataclass
 class PayloadConfig:
-    """A box fixed to the trunk, of which the controller knows nothing.
+    """A box fixed to the trunk, of which the controller knows nothing."""
 
-    Attributes:
-        mass: Of the box [kg].
-        x: Of its middle in B [m].
-        y: Of its middle in B [m].
-        z: Of its middle in B [m].
-    """
+    mass: float = number(
+        0.0,
+        "kg",
+        "Mass of a cube as dense as water that is fixed to the trunk",
+        within(0.0, 1000.0),
+    )
+    x: float = number(0.0, "m", "x of the cube's middle in B", within(-FARTHEST, FARTHEST))
+    y: float = number(0.0, "m", "y of the cube's middle in B", within(-FARTHEST, FARTHEST))
+    z: float = number(0.0, "m", "z of the cube's middle in B", within(-FARTHEST, FARTHEST))
 
-    mass: float = 0.0
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
+
+def _offset(axis: str) -> float:
+    """A coordinate of the trunk's centre of mass."""
+    text = f"How far the trunk's centre of mass is along B's {axis} from where the file has it"
+    bound: float = number(0.0, "m", text, within(-FARTHEST, FARTHEST))
+    return bound
 
 
 @dataclass
 class OffsetConfig:
-    """By how much the trunk's centre of mass is elsewhere than the controller believes.
+    """How far the trunk's centre of mass is from where the controller believes it to be."""
 
-    Attributes:
-        x: In B [m].
-        y: In B [m].
-        z: In B [m].
-    """
-
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
+    x: float = _offset("x")
+    y: float = _offset("y")
+    z: float = _offset("z")
 
 
 @dataclass
 class MotorStrengthConfig:
-    """A drive that delivers less than it is told.
+    """A drive that delivers less than it is told."""
 
-    Attributes:
-        joint: The joint's name in the robot's file.
-        factor: Part in [0, 1] of its torque, and of its effort limit, that is left.
-    """
-
-    joint: str = ""
-    factor: float | None = None
+    joint: str = number("", "", "Name of the joint in the robot's file")
+    factor: float | None = number(
+        None,
+        "",
+        "The part of its drive's torque (PD and feed-forward), and of its effort limit, that is "
+        "left",
+        within(0.0, 1.0),
+    )
 
 
 @dataclass
 class DisturbancesConfig:
-    """What happens to the robot that its controller is not told.
+    """What happens to the robot that its controller is not told."""
 
-    Attributes:
-        pushes: Forces from outside.
-        payload: A box on the trunk.
-        com_offset: The trunk's centre of mass.
-        mass_factor: By which every link's mass and inertia differs from the robot's file.
-        motor_strength: Weak drives.
-        sensor_delay: By which all that the controller senses is late [s]: whole plant steps.
-        command_delay: By which its commands reach the drives late [s]: whole plant steps.
-    """
-
-    pushes: list[PushConfig] = field(default_factory=list)
-    payload: PayloadConfig = field(default_factory=PayloadConfig)
-    com_offset: OffsetConfig = field(default_factory=OffsetConfig)
-    mass_factor: float = 1.0
-    motor_strength: list[MotorStrengthConfig] = field(default_factory=list)
-    sensor_delay: float = 0.0
-    command_delay: float = 0.0
+    pushes: list[PushConfig] = part(list, "A list, [below](#pushes-and-other-disturbances)")
+    payload: PayloadConfig = part(PayloadConfig, "A box on the trunk")
+    com_offset: OffsetConfig = part(OffsetConfig, "The trunk's centre of mass")
+    mass_factor: float = number(
+        1.0,
+        "",
+        "Factor by which every link's mass and inertia differs from the robot's file",
+        within(0.2, 5.0),
+    )
+    motor_strength: list[MotorStrengthConfig] = part(
+        list, "A list, [below](#pushes-and-other-disturbances)"
+    )
+    sensor_delay: float = number(
+        0.0,
+        "s",
+        "How late all that the controller senses is, a whole multiple of the plant's `time_step`",
+        within(0.0, 1.0),
+    )
+    command_delay: float = number(
+        0.0,
+        "s",
+        "How late the controller's commands reach the drives, a whole multiple of the plant's "
+        "`time_step`",
+        within(0.0, 1.0),
+    )
 
 
 @dataclass
 class WorldConfig:
-    """How the real course differs from the map, `course`; see `drake_quad.terrain.as_built`.
+    """How the real course differs from the map, `course`; see `drake_quad.terrain.as_built`."""
 
-    Attributes:
-        rise_error: Added to every rise [m].
-        run_error: Added to every run [m], the flight's middle staying where it is.
-        position_error: By which each flight is farther along its lane [m].
-        yaw_error_deg: By which each flight is turned about its own middle [deg], left positive.
-        tread_error: Each tread is higher or lower by up to this [m], by the seed.
-        random: Whether the first four are drawn by the seed, evenly between minus and plus the
-            value, instead of taken as they are: rise and run once, place and yaw for each flight.
-    """
-
-    rise_error: float = 0.0
-    run_error: float = 0.0
-    position_error: float = 0.0
-    yaw_error_deg: float = 0.0
-    tread_error: float = 0.0
-    random: bool = False
-
-
-# ------------------------------------------------------------------------------------------------
-# A scenario's fields, as YAML fills them: one document says all that a run depends on.
-# ------------------------------------------------------------------------------------------------
-
-
-COURSE_KINDS = tuple(FIELDS_OF_KIND)
-MISSION_KINDS = ("walk", "spin", "stand")
-
-
-@dataclass
-class RobotConfig:
-    """Which robot.
-
-    Attributes:
-        model: Its URDF, SDF or MJCF: `package://drake_quad_models/...`, or a path, relative to
-            the scenario's file.
-        point_feet: Whether the feet are points, the ends of the legs, as in the paper: they do
-            not roll. In a kinematic replay alone.
-    """
-
-    model: str = "package://drake_quad_models/paper_quadruped.urdf"
-    point_feet: bool = False
-
-
-@dataclass
-class CourseElement:
-    """One stretch of the course; see `drake_quad.terrain.elements.Element`.
-
-    Attributes:
-        kind: `floor`, `stairs`, `landing`, `block`, `curb` or `slope`.
-        length: Of a floor, a landing, a block or a slope, along the heading, from above [m].
-        width: Across the heading [m]; 2 m unless told, a landing to turn on as wide as it can be.
-        turn_deg: Of a landing: the turn on it [deg], left positive.
-        going: Of stairs, a curb or a slope: `up` or `down`.
-        rise: Of stairs: height of every step [m].
-        run: Of stairs: depth of every tread [m].
-        count: Of stairs: number of steps, which is the number of risers.
-        rises: Of irregular stairs, instead of `rise`: the height of each step [m].
-        runs: Of irregular stairs, instead of `run`: the depth of each tread [m].
-        overhang: Of stairs: by how much each tread reaches beyond the riser under it [m].
-        open: Of stairs: whether the risers are open, nothing between the treads.
-        thickness: Of the treads of stairs with an overhang or open risers [m]; 0.04 unless told.
-        height: Of a block, a curb or a slope [m].
-    """
-
-    kind: str = field(default="", metadata={"words": COURSE_KINDS})
-    length: float | None = None
-    width: float | None = None
-    turn_deg: float | None = None
-    going: str | None = None
-    rise: float | None = None
-    run: float | None = None
-    count: int | None = None
-    rises: list[float] | None = None
-    runs: list[float] | None = None
-    overhang: float | None = None
-    open: bool | None = None
-    thickness: float | None = None
-    height: float | None = None
-
-
-@dataclass
-class MissionElement:
-    """One thing to do.
-
-    Attributes:
-        kind: `walk`, `spin` or `stand`.
-        distance: Of a walk, along the lane [m].
-        angle_deg: Of a spin [deg], left positive.
-        duration: Of a stand [s].
-    """
-
-    kind: str = field(default="", metadata={"words": MISSION_KINDS})
-    distance: float | None = None
-    angle_deg: float | None = None
-    duration: float | None = None
-
-
-@dataclass
-class StartConfig:
-    """Where the robot starts, standing, heading along the first lane.
-
-    Attributes:
-        distance: Of the body's centre from the course's start [m].
-    """
-
-    distance: float = 1.0
+    rise_error: float = number(0.0, "m", "Added to every rise", within(-0.1, 0.1))
+    run_error: float = number(
+        0.0, "m", "Added to every run; the flight's middle stays where it is", within(-0.1, 0.1)
+    )
+    position_error: float = number(
+        0.0, "m", "How much farther along its lane each flight is", within(-1.0, 1.0)
+    )
+    yaw_error_deg: float = number(
+        0.0,
+        "deg",
+        "How far each flight is turned about its own middle, left positive",
+        within(-20.0, 20.0),
+    )
+    tread_error: float = number(
+        0.0, "m", "Each tread is higher or lower by up to this, by the seed", within(0.0, 0.1)
+    )
+    random: bool = number(
+        False,
+        "",
+        "Whether the first four are drawn by the seed, evenly between minus and plus the value: "
+        "rise and run once, place and yaw for each flight",
+    )
 
 
 def _plant() -> MultibodyPlantConfig:
@@ -243,25 +240,64 @@ def _plant() -> MultibodyPlantConfig:
 
 @dataclass
 class SimulationConfig:
-    """The physics, and what is logged of it.
+    """The physics, and what is logged of it."""
 
-    Attributes:
-        mode: `physics`, or `kinematic` to move the robot along its plan without forces.
-        plant: Drake's own MultibodyPlantConfig.
-        simulator: Drake's own SimulatorConfig.
-        friction: Coulomb's coefficient of contacts, static and dynamic; a foot's own is combined.
-        log_period: Between samples of the log [s]: a whole number of the plant's time steps.
-        seed: Of everything random in the run.
-        realtime_rate: Fastest pace against the wall clock; 0 is as fast as it goes.
-    """
-
-    mode: str = "physics"
-    plant: MultibodyPlantConfig = field(default_factory=_plant)
-    simulator: SimulatorConfig = field(default_factory=SimulatorConfig)
-    friction: float = 0.8
-    log_period: float = 0.005
-    seed: int = 0
-    realtime_rate: float = 0.0
+    mode: str = choice(
+        "physics",
+        ("physics", "kinematic"),
+        "`kinematic`: the robot moves along its plan, without forces",
+    )
+    plant: MultibodyPlantConfig = part(
+        _plant,
+        "Drake's `MultibodyPlantConfig`; here `time_step: 0.001`, `contact_model: point` (or "
+        "`hydroelastic_with_fallback`: compliant feet of 10⁸ Pa on rigid ground, contacts of all "
+        "else as points; `hydroelastic` alone is refused, for only feet and ground have what it "
+        "needs), `discrete_contact_approximation: lagged` (`tamsi` is refused: it ignores the "
+        "joints' gains)",
+        {
+            # not hydroelastic alone: only feet and ground have what it needs, all else would end
+            # the run
+            "contact_model": lambda: ("point", "hydroelastic_with_fallback"),
+            # not tamsi: it ignores the joints' gains without a word, and the robot collapses
+            "discrete_contact_approximation": lambda: ("lagged", "similar", "sap"),
+            "contact_surface_representation": lambda: ("polygon", "triangle"),
+            "penetration_allowance": (positive(),),
+            "stiction_tolerance": (positive(),),
+            "time_step": (not_negative(), within(0.0, 0.01)),
+            "sap_near_rigid_threshold": (not_negative(),),
+        },
+    )
+    simulator: SimulatorConfig = part(
+        SimulatorConfig,
+        "Drake's `SimulatorConfig`; the pace is `simulation.realtime_rate`. With "
+        "`integration_scheme: cenic`, Drake 1.51.1 takes the joints' desired speed with the wrong "
+        "sign ([measured](contact_solvers.md))",
+        {
+            "integration_scheme": lambda: tuple(GetIntegrationSchemes()),
+            "max_step_size": (positive(),),
+            "accuracy": (positive(),),
+        },
+    )
+    friction: float = number(
+        0.8,
+        "",
+        "Coulomb's coefficient of contacts, static and dynamic, of the ground and of all of the "
+        "robot; with that of a foot whose file states one of its own Drake combines it "
+        "([robots](robots.md))",
+        positive(),
+        within(0.0, FRICTION_MOST),
+    )
+    log_period: float = number(
+        0.005,
+        "s",
+        "Time between samples of the log, a whole multiple of the plant's `time_step`",
+        positive(),
+        within(1e-4, 1.0),
+    )
+    seed: int = number(0, "", "Seed of everything random", not_negative())
+    realtime_rate: float = number(
+        0.0, "", "Fastest pace against the wall clock; 0: as fast as it goes", not_negative()
+    )
 
     def __eq__(self, other: object) -> bool:
         """By value: Drake's config structs compare by identity."""
@@ -272,46 +308,29 @@ class SimulationConfig:
 
 @dataclass
 class Scenario:
-    """A run, in full.
+    """A run, in full."""
 
-    Attributes:
-        description: What it shows, in a line.
-        robot: Which robot.
-        design: `auto` to design gait, body and feedback for robot and course, or `given`. Of a file
-            that names a robot and says nothing of the gait it is `auto`.
-        course: What it walks on, in walking order.
-        mission: What it does, in order; empty follows the course: along each lane, and at the
-            end of each the turn there.
-        start: Where it starts.
-        gait: The wave gait.
-        spin: The spinning gait.
-        transition: Between the two.
-        body: The body's path.
-        controller: Feedback.
-        estimator: Where the controller has the robot's state from.
-        sensors: What an estimator reads.
-        disturbances: What the controller is not told.
-        world: How the real course differs from `course`.
-        monitor: Which margins are measured.
-        certify: What a certificate of the plan is to prove.
-        simulation: The physics.
-    """
-
-    description: str = ""
-    robot: RobotConfig = field(default_factory=RobotConfig)
-    design: str = "given"
-    course: list[CourseElement] = field(default_factory=list)
-    mission: list[MissionElement] = field(default_factory=list)
-    start: StartConfig = field(default_factory=StartConfig)
-    gait: GaitConfig = field(default_factory=GaitConfig)
-    spin: SpinConfig = field(default_factory=SpinConfig)
-    transition: TransitionConfig = field(default_factory=TransitionConfig)
-    body: BodyConfig = field(default_factory=BodyConfig)
-    controller: ControllerConfig = field(default_factory=ControllerConfig)
-    estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
-    sensors: SensorsConfig = field(default_factory=SensorsConfig)
-    disturbances: DisturbancesConfig = field(default_factory=DisturbancesConfig)
-    world: WorldConfig = field(default_factory=WorldConfig)
-    monitor: MonitorConfig = field(default_factory=MonitorConfig)
-    certify: CertifyConfig = field(default_factory=CertifyConfig)
-    simulation: SimulationConfig = field(default_factory=SimulationConfig)
+    description: str = number("", "", "What the scenario shows, in a line")
+    robot: RobotConfig = part(RobotConfig, "Which robot")
+    design: str = choice(
+        "given",
+        ("given", "auto"),
+        "`auto`: gait, body and feedback are designed for robot and course. A file that has none "
+        "of `gait`, `spin`, `transition`, `body`, `controller` is `auto` if the robot is named "
+        "there or by an override",
+    )
+    course: list[Element] = part(list, "What the robot walks on, [above](#the-course)")
+    mission: list[MissionElement] = part(list, "What the robot does, [above](#the-mission)")
+    start: StartConfig = part(StartConfig, "Where the robot starts")
+    gait: GaitConfig = part(GaitConfig, "The wave gait")
+    spin: SpinConfig = part(SpinConfig, "The spinning gait")
+    transition: TransitionConfig = part(TransitionConfig, "Steps between the two gaits")
+    body: BodyConfig = part(BodyConfig, "The body's path")
+    controller: ControlSettings = part(ControlSettings, "Feedback")
+    estimator: EstimatorConfig = part(EstimatorConfig, "Where the state comes from")
+    sensors: SensorsConfig = part(SensorsConfig, "What an estimator reads")
+    disturbances: DisturbancesConfig = part(DisturbancesConfig, "What the controller is not told")
+    world: WorldConfig = part(WorldConfig, "How the real course differs from `course`")
+    monitor: MonitorConfig = part(MonitorConfig, "Which margins are measured")
+    certify: CertifyConfig = part(CertifyConfig, "What a certificate of the plan is to prove")
+    simulation: SimulationConfig = part(SimulationConfig, "The physics")

@@ -13,16 +13,6 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importer.sources import is_name
-from drake_quad.scenario.build import (
-    control_settings,
-    course_of,
-    disturbances_of,
-    generator_of,
-    mission_of,
-    plan_settings,
-    sensor_errors,
-    world_of,
-)
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.validate import check_scenario
 from drake_quad.util.files import MOST_YAML, is_given, read_given_text, user_path
@@ -34,11 +24,6 @@ from drake_quad.util.yaml_io import (
     unknown_key_remedy,
     unwrap_optional,
 )
-
-# ------------------------------------------------------------------------------------------------
-# Overrides of single fields: `gait.duty_factor=0.8`, `course[1].rise=0.2`.
-# ------------------------------------------------------------------------------------------------
-
 
 _STEP = re.compile(r"([A-Za-z_]\w*)((?:\[\d{1,6}\])*)")
 
@@ -131,11 +116,6 @@ def _error(override: Override, remedy: str) -> InputError:
     return InputError(source="override", field=override.path, value=override.value, remedy=remedy)
 
 
-# ------------------------------------------------------------------------------------------------
-# Whether a scenario's gait is to be designed, and what nobody else may then say.
-# ------------------------------------------------------------------------------------------------
-
-
 # What a design fills in, by section: a file that has one of the sections has a gait of its own.
 DESIGNED: dict[str, frozenset[str]] = {
     "gait": frozenset({
@@ -182,28 +162,6 @@ def check_designed(overrides: Sequence[Override]) -> None:
                 )
 
 
-# ------------------------------------------------------------------------------------------------
-# Scenarios: loading by name or file, overriding single fields, saving in full.
-# ------------------------------------------------------------------------------------------------
-
-
-__all__ = [
-    "Scenario",
-    "control_settings",
-    "course_of",
-    "disturbances_of",
-    "generator_of",
-    "load_scenario",
-    "mission_of",
-    "parse_scenario",
-    "plan_settings",
-    "save_scenario",
-    "scenario_text",
-    "sensor_errors",
-    "shipped_scenarios",
-    "world_of",
-]
-
 SUFFIX = ".scenario.yaml"
 MODELS = "package://drake_quad_models/"
 
@@ -216,7 +174,7 @@ def load_scenario(
     Args:
         name_or_path: A shipped scenario's name, for example `case_study`, or a YAML file.
         overrides: `path=value` each, for example `gait.duty_factor=0.8` or `course[1].rise=0.2`.
-        here: As for `parse_scenario`.
+        here: Directory for relative paths in overrides, as for `parse_scenario`.
 
     Raises:
         InputError: No such scenario, or anything in it that cannot be used: one line that names
@@ -246,7 +204,7 @@ def parse_scenario(
         text: The document.
         source: What errors name as its origin.
         base: Directory from which the robot's file is looked up; the working directory if none.
-        overrides: As for `load_scenario`.
+        overrides: Overrides as for `load_scenario`.
         here: Directory from which a robot's file that they name is looked up; the working directory
             if none.
 

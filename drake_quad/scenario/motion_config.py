@@ -1,265 +1,321 @@
-"""A scenario's motion as YAML fills it: gait, spin, transition, body, controller, sensors."""
+"""A scenario's motion as YAML fills it: gait, spin, transition, body, sensors, what is measured.
 
-from dataclasses import dataclass, field
+Plain dataclasses with unpostponed annotations, as those of `config.py`.
+"""
 
-# ------------------------------------------------------------------------------------------------
-# A scenario's fields of how the robot moves.
-# ------------------------------------------------------------------------------------------------
+from dataclasses import dataclass
+
+from drake_quad.stability.equilibrium_region import KINDS
+from drake_quad.util.schema import FieldBound, choice, not_negative, number, positive, within
+
+
+def _duty_factor(text: str) -> float:
+    """A part of a cycle that each foot stands."""
+    remedy = "must be in [0.75, 1): with less, three feet do not always stand"
+    bound: float = number(0.85, "", text, FieldBound(remedy, least=0.75, below=1.0))
+    return bound
+
+
+def _cycle_time(text: str) -> float:
+    """A gait's T."""
+    bound: float = number(8.0, "s", text, positive(), within(0.5, 120.0))
+    return bound
 
 
 @dataclass
 class GaitConfig:
-    """The wave gait.
+    """The wave gait."""
 
-    Attributes:
-        duty_factor: β, the part of a cycle that each foot stands, in [0.75, 1). At 0.75 the
-            static margin is zero at two instants of every cycle.
-        cycle_time: T [s].
-        switch_wait: On four feet, the body moving, before each lift-off of the leg diagonal to
-            the one that landed last [s]: at β = 0.75 the margin there is zero without it. Twice a
-            cycle, which lasts so much longer than T.
-        stride: Longest stride on level ground [m].
-        treads: How many treads a cycle takes: 1, 2 or 3; or places, where a tread has several.
-        lag: How many treads, or places, the right rear foot stands behind the left front one as
-            a cycle begins: the longer the robot against the treads, the more.
-        places_per_tread: How many places to step on every tread has, one behind the other: more
-            than 1 where runs are long against the legs.
-        deep_tread: Depth of treads from which a flight is walked as floors with curbs between them
-            are: its risers one at a time, in the stride of level ground [m].
-        body_ahead: How far the body goes ahead of the places it has on the treads [treads].
-        tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
-        tread_phase_down: The same going down.
-        body_shift_up: How far ahead of those places the body goes besides, going up [m].
-        body_shift_down: The same going down.
-        lift_down: How much higher the body goes, going down, than on level ground [m].
-        shank_room: Between shanks and stairs, that the body keeps where it can [m]; 0: it does not
-            look.
-        max_ahead: How far the body may go ahead of or behind its nominal place as it walks [m].
-        stance_length: P_x, between the centres of front and rear legs' workspaces [m].
-        stance_width: P_y, between those of left and right legs [m].
-        stance_stagger: Rear feet's |y| minus front feet's |y| [m]: keeps the feet of a side apart
-            where the wave puts one down beside the other.
-        workspace_length: R_x of each leg's workspace [m].
-        workspace_width: R_y of each leg's workspace [m].
-        on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
-            offset from them (the paper's).
-        swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
-        map_error_place: By how much the map's risers may be off; swings leave so much room [m].
-        map_error_height: By how much its treads may be higher [m].
-        body_height: Of the body's centre over the mean ground under the feet [m].
-        pitch: `level`, or `slope` to tilt the body with the stairs.
-        pitch_share: With `slope`: how much of the stairs' slope, up to 1.5.
-        margin: Over what the plan's static margin is measured: `hull`, of the feet; `friction`, the
-            region of balance within controller.friction; `feasible`, within the torque limits too.
-    """
-
-    duty_factor: float = 0.85
-    cycle_time: float = 8.0
-    switch_wait: float = 0.0
-    stride: float = 1.0
-    treads: int = 2
-    lag: int = 1
-    places_per_tread: int = 1
-    deep_tread: float = 100.0
-    body_ahead: float = 0.0
-    tread_phase_up: float = 0.0
-    tread_phase_down: float = 0.0
-    body_shift_up: float = 0.0
-    body_shift_down: float = 0.0
-    lift_down: float = 0.0
-    shank_room: float = 0.0
-    max_ahead: float = 10.0
-    stance_length: float = 0.75
-    stance_width: float = 0.54
-    stance_stagger: float = 0.12
-    workspace_length: float = 0.80
-    workspace_width: float = 0.5
-    on_centre: bool = True
-    swing_clearance: float = 0.02
-    map_error_place: float = 0.0
-    map_error_height: float = 0.0
-    body_height: float = 0.85
-    pitch: str = "level"
-    pitch_share: float = 1.0
-    margin: str = "hull"
+    duty_factor: float = _duty_factor(
+        "β, the part of a cycle that each foot stands; at 0.75 the static margin is 0 at two "
+        "instants of every cycle"
+    )
+    cycle_time: float = _cycle_time("T")
+    switch_wait: float = number(
+        0.0,
+        "s",
+        "On four feet, the body moving, before each lift-off of the leg diagonal to the one that "
+        "landed last; twice a cycle, which lasts so much longer than T",
+        not_negative(),
+        within(0.0, 60.0),
+    )
+    stride: float = number(
+        1.0, "m", "λ, the longest stride on level ground", positive(), within(0.05, 5.0)
+    )
+    treads: int = number(2, "", "Treads that a cycle takes", within(1, 3))
+    lag: int = number(
+        1,
+        "",
+        "Treads that the right rear foot stands behind the left front one as a cycle begins: 1 for "
+        "a robot as long as one or two treads, more for a longer one",
+        within(1, 6),
+    )
+    places_per_tread: int = number(
+        1,
+        "",
+        "Places to step that every tread has, one behind the other: more than 1 where runs are "
+        "long against the legs. `treads`, `lag` and `body_ahead` then count places",
+        within(1, 3),
+    )
+    deep_tread: float = number(
+        100.0,
+        "m",
+        "A flight whose treads are all as deep as that is walked as floors with curbs between them "
+        "are: one riser at a time, in the stride of level ground",
+        within(0.05, 100.0),
+    )
+    body_ahead: float = number(
+        0.0,
+        "treads",
+        "How far ahead of its even pace over the treads the body goes",
+        within(-3.0, 3.0),
+    )
+    tread_phase_up: float = number(
+        0.0,
+        "treads",
+        "How far ahead of the treads' middles the feet are set down going up",
+        within(-0.45, 0.45),
+    )
+    tread_phase_down: float = number(
+        0.0,
+        "treads",
+        "How far ahead of the treads' middles the feet are set down going down",
+        within(-0.45, 0.45),
+    )
+    body_shift_up: float = number(
+        0.0,
+        "m",
+        "How far ahead the body goes besides `body_ahead`, going up stairs",
+        within(-2.0, 2.0),
+    )
+    body_shift_down: float = number(
+        0.0,
+        "m",
+        "How far ahead the body goes besides `body_ahead`, going down stairs",
+        within(-2.0, 2.0),
+    )
+    lift_down: float = number(
+        0.0,
+        "m",
+        "How much higher the body goes, going down, than on level ground",
+        within(-2.0, 2.0),
+    )
+    shank_room: float = number(
+        0.0,
+        "m",
+        "Distance between shanks and stairs, and half of it between shanks and trunk, that the "
+        "body's path keeps where it can; 0: it does not look",
+        within(0.0, 1.0),
+    )
+    max_ahead: float = number(
+        10.0,
+        "m",
+        "How far the body may go ahead of or behind its nominal place as it walks",
+        within(0.0, 100.0),
+    )
+    stance_length: float = number(
+        0.75, "m", "P_x, between the centres of the front and the rear workspaces", positive()
+    )
+    stance_width: float = number(
+        0.54, "m", "P_y, between the centres of the left and the right workspaces", positive()
+    )
+    stance_stagger: float = number(
+        0.12,
+        "m",
+        "Rear feet's \\|y\\| minus front feet's \\|y\\|: keeps the feet of a side apart where the "
+        "wave puts one beside the other",
+        not_negative(),
+    )
+    workspace_length: float = number(0.80, "m", "R_x of each leg's workspace", positive())
+    workspace_width: float = number(0.5, "m", "R_y of each leg's workspace", positive())
+    on_centre: bool = number(
+        True,
+        "",
+        "Whether footprints on stairs are on the treads' centres; false: with the gait's own "
+        "offset from them, as in the paper",
+    )
+    swing_clearance: float = number(
+        0.02, "m", "Δh, by how much the foot's sphere clears what it passes", not_negative()
+    )
+    map_error_place: float = number(
+        0.0,
+        "m",
+        "How far the map's risers may be from where they are: swing feet keep this distance from "
+        "them. With `design: auto` shanks keep 0.7 of it more than else, where such a gait exists; "
+        "with a gait of your own set `gait.shank_room` for that",
+        not_negative(),
+    )
+    map_error_height: float = number(
+        0.0,
+        "m",
+        "How much higher the map's treads may be: swings keep this distance above them",
+        not_negative(),
+    )
+    body_height: float = number(
+        0.85,
+        "m",
+        "Height of the body's centre over the mean ground under the feet",
+        positive(),
+        within(0.05, 5.0),
+    )
+    pitch: str = choice("level", ("level", "slope"), "`slope` tilts the body with the stairs")
+    pitch_share: float = number(
+        1.0,
+        "",
+        "With `slope`: how much of the stairs' slope; the body is never tilted by more than 0.64 "
+        "rad",
+        within(0.0, 1.5),
+    )
+    margin: str = choice(
+        "hull",
+        KINDS,
+        "Region in which the plan's static margin is measured, and in which the body's path keeps "
+        "it: `hull` of the standing feet; `friction`, the region of balance on the map's ground "
+        "within `controller.friction`; `feasible`, within the joints' torque limits too "
+        "([how](margins.md#the-margin-that-a-plan-keeps)). Other than `hull` not with "
+        "`body.balance: dynamic`; the monitor then measures that margin in any case",
+    )
 
 
 @dataclass
 class SpinConfig:
-    """The spinning gait.
+    """The spinning gait."""
 
-    Attributes:
-        duty_factor: β, in [0.75, 1).
-        cycle_time: T [s].
-        workspace_length: R_x of each leg's workspace as it spins [m]; 0: the wave gait's.
-        workspace_width: R_y of the same [m]; 0: the wave gait's.
-        swing_path: `chord`, straight over the ground to the next footprint, or `arc`, round the
-            body (the paper's).
-    """
-
-    duty_factor: float = 0.85
-    cycle_time: float = 8.0
-    workspace_length: float = 0.0
-    workspace_width: float = 0.0
-    swing_path: str = "chord"
+    duty_factor: float = _duty_factor("β of the spinning gait")
+    cycle_time: float = _cycle_time("T of the spinning gait")
+    workspace_length: float = number(
+        0.0, "m", "R_x of each leg's workspace as it spins; 0: the wave gait's", not_negative()
+    )
+    workspace_width: float = number(
+        0.0, "m", "R_y of each leg's workspace as it spins; 0: the wave gait's", not_negative()
+    )
+    swing_path: str = choice(
+        "chord",
+        ("chord", "arc"),
+        "`chord`: swings go straight over the ground to the next footprint; `arc`: round the body, "
+        "as in the paper, over level ground. Plans with arcs have no certificate",
+    )
 
 
 @dataclass
 class TransitionConfig:
-    """Steps from one stance to another, between gaits.
+    """Steps from one stance to another, between gaits."""
 
-    Attributes:
-        mode: `still`, the body at rest throughout (the paper's), or `shift`, the body moving
-            before each lift.
-        max_shift: How far the body may go from its nominal place [m]: in x and y where that
-            stands still, sideways where it walks.
-        swing_time: Of each step [s].
-        shift_time: On four feet before each step [s].
-        via_centres: Whether every transition passes through the workspaces' centres (the paper's).
-        wave_order: Legs in the order in which they are lifted towards the wave gait; the paper has
-            [2, 3, 4, 1, 3], where leg 3 goes by way of a place in between. Empty: the fewest steps
-            with the best margins.
-        spin_order: The same towards the spinning gait, whichever way that turns.
-    """
-
-    mode: str = "shift"
-    max_shift: float = 0.3
-    swing_time: float = 1.2
-    shift_time: float = 1.3
-    via_centres: bool = False
-    wave_order: list[int] = field(default_factory=list)
-    spin_order: list[int] = field(default_factory=list)
+    mode: str = choice(
+        "shift",
+        ("still", "shift"),
+        "`still`: the body at rest through a transition, as in the paper; `shift`: it moves before "
+        "each lift",
+    )
+    max_shift: float = number(
+        0.3,
+        "m",
+        "How far the body may go from its nominal place: in x and y where that stands still, "
+        "sideways where it walks",
+        not_negative(),
+    )
+    swing_time: float = number(1.2, "s", "Time of each step", positive(), within(0.1, 60.0))
+    shift_time: float = number(
+        1.3, "s", "Time on four feet before each step", not_negative(), within(0.0, 60.0)
+    )
+    via_centres: bool = number(
+        False,
+        "",
+        "Whether every transition passes through the workspaces' centres, as in the paper",
+    )
+    wave_order: list[int] = number(
+        [],
+        "",
+        "Legs in the order in which they are lifted towards the wave gait, such as the paper's "
+        "`[2, 3, 4, 1, 3]`: each leg's last lift takes it to its place, one before that to the "
+        "place in between with the best margins. Each leg at least once, at most 6 lifts with mode "
+        "`still`, 5 with `shift`. Empty: the fewest steps with the best margins",
+    )
+    spin_order: list[int] = number(
+        [],
+        "",
+        "Legs in the order in which they are lifted towards the spinning gait, whichever way that "
+        "turns",
+    )
 
 
 @dataclass
 class BodyConfig:
-    """The path of the body.
+    """The path of the body."""
 
-    Attributes:
-        path: `uniform`, constant speed without sway (the paper's), or `optimised` for margin.
-        balance: `static` keeps the centre of mass over the feet, and the zero-moment point;
-            `dynamic` the zero-moment point alone, with the legs' masses moving: for quick gaits.
-        margin_desired: Static margin beyond which the path is not asked for more [m].
-        zmp_margin: The same for the zero-moment point [m].
-    """
-
-    path: str = "optimised"
-    balance: str = "static"
-    margin_desired: float = 0.10
-    zmp_margin: float = 0.08
-
-
-# ------------------------------------------------------------------------------------------------
-# A scenario's fields of feedback and of what is measured.
-# ------------------------------------------------------------------------------------------------
-
-
-@dataclass
-class ControllerConfig:
-    """The joint and base feedback, as `drake_quad.control.settings.ControlSettings`.
-
-    Attributes:
-        kind: `ik`, statics and stiff joints, or `whole_body`, inverse dynamics by a program.
-        period: Of every controller and monitor [s]: a whole number of the plant's time steps.
-        kp: Joint stiffness [Nm/rad]; runs inside the plant, implicitly.
-        kd: Joint damping [Nm s/rad].
-        base_stiffness: Force per error of the base's place [N/m].
-        base_damping: Force per error of its velocity [N s/m].
-        base_rotation_stiffness: Moment per error of its orientation [Nm/rad].
-        base_rotation_damping: Moment per error of its angular velocity [Nm s/rad].
-        foothold_time: Time over which a standing foot's target follows where it really stands
-            [s]: what it stands on decides, not where it was meant to stand.
-        unload_time: Time over which a foot takes its load up or gives it away [s].
-        least_force: What a foot under full load pushes with at least, if the others can hold the
-            robot all the same [N], but in a push; in any case up to twice that, where it would
-            bear twice as much again with the robot brought to rest.
-        touchdown_press: How far below the ground a swing foot aims as it lands [m]: the joints'
-            stiffness then makes it bear at once.
-        search_speed: How fast a foot that found no ground goes on down while the clock waits for
-            it [m/s].
-        lift_off_margin: Static margin that the other three feet must give before a lift-off [m].
-        margin_demanded: Static margin, speed counted in, that the gait clock slows down and stands
-            for, before it is lost [m]; 0: it does not.
-        stance_stiffness: Share of the joints' stiffness and damping that a loaded leg keeps under
-            the whole-body controller, whose forces do the rest.
-        friction: Coefficient that the whole-body controller's forces stay within, and that plans
-            count on whose margin is not the hull's.
-        pressure_margin: Of the centre of pressure from the support's sides that it keeps [m].
-        load_time: Time over which the whole-body controller learns of an unknown load [s]; 0: it
-            does not.
-        height_time: Time over which the body follows the height of the ground as found [s].
-        catch_pushes: Whether pushes are caught by putting feet down.
-        push_speed: Error of the base's velocity below which nothing is called a push [m/s].
-        patience: How long the gait clock waits at a switch before it stops the run [s].
-    """
-
-    kind: str = "ik"
-    period: float = 0.005
-    kp: float = 2000.0
-    kd: float = 80.0
-    base_stiffness: float = 3000.0
-    base_damping: float = 900.0
-    base_rotation_stiffness: float = 1000.0
-    base_rotation_damping: float = 100.0
-    foothold_time: float = 0.12
-    unload_time: float = 0.25
-    least_force: float = 20.0
-    touchdown_press: float = 0.003
-    search_speed: float = 0.05
-    lift_off_margin: float = 0.02
-    margin_demanded: float = 0.0
-    stance_stiffness: float = 0.3
-    friction: float = 0.5
-    pressure_margin: float = 0.01
-    load_time: float = 0.5
-    height_time: float = 0.5
-    catch_pushes: bool = True
-    push_speed: float = 0.12
-    patience: float = 2.0
+    path: str = choice(
+        "optimised",
+        ("optimised", "uniform"),
+        "`optimised` for margin, or `uniform`: constant speed without sway, as in the paper",
+    )
+    balance: str = choice(
+        "static",
+        ("static", "dynamic"),
+        "`static`: the centre of mass is kept over the feet, and the zero-moment point; `dynamic`: "
+        "the zero-moment point alone, with the legs' masses moving, for quick gaits",
+    )
+    margin_desired: float = number(
+        0.10, "m", "Static margin beyond which the path is not asked for more", not_negative()
+    )
+    zmp_margin: float = number(
+        0.08,
+        "m",
+        "Margin of the zero-moment point beyond which the path is not asked for more",
+        not_negative(),
+    )
 
 
 @dataclass
 class EstimatorConfig:
-    """Where the controller has the robot's state from.
+    """Where the controller has the robot's state from."""
 
-    Attributes:
-        kind: `truth`, the simulated state itself, or `ekf`, estimated from the sensors.
-    """
-
-    kind: str = "truth"
+    kind: str = choice(
+        "truth",
+        ("truth", "ekf"),
+        "`truth`: the controller has the simulated state itself; `ekf`: what it estimates from its "
+        "sensors",
+    )
 
 
 @dataclass
 class SensorsConfig:
-    """The sensors that an estimator reads.
+    """The sensors that an estimator reads."""
 
-    Attributes:
-        noise: `none`, or `realistic`: that of real units, drawn by the seed.
-    """
-
-    noise: str = "realistic"
+    noise: str = choice(
+        "realistic",
+        ("none", "realistic"),
+        "Noise of the sensors: that of real units, drawn by the seed",
+    )
 
 
 @dataclass
 class MonitorConfig:
-    """What is measured beside the static margin over the hull of the feet.
+    """What is measured beside the static margin over the hull of the feet."""
 
-    Attributes:
-        margins: `hull`, nothing more; `friction`, the margins of the regions that friction leaves
-            and the push budget; or `feasible`, those within the joints' torque limits too.
-    """
-
-    margins: str = "friction"
+    margins: str = choice(
+        "friction",
+        KINDS,
+        "What is measured beside the margin over the feet's hull, at 10 Hz: `hull`, nothing; "
+        "`friction`, the region that friction leaves, capture point and push budget; `feasible`, "
+        "the joints' torque limits too ([margins](margins.md))",
+    )
 
 
 @dataclass
 class CertifyConfig:
-    """What a certificate of the plan is to prove at every time, beside that all is positive.
+    """What a certificate of the plan is to prove at every time, beside that all is positive."""
 
-    Attributes:
-        margin: Static margin of the whole robot [m].
-        clearance: Room of swing feet to risers and nosings, and of shanks to the course [m].
-    """
-
-    margin: float = 0.0
-    clearance: float = 0.0
+    margin: float = number(
+        0.0,
+        "m",
+        "Static margin that the plan's [certificate](certificates.md) is to prove at every time; "
+        "whatever is asked for, all has to be positive",
+        not_negative(),
+    )
+    clearance: float = number(
+        0.0,
+        "m",
+        "Distance of swing feet from risers and nosings, and of knees and shanks from the course, "
+        "that it is to prove",
+        not_negative(),
+    )

@@ -6,8 +6,6 @@ the monitors, and the loggers.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import SceneGraph
@@ -15,7 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Gain
 
-from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.common import FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.estimation.sensor_models import SensorErrors
 from drake_quad.planning.motion_plan import Stance
@@ -23,183 +21,25 @@ from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
-from drake_quad.scenario.build import control_settings, sensor_errors
+from drake_quad.runs.schema import sources_of
+from drake_quad.scenario.build import sensor_errors
+from drake_quad.simulation.instruments import (
+    AddLoggers,
+    AddMonitors,
+    AddPushes,
+    AddSensors,
+    PartLogger,
+    velocities_at_rest,
+)
 from drake_quad.simulation.plant import (
     AddSimulatedPlant,
-    MakeTrueModel,
-    SimulatedPlant,
     feedforward_strength,
 )
 from drake_quad.simulation.prepare import PreparedScenario
-from drake_quad.simulation.signal_log import AddLoggers, PartLogger, logs_of
 from drake_quad.stability.equilibrium_region import HULL, stricter
-from drake_quad.stability.margins import MarginEstimator
-from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.controller import MakeController, MakeTracking
-from drake_quad.systems.disturbances import Delay, Disturbances, PushSource
-from drake_quad.systems.sensors import Imu, JointSensor
-from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
+from drake_quad.systems.disturbances import Delay, Disturbances
 from drake_quad.terrain.course import Course
-
-# ------------------------------------------------------------------------------------------------
-# The monitors beside the simulated plant: they measure the truth, and nobody is told by them.
-# ------------------------------------------------------------------------------------------------
-
-
-GAUGE_PERIOD = 0.1  # [s] between measurements of the margins that take longer
-
-
-class Monitors(NamedTuple):
-    """What AddMonitors added."""
-
-    contact: ContactMonitor
-    stability: StabilityMonitor
-
-
-def AddMonitors(
-    builder: DiagramBuilder,
-    simulated: SimulatedPlant,
-    *,
-    robot: RobotModel,
-    disturbances: Disturbances,
-    period: float,
-    log_period: float,
-    height_limit: float,
-    margins: str,
-    friction: float,
-) -> Monitors:
-    """Adds them, connected with the plant.
-
-    Args:
-        builder: That holds the plant.
-        simulated: The plant.
-        robot: As its controller knows it.
-        disturbances: What makes it another robot than that.
-        period: Between measurements [s].
-        log_period: Between samples of the log, which is to miss no smallest margin [s].
-        height_limit: Of the trunk over its feet [m], below which the robot fell.
-        margins: Which are measured, one of `drake_quad.stability.equilibrium_region.KINDS`.
-        friction: Coulomb's coefficient between feet and ground.
-    """
-    plant = simulated.plant
-    inspector = simulated.scene_graph.model_inspector()
-    names = {g: inspector.GetName(g) for g in inspector.GetAllGeometryIds()}
-    contact = builder.AddNamedSystem(
-        "contact_monitor",
-        ContactMonitor(
-            plant=plant,
-            foot_geometries=find_feet(plant, robot, names),
-            robot=robot,
-            period=period,
-        ),
-    )
-    model = MakeTrueModel(robot, disturbances)
-    strength = [disturbances.motor_strength.get(name, 1.0) for name in robot.joint_names]
-    gauge = MarginEstimator(
-        robot=robot,
-        kind=margins,
-        friction=friction,
-        mass=model.CalcTotalMass(model.CreateDefaultContext()),
-        effort=robot.effort * strength,
-        none=NO_SUPPORT,
-    )
-    stability = builder.AddNamedSystem(
-        "stability_monitor",
-        StabilityMonitor(
-            model=model,
-            layout=simulated.layout,
-            period=period,
-            height_limit=height_limit,
-            gauge=gauge,
-            window=ceil(log_period / period - 1e-9) + 1,
-            gauge_period=period * max(1, round(GAUGE_PERIOD / period)),
-        ),
-    )
-    builder.Connect(
-        plant.get_contact_results_output_port(), contact.GetInputPort("contact_results")
-    )
-    if contact.HasInputPort("plant_state"):
-        builder.Connect(plant.get_state_output_port(), contact.GetInputPort("plant_state"))
-    builder.Connect(plant.get_state_output_port(), stability.GetInputPort("robot_state"))
-    # A margin is of the contacts of its own instant, and not of those last sensed.
-    builder.Connect(
-        contact.GetOutputPort("contact_state"), stability.GetInputPort("contact_state_measured")
-    )
-    for port in ("foot_contact_position", "foot_force_measured"):
-        builder.Connect(contact.GetOutputPort(port), stability.GetInputPort(port))
-    return Monitors(contact, stability)
-
-
-def AddPushes(
-    builder: DiagramBuilder, simulated: SimulatedPlant, disturbances: Disturbances
-) -> PushSource:
-    """Adds the source of the pushes, connected with the plant."""
-    plant, pushes = simulated.plant, disturbances.pushes
-    source: PushSource = builder.AddNamedSystem(
-        "push_source",
-        PushSource(
-            pushes=pushes,
-            bodies=[plant.GetBodyByName(push.body, simulated.instance).index() for push in pushes],
-            layout=simulated.layout,
-            time_step=plant.time_step(),
-        ),
-    )
-    builder.Connect(plant.get_state_output_port(), source.GetInputPort("robot_state"))
-    builder.Connect(
-        source.GetOutputPort("applied_spatial_force"),
-        plant.get_applied_spatial_force_input_port(),
-    )
-    return source
-
-
-# ------------------------------------------------------------------------------------------------
-# The robot's own sensors beside the simulated plant, for a controller that estimates its state.
-# ------------------------------------------------------------------------------------------------
-
-
-def AddSensors(
-    builder: DiagramBuilder,
-    state: OutputPort,
-    *,
-    layout: StateLayout,
-    errors: SensorErrors,
-    period: float,
-) -> dict[str, OutputPort]:
-    """Adds an IMU and the joints' encoders, which alone see the simulated state.
-
-    Returns:
-        Their outputs by the controller's names for them.
-    """
-    imu = builder.AddNamedSystem(
-        "imu",
-        Imu(layout=layout, generator=errors.imu_generator, noise=errors.imu, period=period),
-    )
-    joints = builder.AddNamedSystem(
-        "joint_sensor",
-        JointSensor(
-            layout=layout, generator=errors.joint_generator, noise=errors.joints, period=period
-        ),
-    )
-    for sensor in (imu, joints):
-        builder.Connect(state, sensor.GetInputPort("robot_state"))
-    return {
-        "imu_measured": imu.GetOutputPort("imu_measured"),
-        "joint_state_measured": joints.GetOutputPort("joint_state_measured"),
-    }
-
-
-def velocities_at_rest(q: FloatArray) -> dict[str, FloatArray]:
-    """What they say of a robot at rest on level ground with joint angles `q` (12,) [rad]."""
-    return {
-        "imu_measured": np.array([0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY]),
-        "joint_state_measured": np.concatenate([q, np.zeros(12)]),
-    }
-
-
-# ------------------------------------------------------------------------------------------------
-# The wires between the controller and the robot: what it senses, and what its drives are told.
-# ------------------------------------------------------------------------------------------------
-
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
 
@@ -216,12 +56,12 @@ def ConnectSenses(
     """Connects each of the controller's inputs to the sense of its name, all of them late.
 
     Args:
-        builder: That holds the controller and the senses.
-        controller: Of which every input is connected.
-        senses: By name; those that the controller has no port for are left alone.
-        initial: What comes before anything has come through, for senses whose is not 0.
-        delay: A whole number of the plant's steps [s].
-        time_step: The plant's [s].
+        builder: Builder that holds the controller and the senses.
+        controller: Controller, all of whose inputs are connected.
+        senses: Ports by name; those that the controller has no input for are left alone.
+        initial: Values until the first sample has come through; 0 for senses without any.
+        delay: Delay, a whole number of the plant's steps [s].
+        time_step: Time step of the plant [s].
     """
     names = [controller.get_input_port(k).get_name() for k in range(controller.num_input_ports())]
     zero = {name: np.zeros(senses[name].size()) for name in names}
@@ -251,14 +91,14 @@ def ConnectDrives(
     """Connects the controller's commands to the plant's drives.
 
     Args:
-        builder: That holds both.
-        controller: With the ports joint_state_desired and joint_torque_feedforward.
-        desired: Of the plant.
-        feedforward: Of the plant.
-        angles: (12,) that the drives hold until a command has come [rad], by actuator.
-        strength: (12,) the part of each feed-forward torque that is delivered.
-        delay: A whole number of the plant's steps [s].
-        time_step: The plant's [s].
+        builder: Builder that holds both.
+        controller: Controller with the ports joint_state_desired and joint_torque_feedforward.
+        desired: Input of the plant for the joints' desired state.
+        feedforward: Input of the plant for the joints' torques.
+        angles: (12,) joint angles that the drives hold until a command has come [rad], by actuator.
+        strength: (12,) part of each feed-forward torque that is delivered.
+        delay: Delay, a whole number of the plant's steps [s].
+        time_step: Time step of the plant [s].
     """
     n = len(angles)
     late = _late(
@@ -296,11 +136,6 @@ def _late(
     for key, port in signals.items():
         builder.Connect(port, system.GetInputPort(key))
     return {key: system.GetOutputPort(f"{key}_delayed") for key in signals}
-
-
-# ------------------------------------------------------------------------------------------------
-# The simulated stair climb.
-# ------------------------------------------------------------------------------------------------
 
 
 SENSING_PERIOD = 0.004  # [s]
@@ -342,21 +177,22 @@ def MakeStairClimb(
     """Wires plant, controller, monitors and loggers; the robot stands in `stance` at first.
 
     Args:
-        robot: As its controller knows it.
+        robot: The robot as its controller knows it.
         course: The map that the controller plans on.
-        settings: The planner's.
-        mission: What it does.
-        control: The controller's settings; see monitor_period.
-        stance: In which the robot stands at first.
-        plant_config: Drake's.
+        settings: Settings of the planner.
+        mission: The tasks.
+        control: Settings of the controller; see monitor_period for its period.
+        stance: Stance in which the robot stands at first.
+        plant_config: Drake's settings of the plant.
         friction: Coulomb's coefficient between feet and ground.
-        log_period: Between samples of the log [s].
-        margins: Which are measured, one of `drake_quad.stability.equilibrium_region.KINDS`.
-        world: The course as it is; as the map has it if none is given.
+        log_period: Time between samples of the log [s].
+        margins: Kind of the margins that are measured, one of `equilibrium_region.KINDS`.
+        world: The course as it really is; the map if None.
         disturbances: What the controller is not told; none if not given.
-        sensors: Those that the controller estimates its state from; none: it is told its state.
-        visualize: Adds viewers to the Diagram.
-        tracking: As of MakeController.
+        sensors: Sensors from which the controller estimates its state; it is told its state if
+            None.
+        visualize: Function that adds viewers to the Diagram.
+        tracking: Controller of one's own, as for MakeController.
     """
     world = course if world is None else world
     disturbances = disturbances or Disturbances()
@@ -438,9 +274,12 @@ def MakeStairClimb(
         "stability_monitor": monitors.stability,
         "push_source": push_source,
     }
-    kind = "whole_body" if controller.HasOutputPort("qp_state") else "ik"
-    logs = logs_of(kind, estimated=sensors is not None, margins=margins)
-    ports = {name: systems[system].GetOutputPort(port) for name, system, port in logs}
+    logged = sources_of(
+        estimated=sensors is not None,
+        whole_body=controller.HasOutputPort("qp_state"),
+        margins=margins != HULL,
+    )
+    ports = {log.name: systems[log.system].GetOutputPort(log.port) for log in logged}
     loggers = AddLoggers(builder, ports, log_period)
     if visualize is not None:
         visualize(builder, plant, scene_graph)
@@ -451,7 +290,7 @@ def MakeStairClimb(
 
 
 def monitor_period(control_period: float) -> float:
-    """Of the monitors and of the feet's contact sensors [s]: a few of the controller's ticks.
+    """Period of the monitors and of the feet's contact sensors [s]: a few controller updates.
 
     250 Hz are enough for what they tell, and leave the loop its time.
     """
@@ -467,9 +306,9 @@ def stair_climb_of(
     """The simulation of a prepared scenario.
 
     Args:
-        preparation: From `prepare`.
-        visualize: Adds viewers to the Diagram.
-        tracking: As of MakeController.
+        preparation: What `prepare` returned.
+        visualize: Function that adds viewers to the Diagram.
+        tracking: Controller of one's own, as for MakeController.
     """
     scenario = preparation.scenario
     return MakeStairClimb(
@@ -477,7 +316,7 @@ def stair_climb_of(
         course=preparation.course,
         settings=preparation.settings,
         mission=preparation.tasks,
-        control=control_settings(scenario),
+        control=scenario.controller,
         stance=preparation.stance,
         plant_config=scenario.simulation.plant,
         friction=scenario.simulation.friction,
@@ -489,6 +328,3 @@ def stair_climb_of(
         visualize=visualize,
         tracking=tracking,
     )
-
-
-__all__ = ["MakeController", "MakeStairClimb", "StairClimb", "stair_climb_of"]

@@ -16,16 +16,11 @@ from drake_quad.planning.contact_forces import torque_ratio
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
-from drake_quad.planning.stance_margin import Footing, kind_of
+from drake_quad.planning.stance_margin import Footing, footing_of, kind_of
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.planned_columns import plan_margin
-from drake_quad.simulation.prepare import PreparedScenario
+from drake_quad.simulation.prepare import PreparedScenario, judge_plan
 from drake_quad.util.files import Write, write_together
-
-# ------------------------------------------------------------------------------------------------
-# A mission's plan in figures: what `drake-quad plan` prints.
-# ------------------------------------------------------------------------------------------------
-
 
 TORQUE_EVERY = 10  # so many of these are looked at for torques, which change slowly
 PERIOD = 0.02  # [s] between the samples that margins are taken from
@@ -42,9 +37,9 @@ def describe_plan(
 
     Args:
         robot: The robot.
-        plan: The mission's plan.
+        plan: Plan of the mission.
         massless_legs: Whether margins are the body's centre's (the paper's) or the whole robot's.
-        footing: What margins were asked of, if not of the hull: those are told besides.
+        footing: Region that margins were asked in, if not the hull: these are added.
     """
     segments, torque = [], 0.0
     for task, start in zip(plan.plans, plan.starts, strict=True):
@@ -111,6 +106,23 @@ def _steps(segment: Segment, start: float, times: FloatArray, margin: FloatArray
     return {"steps": steps} if steps else {}
 
 
+def judged_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | None]:
+    """A prepared plan's figures with those of its certificate, and the certificate.
+
+    Raises:
+        PlanningError: If the plan cannot be carried out, see `judge_plan`.
+    """
+    judge_plan(p)
+    found = describe_plan(
+        p.robot,
+        p.plan,
+        massless_legs=p.settings.uniform_body,
+        footing=footing_of(p.robot, p.course, p.settings),
+    )
+    found["certificate"], certificate = certify_plan(p)
+    return found, certificate
+
+
 def describe_failure(error: PlanningError) -> dict[str, Any]:
     """The same keys for a mission that has no plan."""
     return {
@@ -122,11 +134,6 @@ def describe_failure(error: PlanningError) -> dict[str, Any]:
         "torque_ratio_planned_max": None,
         "segments": [],
     }
-
-
-# ------------------------------------------------------------------------------------------------
-# The certificate of a scenario's plan: what `drake-quad plan` prints of it, and its file.
-# ------------------------------------------------------------------------------------------------
 
 
 FILE, PLAN = "certificate.json", "plan.json"
@@ -192,9 +199,9 @@ def write_plan(told: dict[str, Any], certificate: Certificate | None, directory:
     """Writes plan.json, and certificate.json; without a certificate no old one stays, either.
 
     Args:
-        told: What plan.json holds.
-        certificate: Of the plan, if there is a plan.
-        directory: Where to.
+        told: Content of plan.json.
+        certificate: Certificate of the plan, if there is a plan.
+        directory: Directory to write into.
 
     Raises:
         InputError: If they cannot be written; what was there before stays.

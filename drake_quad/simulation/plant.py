@@ -55,15 +55,14 @@ def AddSimulatedPlant(
     """Adds robot and world, with the drives' own PD; the robot stands in `stance` by default.
 
     Args:
-        builder: To add to.
-        robot: As its controller knows it.
-        world: The course as it is, whatever the map says.
-        control: Of which the drives have `kp` and `kd`.
-        stance: In which it stands at first.
-        config: Drake's.
+        builder: Builder to add to.
+        robot: The robot as its controller knows it.
+        world: The course as it really is, whatever the map says.
+        control: Controller's settings, for the drives' `kp` and `kd`.
+        stance: Stance in which it stands at first.
+        config: Drake's settings of the plant.
         friction: Coulomb's coefficient of contacts; see SetContactFriction.
-        disturbances: Of which the payload, the masses, the centre of mass and the drives' strength
-            are the plant's.
+        disturbances: Disturbances, for payload, masses, centre of mass and strength of the drives.
 
     Raises:
         InputError: If the robot cannot stand so.

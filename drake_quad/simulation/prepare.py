@@ -36,13 +36,13 @@ class PreparedScenario:
     """A scenario made into the values that planning and simulation take.
 
     Attributes:
-        scenario: As it was given, its gait designed if it asked for that.
-        robot: As its controller knows it.
+        scenario: The scenario, its gait designed if it asked for that.
+        robot: The robot as its controller knows it.
         course: The map that is planned on.
-        settings: The planner's.
-        tasks: The mission.
-        stance: In which the robot stands at first.
-        plan: Of the whole mission, on paper.
+        settings: Settings of the planner.
+        tasks: Tasks of the mission.
+        stance: Stance in which the robot stands at first.
+        plan: Plan of the whole mission, on paper.
         world: The course as it really is.
         disturbances: What the controller is not told.
     """
@@ -62,8 +62,8 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
     """Reads the robot, lays the course and plans the whole mission on paper.
 
     Args:
-        scenario: Loaded and checked.
-        source: What to name as the file in errors.
+        scenario: Scenario, loaded and checked.
+        source: Name of the file, for errors.
 
     Raises:
         InputError: If something in the scenario cannot be, or is out of the robot's reach.

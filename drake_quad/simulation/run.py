@@ -21,25 +21,19 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import contact_friction
 from drake_quad.robot.state import make_layout
-from drake_quad.runs.base_pose import base_error
 from drake_quad.runs.event_metrics import push_figures
-from drake_quad.runs.kinematic_log import kinematic_logs
 from drake_quad.runs.log import log_table, state_names
 from drake_quad.runs.metrics import summarize
 from drake_quad.runs.planned_columns import Ground
-from drake_quad.runs.result import RunResult, write_files, write_log
+from drake_quad.runs.pose_metrics import base_error
+from drake_quad.runs.result import RunResult
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
-from drake_quad.simulation.kinematic_contacts import find_touches
+from drake_quad.simulation.kinematic_replay import find_touches, kinematic_logs
 from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.stability.safety import judge_safety, safe_margin
 from drake_quad.systems.controller import MakeTracking
-
-# ------------------------------------------------------------------------------------------------
-# How a run ended: its outcome, why, and what its summary tells.
-# ------------------------------------------------------------------------------------------------
-
 
 AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
 INTERRUPTED = "interrupted"  # the reason of a run that a person ended
@@ -57,12 +51,12 @@ def result_of(
     """The result of a run with its summary.
 
     Args:
-        p: What was run.
+        p: Scenario that was run.
         outcome: `goal_reached`, `fell` or `stopped`.
-        reason: What ended it.
-        table: Its log.
-        simulated: Time simulated [s].
-        wall: Time that it took [s].
+        reason: Reason of its end.
+        table: Log of the run.
+        simulated: Time that was simulated [s].
+        wall: Time that the run took [s].
     """
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
@@ -136,11 +130,6 @@ def outcome_of(message: str) -> tuple[str, str]:
     return (outcome, reason) if outcome in ("fell", "stopped") else ("stopped", text)
 
 
-# ------------------------------------------------------------------------------------------------
-# Kinematic replay: a plan as if it were a run. No physics; what touches is asked of geometry.
-# ------------------------------------------------------------------------------------------------
-
-
 LISTED = 10  # overlaps that a summary holds
 
 
@@ -177,24 +166,9 @@ def replay_plan(p: PreparedScenario) -> RunResult:
     return result
 
 
-# ------------------------------------------------------------------------------------------------
-# Runs a scenario: plan, simulate, measure.
-# ------------------------------------------------------------------------------------------------
-
-
-__all__ = [
-    "PreparedScenario",
-    "Progress",
-    "RunResult",
-    "prepare",
-    "simulate",
-    "write_files",
-    "write_log",
-]
-
 CHUNK = 0.25  # [s] simulated between looks at the clock and at Ctrl-C
 
-# Told how far a run is: simulated time and what it is likely to come to [s].
+# Called with the simulated time and the time that it is likely to come to [s].
 Progress = Callable[[float, float], None]
 
 
@@ -211,13 +185,13 @@ def simulate(
     """Plans a scenario and simulates it (or replays its plan, if its mode is kinematic).
 
     Args:
-        scenario: A scenario, loaded and checked; or one that is planned already.
-        source: What to name as the file in errors.
-        progress: Told how far the run is.
-        stop: Asked now and then whether to stop (Ctrl-C).
-        visualize: Adds viewers to the Diagram.
-        tell: It is told in a line of what takes a while before the simulation begins.
-        tracking: A controller of one's own, as of MakeController; the scenario's if None.
+        scenario: Scenario, loaded and checked; or one that is planned already.
+        source: Name of the file, for errors.
+        progress: Called with the simulated time and the time that it is likely to come to [s].
+        stop: Called now and then; the run stops where it returns true (Ctrl-C).
+        visualize: Function that adds viewers to the Diagram.
+        tell: Called with a line about what takes a while before the simulation begins.
+        tracking: Controller of one's own, as for MakeController; the scenario's if None.
 
     Raises:
         InputError: If something in the scenario cannot be.

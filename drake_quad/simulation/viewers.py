@@ -32,14 +32,14 @@ class CameraFollower(LeafSystem):
     camera itself, which people may have turned, is moved only where the robot has walked FARTHEST.
 
     Input ports:
-        body_poses: Of the plant (abstract).
+        body_poses: Poses of the plant's bodies (abstract).
     """
 
     def __init__(self, meshcat: Meshcat, base: int) -> None:
         """Declares the port, and when to look.
 
         Args:
-            meshcat: Whose camera.
+            meshcat: Meshcat whose camera follows.
             base: Index of the robot's trunk among the poses.
         """
         super().__init__()
@@ -64,7 +64,7 @@ def MakeMeshcatViewer(meshcat: Meshcat, *, follow: bool = True) -> Visualize:
     """Returns what adds `meshcat`, with contact forces, to a builder.
 
     Args:
-        meshcat: Where to show it.
+        meshcat: Meshcat that shows it.
         follow: Whether its camera goes with the robot.
     """
 

@@ -14,8 +14,7 @@ from markupsafe import Markup
 
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.report.lcm_replay import write_scene_log
-from drake_quad.report.page import REPORT as RUN_REPORT
-from drake_quad.report.page import write_report
+from drake_quad.report.page import REPORT as RUN_REPORT, write_report
 from drake_quad.report.style import read_css, stand_alone
 from drake_quad.runs.result import write_files
 from drake_quad.simulation.run import simulate

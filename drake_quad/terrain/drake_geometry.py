@@ -12,11 +12,11 @@ import numpy as np
 from pydrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddRigidHydroelasticProperties,
+    Box as BoxShape,
     ProximityProperties,
     RoleAssign,
     SceneGraph,
 )
-from pydrake.geometry import Box as BoxShape
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex

@@ -9,16 +9,23 @@ nosing to nosing, as one sees it from above: an overhang takes nothing from it.
 import difflib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field as yaml_field
 from itertools import accumulate, pairwise
 from numbers import Integral, Real
 from typing import Any
 
 from drake_quad.errors import InputError
+from drake_quad.util.schema import TEXT, FieldBound, number
 
 DEFAULT_WIDTH = 2.0  # [m] of whatever says nothing else, but for a landing to turn on
 WIDTH_MIN = 0.8  # [m] on anything narrower no stance of a robot worth climbing with fits
 DEFAULT_THICKNESS = 0.04  # [m] of a tread that reaches out, or lies over an open riser
+LONGEST = 1000.0  # [m] of a stretch of the course, and of all of it
+STEPS_MAX = 1000  # of a flight
+RISE_MAX, RUN_MAX = 2.0, 5.0  # [m] of a step: more is a slip of the pen, such as of millimetres
+RUN_MIN = 0.10  # [m]
+FOOT_ROOM = 0.02  # [m] of tread before and behind a foot
+STEEPEST = 0.7  # rise over length of a slope: on anything steeper nothing stands by friction
 
 
 @dataclass(frozen=True)
@@ -36,42 +43,83 @@ class Stairs:
     count: int = 10
 
 
-@dataclass(frozen=True)
-class Element:
-    """One stretch of a course. A field that the kind does not have must stay `None`.
+_STAIRS = ("going", "rise", "run", "count", "rises", "runs", "overhang", "open", "thickness")
+FIELDS_OF_KIND: dict[str, tuple[str, ...]] = {
+    "floor": ("length", "width"),
+    "stairs": (*_STAIRS, "width"),
+    "landing": ("length", "width", "turn_deg"),
+    "block": ("length", "height", "width"),
+    "curb": ("going", "height"),
+    "slope": ("going", "length", "height", "width"),
+}
 
-    Attributes:
-        kind: `floor`, `stairs`, `landing`, `block`, `curb` or `slope`.
-        length: Of a floor, a landing, a block or a slope, along the heading, from above [m].
-        width: Across the heading [m]; `None` is 2 m, on a landing to turn on as `turning_width`.
-        turn_deg: Of a landing: the robot turns on it by this angle [deg], left positive.
-        going: Of stairs, a curb or a slope: `up` or `down`.
-        rise: Of stairs: height of every step [m].
-        run: Of stairs: depth of every tread [m].
-        count: Of stairs: number of steps, which is the number of risers.
-        rises: Of irregular stairs: the height of each step [m].
-        runs: Of irregular stairs: the depth of each tread [m].
-        overhang: Of stairs: by how much each tread reaches beyond the riser under it [m].
-        open: Of stairs: whether the risers are open, nothing between the treads.
-        thickness: Of stairs with an overhang or open risers: of the treads [m].
-        height: Of a block, on which and off which one steps; of a curb, which is one riser and
-            has no length; of a slope, from its one end to the other [m].
+
+@dataclass
+class Element:
+    """One stretch of a course, as YAML fills it. A field that the kind does not have stays `None`.
+
+    Each field's unit and meaning stand beside it. It is not frozen, and annotations are not
+    postponed, for Drake's YAML reader; nobody else writes to it.
     """
 
-    kind: str
-    length: float | None = None
-    width: float | None = None
-    turn_deg: float | None = None
-    going: str | None = None
-    rise: float | None = None
-    run: float | None = None
-    count: int | None = None
-    rises: Sequence[float] | None = None
-    runs: Sequence[float] | None = None
-    overhang: float | None = None
-    open: bool | None = None
-    thickness: float | None = None
-    height: float | None = None
+    kind: str = yaml_field(
+        default="",
+        metadata={
+            "words": tuple(FIELDS_OF_KIND),
+            TEXT: "`floor`, `stairs`, `landing`, `block`, `curb` or `slope`",
+        },
+    )
+    length: float | None = number(
+        None,
+        "m",
+        "Length along the heading, from above",
+        FieldBound(f"must be at most {LONGEST:g} m", most=LONGEST),
+    )
+    width: float | None = number(
+        None,
+        "m",
+        f"Width across the heading, at least {WIDTH_MIN:g}; {DEFAULT_WIDTH:g} by default, on a "
+        "landing to turn on its `length`",
+    )
+    turn_deg: float | None = number(
+        None, "deg", "Turn on the landing, left positive, within ±180; not given: straight on"
+    )
+    going: str | None = number(None, "", "`up` or `down`")
+    rise: float | None = number(
+        None, "m", f"Height of every step, more than 0 also going down, at most {RISE_MAX:g}"
+    )
+    run: float | None = number(
+        None,
+        "m",
+        f"Depth of every tread from nosing to nosing, at least {RUN_MIN:.2f} and a foot's diameter "
+        f"+ {2 * FOOT_ROOM:g}, at most {RUN_MAX:g}: what is deeper is a landing",
+    )
+    count: int | None = number(
+        None, "", f"Number of steps, which is that of risers, at most {STEPS_MAX}"
+    )
+    rises: list[float] | None = number(
+        None, "m", "Instead of `rise`: the height of each step of irregular stairs"
+    )
+    runs: list[float] | None = number(
+        None, "m", "Instead of `run`: the depth of each tread of irregular stairs"
+    )
+    overhang: float | None = number(
+        None, "m", "How far each tread reaches beyond the riser under it, at most half of a run"
+    )
+    open: bool | None = number(None, "", "Whether the risers are open, nothing between the treads")
+    thickness: float | None = number(
+        None,
+        "m",
+        f"Thickness of treads with an overhang or open risers; {DEFAULT_THICKNESS:g} by default, "
+        "and less than a rise",
+    )
+    height: float | None = number(
+        None,
+        "m",
+        f"Height of a block over its ground, on and off which one steps, or of a curb's riser, at "
+        f"most {RISE_MAX:g}; of a slope's one end over the other, at most {STEEPEST:g} of its "
+        "length",
+    )
 
     @property
     def turn(self) -> float:
@@ -170,10 +218,6 @@ class Checker:
         return float(value)
 
 
-STEPS_MAX = 1000  # of a flight
-RISE_MAX, RUN_MAX = 2.0, 5.0  # [m] of a step: more is a slip of the pen, such as of millimetres
-
-
 class StairsChecker(Checker):
     """Checks a flight, but for the fields that other elements have too."""
 
@@ -242,21 +286,7 @@ class StairsChecker(Checker):
             raise self.error("count", f"a flight has at most {STEPS_MAX} steps: add a landing")
 
 
-RUN_MIN = 0.10  # [m]
 LEVEL = ("floor", "landing")
-FOOT_ROOM = 0.02  # [m] of tread before and behind a foot
-
-STEEPEST = 0.7  # rise over length of a slope: on anything steeper nothing stands by friction
-
-_STAIRS = ("going", "rise", "run", "count", "rises", "runs", "overhang", "open", "thickness")
-FIELDS_OF_KIND: dict[str, tuple[str, ...]] = {
-    "floor": ("length", "width"),
-    "stairs": (*_STAIRS, "width"),
-    "landing": ("length", "width", "turn_deg"),
-    "block": ("length", "height", "width"),
-    "curb": ("going", "height"),
-    "slope": ("going", "length", "height", "width"),
-}
 
 
 def check_elements(

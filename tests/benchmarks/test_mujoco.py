@@ -15,8 +15,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.planning.mission import plan_mission
 from drake_quad.planning.motion_plan import Stance, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task, derive_mission
-from drake_quad.scenario.build import control_settings, mission_of, plan_settings
-from drake_quad.scenario.build import course_of as course_of_scenario
+from drake_quad.scenario.build import course_of as course_of_scenario, mission_of, plan_settings
 from drake_quad.scenario.load import load_scenario
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.state_estimator import StateEstimator
@@ -220,7 +219,7 @@ def test_case_study_in_mujoco() -> None:
         course,
         settings,
         mission=mission_of(scenario, course),
-        control=control_settings(scenario),
+        control=scenario.controller,
         stance=stance_at(course, settings, scenario.start.distance),
     )
     assert_climbed(run, course, settings, top=6 * 0.13)

@@ -5,8 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from drake_quad.bus.messages import CommandMessage, StateMessage
 from drake_quad.bus.processes import joint_map

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from drake_quad.certificate.enclosure import Enclosure, angle_of, bernstein, compose
 from drake_quad.common import FloatArray

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from certificate_rig import certified, paper_shank, prepared
 
-from drake_quad.certificate import bounds as cell_bounds
-from drake_quad.certificate import clearance as feet_room
+from drake_quad.certificate import bounds as cell_bounds, clearance as feet_room
 from drake_quad.certificate.bounds import TOLERANCE
 from drake_quad.certificate.certify import certify_plans
 from drake_quad.certificate.clearance import _faces, find_box_obstacles

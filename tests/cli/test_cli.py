@@ -16,8 +16,8 @@ import typer
 from command import COMMAND, drake_quad, refused
 
 from drake_quad.cli import main as cli
-from drake_quad.cli.common import read_summary
 from drake_quad.cli.main import app
+from drake_quad.runs.reader import read_summary
 
 FLOOR = "{kind: floor, length: 4.0}"
 UP = "{kind: stairs, going: up, rise: 0.13, run: 0.5, count: 6}"

@@ -24,12 +24,10 @@ from rig import URL, paper_robot
 from synthetic_robot import Quadruped
 
 from drake_quad import __version__
-from drake_quad.cli import main as cli
-from drake_quad.cli import robots as cli_robots
+from drake_quad.cli import main as cli, robots as cli_robots
 from drake_quad.cli.common import claim_file
 from drake_quad.errors import InputError
-from drake_quad.feasibility import chart as chart_grid
-from drake_quad.feasibility import check_report as check_command
+from drake_quad.feasibility import chart as chart_grid, check_report as check_command
 from drake_quad.feasibility.chart import Span, grid_of
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import CheckRequest, run_check

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from control_rig import TICK, Controller, phase_at, state_on
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import flat_walk
 
 from drake_quad.common import GRAVITY, FloatArray

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from control_rig import phase_at
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rig import flat_walk
 
 from drake_quad.common import FloatArray

@@ -2,8 +2,7 @@
 
 import numpy as np
 from feet_rig import any_state, case_of, drakes_drift, drakes_jacobian
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rig import feet_of, model_layout, paper_robot
 
 from drake_quad.common import FloatArray

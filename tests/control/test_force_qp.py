@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import piqp
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 from rig import GRAVITY, flat_walk, model_layout, model_plant, paper_robot, state_of
 
 from drake_quad.common import FloatArray

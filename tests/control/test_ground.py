@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import course_of, flat_course, model_layout, paper_robot, state_of
 
 from drake_quad.common import FloatArray

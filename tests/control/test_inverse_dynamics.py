@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from feet_rig import Case, any_state, case_of, drakes_drift, drakes_jacobian
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydrake.multibody.tree import MultibodyForces
 from rig import flat_walk, model_layout, model_plant, paper_robot, state_of
 

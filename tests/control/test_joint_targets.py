@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RollPitchYaw
 from rig import flat_walk, paper_robot

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from control_rig import com_of, state_on
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from pydrake.math import RotationMatrix
 from rig import flat_walk, model_layout, stairs_walk, state_of
 from whole_body_rig import CONTROL, MASS, controller_of, ground_forces

@@ -1,8 +1,7 @@
 """The gait clock slows down and stands before a margin is lost that is demanded."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from rig import fix_inputs, flat_walk, paper_robot, read
 

@@ -1,8 +1,7 @@
 """What a slip teaches: less friction is counted on under that foot, and it comes back slowly."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from drake_quad.control.contact_load import LEAST, REGAINS, update_friction
 

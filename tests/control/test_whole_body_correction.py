@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from control_rig import phase_at, state_on
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rig import GRAVITY, model_layout, paper_robot, stand_plan, state_of
 from whole_body_rig import CONTROL, MASS, controller_of, wrench_of
 

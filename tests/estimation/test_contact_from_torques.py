@@ -1,8 +1,7 @@
 """Feet felt by the joints: the residual follows what pushes, and touchdowns are told apart."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from drake_quad.common import GRAVITY
 from drake_quad.estimation.contact_from_torques import (

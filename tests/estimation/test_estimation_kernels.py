@@ -5,8 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from estimation_rig import DT
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from pydrake.math import RotationMatrix
 from rig import paper_robot, with_raised
 from scipy.linalg import expm

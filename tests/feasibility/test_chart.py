@@ -9,8 +9,7 @@ import pytest
 from chart_rig import made_up, made_up_slowly
 from command import drake_quad, refused
 from design_rig import asked
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import URL
 
 from drake_quad.cli.robots import write_chart

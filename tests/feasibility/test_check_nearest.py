@@ -10,10 +10,10 @@ from design_rig import COUNT, RUN, asked, made_up
 from rich.console import Console
 from rig import URL, paper_robot
 
+import drake_quad as dq
 from drake_quad.cli import robots as cli_robots
 from drake_quad.cli.robots import print_next
-from drake_quad.feasibility import check as check_nearest
-from drake_quad.feasibility import check_report as check_command
+from drake_quad.feasibility import check as check_nearest, check_report as check_command
 from drake_quad.feasibility.check import Feasibility, check_flight, nearest_stairs
 from drake_quad.feasibility.check_report import (
     LIMITS,
@@ -68,7 +68,7 @@ def test_the_command_prints_a_no_while_it_still_looks(
         assert printed.startswith("No: ") and "a reason" in printed and "Nearest" not in printed
         return with_nearest(told, Stairs(0.2, 0.3, 7))
 
-    monkeypatch.setattr(check_command, "run_check", looks)
+    monkeypatch.setattr(dq, "run_check", looks)
     with pytest.raises(typer.Exit) as end:
         cli_robots.check(URL)
     assert end.value.exit_code == 1

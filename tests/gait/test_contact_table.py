@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from drake_quad.gait.schedule import GaitSchedule, spin_schedule, wave_schedule
 from drake_quad.robot.legs import LEGS, Leg

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from design_rig import MODEL, shape
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rig import paper_robot
 
+from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import check_flight
 from drake_quad.gait_design.candidates import (
@@ -30,9 +30,8 @@ from drake_quad.gait_design.search import choose_gaits
 from drake_quad.math.distance import point_to_stairs
 from drake_quad.planning.clearance import from_ground, from_nosings
 from drake_quad.planning.footholds import FootholdPattern
-from drake_quad.scenario.build import control_settings, course_of
+from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import DESIGNED, parse_scenario
-from drake_quad.scenario.motion_config import ControllerConfig
 from drake_quad.terrain.elements import Stairs
 
 
@@ -109,7 +108,7 @@ def test_the_thicker_the_foot_the_sooner_it_is_followed(size: float, radius: flo
     assert follow(thick) * thick == pytest.approx(follow(shipped) * shipped, rel=1e-3)
     assert follow(0.5 * shipped) == follow(shipped)  # thin feet: no slower than that
     own = paper_robot().foot_radius * size  # the defaults are for the shipped robot
-    assert follow(own) == pytest.approx(ControllerConfig().foothold_time * size**0.5, rel=1e-3)
+    assert follow(own) == pytest.approx(ControlSettings().foothold_time * size**0.5, rel=1e-3)
 
 
 def test_design_and_plan_agree_on_the_room() -> None:
@@ -159,7 +158,7 @@ def test_room_on_a_course_is_that_on_endless_stairs(seed: int) -> None:
 def test_feedback_of_the_papers_robot_is_what_it_was_found_to_be() -> None:
     """Scaling by one changes nothing; a scenario's defaults are the same numbers."""
     fields = control_fields(1.0, 1.0, paper_robot().foot_radius)
-    default = ControllerConfig()
+    default = ControlSettings()
     for name, value in fields.items():
         if name not in ("kind", "period"):
             assert value == pytest.approx(getattr(default, name)), name
@@ -173,7 +172,7 @@ def test_robot_and_course_are_enough_of_a_scenario() -> None:
     assert parse_scenario(course, source="a").design == "given"
     assert parse_scenario(robot + course + "gait: {stride: 0.5}", source="a").design == "given"
     assert parse_scenario(course + "design: auto", source="a").design == "auto"
-    assert control_settings(parse_scenario(course, source="a")).kind == "ik"
+    assert parse_scenario(course, source="a").controller.kind == "ik"
 
 
 def test_to_set_a_field_does_not_make_a_gait_ones_own() -> None:

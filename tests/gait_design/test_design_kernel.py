@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from design_rig import shape, unswayed
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import paper_robot, with_raised
 
 from drake_quad.common import FloatArray

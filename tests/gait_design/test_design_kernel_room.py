@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from design_rig import shape, unswayed
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 from rig import paper_robot
 
 from drake_quad.common import FloatArray

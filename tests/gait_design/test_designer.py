@@ -10,8 +10,7 @@ from rig import paper_robot
 
 from drake_quad.errors import PlanningError
 from drake_quad.feasibility.check import check_flight
-from drake_quad.gait_design import designer
-from drake_quad.gait_design import plan_candidates as designer_lower
+from drake_quad.gait_design import designer, plan_candidates as designer_lower
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
 from drake_quad.planning.clearance import check_self_collision
 from drake_quad.planning.mission import (

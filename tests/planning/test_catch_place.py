@@ -1,8 +1,7 @@
 """Ground for a step that catches a fall: its height, whole under a foot, free on the way."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import course_of, flat_course, paper_robot, stairs_course
 
 from drake_quad.planning.recovery_step import CLEARANCE, FOOTING, StepTargetMap

@@ -4,15 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline
 from drake_quad.math.distance import points_to_boxes
-from drake_quad.planning import body_path
-from drake_quad.planning import body_path as body_search
+from drake_quad.planning import body_path, body_path as body_search
 from drake_quad.planning.body_constraints import (
     SAFE,
     LegLimits,

@@ -1,8 +1,7 @@
 """Feet on ground that is not as high as mapped are planned with as if it were."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import stairs_course
 
 from drake_quad.planning.replan import NEGLIGIBLE, project_to_map

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import paper_robot, stairs_course, walk_plan
 
 from drake_quad.gait_design.candidates import (

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 from pydrake.multibody.tree import JacobianWrtVariable
 from rig import GRAVITY, flat_walk, model_layout, model_plant, paper_robot, state_of
 

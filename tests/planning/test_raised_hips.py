@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from certificate_rig import SCRIPTS, checker
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context

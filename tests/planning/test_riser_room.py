@@ -5,13 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import flat_course, paper_robot, stairs_course
 
 from drake_quad.errors import PlanningError
-from drake_quad.planning import task as plan_task_module
-from drake_quad.planning import task as riser_room_module
+from drake_quad.planning import task as plan_task_module, task as riser_room_module
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.footholds import FootholdPattern, make_foothold_grid
 from drake_quad.planning.footsteps import foothold, plan_walk_footsteps

@@ -5,8 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rig import flat_course, paper_robot, rotations, walk_plan
 from scipy.spatial.transform import Rotation
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from report_run import make_log, short_scenario, wave_begins, write_run
 
 from drake_quad.errors import InputError

@@ -4,8 +4,7 @@ Each example is one random robot, in hundreds of random poses at once.
 """
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from drake_quad.common import FloatArray
 from drake_quad.robot.kinematics import calc_feet, calc_jacobians, solve_legs

@@ -5,8 +5,7 @@ from itertools import chain
 from xml.etree import ElementTree as ET
 
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 from drake_quad.errors import InputError
 from drake_quad.robot.importer.format_names import Names

@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rig import model_layout, model_plant, paper_robot, state_from_joints
 
 from drake_quad.common import FloatArray

@@ -1,9 +1,8 @@
-"""The log of a run: every column is documented, and says what the plan and the loggers said."""
+"""The log of a run has the schema's columns, and says what the plan and the loggers said."""
 
 import re
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -27,14 +26,14 @@ from drake_quad.math.curves import BodySpline
 from drake_quad.math.rotations import roll_pitch_yaw
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.kinematic_log import kinematic_logs
 from drake_quad.runs.log import log_table, state_names
 from drake_quad.runs.planned_columns import Ground, planned_figures
+from drake_quad.runs.schema import SIGNALS
 from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.kinematic_replay import kinematic_logs
 from drake_quad.simulation.run import simulate
 from drake_quad.stability.support_polygon import stability_margins
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "log_format.md"
 PERIOD = 0.01  # [s]
 
 
@@ -86,24 +85,6 @@ def columns(*names: str) -> np.ndarray:
     return np.stack([column(name) for name in names], axis=-1)
 
 
-def documented() -> list[re.Pattern[str]]:
-    """What docs/log_format.md's table of columns allows, as patterns of names."""
-    text = DOCS.read_text().split("## log.parquet")[1].split("## summary.json")[0]
-    found = []
-    for line in text.splitlines():
-        cell = line.split("|")[1] if line.startswith("|") else ""
-        for name in re.findall(r"`([^`]+)`", cell):
-            stem, *others = name.split("/")
-            endings = "|".join([stem.rsplit("_", 1)[-1], *others])
-            pattern = re.escape(stem)
-            if others:
-                pattern = re.escape(stem.rsplit("_", 1)[0]) + f"_(?:{endings})"
-            pattern = pattern.replace(re.escape("<leg>"), "(?:FL|FR|RL|RR)")
-            pattern = pattern.replace(re.escape("<joint>"), ".+").replace(r"\*", ".+")
-            found.append(re.compile(f"^{pattern}$"))
-    return found
-
-
 @cache
 def full_table() -> pa.Table:
     """The same with all that some controllers log beside it, a number of its own in each place."""
@@ -117,13 +98,16 @@ def full_table() -> pa.Table:
     return table_of(times, {**found, **counted}, plans())
 
 
-def test_every_column_is_documented_and_every_documented_column_is_there() -> None:
-    """docs/log_format.md and the log agree, name by name."""
-    patterns, names = documented(), full_table().column_names
-    assert len(patterns) > 20
-    assert [n for n in names if not any(p.match(n) for p in patterns)] == []
-    assert [p.pattern for p in patterns if not any(p.match(n) for n in names)] == []
-    assert len(set(names)) == len(names)
+def test_the_log_has_the_columns_of_the_schema() -> None:
+    """All of them, each once, in the schema's order, where everything is logged."""
+    plant = model_plant()
+    names = {
+        "joint": paper_robot().joint_names,
+        "position": plant.GetPositionNames(),
+        "velocity": plant.GetVelocityNames(),
+    }
+    expected = [column for signal in SIGNALS for column in signal.columns(names)]
+    assert full_table().column_names == expected and len(set(expected)) == len(expected)
 
 
 def test_what_is_not_estimated_or_learned_has_no_columns() -> None:

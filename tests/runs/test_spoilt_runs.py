@@ -12,11 +12,10 @@ from command import drake_quad, refused
 from report_run import make_log, short_scenario, write_run
 from spoilt_rig import NESTED, change_json, filled, line_of
 
-from drake_quad.cli.common import read_summary
 from drake_quad.cli.runs import print_summary
 from drake_quad.errors import InputError
 from drake_quad.report.page import write_report
-from drake_quad.runs.reader import load_run
+from drake_quad.runs.reader import load_run, read_summary
 
 
 @pytest.fixture(scope="module")

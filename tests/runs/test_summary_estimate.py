@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from summary_rig import as_dict, base_columns, estimated, log, summary, values, with_columns
 
-from drake_quad.runs.estimation_metrics import distance_walked
+from drake_quad.runs.pose_metrics import distance_walked
 
 
 @pytest.mark.parametrize(("ahead", "yaw"), [(0.0, 0.0), (-0.03, 0.002), (0.01, -0.05)])

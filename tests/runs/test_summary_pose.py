@@ -7,7 +7,7 @@ from pydrake.math import RollPitchYaw
 from summary_rig import base_columns, changed, log, summary, values
 
 from drake_quad.math.rotations import angle_between, quaternion_of
-from drake_quad.runs.base_pose import base_error
+from drake_quad.runs.pose_metrics import base_error
 
 
 def test_base_error_is_the_distance_and_the_angle_from_the_plan() -> None:

@@ -2,23 +2,18 @@
 
 import dataclasses
 import math
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from pydrake.common.yaml import yaml_dump_typed
-from scenario_rig import leaves
+from hypothesis import given, settings, strategies as st
 
-from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
 from drake_quad.planning.problem import PlanSettings
-from drake_quad.scenario.build import control_settings, course_of, mission_of, plan_settings
-from drake_quad.scenario.config import DisturbancesConfig, Scenario
+from drake_quad.scenario.build import course_of, mission_of, plan_settings
+from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import (
     load_scenario,
     parse_scenario,
@@ -106,11 +101,6 @@ def test_defaults_are_the_planners() -> None:
     assert plan_settings(Scenario()) == PlanSettings()
 
 
-def test_defaults_of_the_controller_are_its_own() -> None:
-    """A scenario that says nothing of the controller has the controller's own defaults."""
-    assert control_settings(Scenario()) == ControlSettings()
-
-
 CHANGED: dict[str, dict[str, Any]] = {
     "gait.duty_factor=0.9": {"duty_factor": 0.9},
     "gait.pitch=slope": {"pitch_along_slope": 1.0},
@@ -177,23 +167,3 @@ def test_spin_both_ways_comes_back() -> None:
     scenario = load_scenario("spin_both_ways")
     angles = [t.angle for t in mission_of(scenario, course_of(scenario)) if t.kind == "spin"]
     assert angles == [pytest.approx(math.pi / 2), pytest.approx(-math.pi / 2)]
-
-
-def test_the_documentation_has_every_field_and_its_default() -> None:
-    """docs/scenario.md lists each field of the schema, with the default that the code has."""
-    text = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
-    rows = dict(re.findall(r"^\| `([\w.]+)` \| ([^|]*) \|", text, flags=re.MULTILINE))
-    defaults = yaml.safe_load(yaml_dump_typed(Scenario()))
-    for path in leaves(Scenario):
-        if path.startswith(("simulation.plant.", "simulation.simulator.", "course", "mission")):
-            continue
-        value = defaults
-        for name in path.split("."):
-            value = value[name]
-        shown = rows[path].strip().strip("`")
-        assert yaml.safe_load(shown) == value or (value == "" and shown == "(none)")
-    lists = [Scenario.__annotations__[name] for name in ("course", "mission")]
-    lists += [DisturbancesConfig.__annotations__[name] for name in ("pushes", "motor_strength")]
-    for schema in lists:
-        for name in field_types(schema.__args__[0]) or {}:
-            assert f"| `{name}` |" in text

@@ -16,9 +16,9 @@ import pyarrow as pa
 import pytest
 from rig import GRAVITY, paper_robot
 
-from drake_quad.cli.runs import summary_lines
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.result import RunResult
+from drake_quad.runs.schema import summary_lines
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import load_scenario, shipped_scenarios
 from drake_quad.simulation.prepare import prepare

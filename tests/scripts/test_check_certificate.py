@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from certificate_rig import SCRIPTS, record_of, refusal
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 SPARE = {"numpy", *(path.stem for path in SCRIPTS.glob("certificate_*.py"))}
 

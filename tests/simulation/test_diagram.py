@@ -16,11 +16,11 @@ from drake_quad.errors import InputError
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.robot.loader import AddRobot, MakeModelPlant
 from drake_quad.robot.state import make_layout
-from drake_quad.scenario.build import control_settings, sensor_errors
+from drake_quad.runs.schema import ESTIMATED, SOURCES, sources_of
+from drake_quad.scenario.build import sensor_errors
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.diagram import MakeStairClimb, StairClimb, stair_climb_of
 from drake_quad.simulation.prepare import PreparedScenario, prepare
-from drake_quad.simulation.signal_log import ESTIMATE_LOGS, LOGS
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.disturbances import Disturbances
@@ -41,7 +41,7 @@ def make_climb(**changes: object) -> StairClimb:
         "course": p.course,
         "settings": p.settings,
         "mission": p.tasks,
-        "control": control_settings(p.scenario),
+        "control": p.scenario.controller,
         "stance": p.stance,
         "plant_config": p.scenario.simulation.plant,
         "friction": p.scenario.simulation.friction,
@@ -79,7 +79,8 @@ def test_every_system_has_a_name_of_its_own() -> None:
     assert {"plant", "scene_graph", "controller", "contact_monitor", "stability_monitor"} <= top
     assert "push_source" in top and not {"sensor_delay", "command_delay", "motor_strength"} & top
     assert {"logged", "log"} <= top
-    assert list(climb().loggers) == [name for name, _, _ in LOGS]
+    plain = sources_of(estimated=False, whole_body=False, margins=False)
+    assert list(climb().loggers) == [source.name for source in plain]
 
 
 def test_controller_has_a_robots_ports() -> None:
@@ -102,13 +103,13 @@ def test_a_controller_that_estimates_its_state_is_not_told_it() -> None:
     assert ins == {"contact_state_measured", "imu_measured", "joint_state_measured"}
     assert "state_estimator" in {s.get_name() for s in controller.GetSystems()}
     assert {"imu", "joint_sensor"} <= {s.get_name() for s in made.diagram.GetSystems()}
-    assert {name for name, _, _ in ESTIMATE_LOGS} <= set(made.loggers)
+    assert {s.name for s in SOURCES if s.where == ESTIMATED} <= set(made.loggers)
 
 
 @pytest.mark.parametrize("kind", ["ik", "whole_body"])
 def test_nothing_passes_through_the_controller_but_by_a_tick(kind: str) -> None:
     """No output depends directly on any input: it can be wired in a loop with any plant."""
-    control = control_settings(load_scenario("flat_walk", [f"controller.kind={kind}"]))
+    control = load_scenario("flat_walk", [f"controller.kind={kind}"]).controller
     assert not controller_of(make_climb(control=control).diagram).HasAnyDirectFeedthrough()
 
 
@@ -136,7 +137,7 @@ def test_controller_never_sees_the_simulated_plant() -> None:
 
 def test_every_joint_is_held_by_the_plants_own_controller() -> None:
     """Each actuator has the gains that were set, after Finalize, where they take."""
-    control = control_settings(prepared().scenario)
+    control = prepared().scenario.controller
     for index in climb().plant.GetJointActuatorIndices():
         actuator = climb().plant.get_joint_actuator(index)
         assert actuator.has_controller()
@@ -214,8 +215,8 @@ def test_logs_have_one_sample_each_log_period() -> None:
         log = sink.FindLog(simulator.get_context())
         np.testing.assert_allclose(log.sample_times(), 0.02 * np.arange(26), atol=1e-12)
         assert log.num_samples() == log.data().shape[1] == 26
-        system, port = next(ports for other, *ports in LOGS if other == name)
-        source = made.diagram.GetSubsystemByName(system).GetOutputPort(port)
+        found = next(source for source in SOURCES if source.name == name)
+        source = made.diagram.GetSubsystemByName(found.system).GetOutputPort(found.port)
         context = source.get_system().GetMyContextFromRoot(simulator.get_context())
         assert len(log.data()) == source.size() == len(source.Eval(context))
 
@@ -228,7 +229,7 @@ class Elsewhere:
 
     def __init__(self) -> None:
         p = prepared()
-        control = control_settings(p.scenario)
+        control = p.scenario.controller
         model = MakeModelPlant(p.robot.url)
         self.controller = MakeController(
             robot=p.robot,

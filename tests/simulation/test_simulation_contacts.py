@@ -10,7 +10,7 @@ from rig import flat_course, model_layout, paper_robot, state_from_joints
 from drake_quad.common import FloatArray
 from drake_quad.runs.result import write_files
 from drake_quad.scenario.load import load_scenario
-from drake_quad.simulation.kinematic_contacts import Touches, find_touches
+from drake_quad.simulation.kinematic_replay import Touches, find_touches
 from drake_quad.simulation.run import simulate
 
 FOOT_END = 0.72  # [m] from the knee to the lower end of the foot, as in the shipped file

@@ -6,7 +6,6 @@ from rig import course_of, paper_robot
 
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import Task
-from drake_quad.scenario.build import control_settings
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.diagram import MakeStairClimb
 from drake_quad.simulation.prepare import prepare
@@ -40,7 +39,7 @@ def test_feet_do_not_slip_on_a_slope() -> None:
     )
     made = MakeStairClimb(
         robot=p.robot, course=course, settings=p.settings, mission=mission,
-        control=control_settings(p.scenario), stance=Stance(body, feet),
+        control=p.scenario.controller, stance=Stance(body, feet),
         plant_config=p.scenario.simulation.plant, friction=FRICTION, log_period=0.005,
     )  # fmt: skip
     simulator = Simulator(made.diagram)

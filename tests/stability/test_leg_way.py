@@ -1,8 +1,7 @@
 """How far legs let the robot be thrown, and what that leaves of the push budget."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rig import paper_robot, rotations, stand_plan
 
 from drake_quad.common import BoolArray, FloatArray

@@ -1,8 +1,7 @@
 """The push that a stance takes without a step."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from test_region import NEAR, random_contacts
 
 from drake_quad.stability.capture_point import (

@@ -6,11 +6,11 @@ from typing import Any
 import pytest
 from rig import paper_robot
 
-from drake_quad.cli.runs import safety_line
 from drake_quad.gait_design.objective import targets_for
 from drake_quad.report.overlay import margin_colour
 from drake_quad.report.style import BAD, GOOD, WARN
 from drake_quad.robot.model import leg_length
+from drake_quad.runs.schema import safety_line
 from drake_quad.stability.safety import judge_safety, safe_margin
 
 GOOD_RUN: dict[str, Any] = {

@@ -1,8 +1,7 @@
 """Joint torques' part in the region of balance."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydrake.multibody.tree import JacobianWrtVariable
 from rig import GRAVITY, model_layout, model_plant, paper_robot, stand_plan, state_of
 

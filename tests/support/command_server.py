@@ -18,7 +18,8 @@ from typing import Any
 IMPORTED = (
     "drake_quad.cli.main",
     "drake_quad.simulation.run",
-    "drake_quad.cli.studies",
+    "drake_quad.feasibility.check_report",
+    "drake_quad.sweep.run",
     "drake_quad.report.page",
     "drake_quad.feasibility.chart",
     "scipy.stats",

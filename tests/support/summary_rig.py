@@ -10,9 +10,9 @@ from pydrake.math import RollPitchYaw
 from rig import flat_walk, model_layout, model_plant, paper_robot, stand_plan
 
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.kinematic_log import kinematic_logs
 from drake_quad.runs.log import log_table, state_names
 from drake_quad.runs.metrics import summarize
+from drake_quad.simulation.kinematic_replay import kinematic_logs
 
 PERIOD = 0.01  # [s]
 

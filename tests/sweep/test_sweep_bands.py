@@ -3,8 +3,7 @@
 import json
 
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
+from hypothesis import assume, given, strategies as st
 
 from drake_quad.sweep.findings import bin_indices, bins_of
 from drake_quad.sweep.statistics import percent, rate_of

@@ -11,8 +11,7 @@ import sweep_rig as rig
 
 from drake_quad.errors import InputError
 from drake_quad.scenario.load import parse_scenario
-from drake_quad.sweep import provenance
-from drake_quad.sweep import run as sweep_module
+from drake_quad.sweep import provenance, run as sweep_module
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.provenance import MODELS, commit, robots_of, study_digest
 from drake_quad.sweep.results import trials_table

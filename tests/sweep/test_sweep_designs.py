@@ -9,9 +9,10 @@ import sweep_rig as rig
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.scenario.config import CourseElement, MissionElement, Scenario
+from drake_quad.scenario.config import MissionElement, Scenario
 from drake_quad.scenario.load import parse_scenario, scenario_text
 from drake_quad.sweep.trials import KEPT, UNREAD, Designs, make_trials, work
+from drake_quad.terrain.elements import Element
 
 TEXT = """
 robot: {model: paper_quadruped}
@@ -23,7 +24,7 @@ course:
 
 
 EXTRA: dict[str, Any] = {
-    "course": CourseElement(kind="floor"),
+    "course": Element(kind="floor"),
     "mission": MissionElement(kind="stand"),
 }
 

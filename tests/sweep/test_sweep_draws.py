@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sweep_rig as rig
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import stats
 
 from drake_quad.sweep.findings import bins_of

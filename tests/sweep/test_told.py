@@ -11,6 +11,7 @@ from rich.console import Console
 from drake_quad.cli import runs as cli_print
 from drake_quad.cli.robots import print_chart, print_check, print_next
 from drake_quad.cli.runs import print_certificate
+from drake_quad.runs.schema import summary_lines
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.run import assumptions_of
 
@@ -86,12 +87,12 @@ def test_units_of_a_plans_table_are_there(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_run_is_told_with_its_pressures_margin_and_what_its_figures_assume() -> None:
     """Beside the static margin stands the zero-moment point's; a replay has none to tell."""
     told = {"margin": {"minimum": 0.071}, "zmp_margin": {"minimum": 0.059}}
-    lines = cli_print.summary_lines(told)
+    lines = summary_lines(told)
     assert lines[:2] == [
         ("smallest margin measured", "0.071 m"),
         ("the same of the zero-moment point", "0.059 m"),
     ]
-    assert "zero-moment" not in str(cli_print.summary_lines({"zmp_margin": {"minimum": None}}))
+    assert "zero-moment" not in str(summary_lines({"zmp_margin": {"minimum": None}}))
 
 
 def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from tick_reader import TickReader
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.scenario.build import control_settings, disturbances_of, generator_of
+from drake_quad.scenario.build import disturbances_of, generator_of
 from drake_quad.scenario.load import load_scenario, parse_scenario, scenario_text
 from drake_quad.simulation.diagram import StairClimb, stair_climb_of
 from drake_quad.simulation.plant import MakeTrueModel
@@ -94,7 +94,7 @@ def test_a_shifted_centre_of_mass_is_as_if_the_robots_file_had_it() -> None:
 def test_a_weak_drive_has_less_of_everything() -> None:
     """Its gains, its limit and its feed-forward are the factor's part; no other drive's are."""
     made = climb_with("disturbances.motor_strength=[{joint: RL_knee, factor: 0.6}]")
-    control, robot = control_settings(load_scenario("flat_walk")), paper_robot()
+    control, robot = load_scenario("flat_walk").controller, paper_robot()
     for k, name in enumerate(robot.joint_names):
         actuator = made.plant.get_joint_actuator(
             next(

@@ -14,8 +14,7 @@ from control_rig import (
     phase_at,
     state_on,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydrake.systems.analysis import Simulator
 from rig import (
     GRAVITY,

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from control_rig import com_of
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
 from rig import fix_inputs, model_layout, model_plant, read, stand_plan, state_of

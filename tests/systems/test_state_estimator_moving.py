@@ -25,7 +25,7 @@ from drake_quad.estimation.sensor_models import (
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.loader import AddRobot
 from drake_quad.robot.state import StateLayout, make_layout
-from drake_quad.simulation.diagram import AddSensors
+from drake_quad.simulation.instruments import AddSensors
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.state_estimator import StateEstimator
 from drake_quad.terrain.drake_geometry import AddCourse

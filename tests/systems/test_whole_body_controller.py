@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from control_rig import middle_of, phase_at, state_on
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydrake.systems.analysis import Simulator
 from rig import GRAVITY, fix_inputs, flat_walk, model_layout, paper_robot, read, stand_plan
 from whole_body_rig import CONTROL, MASS, controller_of, ground_forces, nan_state, wrench_of

@@ -1,8 +1,7 @@
 """Which way the ground faces."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from rig import course_of, stairs_course
 
 from drake_quad.terrain.course import Course, ground_normals

@@ -15,9 +15,9 @@ from command import drake_quad, refused
 from report_run import make_log, short_scenario, write_run
 from synthetic_robot import Quadruped
 
-from drake_quad.cli.common import read_summary
 from drake_quad.errors import InputError
 from drake_quad.robot.loader import load_robot
+from drake_quad.runs.reader import read_summary
 from drake_quad.scenario.load import load_scenario
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.journal import NAME, read_journal

@@ -1,4 +1,4 @@
-"""How good the estimates of a run were, from its log: the state's, and the unknown load's."""
+"""The base in a log: its pose, how far off its plan it was, and how far off its estimates were."""
 
 from typing import Any
 
@@ -7,11 +7,38 @@ import numpy as np
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.math.rotations import angle_between, quaternion_of
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.base_pose import Columns, base_place, base_quaternion
+from drake_quad.runs.schema import Columns
 
 SETTLED = 0.1  # [s] after which the tilt is the filter's own, not the first reading's
 LEAST_WAY = 0.1  # [m] below which a drift is no part of a way
 LEAST_LOAD = 5.0  # [N] below which a load has no place: the arm would be noise
+
+
+def base_place(c: Columns) -> FloatArray:
+    """The base's place as it is, (N, 3) in W [m]."""
+    name = _base_name(c)
+    return np.stack([c[name + k] for k in "xyz"], axis=-1)
+
+
+def base_quaternion(c: Columns) -> FloatArray:
+    """The base's orientation as it is, (N, 4): w, x, y, z."""
+    name = _base_name(c)
+    return np.stack([c[name + k] for k in ("qw", "qx", "qy", "qz")], axis=-1)
+
+
+def base_error(c: Columns) -> tuple[FloatArray, FloatArray]:
+    """Distance [m] and angle [rad] between the base and where it is wanted, (N,) each."""
+    desired = np.stack([c[f"base_desired_{k}"] for k in "xyz"], axis=-1)
+    pitch, yaw = c["base_desired_pitch"], c["base_desired_yaw"]
+    wanted = quaternion_of(np.zeros_like(pitch), pitch, yaw)
+    return np.linalg.norm(base_place(c) - desired, axis=1), angle_between(
+        base_quaternion(c), wanted
+    )
+
+
+def _base_name(c: Columns) -> str:
+    """What the names of the base's columns begin with, before `qw` and `x`."""
+    return next(k for k in c if k.startswith("q_") and k.endswith("_qw"))[:-2]
 
 
 def estimate_figures(c: Columns) -> dict[str, Any] | None:

@@ -1,0 +1,224 @@
+"""The instruments of a simulated world: monitors, pushes, the robot's sensors, and the one log.
+
+Monitors measure the truth, and nobody is told by them. Signals are logged together: every logger of
+its own would be asked for its time at every step.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLog, VectorLogSink
+
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.estimation.sensor_models import SensorErrors
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
+from drake_quad.simulation.plant import MakeTrueModel, SimulatedPlant
+from drake_quad.stability.margins import MarginEstimator
+from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
+from drake_quad.systems.disturbances import Disturbances, PushSource
+from drake_quad.systems.sensors import Imu, JointSensor
+from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
+
+GAUGE_PERIOD = 0.1  # [s] between measurements of the margins that take longer
+
+
+class Monitors(NamedTuple):
+    """What AddMonitors added."""
+
+    contact: ContactMonitor
+    stability: StabilityMonitor
+
+
+def AddMonitors(
+    builder: DiagramBuilder,
+    simulated: SimulatedPlant,
+    *,
+    robot: RobotModel,
+    disturbances: Disturbances,
+    period: float,
+    log_period: float,
+    height_limit: float,
+    margins: str,
+    friction: float,
+) -> Monitors:
+    """Adds them, connected with the plant.
+
+    Args:
+        builder: Builder that holds the plant.
+        simulated: The plant.
+        robot: The robot as its controller knows it.
+        disturbances: What makes it another robot than that.
+        period: Time between measurements [s].
+        log_period: Time between samples of the log, which is to miss no smallest margin [s].
+        height_limit: Height of the trunk over its feet below which the robot fell [m].
+        margins: Kind of the margins that are measured, one of `equilibrium_region.KINDS`.
+        friction: Coulomb's coefficient between feet and ground.
+    """
+    plant = simulated.plant
+    inspector = simulated.scene_graph.model_inspector()
+    names = {g: inspector.GetName(g) for g in inspector.GetAllGeometryIds()}
+    contact = builder.AddNamedSystem(
+        "contact_monitor",
+        ContactMonitor(
+            plant=plant,
+            foot_geometries=find_feet(plant, robot, names),
+            robot=robot,
+            period=period,
+        ),
+    )
+    model = MakeTrueModel(robot, disturbances)
+    strength = [disturbances.motor_strength.get(name, 1.0) for name in robot.joint_names]
+    gauge = MarginEstimator(
+        robot=robot,
+        kind=margins,
+        friction=friction,
+        mass=model.CalcTotalMass(model.CreateDefaultContext()),
+        effort=robot.effort * strength,
+        none=NO_SUPPORT,
+    )
+    stability = builder.AddNamedSystem(
+        "stability_monitor",
+        StabilityMonitor(
+            model=model,
+            layout=simulated.layout,
+            period=period,
+            height_limit=height_limit,
+            gauge=gauge,
+            window=ceil(log_period / period - 1e-9) + 1,
+            gauge_period=period * max(1, round(GAUGE_PERIOD / period)),
+        ),
+    )
+    builder.Connect(
+        plant.get_contact_results_output_port(), contact.GetInputPort("contact_results")
+    )
+    if contact.HasInputPort("plant_state"):
+        builder.Connect(plant.get_state_output_port(), contact.GetInputPort("plant_state"))
+    builder.Connect(plant.get_state_output_port(), stability.GetInputPort("robot_state"))
+    # A margin is of the contacts of its own instant, and not of those last sensed.
+    builder.Connect(
+        contact.GetOutputPort("contact_state"), stability.GetInputPort("contact_state_measured")
+    )
+    for port in ("foot_contact_position", "foot_force_measured"):
+        builder.Connect(contact.GetOutputPort(port), stability.GetInputPort(port))
+    return Monitors(contact, stability)
+
+
+def AddPushes(
+    builder: DiagramBuilder, simulated: SimulatedPlant, disturbances: Disturbances
+) -> PushSource:
+    """Adds the source of the pushes, connected with the plant."""
+    plant, pushes = simulated.plant, disturbances.pushes
+    source: PushSource = builder.AddNamedSystem(
+        "push_source",
+        PushSource(
+            pushes=pushes,
+            bodies=[plant.GetBodyByName(push.body, simulated.instance).index() for push in pushes],
+            layout=simulated.layout,
+            time_step=plant.time_step(),
+        ),
+    )
+    builder.Connect(plant.get_state_output_port(), source.GetInputPort("robot_state"))
+    builder.Connect(
+        source.GetOutputPort("applied_spatial_force"),
+        plant.get_applied_spatial_force_input_port(),
+    )
+    return source
+
+
+def AddSensors(
+    builder: DiagramBuilder,
+    state: OutputPort,
+    *,
+    layout: StateLayout,
+    errors: SensorErrors,
+    period: float,
+) -> dict[str, OutputPort]:
+    """Adds an IMU and the joints' encoders, which alone see the simulated state.
+
+    Returns:
+        Their outputs by the controller's names for them.
+    """
+    imu = builder.AddNamedSystem(
+        "imu",
+        Imu(layout=layout, generator=errors.imu_generator, noise=errors.imu, period=period),
+    )
+    joints = builder.AddNamedSystem(
+        "joint_sensor",
+        JointSensor(
+            layout=layout, generator=errors.joint_generator, noise=errors.joints, period=period
+        ),
+    )
+    for sensor in (imu, joints):
+        builder.Connect(state, sensor.GetInputPort("robot_state"))
+    return {
+        "imu_measured": imu.GetOutputPort("imu_measured"),
+        "joint_state_measured": joints.GetOutputPort("joint_state_measured"),
+    }
+
+
+def velocities_at_rest(q: FloatArray) -> dict[str, FloatArray]:
+    """What they say of a robot at rest on level ground with joint angles `q` (12,) [rad]."""
+    return {
+        "imu_measured": np.array([0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY]),
+        "joint_state_measured": np.concatenate([q, np.zeros(12)]),
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class PartLog:
+    """The samples of one signal, by the names that Drake's VectorLog has."""
+
+    log: VectorLog
+    rows: slice
+
+    def num_samples(self) -> int:
+        """Number of samples."""
+        return int(self.log.num_samples())
+
+    def sample_times(self) -> FloatArray:
+        """Times of the samples (n,) [s]."""
+        return self.log.sample_times()
+
+    def data(self) -> FloatArray:
+        """The samples as columns (size, n)."""
+        return self.log.data()[self.rows]
+
+
+@dataclass(frozen=True, eq=False)
+class PartLogger:
+    """What logs one signal; a VectorLogSink of which other signals are other rows."""
+
+    sink: VectorLogSink
+    rows: slice
+
+    def FindLog(self, context: Context) -> PartLog:
+        """The samples so far, in a root context."""
+        return PartLog(self.sink.FindLog(context), self.rows)
+
+
+def AddLoggers(
+    builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float
+) -> dict[str, PartLogger]:
+    """Logs vector signals together.
+
+    Args:
+        builder: Builder that holds the signals' systems.
+        signals: Ports by the names of their logs.
+        period: Time between samples, the first at time 0 [s].
+    """
+    sizes = [port.size() for port in signals.values()]
+    together = builder.AddNamedSystem("logged", Multiplexer(sizes))
+    for k, port in enumerate(signals.values()):
+        builder.Connect(port, together.get_input_port(k))
+    sink = LogVectorOutput(together.get_output_port(), builder, period)
+    sink.set_name("log")
+    loggers, begin = {}, 0
+    for name, size in zip(signals, sizes, strict=True):
+        loggers[name] = PartLogger(sink, slice(begin, begin + size))
+        begin += size
+    return loggers
