@@ -15,7 +15,8 @@ from drake_quad.simulation.prepare import prepare
 from drake_quad.sweep.study_loading import load_study_and_base
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+TOP = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md")
+PAGES = sorted([*TOP, *(ROOT / "docs").rglob("*.md")])
 COMMAND = re.compile(r"^\s*(?:\$ |.* && )?(?:\.venv/bin/)?drake-quad (.+)$")
 DRAKE_QUAD: Any = typer.main.get_command(app)
 
@@ -25,15 +26,23 @@ def blocks(page: Path, language: str) -> list[str]:
 
 
 def commands(page: Path) -> list[str]:
-    """What stands after drake-quad in lines of their own, in blocks fenced or indented."""
+    """What stands after drake-quad in lines of their own, in blocks, and in tables."""
     fenced = [line for block in re.findall(r"```(?:sh)?\n(.*?)```", page.read_text(), re.S)
               for line in block.splitlines()]  # fmt: skip
     indented = re.findall(r"^    \S.*$", page.read_text(), re.M)
-    found = [match for line in (*fenced, *indented) if (match := COMMAND.match(line))]
+    rows = re.findall(r"^\|.*$", page.read_text(), re.M)
+    in_tables = [code for row in rows for code in re.findall(r"`(drake-quad \w+ [^`]+)`", row)]
+    lines = (*fenced, *indented, *in_tables)
+    found = [match for line in lines if (match := COMMAND.match(line))]
     return [match.group(1) for match in found]
 
 
-ALL_COMMANDS = sorted({(page.name, one) for page in PAGES for one in commands(page)})
+def name_of(page: Path) -> str:
+    """A page by its path in the repository."""
+    return page.relative_to(ROOT).as_posix()
+
+
+ALL_COMMANDS = sorted({(name_of(page), one) for page in PAGES for one in commands(page)})
 
 
 def parsed(words: list[str]) -> Any:
@@ -54,7 +63,8 @@ def test_commands_have_their_options(page: str, line: str, monkeypatch: pytest.M
 
 def test_commands_are_found() -> None:
     """The pages that have some are looked through."""
-    assert {page for page, _ in ALL_COMMANDS} >= {"README.md", "robots.md", "sweeps.md"}
+    pages = {"README.md", "docs/robots.md", "docs/sweeps.md", "docs/start/first_climb.md"}
+    assert {page for page, _ in ALL_COMMANDS} >= pages
     with pytest.raises(Exception, match="--no-such"):
         parsed(["run", "flat_walk", "--no-such"])
 
@@ -78,14 +88,15 @@ def test_the_study_can_be_read(tmp_path: Path) -> None:
 
 
 def anchors(page: Path) -> set[str]:
-    """Of a page's headings, as GitHub makes them."""
+    """Those of a page's headings, as GitHub makes them, and those that it names itself."""
     prose = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
     headings = re.findall(r"^#+ (.+)$", prose, re.M)
     plain = [re.sub(r"[^\w\- ]", "", heading.strip().lower()) for heading in headings]
-    return {heading.replace(" ", "-") for heading in plain}
+    named = re.findall(r'<a (?:id|name)="([^"]+)"', prose)
+    return {*(heading.replace(" ", "-") for heading in plain), *named}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_links_lead_somewhere(page: Path) -> None:
     """To files that are there, and to headings that they have."""
     for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
