@@ -31,6 +31,7 @@ FifoOption = Annotated[
 
 def control(
     scenario: ScenarioArgument = "flat_walk",
+    *,
     bus: BusOption = "lcm",
     interface: InterfaceOption = None,
     domain: DomainOption = 1,
@@ -73,6 +74,7 @@ def control(
 
 def simulate(
     scenario: ScenarioArgument = "flat_walk",
+    *,
     bus: BusOption = "lcm",
     interface: InterfaceOption = None,
     domain: DomainOption = 1,
