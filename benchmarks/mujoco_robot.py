@@ -14,7 +14,7 @@ from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import Stance, pose_robot
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
-from drake_quad.stability.support_polygon import margin_of_floats
+from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.course import Course
 
 IMU_PERIOD = 0.002  # [s] over which the unit integrates
@@ -110,7 +110,7 @@ class MujocoRobot:
         """Static margin of the centre of mass over the bearing feet [m]."""
         x, y, _ = self.com.tolist()
         feet = self.contacts.position[self.bearing, :2].tolist()
-        return max(margin_of_floats(x, y, feet), NO_SUPPORT)
+        return max(stability_margin((x, y), feet), NO_SUPPORT)
 
     @property
     def ground(self) -> float:

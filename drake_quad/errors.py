@@ -1,13 +1,14 @@
-"""The one tree of errors. An error carries the offending data, and its text says what to do."""
+"""The one tree of errors. An error holds the offending data, and its text gives the remedy."""
 
 import errno
 import reprlib
+from collections.abc import Iterable
 from typing import Any
 
 LONGEST = 400  # letters of a value, or of a field's path, in a line
 LONGEST_PATH = 1000
 LONGEST_REMEDY = 3000
-# What the system says of a disk that is full, broken or read-only, of too many files, of no memory.
+# Errors of the system for a full, broken or read-only disk, too many files, or too little memory.
 MACHINE_FAULTS = (
     errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM,
 )  # fmt: skip
@@ -16,7 +17,7 @@ MACHINE_FAULTS = (
 class _Brief(reprlib.Repr):
     """repr() that neither follows aliases without end nor chokes on what has no repr().
 
-    Depth times width bound the work: ten lists of ten times another, nine floors of them, are a
+    Depth times width bound the work: ten lists of ten times another, nine levels of them, are a
     few lines of YAML and more than any memory holds when written out.
     """
 
@@ -45,13 +46,21 @@ _BRIEF = _Brief()
 
 
 def brief(value: object) -> str:
-    """A value as a line tells it: its repr(), whole unless it is long, made in a bounded time."""
+    """A value for an error's line: its repr(), shortened if it is long, made in a bounded time."""
     return _cut(_BRIEF.repr(value), LONGEST)
 
 
 def printable(text: str) -> str:
     """The text with what would steer a terminal, or break its line, written out as escapes."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def did_you_mean(value: object, words: Iterable[str]) -> str:
+    """The end of an error's line that names the word most like a value; empty if none is."""
+    import difflib
+
+    near = difflib.get_close_matches(str(value), list(words), n=1, cutoff=0.5)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 class DrakeQuadError(Exception):
@@ -80,9 +89,9 @@ class InputError(DrakeQuadError):
 
 
 class MachineError(InputError):
-    """This machine cannot do what was asked, as one whose disk is full: status 2 as well.
+    """This machine cannot do what it should, as one whose disk is full: status 2 as well.
 
-    It says nothing of what was given: another machine may do it, or this one once it is mended.
+    The input may be right: another machine may do it, or this one once it is repaired.
     """
 
 

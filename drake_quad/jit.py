@@ -21,8 +21,8 @@ import numpy as np
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
-from numpy.typing import NDArray
 
+from drake_quad.common import FloatArray
 from drake_quad.util.files import cache_directory, private_directory
 
 PACKAGE = Path(__file__).parent
@@ -157,15 +157,14 @@ def _write(path: Path, data: bytes) -> None:
 
 P = ParamSpec("P")
 R = TypeVar("R")
-FloatArray = NDArray[np.float64]
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
     """Compiles `function` at its first call and keeps the result on disk for later processes.
 
     Args:
-        function: Its arguments are floats and float64 arrays alone. There is no fast-math: the
-            same inputs give the same result to the bit.
+        function: Function of floats, arrays, records and tuples of these. There is no fast-math:
+            the same inputs give the same result to the bit.
     """
     # A wrapper for callers in C takes a tenth of the time to compile, and there is no such caller.
     kernel = numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function)
@@ -178,7 +177,7 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Makes `function` a part of each kernel that calls it; alone it is compiled for no later use.
 
     Args:
-        function: See `jit`; a few lines.
+        function: Function as for `jit`, a few lines long.
     """
     return cast(Callable[P, R], numba.njit(error_model="numpy", inline="always")(function))
 

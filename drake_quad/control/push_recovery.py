@@ -12,7 +12,7 @@ from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.recovery_step import LIFT, StepTargetMap, choose_recovery_step
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.capture_point import FallingPendulum
-from drake_quad.stability.support_polygon import margin_of_floats
+from drake_quad.stability.support_polygon import stability_margin
 
 SHARE = 0.8  # of the base's velocity error that the whole robot's centre of mass has
 CALM_SPEED = 0.04  # [m/s] of the base's velocity error, below which the robot is calm
@@ -126,5 +126,5 @@ def balance_margin(balance: FloatArray, support: BoolArray) -> float:
     if not np.any(support):
         return -1.0
     (x, y), _ = capture_point(balance, support)
-    feet = balance[Balance.FEET : Balance.BODY].reshape(4, 3)[support, :2].tolist()
-    return margin_of_floats(x, y, feet)
+    feet = balance[Balance.FEET : Balance.BODY].reshape(4, 3)[support, :2]
+    return stability_margin((x, y), feet)

@@ -19,7 +19,6 @@ from drake_quad.estimation.filter_state import (
     ANGLES,
     BORNE,
     COVARIANCE,
-    DOUBT,
     E_ACCEL,
     E_FEET,
     E_GYRO,
@@ -28,21 +27,18 @@ from drake_quad.estimation.filter_state import (
     ERRORS,
     FEET,
     FIRM,
-    FOOT_NOISE,
-    GATE,
     GONE,
     GYRO_BIAS,
     POSITION,
     RATE,
-    RELEASE_TIME,
     ROTATION,
-    SETTLE_TIME,
     SLIP,
-    STILL_SPEED,
     VELOCITY,
+    Record,
 )
 from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.rotations import left_jacobian, multiply, normalize, rotation_exp
+from drake_quad.robot.kinematics import foot_and_jacobian, leg_row
 
 
 @jit
@@ -50,13 +46,15 @@ def innovation(m: FloatArray, p_BF: FloatArray, k: int) -> FloatArray:
     """Where leg k's joints have its foot, less where the filter does, in W (3,) [m]."""
     y = np.empty(3)
     for i in range(3):
-        r = m[ROTATION + 3 * i : ROTATION + 3 * i + 3]
-        y[i] = (
-            m[POSITION + i]
-            + (r[0] * p_BF[k, 0] + r[1] * p_BF[k, 1] + r[2] * p_BF[k, 2])
-            - m[FEET + 3 * k + i]
-        )
+        y[i] = m[POSITION + i] + turned(m, p_BF[k], i) - m[FEET + 3 * k + i]
     return y
+
+
+@jit
+def turned(m: FloatArray, v_B: FloatArray, i: int) -> float:
+    """Component `i` in W of a vector (3,) given in B."""
+    r = m[ROTATION + 3 * i : ROTATION + 3 * i + 3]
+    return r[0] * v_B[0] + r[1] * v_B[1] + r[2] * v_B[2]
 
 
 @jit
@@ -82,25 +80,25 @@ def distance(m: FloatArray, y: FloatArray, k: int, noise: float) -> float:
 
 
 @jit
-def correct(m: FloatArray, p_BF: FloatArray, bears: FloatArray, s: FloatArray) -> FloatArray:
+def correct(m: FloatArray, p_BF: FloatArray, bears: Record, s: Record) -> FloatArray:
     """Corrects the memory by the firm feet that bear now; returns (4,) 1 where one was gated.
 
     A gated foot is left out: against the IMU and the other feet it has slipped.
 
     Args:
-        m: The memory.
+        m: The filter's memory.
         p_BF: Feet's centres in B by the joints, (4, 3) [m].
         bears: (4,) 1 where a foot bears.
-        s: The settings.
+        s: The settings, a record of the type SETTINGS.
     """
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
-    noise = s[FOOT_NOISE] ** 2
+    noise = s.foot_noise**2
     gated = np.zeros(4)
     Y = np.zeros((4, 3))
     for k in range(4):
         if m[FIRM + k] > 0.5 and bears[k] > 0.5:
             copy_vector(Y[k], innovation(m, p_BF, k))
-            if not distance(m, Y[k], k, noise) <= s[GATE]:
+            if not distance(m, Y[k], k, noise) <= s.gate:
                 gated[k] = 1.0
     delta, column = np.zeros(ERRORS), np.empty(ERRORS)
     for k in range(4):
@@ -153,33 +151,27 @@ def move(
 
 
 @jit
-def feet_in_body(legs: FloatArray, joints: FloatArray, p: FloatArray, v: FloatArray) -> None:
+def feet_in_body(legs: Record, joints: Record, p: FloatArray, v: FloatArray) -> None:
     """Writes the feet's centres `p` (4, 3) [m] and velocities `v` (4, 3) [m/s] in B.
 
     Args:
-        legs: (4, 8), see `robot.kinematics.leg_array`.
-        joints: (24,) angles [rad], then speeds [rad/s], leg by leg.
-        p: Result.
-        v: Result.
+        legs: Lengths of the legs (4, 8), see `robot.kinematics.leg_array`.
+        joints: Joint angles [rad], then joint speeds [rad/s], leg by leg (24,).
+        p: Result: centres.
+        v: Result: velocities.
     """
     for k in range(4):
-        a, hip, both = joints[3 * k], joints[3 * k + 1], joints[3 * k + 1] + joints[3 * k + 2]
-        da, dh, dk = joints[12 + 3 * k], joints[13 + 3 * k], joints[14 + 3 * k]
-        sa, ca = sin(a), cos(a)
-        x1, z1 = -legs[k, 4] * sin(hip), -legs[k, 4] * cos(hip)
-        x2, z2 = -legs[k, 5] * sin(both), -legs[k, 5] * cos(both)
-        x, z, d = x1 + x2, z1 + z2, legs[k, 3]
-        whole = z + legs[k, 7]
-        y_up, z_up = ca * d - sa * whole, sa * d + ca * whole
-        p[k, 0], p[k, 1], p[k, 2] = legs[k, 0] + x, legs[k, 1] + y_up, legs[k, 2] + z_up
-        along, down = z * dh + z2 * dk, -(x * dh + x2 * dk)  # d(x, z)/dt in the leg's plane
-        v[k, 0] = along
-        v[k, 1] = -z_up * da - sa * down
-        v[k, 2] = y_up * da + ca * down
+        i = 3 * k
+        foot, J = foot_and_jacobian(leg_row(legs, k), joints[i], joints[i + 1], joints[i + 2])
+        p[k, 0], p[k, 1], p[k, 2] = foot
+        d0, d1, d2 = joints[12 + i], joints[13 + i], joints[14 + i]
+        v[k, 0] = J[0][0] * d0 + J[0][1] * d1 + J[0][2] * d2
+        v[k, 1] = J[1][0] * d0 + J[1][1] * d1 + J[1][2] * d2
+        v[k, 2] = J[2][0] * d0 + J[2][1] * d1 + J[2][2] * d2
 
 
 @jit
-def roll(m: FloatArray, gyro: FloatArray, joints: FloatArray, dt: float, radius: float) -> None:
+def roll(m: FloatArray, gyro: FloatArray, joints: Record, dt: float, radius: float) -> None:
     """Moves the firm feet on as their shanks turned since the last good tick.
 
     Args:
@@ -187,7 +179,7 @@ def roll(m: FloatArray, gyro: FloatArray, joints: FloatArray, dt: float, radius:
         gyro: The base's rate in B, its bias taken off (3,) [rad/s].
         joints: (24,) as measured now.
         dt: The period [s].
-        radius: Of the feet [m].
+        radius: Radius of the feet [m].
     """
     for k in range(4):
         if m[FIRM + k] < 0.5:
@@ -217,7 +209,7 @@ def let_go(m: FloatArray, k: int) -> None:
 
 
 @jit
-def hold(m: FloatArray, p_BF: FloatArray, k: int, s: FloatArray) -> None:
+def hold(m: FloatArray, p_BF: FloatArray, k: int, s: Record) -> None:
     """Leg k's foot is fixed from now on where the joints have it.
 
     In right-invariant errors ξ_d = ξ_p + noise: the foot's rows are the base's position's.
@@ -225,10 +217,7 @@ def hold(m: FloatArray, p_BF: FloatArray, k: int, s: FloatArray) -> None:
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
     m[FIRM + k], m[SLIP + k] = 1.0, 0.0
     for i in range(3):
-        r = m[ROTATION + 3 * i : ROTATION + 3 * i + 3]
-        m[FEET + 3 * k + i] = m[POSITION + i] + (
-            r[0] * p_BF[k, 0] + r[1] * p_BF[k, 1] + r[2] * p_BF[k, 2]
-        )
+        m[FEET + 3 * k + i] = m[POSITION + i] + turned(m, p_BF[k], i)
         d = E_FEET + 3 * k + i
         for j in range(ERRORS):
             P[d, j] = P[E_POSITION + i, j]
@@ -236,12 +225,12 @@ def hold(m: FloatArray, p_BF: FloatArray, k: int, s: FloatArray) -> None:
         d = E_FEET + 3 * k + i
         for j in range(ERRORS):
             P[j, d] = P[j, E_POSITION + i]
-        P[d, d] += s[FOOT_NOISE] ** 2
+        P[d, d] += s.foot_noise**2
 
 
 @jit
 def track_contacts(
-    m: FloatArray, p_BF: FloatArray, v_BF: FloatArray, bears: FloatArray, dt: float, s: FloatArray
+    m: FloatArray, p_BF: FloatArray, v_BF: FloatArray, bears: Record, dt: float, s: Record
 ) -> None:
     """Lets go of feet that have left the ground, and holds those that have settled on it."""
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
@@ -249,7 +238,7 @@ def track_contacts(
     bearing = 0
     variance = max(P[E_VELOCITY, E_VELOCITY], P[E_VELOCITY + 1, E_VELOCITY + 1])
     # Three sigma of the base's velocity: one that is not known is no judge of a foot's.
-    still = s[STILL_SPEED] + 3.0 * sqrt(max(variance, P[E_VELOCITY + 2, E_VELOCITY + 2]))
+    still = s.still_speed + 3.0 * sqrt(max(variance, P[E_VELOCITY + 2, E_VELOCITY + 2]))
     for k in range(4):
         if bears[k] > 0.5:
             bearing += 1
@@ -260,17 +249,17 @@ def track_contacts(
                 m[BORNE + k] += dt
         else:
             m[GONE + k] += dt
-            if m[GONE + k] > s[RELEASE_TIME]:
+            if m[GONE + k] > s.release_time:
                 m[BORNE + k], m[SLIP + k] = 0.0, 0.0
                 if m[FIRM + k] > 0.5:
                     let_go(m, k)
     for k in range(4):
-        if m[FIRM + k] < 0.5 and bears[k] > 0.5 and m[BORNE + k] > s[SETTLE_TIME]:
+        if m[FIRM + k] < 0.5 and bears[k] > 0.5 and m[BORNE + k] > s.settle_time:
             hold(m, p_BF, k, s)
     if bearing >= 2 and firm < 0.5:
         # Feet bear and all seem to slide: as time passes, the likelier that the base is wrong.
         for i in range(3):
-            P[E_VELOCITY + i, E_VELOCITY + i] += s[DOUBT] ** 2 * dt
+            P[E_VELOCITY + i, E_VELOCITY + i] += s.doubt**2 * dt
 
 
 @jit
@@ -278,9 +267,8 @@ def foot_speed(m: FloatArray, p_BF: FloatArray, v_BF: FloatArray, k: int) -> flo
     """Speed of leg k's foot in W [m/s], by the joints' speeds."""
     r, v = np.empty(3), np.empty(3)
     for i in range(3):
-        a = m[ROTATION + 3 * i : ROTATION + 3 * i + 3]
-        r[i] = a[0] * p_BF[k, 0] + a[1] * p_BF[k, 1] + a[2] * p_BF[k, 2]
-        v[i] = m[VELOCITY + i] + a[0] * v_BF[k, 0] + a[1] * v_BF[k, 1] + a[2] * v_BF[k, 2]
+        r[i] = turned(m, p_BF[k], i)
+        v[i] = m[VELOCITY + i] + turned(m, v_BF[k], i)
     w = m[RATE : RATE + 3]
     x = v[0] + w[1] * r[2] - w[2] * r[1]
     y = v[1] + w[2] * r[0] - w[0] * r[2]

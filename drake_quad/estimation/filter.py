@@ -7,6 +7,7 @@ of the four feet's heights show it to what the ground's own evenness is.
 from math import atan2, isfinite, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray
 from drake_quad.estimation.correction import (
@@ -28,18 +29,15 @@ from drake_quad.estimation.filter_state import (
     ERRORS,
     FEET,
     FIRM,
-    GATE,
     GYRO_BIAS,
-    LEVEL_START,
     LEVELLED,
-    LOST_VELOCITY,
     POSITION,
     RATE,
     ROTATION,
-    SHOCK,
     SLIP,
     STARTED,
     VELOCITY,
+    Record,
 )
 from drake_quad.estimation.prediction import predict
 from drake_quad.jit import copy_matrix, copy_vector, jit
@@ -47,18 +45,18 @@ from drake_quad.math.rotations import multiply, rotation_exp, write_quaternion
 
 
 @jit
-def level_start(m: FloatArray, s: FloatArray) -> None:
+def level_start(m: FloatArray, s: Record) -> None:
     """Once, when all four feet are firm for the first time: they stand at one height.
 
     In right-invariant errors a foot's height is off by ξ_z + θ_x y - θ_y x.
     """
-    if s[LEVEL_START] <= 0.0 or m[LEVELLED] > 0.5:
+    if s.level_start <= 0.0 or m[LEVELLED] > 0.5:
         return
     if m[FIRM] + m[FIRM + 1] + m[FIRM + 2] + m[FIRM + 3] < 3.5:
         return
     m[LEVELLED] = 1.0
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
-    noise = s[LEVEL_START] ** 2
+    noise = s.level_start**2
     sign, h, column, delta = np.empty(4), np.empty(ERRORS), np.empty(ERRORS), np.empty(ERRORS)
     # Orthonormal contrasts, so that their noises are independent: front, left, and diagonal.
     for contrast in range(3):
@@ -80,7 +78,7 @@ def level_start(m: FloatArray, s: FloatArray) -> None:
                 column[a] += P[a, b] * h[b]
         for a in range(ERRORS):
             S += h[a] * column[a]
-        if y * y / S > s[GATE]:
+        if y * y / S > s.gate:
             continue  # not level after all
         for a in range(ERRORS):
             delta[a] = column[a] * y / S
@@ -94,7 +92,7 @@ RATE_LIMIT, FORCE_LIMIT, ANGLE_LIMIT, SPEED_LIMIT = 100.0, 5000.0, 100.0, 1000.0
 
 
 @jit
-def sound(values: FloatArray, first: float, second: float) -> bool:
+def sound(values: Record, first: float, second: float) -> bool:
     """Whether all of `values` are finite, the first half within `first`, the rest in `second`."""
     half = len(values) // 2
     for i in range(len(values)):
@@ -103,39 +101,33 @@ def sound(values: FloatArray, first: float, second: float) -> bool:
     return True
 
 
+Readings = tuple[FloatArray, FloatArray, FloatArray]  # IMU, joints, contacts: see `step`
+Estimates = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]  # see `run_filter`
+
+
 @jit
-def step(
-    m: FloatArray,
-    imu: FloatArray,
-    joints: FloatArray,
-    contacts: FloatArray,
-    legs: FloatArray,
-    radius: float,
-    dt: float,
-    s: FloatArray,
-) -> bool:
-    """One tick, in place in the memory `m`; returns whether the estimate is healthy.
+def step(m: FloatArray, readings: Readings, model: Record) -> bool:
+    """One tick, in place in the memory `m` (SIZE,); returns whether the estimate is healthy.
 
     A reading that is not sound is left out: without the IMU the last estimate holds and grows
     uncertain, without the joints the IMU alone carries on, without the contacts likewise.
 
     Args:
-        m: The memory (SIZE,).
-        imu: Mean rate [rad/s] and specific force [m/s^2] in B since the last tick, (6,).
-        joints: Angles [rad], then speeds [rad/s], leg by leg, (24,).
-        contacts: (4,) 1 where a foot bears.
-        legs: (4, 8) as `feet_in_body` takes them.
-        radius: Of the feet [m].
-        dt: The period [s].
-        s: The settings.
+        m: The filter's memory (SIZE,).
+        readings: Mean rate [rad/s] and specific force [m/s^2] in B since the last tick (6,); joint
+            angles [rad], then joint speeds [rad/s], leg by leg (24,); 1 for each foot that bears,
+            else 0 (4,).
+        model: A record of the type MODEL.
     """
+    imu, joints, contacts = readings
+    legs, radius, dt, s = model.legs, model.radius, model.dt, model.settings
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
     imu_sound = sound(imu, RATE_LIMIT, FORCE_LIMIT)
     joints_sound = sound(joints, ANGLE_LIMIT, SPEED_LIMIT)
     contacts_sound = sound(contacts, 2.0, 2.0)
     if not imu_sound:
         for i in range(3):
-            P[E_VELOCITY + i, E_VELOCITY + i] += (20.0 * s[SHOCK] * dt) ** 2
+            P[E_VELOCITY + i, E_VELOCITY + i] += (20.0 * s.shock * dt) ** 2
             P[E_ROTATION + i, E_ROTATION + i] += dt**2
         return False
     if m[STARTED] < 0.5:
@@ -161,11 +153,11 @@ def step(
     variance = 0.0
     for i in range(3):
         variance = max(variance, P[E_VELOCITY + i, E_VELOCITY + i])
-    return joints_sound and contacts_sound and sqrt(variance) < s[LOST_VELOCITY]
+    return joints_sound and contacts_sound and sqrt(variance) < s.lost_velocity
 
 
 @jit
-def start(m: FloatArray, imu: FloatArray, joints: FloatArray) -> None:
+def start(m: FloatArray, imu: FloatArray, joints: Record) -> None:
     """Takes roll and pitch from the first specific force; place and heading stay as given.
 
     A tilt that the force cannot show (a robot in free fall) stays as given too.
@@ -181,23 +173,17 @@ def start(m: FloatArray, imu: FloatArray, joints: FloatArray) -> None:
     m[STARTED] = 1.0
 
 
-IntArray = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-
-
 @jit
-def write_state(
-    m: FloatArray, joints: FloatArray, places: IntArray, q_base: int, v_base: int, x: FloatArray
-) -> None:
-    """Writes [q; v] to `x`; joint readings that are not sound leave theirs as they were.
+def write_state(m: FloatArray, joints: FloatArray, model: Record, x: FloatArray) -> None:
+    """Writes [q; v] to `x`; where a joint's reading is not sound, all joints stay as they were.
 
     Args:
-        m: The memory.
-        joints: (24,) angles [rad], then speeds [rad/s], leg by leg.
-        places: (24,) where those are in the state.
-        q_base: Where the base's quaternion is, its position after it.
-        v_base: Where the base's angular velocity is, its velocity after it.
-        x: Result.
+        m: The filter's memory.
+        joints: Joint angles [rad], then joint speeds [rad/s], leg by leg, (24,).
+        model: A record of the type MODEL.
+        x: Result: [q; v].
     """
+    q_base, v_base = model.q_base, model.v_base
     write_quaternion(m[ROTATION : ROTATION + 9].reshape(3, 3), x[q_base : q_base + 4])
     for i in range(3):
         x[q_base + 4 + i] = m[POSITION + i]
@@ -205,7 +191,7 @@ def write_state(
         x[v_base + 3 + i] = m[VELOCITY + i]
     if sound(joints, ANGLE_LIMIT, SPEED_LIMIT):
         for i in range(24):
-            x[places[i]] = joints[i]
+            x[model.places[i]] = joints[i]
 
 
 @jit
@@ -236,47 +222,22 @@ def write_deviation(m: FloatArray, out: FloatArray) -> None:
 
 
 @jit
-def run_filter(
-    m: FloatArray,
-    imu: FloatArray,
-    joints: FloatArray,
-    contacts: FloatArray,
-    legs: FloatArray,
-    radius: float,
-    dt: float,
-    settings: FloatArray,
-    places: IntArray,
-    q_base: int,
-    v_base: int,
-    x: FloatArray,
-    deviation: FloatArray,
-    bias: FloatArray,
-    slip: FloatArray,
-    healthy: FloatArray,
-) -> None:
-    """`step`, then what it comes to.
+def run_filter(m: FloatArray, readings: Readings, models: NDArray[np.void], out: Estimates) -> None:
+    """`step`, then all outputs, in one call.
 
     Args:
-        m: The memory; goes on a tick.
-        imu: See `step`, as all inputs.
-        joints: See there.
-        contacts: See there.
-        legs: See there.
-        radius: See there.
-        dt: See there.
-        settings: See there.
-        places: See `write_state`, as the next two.
-        q_base: See there.
-        v_base: See there.
-        x: Result: [q; v], as it was until the filter has started.
-        deviation: Result: see `write_deviation`.
-        bias: Result (6,): of the rate [rad/s] and of the specific force [m/s^2].
-        slip: Result (4,): 1 for each foot that slipped.
-        healthy: Result (1,).
+        m: The filter's memory; goes on a tick.
+        readings: Readings as for `step`.
+        models: The filter's constants, see `filter_model`.
+        out: Results: the state [q; v], which stays as it was until the filter has started; the
+            standard deviations (9,) of `write_deviation`; the bias of the rate [rad/s] and of the
+            specific force [m/s^2] (6,); 1 for each foot that slipped (4,); 1 if healthy (1,).
     """
-    healthy[0] = 1.0 if step(m, imu, joints, contacts, legs, radius, dt, settings) else 0.0
+    x, deviation, bias, slip, healthy = out
+    model = models[0]
+    healthy[0] = 1.0 if step(m, readings, model) else 0.0
     write_deviation(m, deviation)
     copy_vector(bias, m[GYRO_BIAS : ACCEL_BIAS + 3])
     copy_vector(slip, m[SLIP : SLIP + 4])
     if m[STARTED] > 0.5:
-        write_state(m, joints, places, q_base, v_base, x)
+        write_state(m, readings[1], model, x)

@@ -5,19 +5,26 @@ Errors of the covariance are in the order orientation, velocity, position, feet 
 gyroscope bias, accelerometer bias: three each, all but the biases in W.
 """
 
-from dataclasses import astuple, dataclass
-from math import cos, sin
+from dataclasses import astuple, dataclass, fields
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray
+from drake_quad.math.rotations import yaw_pitch_rotation
+from drake_quad.robot.kinematics import leg_array
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout
 
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorSettings:
-    """Noise and patience of the filter. Deviations are one sigma, densities per sqrt(Hz).
+    """Noise, thresholds and times of the filter.
 
-    The sensors' own figures are in `imu_model` and `joint_model`; those here are greater, for they
+    Deviations are one sigma, densities per sqrt(Hz).
+
+    The sensors' own figures are in `sensor_models`; those here are greater, for they
     stand in as well for what no model has: ground that gives, delays, structure that bends.
 
     Attributes:
@@ -77,36 +84,52 @@ class EstimatorSettings:
 DEFAULT_SETTINGS = EstimatorSettings()
 
 
-def settings_array(settings: EstimatorSettings) -> FloatArray:
-    """The settings as the kernels take them: in the order of the fields."""
-    return np.array(astuple(settings), dtype=np.float64)
+# One element of an array of a structured type, its fields read as attributes.
+Record = Any
+# The settings as the kernels take them, and all that stays the same from tick to tick: lengths of
+# the legs, see `robot.kinematics.leg_array`; radius of the feet [m]; period of the filter [s]; and
+# where the joints' angles, then their speeds, the base's quaternion and its angular velocity are in
+# the estimated state.
+SETTINGS = np.dtype([(f.name, np.float64) for f in fields(EstimatorSettings)], align=True)
+MODEL = np.dtype(
+    [
+        ("settings", SETTINGS),
+        ("legs", np.float64, (4, 8)),
+        ("radius", np.float64),
+        ("dt", np.float64),
+        ("places", np.int64, (24,)),
+        ("q_base", np.int64),
+        ("v_base", np.int64),
+    ],
+    align=True,
+)
 
 
-# Places in `settings_array`, in the order of the fields (a test holds the two together).
-(
-    GYRO_DENSITY,
-    ACCEL_DENSITY,
-    GYRO_WALK,
-    ACCEL_WALK,
-    FOOT_WALK,
-    FOOT_NOISE,
-    SETTLE_TIME,
-    RELEASE_TIME,
-    GATE,
-    STILL_SPEED,
-    DOUBT,
-    INITIAL_TILT,
-    INITIAL_YAW,
-    INITIAL_VELOCITY,
-    INITIAL_POSITION,
-    INITIAL_GYRO_BIAS,
-    INITIAL_ACCEL_BIAS,
-    SHOCK,
-    GYRO_RANGE,
-    ACCEL_RANGE,
-    LOST_VELOCITY,
-    LEVEL_START,
-) = range(22)
+def filter_model(
+    robot: RobotModel,
+    settings: EstimatorSettings,
+    *,
+    radius: float,
+    period: float,
+    layout: StateLayout,
+) -> NDArray[np.void]:
+    """The filter's constants, an array of one record of the type MODEL; read-only.
+
+    Args:
+        robot: The robot.
+        settings: What the filter assumes.
+        radius: Radius of the feet [m].
+        period: Period of the filter [s].
+        layout: Layout of the estimated state.
+    """
+    model = np.zeros(1, dtype=MODEL)
+    m = model[0]
+    m["settings"], m["legs"] = astuple(settings), leg_array(robot.geometry)
+    m["radius"], m["dt"] = radius, period
+    m["places"] = np.concatenate([layout.q_joints, layout.v_joints])
+    m["q_base"], m["v_base"] = layout.q_base, layout.v_base
+    model.setflags(write=False)
+    return model
 
 
 # Places in the memory.
@@ -139,15 +162,14 @@ def initial_memory(
     """The memory (SIZE,) of a robot that is put at a known place and has not felt anything yet.
 
     Args:
-        settings: How well the place is known.
-        p_WB: Where the robot is put, (3,) [m].
-        yaw: Which way it looks [rad].
-        pitch: How it leans forward [rad]; the first specific force says better.
+        settings: The filter's settings, with the deviations of the first state.
+        p_WB: Place of the base, (3,) [m].
+        yaw: Heading of the base [rad].
+        pitch: Pitch, until the first specific force shows it better [rad].
         q: Joint angles, (12,) [rad].
     """
     m = np.zeros(SIZE)
-    cy, sy, cp, sp = cos(yaw), sin(yaw), cos(pitch), sin(pitch)
-    m[ROTATION : ROTATION + 9] = [cy * cp, -sy, cy * sp, sy * cp, cy, sy * sp, -sp, 0.0, cp]
+    m[ROTATION : ROTATION + 9] = np.ravel(yaw_pitch_rotation(pitch, yaw))
     m[POSITION : POSITION + 3] = p_WB
     m[ANGLES : ANGLES + 12] = q
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)

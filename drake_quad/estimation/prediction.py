@@ -10,9 +10,6 @@ import numpy as np
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.filter_state import (
     ACCEL_BIAS,
-    ACCEL_DENSITY,
-    ACCEL_RANGE,
-    ACCEL_WALK,
     COVARIANCE,
     E_ACCEL,
     E_FEET,
@@ -23,23 +20,19 @@ from drake_quad.estimation.filter_state import (
     ERRORS,
     FEET,
     FIRM,
-    FOOT_WALK,
     GYRO_BIAS,
-    GYRO_DENSITY,
-    GYRO_RANGE,
-    GYRO_WALK,
     POSITION,
     RATE,
     ROTATION,
-    SHOCK,
     VELOCITY,
+    Record,
 )
 from drake_quad.jit import copy_matrix, jit
 from drake_quad.math.rotations import multiply, normalize, rotation_exp
 
 
 @jit
-def predict(m: FloatArray, imu: FloatArray, dt: float, s: FloatArray) -> None:
+def predict(m: FloatArray, imu: FloatArray, dt: float, s: Record) -> None:
     """Moves the memory `m` on by `dt` [s] with the mean rate and specific force `imu` (6,)."""
     R = m[ROTATION : ROTATION + 9].reshape(3, 3)
     rate, force = np.empty(3), np.empty(3)
@@ -113,9 +106,7 @@ def at_end(reading: float, limit: float) -> bool:
 
 
 @jit
-def predict_covariance(
-    m: FloatArray, R: FloatArray, imu: FloatArray, dt: float, s: FloatArray
-) -> None:
+def predict_covariance(m: FloatArray, R: FloatArray, imu: FloatArray, dt: float, s: Record) -> None:
     """P ← Φ P Φᵀ + Q, in place in the memory."""
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
     firm = m[FIRM : FIRM + 4]
@@ -142,25 +133,25 @@ def predict_covariance(
             G[k + 1, 1, 0], G[k + 1, 1, 2] = z, -x
             G[k + 1, 2, 0], G[k + 1, 2, 1] = -y, x
     L = G.reshape(21, 3)
-    q = s[GYRO_DENSITY] ** 2 * dt
+    q = s.gyro_density**2 * dt
     for i in range(21):
         for j in range(21):
             P[i, j] += q * (L[i, 0] * L[j, 0] + L[i, 1] * L[j, 1] + L[i, 2] * L[j, 2])
     for i in range(3):
-        P[E_VELOCITY + i, E_VELOCITY + i] += s[ACCEL_DENSITY] ** 2 * dt
-        P[E_GYRO + i, E_GYRO + i] += s[GYRO_WALK] ** 2 * dt
-        P[E_ACCEL + i, E_ACCEL + i] += s[ACCEL_WALK] ** 2 * dt
+        P[E_VELOCITY + i, E_VELOCITY + i] += s.accel_density**2 * dt
+        P[E_GYRO + i, E_GYRO + i] += s.gyro_walk**2 * dt
+        P[E_ACCEL + i, E_ACCEL + i] += s.accel_walk**2 * dt
         # A reading at the end of its range hides how much there was beyond it.
-        if at_end(imu[3 + i], s[ACCEL_RANGE]):
+        if at_end(imu[3 + i], s.accel_range):
             for k in range(3):
-                P[E_VELOCITY + k, E_VELOCITY + k] += s[SHOCK] ** 2
-        if at_end(imu[i], s[GYRO_RANGE]):
+                P[E_VELOCITY + k, E_VELOCITY + k] += s.shock**2
+        if at_end(imu[i], s.gyro_range):
             for k in range(3):
-                P[E_ROTATION + k, E_ROTATION + k] += (s[GYRO_RANGE] * dt) ** 2
+                P[E_ROTATION + k, E_ROTATION + k] += (s.gyro_range * dt) ** 2
         for k in range(4):
             if firm[k] > 0.5:
                 n = E_FEET + 3 * k + i
-                P[n, n] += s[FOOT_WALK] ** 2 * dt
+                P[n, n] += s.foot_walk**2 * dt
     for i in range(ERRORS):
         for j in range(i):
             P[i, j] = P[j, i] = 0.5 * (P[i, j] + P[j, i])

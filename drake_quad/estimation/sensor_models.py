@@ -11,10 +11,14 @@ from math import floor
 
 import numpy as np
 
-from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.estimation.filter import IntArray
+from drake_quad.common import GRAVITY, FloatArray, IntArray
 from drake_quad.jit import copy_vector, jit
-from drake_quad.math.rotations import multiply, rotation_exp, rotation_log
+from drake_quad.math.rotations import (
+    multiply,
+    quaternion_matrix,
+    rotation_exp,
+    rotation_log,
+)
 
 WHITE_ROWS = 2**17  # 262 s at 500 Hz before the same noise comes again
 BIAS_ROWS = 4096  # [s]: a row a second, between which the bias is drawn straight
@@ -25,7 +29,7 @@ class ImuNoise:
     """Figures of an IMU; all zero (and no range) is the ideal one.
 
     Attributes:
-        name: The unit.
+        name: Name of the unit.
         gyro_density: White noise [rad/s/sqrt(Hz)].
         gyro_turn_on: Deviation of the bias from one start to the next [rad/s].
         gyro_instability: Deviation of what the bias wanders in a run [rad/s].
@@ -34,7 +38,7 @@ class ImuNoise:
         accel_turn_on: Deviation of the bias from one start to the next [m/s^2].
         accel_instability: Deviation of what the bias wanders in a run [m/s^2].
         accel_range: Greatest specific force [m/s^2].
-        correlation_time: Over which the biases wander [s].
+        correlation_time: Correlation time of the biases' wandering [s].
     """
 
     name: str = "ideal"
@@ -74,14 +78,19 @@ class ImuErrors:
     Attributes:
         white: (WHITE_ROWS, 6) white noise of each sample, used in a circle.
         bias: (BIAS_ROWS, 6) bias at each full second, used in a circle.
-        limit: (6,) the ranges.
-        period: Of the samples [s].
+        limit: (6,) the greatest readings.
+        period: Period of the samples [s].
     """
 
     white: FloatArray
     bias: FloatArray
     limit: FloatArray
     period: float
+
+    @property
+    def tables(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+        """All of them, as `sense_imu` takes them."""
+        return self.white, self.bias, self.limit, self.period
 
     def calc_bias(self, tick: int) -> FloatArray:
         """The true bias (6,) at a tick: rate [rad/s], then specific force [m/s^2]."""
@@ -98,7 +107,7 @@ class ImuErrors:
 
 
 def draw_imu_errors(noise: ImuNoise, period: float, generator: np.random.Generator) -> ImuErrors:
-    """Draws all that is random of a unit that is sampled every `period` [s]."""
+    """Draws the errors of a unit that is sampled every `period` [s]."""
     n = noise
 
     def each(gyro: float, accel: float) -> FloatArray:
@@ -130,8 +139,8 @@ class JointNoise:
     """Figures of a joint's drive; all zero is the ideal one.
 
     Attributes:
-        name: The drive.
-        counts: Of the encoder in a revolution of the joint; 0 for no quantisation.
+        name: Name of the drive.
+        counts: Counts of the encoder in a revolution of the joint; 0 for no quantisation.
         angle: White noise of the angle [rad].
         speed: White noise of the speed [rad/s].
         zero: Deviation of where each joint's zero is taken to be [rad].
@@ -165,13 +174,18 @@ class JointErrors:
 
     Attributes:
         white: (ROWS, 24) of angles, then speeds, used in a circle.
-        zero: (12,) [rad].
-        count: What the encoder resolves [rad]; 0 for all.
+        zero: (12,) errors of the joints' zeros [rad].
+        count: Resolution of the encoder [rad]; 0 for no quantisation.
     """
 
     white: FloatArray
     zero: FloatArray
     count: float
+
+    @property
+    def tables(self) -> tuple[FloatArray, FloatArray, float]:
+        """All of them, as `sense_joints` takes them."""
+        return self.white, self.zero, self.count
 
     def apply(self, ideal: FloatArray, tick: int) -> FloatArray:
         """What the drives show (24,) at a tick where they ought to show `ideal` (24,)."""
@@ -183,7 +197,7 @@ class JointErrors:
 
 
 def draw_joint_errors(noise: JointNoise, generator: np.random.Generator) -> JointErrors:
-    """Draws all that is random of twelve drives."""
+    """Draws the errors of twelve drives."""
     white = generator.standard_normal((ROWS, 24)) * np.repeat([noise.angle, noise.speed], 12)
     zero = generator.standard_normal(12) * noise.zero
     for table in (white, zero):
@@ -196,10 +210,10 @@ class SensorErrors:
     """What the sensors are like, and what their errors are drawn from.
 
     Attributes:
-        imu: Of the IMU.
-        joints: Of the joints' drives.
-        imu_generator: Random numbers of the IMU.
-        joint_generator: Random numbers of the drives.
+        imu: Noise of the IMU.
+        joints: Noise of the joints' drives.
+        imu_generator: Generator of the IMU's random numbers.
+        joint_generator: Generator of the drives' random numbers.
     """
 
     imu: ImuNoise
@@ -209,25 +223,13 @@ class SensorErrors:
 
 
 @jit
-def quaternion_matrix(q: FloatArray) -> FloatArray:
-    """R (3, 3) of a quaternion w, x, y, z of any length but none."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    n = 2.0 / (w * w + x * x + y * y + z * z)
-    R = np.empty((3, 3))
-    R[0, 0], R[0, 1], R[0, 2] = 1.0 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)
-    R[1, 0], R[1, 1], R[1, 2] = n * (x * y + w * z), 1.0 - n * (x * x + z * z), n * (y * z - w * x)
-    R[2, 0], R[2, 1], R[2, 2] = n * (x * z - w * y), n * (y * z + w * x), 1.0 - n * (x * x + y * y)
-    return R
-
-
-@jit
 def imu_increments(before: FloatArray, now: FloatArray, dt: float) -> FloatArray:
     """Mean rate [rad/s] and specific force [m/s^2] in B (6,) between two samples.
 
     Args:
-        before: (7,) quaternion w, x, y, z of R_WB, then v_WB [m/s], at the last sample.
-        now: The same at this one.
-        dt: Between them [s].
+        before: Quaternion w, x, y, z of R_WB, then v_WB [m/s], at the last sample (7,).
+        now: Quaternion and velocity at this sample (7,).
+        dt: Time between them [s].
     """
     R = quaternion_matrix(before[:4])
     turn = rotation_log(multiply(np.ascontiguousarray(R.T), quaternion_matrix(now[:4])))
@@ -249,26 +251,21 @@ def sense_imu(
     v_base: int,
     before: FloatArray,
     tick: int,
-    white: FloatArray,
-    bias: FloatArray,
-    limit: FloatArray,
-    period: float,
+    errors: tuple[FloatArray, FloatArray, FloatArray, float],
     shown: FloatArray,
 ) -> None:
     """What an IMU shows (6,), and what it has to remember.
 
     Args:
-        state: [q; v], the truth.
-        q_base: Where the base's quaternion is.
-        v_base: Where its angular velocity is, its velocity after it.
-        before: (7,) quaternion and velocity at the last sample; then those of this.
+        state: True state [q; v].
+        q_base: Index of the base's quaternion in it.
+        v_base: Index of the base's angular velocity in it; its velocity follows.
+        before: Quaternion and velocity at the last sample (7,); those of this one replace them.
         tick: Number of the sample.
-        white: See ImuErrors.
-        bias: See there.
-        limit: See there.
-        period: See there.
-        shown: Result.
+        errors: `ImuErrors.tables` of the unit.
+        shown: Result: rate [rad/s], then specific force [m/s^2].
     """
+    white, bias, limit, period = errors
     now = np.empty(7)
     copy_vector(now[:4], state[q_base : q_base + 4])
     copy_vector(now[4:], state[v_base + 3 : v_base + 6])
@@ -289,22 +286,19 @@ def sense_joints(
     state: FloatArray,
     places: IntArray,
     tick: int,
-    white: FloatArray,
-    zero: FloatArray,
-    count: float,
+    errors: tuple[FloatArray, FloatArray, float],
     shown: FloatArray,
 ) -> None:
     """What the joints' encoders show (24,).
 
     Args:
-        state: [q; v], the truth.
-        places: Where the angles, then the speeds, are in it (24,).
+        state: True state [q; v].
+        places: Indices of the joints' angles in it, then of their speeds (24,).
         tick: Number of the sample.
-        white: See JointErrors.
-        zero: See there.
-        count: See there.
-        shown: Result.
+        errors: `JointErrors.tables` of the drives.
+        shown: Result: angles [rad], then speeds [rad/s].
     """
+    white, zero, count = errors
     noise = white[tick % len(white)]
     for i in range(24):
         shown[i] = state[places[i]] + noise[i]
@@ -335,12 +329,12 @@ def add_contact(
     """Adds one contact.
 
     Args:
-        sums: See SUMS.
-        row: The foot's; NO_FOOT if it is none.
+        sums: The sums so far, of the shape SUMS.
+        row: Row of the foot; NO_FOOT if the contact is of no foot.
         sign: 1 if `force` acts on the foot, -1 if on what it touches.
-        force: In W (3,) [N].
+        force: Contact force in W (3,) [N].
         normal: The contact's normal in W (3,).
-        place: In W (3,) [m].
+        place: Point of contact in W (3,) [m].
         slip: Tangential speed [m/s].
     """
     pressed = abs(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
@@ -368,13 +362,13 @@ def conclude(
     """Writes what the sums come to; the place of a foot that touches nothing stays.
 
     Args:
-        sums: See SUMS; all contacts are in it.
+        sums: The sums of all contacts, of the shape SUMS.
         threshold: Normal force above which a foot bears [N].
         bearing: Result (4,): 1 where a foot bears.
-        force: Result (12,) in W [N].
-        position: Result (12,): where the forces act in W [m].
-        slip: Result (4,) [m/s].
-        others: Result (2,): how many contacts of anything but feet; the greatest force there [N].
+        force: Result (12,): forces on the feet in W [N].
+        position: Result (12,): points where these forces act, in W [m].
+        slip: Result (4,): greatest slip of each foot [m/s].
+        others: Result (2,): number of contacts of anything but feet; greatest force there [N].
     """
     for k in range(4):
         weight = sums[k, WEIGHT]

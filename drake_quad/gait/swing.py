@@ -34,7 +34,7 @@ class Swing:
         apex_z: Height at that time [m]: the paper's h_s + delta_h.
         pivot: (2,) what the foot goes round [m], its distance from there changing evenly with the
             angle; None: it goes straight.
-        turn: By which angle, left positive [rad].
+        turn: Angle by which it goes round the pivot, left positive [rad].
 
     Raises:
         ValueError: The times are not 0 < apex_time < duration, a shape is wrong, or `turn` does not
@@ -202,7 +202,7 @@ def plan_swing(
 
     Args:
         p_start: (3,) centre of the foot's sphere at lift-off [m].
-        p_end: (3,) the same at touchdown.
+        p_end: (3,) centre of the foot's sphere at touchdown [m].
         duration: T_sw [s].
         profile: Terrain along the straight line from start to end, see `swing_clearance`.
         clearance: Least distance of the centre from every nosing passed, and least height over

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import quintic, quintic_inverse
+from drake_quad.terrain.lane import without_collinear
 
 Profile = tuple[ArrayLike, ArrayLike]
 
@@ -169,8 +170,8 @@ class _Obstacles:
         for d, z in zip((0.0, self.length), self.z_ends, strict=True):
             beside = np.abs(self.corners[:, 0] - d)
             above = z - self.corners[:, 1]
-            room = np.where(above >= 0.0, np.hypot(beside, above), (beside + self.foot_radius) / 2)
-            keep = np.minimum(keep, room)
+            gap = np.where(above >= 0.0, np.hypot(beside, above), (beside + self.foot_radius) / 2)
+            keep = np.minimum(keep, gap)
         return keep
 
     def slack(self, phases: FloatArray, apexes: FloatArray) -> FloatArray:
@@ -222,7 +223,7 @@ RAMP = 0.1  # [m] from the foot at the least, over which its own ground rises to
 # [m] The least rise of a foot's own ground towards where the nearest riser may be at the nearest:
 # that place too then counts as a nosing, which the swing keeps its clearance from.
 KEEN = 1e-6
-_FLAT = 1e-12
+_FLAT = 1e-12  # [m²]
 
 
 class _Tread(NamedTuple):
@@ -236,7 +237,7 @@ class _Tread(NamedTuple):
 def inflate_profile(
     d: FloatArray, z: FloatArray, *, place: float, height: float
 ) -> tuple[FloatArray, FloatArray]:
-    """The ground under a swing with room for errors of the map.
+    """The ground under a swing, as high as it may be by the map's error.
 
     Every riser may be nearer to the foot, whichever side of it the foot is on, and every tread
     higher. The ground that the foot stands on at lift-off is known there, and so is that at
@@ -246,8 +247,8 @@ def inflate_profile(
     Args:
         d: Horizontal distance from the lift-off, (n,) [m], not decreasing from 0.
         z: Height of the ground, (n,) [m]: level treads, and risers as two points of equal d.
-        place: By how much risers may be off [m].
-        height: By how much treads may be higher [m].
+        place: Greatest error of a riser's place [m].
+        height: Greatest error of a tread's height [m].
 
     Returns:
         (d, z), at least as high everywhere; the very arrays given if there is no error, or no
@@ -278,7 +279,7 @@ def inflate_profile(
         over = [t for t in treads if t.from_ <= a and b <= t.to]
         # Between two ends the highest of straight lines is never above the line between its ends.
         points += [(a, max(top(t, a) for t in over)), (b, max(top(t, b) for t in over))]
-    kept = np.array(_corners(points))
+    kept = np.array(without_collinear(points, flat=_FLAT))
     return kept[:, 0], kept[:, 1]
 
 
@@ -303,17 +304,3 @@ def _treads(d: FloatArray, z: FloatArray, place: float) -> list[_Tread]:
         )
         for k, (low, high, height) in enumerate(level)
     ]
-
-
-def _corners(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The polyline without repeated points, and without those on a straight line."""
-    kept: list[tuple[float, float]] = []
-    for point in points:
-        if kept and point == kept[-1]:
-            continue
-        if len(kept) > 1:
-            (ax, ay), (bx, by) = kept[-2], kept[-1]
-            if abs((bx - ax) * (point[1] - by) - (by - ay) * (point[0] - bx)) < _FLAT:
-                kept.pop()
-        kept.append(point)
-    return kept

@@ -113,7 +113,10 @@ def plan_transition(
         PlanningError: No transition is stable; its data holds the best `margin` found [m].
         ValueError: An argument has the wrong shape or an unknown word.
     """
-    rules, rows = _pose(start, goal, mode, com, max_shift, workspace, goal_com, tol)
+    rules, rows = _lift_rules(
+        start, goal, mode=mode, com=com, max_shift=max_shift, workspace=workspace,
+        goal_com=goal_com, tol=tol,
+    )  # fmt: skip
     if order and rows:
         return _in_order(rules, rows, order, margin_required)
     best, found = -inf, "sequence of steps"
@@ -189,7 +192,9 @@ def enumerate_transitions(
     exhaustion. With more, each sequence for which stable places in between were found.
     Arguments as of `plan_transition`.
     """
-    rules, rows = _pose(start, goal, mode, com, max_shift, workspace, None, 0.0)
+    rules, rows = _lift_rules(
+        start, goal, mode=mode, com=com, max_shift=max_shift, workspace=workspace, tol=0.0
+    )
     if steps == len(rows):
         plans = [apply_lift_to_goal(rules, order) for order in permutations(sorted(rows))]
     else:
@@ -211,14 +216,15 @@ def follow_transition(
     return _transition(rules, apply_lift(rules, [(leg.row, _point(place)) for leg, place in moves]))
 
 
-def _pose(
+def _lift_rules(
     start: ArrayLike,
     goal: ArrayLike,
+    *,
     mode: str,
     com: ArrayLike,
     max_shift: float,
     workspace: Workspace | None,
-    goal_com: ArrayLike | None,
+    goal_com: ArrayLike | None = None,
     tol: float,
 ) -> tuple[LiftRules, frozenset[int]]:
     """Returns the rules of the lifts, and the rows of the legs that have to move."""

@@ -7,7 +7,7 @@ a convex polygon, which shrinks as m grows.
 
 With the body still and one place in between, the best place is exact. With
 two of these, or with one and a body that shifts, places and shifts are improved in turn from a
-set of beginnings: what is found is as stable as it says, though a better plan may exist.
+set of beginnings: its margins are exact, though a better plan may exist.
 """
 
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ def best_place(
         triples: For each lift during which the foot stands there, the rest of the stance.
         box: The places allowed, a counterclockwise convex polygon [m].
         floor: The least margin that is of any use [m], not negative.
-        near: Of equally good places, the nearest to this one is taken [m].
+        near: Reference [m]: the nearest of equally good places to it is taken.
         straight: Whether a place with the y of `near`, or else the nearest y, comes before that.
 
     Returns:
@@ -165,7 +165,7 @@ def best_detour(rules: LiftRules, rows: frozenset[int], count: int, required: fl
         rules: What holds for every lift.
         rows: Legs that are not at their goals.
         count: How many lifts.
-        required: The least margin of each lift [m]; at least 0 is asked for.
+        required: The least margin of each lift [m]; at least 0 is required.
 
     Returns:
         None where no plan is found that reaches the margin.

@@ -15,7 +15,7 @@ from itertools import combinations, pairwise, product
 from math import hypot, inf
 
 from drake_quad.gait.workspace import Workspace
-from drake_quad.stability.support_polygon import Point, margin_of_floats, nearest_on_segment
+from drake_quad.stability.support_polygon import Point, nearest_on_segment, stability_margin
 
 Places = tuple[Point, Point, Point, Point]
 _EPS = 1e-12
@@ -81,7 +81,7 @@ class LiftRules:
                 standing, (x0 + x_lo, y0 + y_lo), (x0 + x_hi, y0 + y_hi), near=self.com
             )
             shift = (x - x0, y - y0)
-        margin = margin_of_floats(self.com[0] + shift[0], self.com[1] + shift[1], standing)
+        margin = stability_margin((self.com[0] + shift[0], self.com[1] + shift[1]), standing)
         return Lift(margin, shift)
 
     def _shift_ranges(
@@ -120,7 +120,7 @@ def best_point(standing: list[Point], low: Point, high: Point, *, near: Point) -
         standing: The three feet [m].
         low: The rectangle's lower corner [m].
         high: The rectangle's upper corner [m].
-        near: Of equally good points, the nearest to this one is taken [m].
+        near: Reference [m]: the nearest of equally good points to it is taken.
     """
     (ax, ay), (bx, by), (cx, cy) = standing
     a, b, c = hypot(bx - cx, by - cy), hypot(cx - ax, cy - ay), hypot(ax - bx, ay - by)

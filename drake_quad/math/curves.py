@@ -101,15 +101,15 @@ def greville(duration: float, knot: float) -> FloatArray:
 
 
 def join_weights(duration: float, knot: float, joined: float) -> FloatArray:
-    """Of what a path begins with, how much each control point still has, (n,): 1 to 0.
+    """Weights (n,) from 1 to 0 by which an offset at a path's start fades over its control points.
 
-    Added to a path, what is weighted so keeps it at rest at both ends and continuous to the
+    An offset with these weights keeps the path at rest at both ends and continuous to the
     acceleration.
 
     Args:
-        duration: Of the path [s].
+        duration: Duration of the path [s].
         knot: Knot spacing [s].
-        joined: From when on nothing of it is to be left [s].
+        joined: Time from which on the weights are 0 [s].
     """
     # The first three control points are the start, at rest, and the last three the end.
     late = (greville(duration, knot) - knot) / max(joined - 4.0 * knot, knot)
@@ -146,7 +146,7 @@ class BodySpline:
         return np.asarray(w @ self.control[i : i + 4])
 
     def samples(self, times: FloatArray) -> FloatArray:
-        """The same for many times (N,): (N, 3, 5)."""
+        """Returns `sample` at many times (N,), (N, 3, 5)."""
         r = np.asarray(times, dtype=float) / self.knot
         i = np.clip(r.astype(int), 0, self._segments - 1)
         w = weights(np.clip(r - i, 0.0, 1.0), self.knot)

@@ -17,21 +17,12 @@ GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
 @jit
 def point_to_box(p: FloatArray, lower: FloatArray, upper: FloatArray) -> float:
     """Distance of a point (3,) from a box in the same frame, inside negative [m]."""
-    ax = max(lower[0] - p[0], p[0] - upper[0])
-    ay = max(lower[1] - p[1], p[1] - upper[1])
-    az = max(lower[2] - p[2], p[2] - upper[2])
-    ox, oy, oz = max(ax, 0.0), max(ay, 0.0), max(az, 0.0)
-    return sqrt(ox * ox + oy * oy + oz * oz) + min(max(ax, max(ay, az)), 0.0)
+    return _to_box(p[0], p[1], p[2], lower, upper)
 
 
 @jit
-def _between(
-    p: FloatArray, q: FloatArray, share: float, lower: FloatArray, upper: FloatArray
-) -> float:
-    """The same of a point on the way from p to q; without arrays, which cost most of it."""
-    x = p[0] + share * (q[0] - p[0])
-    y = p[1] + share * (q[1] - p[1])
-    z = p[2] + share * (q[2] - p[2])
+def _to_box(x: float, y: float, z: float, lower: FloatArray, upper: FloatArray) -> float:
+    """The formula of `point_to_box` without an array, which would cost most of the time."""
     ax = max(lower[0] - x, x - upper[0])
     ay = max(lower[1] - y, y - upper[1])
     az = max(lower[2] - z, z - upper[2])
@@ -40,20 +31,51 @@ def _between(
 
 
 @jit
+def _between(
+    p: FloatArray, q: FloatArray, share: float, lower: FloatArray, upper: FloatArray
+) -> float:
+    """Distance of a box from the point that is `share` of the way from p to q [m]."""
+    x = p[0] + share * (q[0] - p[0])
+    y = p[1] + share * (q[1] - p[1])
+    z = p[2] + share * (q[2] - p[2])
+    return _to_box(x, y, z, lower, upper)
+
+
+@jit
+def find_bounds(points: FloatArray, low: FloatArray, high: FloatArray) -> None:
+    """Writes the least and greatest coordinates (3,) of points (M, 3): a box around them."""
+    for axis in range(3):
+        low[axis] = high[axis] = points[0, axis]
+        for j in range(1, points.shape[0]):
+            low[axis] = min(low[axis], points[j, axis])
+            high[axis] = max(high[axis], points[j, axis])
+
+
+@jit
+def squared_gap(low: FloatArray, high: FloatArray, lower: FloatArray, upper: FloatArray) -> float:
+    """Squared distance between two boxes, given by their corners (3,); 0 where they meet [m²]."""
+    square = 0.0
+    for axis in range(3):
+        out = max(max(lower[axis] - high[axis], low[axis] - upper[axis]), 0.0)
+        square += out * out
+    return square
+
+
+@jit
 def line_with_ends(
     p: FloatArray, q: FloatArray, at_low: float, at_high: float,
-    lower: FloatArray, upper: FloatArray, enough: float,
+    lower: FloatArray, upper: FloatArray, cutoff: float,
 ) -> float:  # fmt: skip
     """Least distance of the line from p to q (3,) from a box, inside negative [m].
 
-    The box is convex, and so is the distance along a line: its least is found by golden sections.
-    Of ends that are known to be so far away; a line that is sure to keep `enough` [m] is told by
-    them alone.
+    The box is convex, and so is the distance along a line: golden sections find its least. The
+    distances `at_low` and `at_high` of both ends are known; where they prove that the line keeps
+    `cutoff` [m], the lesser of them is returned.
     """
     best = min(at_low, at_high)
     x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     length = sqrt(x * x + y * y + z * z)
-    if 0.5 * (at_low + at_high - length) >= min(best, enough):
+    if 0.5 * (at_low + at_high - length) >= min(best, cutoff):
         return best
     low, high = 0.0, 1.0
     first, second = 1.0 - GOLDEN, GOLDEN
@@ -69,17 +91,18 @@ def line_with_ends(
             second = low + GOLDEN * (high - low)
             b = _between(p, q, second, lower, upper)
         # No place changes by more than one is away from it.
-        if 0.5 * (at_low + at_high - length * (high - low)) >= min(best, enough):
+        if 0.5 * (at_low + at_high - length * (high - low)) >= min(best, cutoff):
             break
     return min(best, min(a, b))
 
 
 @jit
-def points_to_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> FloatArray:
-    """Least distances from boxes (B, 2, 3), inside negative, of those below `enough` [m].
+def points_to_boxes(points: FloatArray, boxes: FloatArray, cutoff: float) -> FloatArray:
+    """Least distances of points (M, K, 3) and their lines from boxes (B, 2, 3) [m].
 
-    Of rows of points (M, K, 3), then of the lines that join these: (M, 2 K - 1). What is farther
-    off than `enough` is told to be no nearer than that, without how far it is.
+    Returns:
+        (M, 2 K - 1), negative inside: for each row its points, then the lines that join these.
+        Distances are exact below `cutoff` [m]; larger ones are at least that.
     """
     rows, count = points.shape[0], points.shape[1]
     found = np.empty((rows, 2 * count - 1))
@@ -87,30 +110,37 @@ def points_to_boxes(points: FloatArray, boxes: FloatArray, enough: float) -> Flo
     for i in range(rows):
         row, p = found[i], points[i]
         row[:] = np.inf
-        for axis in range(3):
-            low[axis], high[axis] = p[0, axis], p[0, axis]
-            for j in range(1, count):
-                low[axis], high[axis] = min(low[axis], p[j, axis]), max(high[axis], p[j, axis])
+        find_bounds(p, low, high)
         least = np.inf
         for k in range(boxes.shape[0]):
             lower, upper = boxes[k, 0], boxes[k, 1]
-            square = 0.0
-            for axis in range(3):
-                out = max(max(lower[axis] - high[axis], low[axis] - upper[axis]), 0.0)
-                square += out * out
-            if square >= enough * enough:
+            square = squared_gap(low, high, lower, upper)
+            if square >= cutoff * cutoff:
                 least = min(least, square)
                 continue
             for j in range(count):
                 here[j] = point_to_box(p[j], lower, upper)
                 row[j] = min(row[j], here[j])
             for j in range(count - 1):
-                bound = min(enough, row[count + j])
+                bound = min(cutoff, row[count + j])
                 line = line_with_ends(p[j], p[j + 1], here[j], here[j + 1], lower, upper, bound)
                 row[count + j] = min(row[count + j], line)
         for j in range(2 * count - 1):
             row[j] = min(row[j], sqrt(least))
     return found
+
+
+@jit
+def _to_step(beside: float, above: float) -> float:
+    """Signed distance from one step of a profile, inside negative [m].
+
+    Args:
+        beside: Distance from the step along the profile, negative over it [m].
+        above: Height over its top [m].
+    """
+    if beside <= 0.0:
+        return above if above > 0.0 else max(beside, above)
+    return beside if above <= 0.0 else sqrt(beside * beside + above * above)
 
 
 @jit
@@ -120,10 +150,10 @@ def ground_distance(
     """Signed distance of points from the ground (N,) [m], negative inside it.
 
     Args:
-        s: Where the points are along the profile (N,) [m].
-        z: How high (N,) [m].
-        ends: Where the stretches begin and end (n + 1,) [m], the outermost infinitely far away.
-        heights: Of the stretches (n,) [m].
+        s: Positions of the points along the profile (N,) [m].
+        z: Heights of the points (N,) [m].
+        ends: Ends of the level stretches along the profile (n + 1,) [m], the outermost infinite.
+        heights: Heights of the stretches (n,) [m].
     """
     found = np.empty(len(s))
     for i in range(len(s)):
@@ -132,12 +162,7 @@ def ground_distance(
             beside = max(ends[k] - s[i], s[i] - ends[k + 1])
             if beside > 0.0 and beside >= best:
                 continue
-            above = z[i] - heights[k]
-            if beside <= 0.0:
-                here = above if above > 0.0 else max(beside, above)
-            else:
-                here = beside if above <= 0.0 else sqrt(beside * beside + above * above)
-            best = min(best, here)
+            best = min(best, _to_step(beside, z[i] - heights[k]))
         found[i] = best
     return found
 
@@ -147,22 +172,21 @@ FAR = 1.0  # [m]: lines that are farther from any nosing are as good as there
 
 @jit
 def from_nosing(
-    s0: float, z0: float, s1: float, z1: float, edge: float, low: float, high: float, far: float
+    p: tuple[float, float], q: tuple[float, float], edge: float, low: float, high: float, far: float
 ) -> float:
-    """Signed distance of a line from the nosing between two treads [m].
+    """Signed distance of the line from p to q from the nosing between two treads [m].
 
     Negative where the line goes through what is below the nosing, though neither of its ends does.
 
     Args:
-        s0: Where the line begins, along the stairs [m].
-        z0: How high [m].
-        s1: Where it ends [m].
-        z1: How high [m].
-        edge: Where the nosing is [m].
-        low: Height of the tread before it [m].
-        high: Of the tread after it [m].
-        far: A distance beyond which any is as good [m]: that is told of lines farther off.
+        p: Where the line begins: along the stairs, and how high [m].
+        q: Where the line ends, likewise [m].
+        edge: Where the nosing is along the stairs [m].
+        low: Height of the tread before the nosing [m].
+        high: Height of the tread after the nosing [m].
+        far: Cut-off distance: larger ones are reported as this [m].
     """
+    (s0, z0), (s1, z1) = p, q
     top = max(low, high)
     if low == high or min(s0, s1) - edge > far or edge - max(s0, s1) > far:
         return far
@@ -181,22 +205,20 @@ def from_nosing(
 def nosing_distance(
     s: FloatArray, z: FloatArray, ends: FloatArray, heights: FloatArray
 ) -> FloatArray:
-    """The least of every line's from all nosings of a profile (N, M - 1) [m].
+    """Signed distance of every line from the nearest nosing of a profile (N, M - 1) [m].
 
     Args:
-        s: Where the M points are that each of N rows of lines joins, along the profile (N, M) [m].
-        z: How high (N, M) [m].
-        ends: Where the profile's level stretches begin and end (n + 1,) [m].
-        heights: Of the stretches (n,) [m].
+        s: Positions along the profile of the points that each row of lines joins (N, M) [m].
+        z: Heights of these points (N, M) [m].
+        ends: Ends of the profile's level stretches (n + 1,) [m].
+        heights: Heights of the stretches (n,) [m].
     """
     found = np.full((s.shape[0], s.shape[1] - 1), FAR)
     for i in range(found.shape[0]):
         for j in range(found.shape[1]):
             for k in range(len(heights) - 1):
-                here = from_nosing(
-                    s[i, j], z[i, j], s[i, j + 1], z[i, j + 1], ends[k + 1], heights[k],
-                    heights[k + 1], FAR,
-                )  # fmt: skip
+                p, q = (s[i, j], z[i, j]), (s[i, j + 1], z[i, j + 1])
+                here = from_nosing(p, q, ends[k + 1], heights[k], heights[k + 1], FAR)
                 found[i, j] = min(found[i, j], here)
     return found
 
@@ -240,37 +262,30 @@ def line_to_line(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> 
 
 
 @jit
-def distance_between_legs(points: FloatArray, radii: FloatArray, enough: float) -> FloatArray:
-    """Room between the legs of each of PAIRS (N, 6) [m], negative where they would touch.
+def distance_between_legs(points: FloatArray, radii: FloatArray, cutoff: float) -> FloatArray:
+    """Clearance between the legs of each of PAIRS (N, 6) [m], negative where they would touch.
 
-    Pairs that surely have `enough` [m] are told to have just that.
+    Clearances above `cutoff` [m] are reported as `cutoff`.
 
     Args:
-        points: (N, 4, 1 + K, 3) each leg's hip, then its shank's middles from the knee on [m].
-        radii: (4, K) of the shanks there; thighs are as thick as knees [m].
-        enough: [m].
+        points: (N, 4, 1 + K, 3) the hip of each leg, then the points along its shank's middle [m].
+        radii: (4, K) radii of the shanks there [m]; thighs are as thick as knees.
+        cutoff: Cut-off distance [m].
     """
     N, M = points.shape[0], points.shape[2]
-    found = np.full((N, len(PAIRS)), enough)
+    found, low, high = np.full((N, len(PAIRS)), cutoff), np.empty((4, 3)), np.empty((4, 3))
     for n in range(N):
+        for leg in range(4):
+            find_bounds(points[n, leg], low[leg], high[leg])
         for k in range(len(PAIRS)):
             one, two = PAIRS[k, 0], PAIRS[k, 1]
-            square = 0.0  # of the gap between the boxes about both
-            for axis in range(3):
-                a_low = a_high = points[n, one, 0, axis]
-                b_low = b_high = points[n, two, 0, axis]
-                for j in range(1, M):
-                    a, b = points[n, one, j, axis], points[n, two, j, axis]
-                    a_low, a_high = min(a_low, a), max(a_high, a)
-                    b_low, b_high = min(b_low, b), max(b_high, b)
-                gap = max(max(b_low - a_high, a_low - b_high), 0.0)
-                square += gap * gap
-            if sqrt(square) - radii[one].max() - radii[two].max() >= enough:
+            gap = sqrt(squared_gap(low[one], high[one], low[two], high[two]))
+            if gap - radii[one].max() - radii[two].max() >= cutoff:
                 continue
             for i in range(M - 1):
                 for j in range(M - 1):
                     if i == 0 and j == 0:
-                        continue  # thighs turn beside the trunk, where there is room for both
+                        continue  # thighs turn beside the trunk, which lies between them
                     thick = max(radii[one, i], radii[one, max(i - 1, 0)])
                     thick += max(radii[two, j], radii[two, max(j - 1, 0)])
                     away = line_to_line(
@@ -288,17 +303,13 @@ NEIGHBOURS = 2  # treads to either side that can be the nearest to a point
 def point_to_stairs(s: float, z: float, rise: float, run: float) -> float:
     """Signed distance of a point from a Staircase [m], negative inside it.
 
-    Exact for what is nearer than two treads; beyond, it may be less far than it says.
+    Exact below two treads; larger distances may be overestimated.
     """
-    middle = np.round(s / run)
-    inside, square = 0.0, np.inf
+    middle, best = np.round(s / run), inf
     for k in range(-NEIGHBOURS, NEIGHBOURS + 1):
         beside = abs(s - (middle + k) * run) - 0.5 * run
-        above = z - (middle + k) * rise
-        out_x, out_z = max(beside, 0.0), max(above, 0.0)
-        square = min(square, out_x * out_x + out_z * out_z)
-        inside = min(inside, max(beside, above))
-    return inside if inside < 0.0 else sqrt(square)
+        best = min(best, _to_step(beside, z - (middle + k) * rise))
+    return best
 
 
 @jit
@@ -317,4 +328,4 @@ def line_to_stairs(p: FloatArray, q: FloatArray, rise: float, run: float) -> flo
     """Signed distance of the line from p to q from the nosing of a Staircase next to it [m]."""
     k = np.floor(0.5 * (p[0] + q[0]) / run)
     edge = (k + 0.5) * run
-    return from_nosing(p[0], p[2], q[0], q[2], edge, k * rise, (k + 1.0) * rise, run)
+    return from_nosing((p[0], p[2]), (q[0], q[2]), edge, k * rise, (k + 1.0) * rise, run)

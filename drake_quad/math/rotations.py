@@ -141,28 +141,6 @@ def solve_rates(J: Matrix, v: Vector) -> Vector:
 
 
 @jit
-def rotate(R: Matrix, v: Vector) -> Vector:
-    """R v."""
-    x, y, z = v
-    return (
-        R[0][0] * x + R[0][1] * y + R[0][2] * z,
-        R[1][0] * x + R[1][1] * y + R[1][2] * z,
-        R[2][0] * x + R[2][1] * y + R[2][2] * z,
-    )
-
-
-@jit
-def rotate_back(R: Matrix, v: Vector) -> Vector:
-    """R transposed, times v."""
-    x, y, z = v
-    return (
-        R[0][0] * x + R[1][0] * y + R[2][0] * z,
-        R[0][1] * x + R[1][1] * y + R[2][1] * z,
-        R[0][2] * x + R[1][2] * y + R[2][2] * z,
-    )
-
-
-@jit
 def yaw_pitch_rotation(pitch: float, yaw: float) -> Matrix:
     """R_WB of a body turned about z by `yaw`, then about its y by `pitch` [rad]."""
     cp, sp, cy, sy = cos(pitch), sin(pitch), cos(yaw), sin(yaw)
@@ -178,6 +156,12 @@ def quaternion_rotation(w: float, x: float, y: float, z: float) -> Matrix:
         (n * (x * y + w * z), 1.0 - n * (x * x + z * z), n * (y * z - w * x)),
         (n * (x * z - w * y), n * (y * z + w * x), 1.0 - n * (x * x + y * y)),
     )
+
+
+@jit
+def quaternion_matrix(q: FloatArray) -> FloatArray:
+    """R (3, 3) of a quaternion w, x, y, z (4,) of any length but none."""
+    return np.array(quaternion_rotation(q[0], q[1], q[2], q[3]))
 
 
 def rotations(body: FloatArray) -> FloatArray:
@@ -211,7 +195,7 @@ def quaternion_of(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> Float
 def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
     """The angle from one orientation to the other, (N,) [rad], of quaternions (N, 4).
 
-    By the sine and the cosine of half of it: the cosine alone would be worth 1e-8 near zero.
+    From the sine and the cosine of half of it: the cosine alone would have an error of 1e-8 near 0.
     """
     a = a / np.linalg.norm(a, axis=1, keepdims=True)
     b = b / np.linalg.norm(b, axis=1, keepdims=True)

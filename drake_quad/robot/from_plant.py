@@ -30,8 +30,8 @@ class Tolerance:
     """How far from normal form a file may be and be read as if it were in it.
 
     Attributes:
-        axis: Of a joint's axis, as a difference of unit vectors.
-        offset: Of a point from where it should be [m].
+        axis: Deviation of a joint's axis, as a difference of unit vectors.
+        offset: Distance of a point from where it should be [m].
     """
 
     axis: float
@@ -43,14 +43,14 @@ class LegRead:
     """One leg of the plant.
 
     Attributes:
-        p_BH: Its hip in the trunk (3,) [m].
-        p_HP: Its hip pitch axis from there (3,) [m].
-        thigh: Length [m].
-        shank: Length, to the foot's centre [m].
-        radius: Of the foot [m].
+        p_BH: The leg's hip in the trunk (3,) [m].
+        p_HP: The leg's hip pitch axis from there (3,) [m].
+        thigh: Length of the thigh [m].
+        shank: Length of the shank, to the foot's centre [m].
+        radius: Radius of the foot [m].
         foot: The foot's geometry, by name.
         friction: The foot's (dynamic) coefficient as the plant has it.
-        sides: See `read_sides` [m].
+        sides: The shank's sides, see `read_sides` [m].
     """
 
     p_BH: FloatArray
@@ -153,7 +153,7 @@ def _check_leg(chain: Chain, leg: str, tolerance: Tolerance, refuse: Refuse) -> 
         raise refuse(
             f"{leg} joint {chain[2].name()}",
             bend,
-            "limits; a knee must bend more to one side, which tells the leg's way to fold",
+            "limits; a knee must bend more to one side, which shows the leg's way to fold",
         )
 
 
@@ -207,13 +207,13 @@ def read_model(
     tolerance: Tolerance = EXACT,
     frictional: Set[str] = frozenset(),
 ) -> RobotModel:
-    """Reads the robot of a finalized plant, whose file is in normal form (see the module).
+    """Reads the robot of a finalized plant, whose file is in the normal form of this module.
 
     Args:
         plant: Holds the robot.
         scene_graph: Holds its geometry.
         instance: The robot in the plant.
-        url: Where it was read from.
+        url: File that it was read from.
         tolerance: How far from normal form it may be.
         frictional: Links whose collision shapes state a friction in the file: of the others the
             plant has Drake's default.
@@ -308,9 +308,9 @@ def _geometry(legs: list[LegRead], smaller: FloatArray, knees: FloatArray) -> Le
     """The legs' kinematics.
 
     Args:
-        legs: In the order of LEGS.
-        smaller: By how much each foot's radius is less than the largest (4,) [m].
-        knees: The middles of what the knees may bend (4,) [rad].
+        legs: The legs in the order of LEGS.
+        smaller: Difference of the largest foot's radius and each foot's (4,) [m].
+        knees: Middles of the knees' ranges (4,) [rad].
     """
     p_HP = np.array([leg.p_HP for leg in legs])
     return LegGeometry(
@@ -318,7 +318,7 @@ def _geometry(legs: list[LegRead], smaller: FloatArray, knees: FloatArray) -> Le
         offset=read_only(p_HP[:, 1].copy()),
         thigh=read_only(np.array([leg.thigh for leg in legs])),
         # To the middle of a ball that holds this foot, touches its end and is as thick as the
-        # thickest: whatever asks where feet meet the ground then needs one radius.
+        # thickest: where feet meet the ground then follows from one radius.
         shank=read_only(np.array([leg.shank for leg in legs]) - smaller),
         knee_sign=read_only(np.sign(knees)),
         raised=read_only(p_HP[:, 2].copy()),

@@ -23,20 +23,22 @@ from drake_quad.robot.model import LegGeometry, RobotModel
 
 def calc_feet(geometry: LegGeometry, q: FloatArray) -> FloatArray:
     """Returns the foot centres p_BF, (..., 4, 3) [m], for joint angles `q` (..., 4, 3)."""
-    a, hip, knee = q[..., 0], q[..., 1], q[..., 1] + q[..., 2]
+    hip, knee = q[..., 1], q[..., 1] + q[..., 2]
     x = -geometry.thigh * np.sin(hip) - geometry.shank * np.sin(knee)
     z = -geometry.thigh * np.cos(hip) - geometry.shank * np.cos(knee) + geometry.raised
-    y = geometry.offset
-    ca, sa = np.cos(a), np.sin(a)
-    return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
+    return _in_body(geometry, q[..., 0], x, z)
 
 
 def calc_knees(geometry: LegGeometry, q: FloatArray) -> FloatArray:
     """Returns the knees p_BK, (..., 4, 3) [m], for joint angles `q` (..., 4, 3)."""
-    a, hip = q[..., 0], q[..., 1]
+    hip = q[..., 1]
     x, z = -geometry.thigh * np.sin(hip), -geometry.thigh * np.cos(hip) + geometry.raised
-    y = geometry.offset
-    ca, sa = np.cos(a), np.sin(a)
+    return _in_body(geometry, q[..., 0], x, z)
+
+
+def _in_body(geometry: LegGeometry, a: FloatArray, x: FloatArray, z: FloatArray) -> FloatArray:
+    """Points of the legs' planes in B (..., 4, 3) [m], the legs abducted by `a` (..., 4) [rad]."""
+    y, ca, sa = geometry.offset, np.cos(a), np.sin(a)
     return geometry.p_BH + np.stack([x, ca * y - sa * z, sa * y + ca * z], axis=-1)
 
 
@@ -44,7 +46,7 @@ def solve_legs(geometry: LegGeometry, p_BF: FloatArray) -> tuple[FloatArray, Flo
     """Inverse kinematics of all four legs, on the knee's own branch.
 
     Out of reach, the angles of the nearest stretched (or folded) leg are returned, so that the
-    result stays continuous; `excess` says by how much.
+    result stays continuous; `excess` is how far that is.
 
     Args:
         geometry: The legs.
@@ -62,13 +64,12 @@ def solve_legs(geometry: LegGeometry, p_BF: FloatArray) -> tuple[FloatArray, Flo
     a = (a + np.pi) % (2 * np.pi) - np.pi
     x, z = v[..., 0], z - geometry.raised
     distance = np.sqrt(x**2 + z**2)
-    clipped = np.clip(distance, np.abs(l1 - l2) + 1e-6, l1 + l2 - 1e-6)
+    clipped = np.clip(distance, np.abs(l1 - l2) + FOLDED, l1 + l2 - FOLDED)
     cos_knee = (clipped**2 - l1**2 - l2**2) / (2 * l1 * l2)
     knee = geometry.knee_sign * np.arccos(np.clip(cos_knee, -1.0, 1.0))
     hip = np.arctan2(-x, -z) - np.arctan2(l2 * np.sin(knee), l1 + l2 * np.cos(knee))
-    return np.stack([a, hip, knee], axis=-1), np.abs(distance - clipped) * (
-        np.abs(distance - clipped) > 2e-6
-    )
+    beyond = np.abs(distance - clipped)
+    return np.stack([a, hip, knee], axis=-1), beyond * (beyond > 2.0 * FOLDED)
 
 
 def calc_jacobians(geometry: LegGeometry, q: FloatArray) -> FloatArray:
@@ -92,6 +93,9 @@ def calc_jacobians(geometry: LegGeometry, q: FloatArray) -> FloatArray:
     return jacobian
 
 
+FOLDED = 1e-6  # [m] short of stretched or folded, where angles are still smooth
+
+
 class LegConstants(NamedTuple):
     """One leg's lengths; see LegGeometry."""
 
@@ -107,18 +111,7 @@ class LegConstants(NamedTuple):
 
 def leg_constants(geometry: LegGeometry) -> tuple[LegConstants, ...]:
     """The four legs' lengths as plain floats."""
-    return tuple(
-        LegConstants(p[0], p[1], p[2], float(d), float(a), float(b), float(s), float(h))
-        for p, d, a, b, s, h in zip(
-            geometry.p_BH.tolist(),
-            geometry.offset,
-            geometry.thigh,
-            geometry.shank,
-            geometry.knee_sign,
-            geometry.raised,
-            strict=True,
-        )
-    )
+    return tuple(LegConstants(*row) for row in leg_array(geometry).tolist())
 
 
 def leg_array(geometry: LegGeometry) -> FloatArray:
@@ -130,17 +123,9 @@ def leg_array(geometry: LegGeometry) -> FloatArray:
 
 @jit
 def leg_row(legs: FloatArray, k: int) -> LegConstants:
-    """Row `k` of `leg_array`."""
-    return LegConstants(
-        legs[k, 0],
-        legs[k, 1],
-        legs[k, 2],
-        legs[k, 3],
-        legs[k, 4],
-        legs[k, 5],
-        legs[k, 6],
-        legs[k, 7],
-    )
+    """Row `k` of `leg_array`, or of a wider array that begins with its columns."""
+    c = legs[k]
+    return LegConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7])
 
 
 @jit
@@ -164,19 +149,34 @@ def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tup
 
 
 @jit
-def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
-    """Joint angles [rad] that put the foot's centre at (x, y, z) in B [m], or as near as can be."""
+def solve_leg_and_distance(
+    c: LegConstants, x: float, y: float, z: float
+) -> tuple[Vector, float, float]:
+    """Inverse kinematics of one leg, as `solve_legs`.
+
+    Returns:
+        Joint angles [rad] that put the foot's centre at (x, y, z) in B [m], or as near as can be;
+        the distance from the hip pitch axis to that place in the leg's plane [m]; and that
+        distance as the angles have it, short of a stretched or folded leg.
+    """
     x, y, z = x - c.x, y - c.y, z - c.z
     d, l1, l2 = c.offset, c.thigh, c.shank
     down = -sqrt(max(y * y + z * z - d * d, 1e-12))
     a = atan2(z, y) - atan2(down, d)
     a = (a + pi) % (2.0 * pi) - pi
     down -= c.raised
-    reach = min(max(sqrt(x * x + down * down), abs(l1 - l2) + 1e-6), l1 + l2 - 1e-6)
-    knee = c.knee_sign * acos(
-        min(max((reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2), -1.0), 1.0)
-    )
-    return a, atan2(-x, -down) - atan2(l2 * sin(knee), l1 + l2 * cos(knee)), knee
+    distance = sqrt(x * x + down * down)
+    reach = min(max(distance, abs(l1 - l2) + FOLDED), l1 + l2 - FOLDED)
+    bend = (reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+    knee = c.knee_sign * acos(min(max(bend, -1.0), 1.0))
+    hip = atan2(-x, -down) - atan2(l2 * sin(knee), l1 + l2 * cos(knee))
+    return (a, hip, knee), distance, reach
+
+
+@jit
+def solve_leg(c: LegConstants, x: float, y: float, z: float) -> Vector:
+    """The joint angles [rad] of `solve_leg_and_distance` alone."""
+    return solve_leg_and_distance(c, x, y, z)[0]
 
 
 def calc_com(robot: RobotModel, q: FloatArray) -> FloatArray:
@@ -241,8 +241,7 @@ def _pitched(angle: FloatArray, p: FloatArray) -> FloatArray:
 
 # Columns of a leg's constants: those of `leg_array`, then the masses of hip, thigh and shank [kg]
 # and their centres (9) [m].
-HIP, OFFSET, THIGH, SHANK, KNEE, RAISED, MASS, CENTRE, COLUMNS = 0, 3, 4, 5, 6, 7, 8, 11, 20
-FOLDED = 1e-6  # [m] short of stretched or folded, where angles are still smooth
+MASS, CENTRE, COLUMNS = 8, 11, 20
 
 
 def constants(robot: RobotModel) -> tuple[FloatArray, FloatArray]:
@@ -253,13 +252,38 @@ def constants(robot: RobotModel) -> tuple[FloatArray, FloatArray]:
 
 
 @jit
+def leg_moment(legs: FloatArray, k: int, q: Vector) -> Vector:
+    """The moment of leg k's masses: the sum of mass times centre in B [kg m]; see `calc_com`.
+
+    Args:
+        legs: The legs' constants (4, COLUMNS).
+        k: Row of the leg.
+        q: Joint angles [rad].
+    """
+    c, (a, hip, knee) = legs[k], q
+    row = leg_row(legs, k)
+    d, l1 = row.offset, row.thigh
+    # Moments as if the leg were not abducted, which it is then.
+    ch, sh, ck, sk = cos(hip), sin(hip), cos(hip + knee), sin(hip + knee)
+    m0, m1, m2 = c[MASS], c[MASS + 1], c[MASS + 2]
+    p, r, s = CENTRE, CENTRE + 3, CENTRE + 6
+    ux = m0 * c[p] + m1 * (ch * c[r] + sh * c[r + 2])
+    ux += m2 * (-sh * l1 + ck * c[s] + sk * c[s + 2])
+    uy = m0 * c[p + 1] + m1 * (d + c[r + 1]) + m2 * (d + c[s + 1])
+    uz = m0 * c[p + 2] + m1 * (-sh * c[r] + ch * c[r + 2])
+    uz += m2 * (-ch * l1 - sk * c[s] + ck * c[s + 2]) + (m1 + m2) * row.raised
+    ca, sa, m = cos(a), sin(a), m0 + m1 + m2
+    return ux + m * row.x, ca * uy - sa * uz + m * row.y, sa * uy + ca * uz + m * row.z
+
+
+@jit
 def pose(
     legs: FloatArray, trunk: FloatArray, body: FloatArray, feet: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Joint angles, excess of reach, and centre of mass.
+    """Joint angles, excess of reach, and centre of mass: `solve_legs` and `calc_com`, compiled.
 
     Args:
-        legs: (4, COLUMNS), see above.
+        legs: The legs' constants (4, COLUMNS), from `constants`.
         trunk: (5,) mass [kg], centre in B [m], and the whole robot's mass [kg].
         body: (N, 5) poses x, y, z, pitch, yaw of B in W.
         feet: (N, 4, 3) foot centres in W [m].
@@ -274,43 +298,16 @@ def pose(
         cp, sp, cy, sy = cos(body[n, 3]), sin(body[n, 3]), cos(body[n, 4]), sin(body[n, 4])
         mx, my, mz = trunk[0] * trunk[1], trunk[0] * trunk[2], trunk[0] * trunk[3]
         for k in range(4):
-            c = legs[k]
-            dx, dy, dz = (
-                feet[n, k, 0] - body[n, 0],
-                feet[n, k, 1] - body[n, 1],
-                feet[n, k, 2] - body[n, 2],
-            )
+            dx, dy = feet[n, k, 0] - body[n, 0], feet[n, k, 1] - body[n, 1]
+            dz = feet[n, k, 2] - body[n, 2]
             level = cy * dx + sy * dy
-            x = cp * level - sp * dz - c[HIP]
-            y = cy * dy - sy * dx - c[HIP + 1]
-            z = sp * level + cp * dz - c[HIP + 2]
-            d, l1, l2 = c[OFFSET], c[THIGH], c[SHANK]
-            across = max(y * y + z * z, d * d + 1e-12)
-            down = -sqrt(across - d * d)
-            a = atan2(z, y) - atan2(down, d)
-            a = (a + pi) % (2.0 * pi) - pi
-            down -= c[RAISED]
-            distance = sqrt(x * x + down * down)
-            reach = min(max(distance, abs(l1 - l2) + FOLDED), l1 + l2 - FOLDED)
-            bend = (reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
-            knee = c[KNEE] * acos(min(max(bend, -1.0), 1.0))
-            hip = atan2(-x, -down) - atan2(l2 * sin(knee), l1 + l2 * cos(knee))
-            q[n, k, 0], q[n, k, 1], q[n, k, 2] = a, hip, knee
+            x, y, z = cp * level - sp * dz, cy * dy - sy * dx, sp * level + cp * dz
+            angles, distance, reach = solve_leg_and_distance(leg_row(legs, k), x, y, z)
+            q[n, k, 0], q[n, k, 1], q[n, k, 2] = angles
             beyond = abs(distance - reach)
             excess[n, k] = beyond if beyond > 2.0 * FOLDED else 0.0
-            # Moments of the links' masses as if the leg were not abducted, which it is then.
-            ch, sh, ck, sk = cos(hip), sin(hip), cos(hip + knee), sin(hip + knee)
-            m0, m1, m2 = c[MASS], c[MASS + 1], c[MASS + 2]
-            p, r, s = CENTRE, CENTRE + 3, CENTRE + 6
-            ux = m0 * c[p] + m1 * (ch * c[r] + sh * c[r + 2])
-            ux += m2 * (-sh * l1 + ck * c[s] + sk * c[s + 2])
-            uy = m0 * c[p + 1] + m1 * (d + c[r + 1]) + m2 * (d + c[s + 1])
-            uz = m0 * c[p + 2] + m1 * (-sh * c[r] + ch * c[r + 2])
-            uz += m2 * (-ch * l1 - sk * c[s] + ck * c[s + 2]) + (m1 + m2) * c[RAISED]
-            ca, sa, m = cos(a), sin(a), m0 + m1 + m2
-            mx += ux + m * c[HIP]
-            my += ca * uy - sa * uz + m * c[HIP + 1]
-            mz += sa * uy + ca * uz + m * c[HIP + 2]
+            ux, uy, uz = leg_moment(legs, k, angles)
+            mx, my, mz = mx + ux, my + uy, mz + uz
         mx, my, mz = mx / total, my / total, mz / total
         ahead = cp * mx + sp * mz
         com[n, 0] = body[n, 0] + cy * ahead - sy * my

@@ -117,7 +117,7 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
     """
     if not path.endswith(".urdf"):
         return False
-    with quiet(logging.WARNING) as said:  # what is wrong with it, the importer says
+    with quiet(logging.WARNING) as warnings:  # the importer reports what is wrong
         try:
             check_spelling(read_xml(Path(path), path), path)  # the parser passes over it
             plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
@@ -128,15 +128,17 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
         except (InputError, *PARSER_ERRORS):
             return False
     if any(_is_point(plant.get_body(index)) for index in plant.GetBodyIndices(instance)):
-        return False  # the importer says so
-    if any("inertia" in line for line in said):  # Drake puts another in the place of a wrong one
+        return False  # the importer reports it
+    if any(
+        "inertia" in line for line in warnings
+    ):  # Drake puts another in the place of a wrong one
         return False
     limits = (robot.q_lower, robot.q_upper, robot.effort, robot.speed)
     return bool(np.all(np.isfinite(limits)) and np.all(robot.speed > 0.0))
 
 
 def _is_point(body: RigidBody) -> bool:
-    """Whether a body that has a mass worth it has no inertia about its centre."""
+    """Whether a body of more than a negligible mass has no inertia about its centre."""
     if not isinstance(body, RigidBody) or body.default_mass() < HEAVY:
         return False
     about = body.default_spatial_inertia().Shift(body.default_com())
@@ -175,7 +177,7 @@ MOST_READ = 1 << 20
 
 
 def robot_digest(model: str) -> str:
-    """Of a robot's file, the files that it names and what is said of it; wherever they lie.
+    """Digest of a robot's file, the files that it names and its overrides, wherever they lie.
 
     Args:
         model: A file, a robot's name, or a `.robot.yaml` that names one.

@@ -53,36 +53,37 @@ class RobotModel:
 
     Attributes:
         name: The model's name in its file.
-        url: Where it was read from, as Drake's parser takes it.
+        url: File that it was read from, as Drake's parser takes it.
         trunk: Name of the floating body that carries the legs; its frame is B.
         geometry: The legs' lengths.
         joint_names: 12 names, leg by leg (FL, FR, RL, RR), abduction, hip pitch, knee.
-        q_lower: Joint position limits, (12,) [rad].
-        q_upper: Joint position limits, (12,) [rad].
+        q_lower: Lower joint position limits, (12,) [rad].
+        q_upper: Upper joint position limits, (12,) [rad].
         effort: Joint torque limits, (12,) [Nm].
         speed: Joint speed limits, (12,) [rad/s].
         mass: The whole robot's mass [kg].
         trunk_mass: The trunk's own mass [kg].
         trunk_com: The trunk's centre of mass in B, (3,) [m].
         link_mass: Mass of hip, thigh and shank of each leg, (4, 3) [kg].
-        link_com: Their centres of mass in their own frames, (4, 3, 3) [m].
+        link_com: Centres of mass of these links in their own frames, (4, 3, 3) [m].
         foot_radius: Radius of the foot spheres, of the thickest if they are not alike [m].
         foot_geometry: Names of the four feet's collision geometries, as in the file.
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
             middle of its shank is at SHANK_POINTS, (4, 8) [m].
-        shank_radii: How far it reaches from there to either side, (4, 8) [m].
+        shank_radii: Half its thickness there, (4, 8) [m].
         thigh_points: Points that lines along the thighs' collision shapes join, K shapes each, in
             the thighs' frames (4, K, 10, 3) [m].
-        thigh_radii: How thick what is around them is (4, K) [m].
+        thigh_radii: Radii of the thighs' shapes around these lines (4, K) [m].
         trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
             its hips where it has none.
-        trunk_boxes: The same of each of these geometries that no other holds (K, 2, 3) [m].
-        foot_smaller: By how much each foot's radius is less than `foot_radius` (4,) [m]; 0 but in
+        trunk_boxes: Least and greatest x, y, z of each of these geometries that no other holds
+            (K, 2, 3) [m].
+        foot_smaller: Difference of `foot_radius` and each foot's radius (4,) [m]; 0 but in
             files whose feet are not alike. A smaller foot's shank ends that much nearer the knee:
             in the middle of a ball of `foot_radius` that holds the foot and touches its end.
         foot_friction: Coulomb's coefficient (dynamic) that the robot's file states for each foot in
             Drake's own tags (4,); nan where it states none, as nearly all.
-        source: What `load_robot` was asked for: a name, a URL or a file. Empty if it was not asked.
+        source: Argument of `load_robot`: a name, a URL or a file. Empty for other robots.
     """
 
     name: str
@@ -116,7 +117,7 @@ def contact_friction(robot: RobotModel, friction: float) -> FloatArray:
     """The coefficients between the four feet and the ground (4,), as Drake combines the two.
 
     Args:
-        robot: Of which feet may have a friction of their own.
+        robot: The robot, whose feet may have a friction of their own.
         friction: Coulomb's coefficient of the ground, and of every foot without one of its own.
     """
     own = robot.foot_friction
@@ -125,7 +126,7 @@ def contact_friction(robot: RobotModel, friction: float) -> FloatArray:
 
 
 def leg_length(robot: RobotModel) -> float:
-    """Of the shortest leg, as far as its knee lets it stretch [m]."""
+    """Length of the shortest leg, stretched as far as its knee allows [m]."""
     g = robot.geometry
     knees = np.stack([robot.q_lower[2::3], robot.q_upper[2::3]])
     straightest = np.where(np.prod(knees, axis=0) <= 0.0, 0.0, np.min(np.abs(knees), axis=0))
@@ -136,8 +137,8 @@ def leg_length(robot: RobotModel) -> float:
 # From the knee on, to the foot: 1. The last is where a thick shank ends above a thin foot: over a
 # nosing, and leaning, it is what comes down on it first.
 SHANK_POINTS = np.append(0.14 * np.arange(7), 0.93)
-# By which a distance at them is multiplied where it is weighed against the room wanted: the end
-# is always near to what its foot is on, and a third of that will do.
+# Factors of the clearances at these points in comparisons with the clearance that is required: the
+# end is always near to what its foot stands on, and a third of that clearance is enough.
 CLEARANCE_WEIGHTS = np.append(np.ones(7), 3.0)
 
 
@@ -147,11 +148,11 @@ class LinkOutline:
 
     Attributes:
         trunk_lower: Least x, y, z of the trunk in B (3,) [m].
-        trunk_upper: Greatest ones (3,) [m].
-        trunk_parts: Least and greatest ones of each of its parts (K, 2, 3) [m].
+        trunk_upper: Greatest x, y, z of the trunk in B (3,) [m].
+        trunk_parts: Least and greatest x, y, z of each of the trunk's parts (K, 2, 3) [m].
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
             middle of its shank is at SHANK_POINTS, feet left out (4, 8) [m].
-        shank_radii: How far it reaches from there to either side (4, 8) [m].
+        shank_radii: Half the thickness of the shank there (4, 8) [m].
     """
 
     trunk_lower: FloatArray

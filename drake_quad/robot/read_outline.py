@@ -1,7 +1,15 @@
 """Reads the outlines of shanks, thighs and trunk from a plant's collision shapes."""
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, GeometryId, Shape as DrakeShape
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    GeometryId,
+    SceneGraphInspector,
+    Shape as DrakeShape,
+)
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
@@ -14,7 +22,7 @@ THIN = 0.04  # of its length: radius of a shank where it has no geometry, but fo
 
 def read_sides(
     plant: MultibodyPlant,
-    inspector: object,
+    inspector: SceneGraphInspector,
     links: tuple[RigidBody, RigidBody],
     foot: str,
     lengths: tuple[float, float],
@@ -27,20 +35,18 @@ def read_sides(
 
     Args:
         plant: The robot.
-        inspector: Of its geometry.
-        links: Thigh and shank.
+        inspector: Inspector of the robot's geometry.
+        links: The leg's thigh and shank.
         foot: Name of the foot's geometry.
-        lengths: Of thigh and shank [m].
+        lengths: Lengths of thigh and shank [m].
     """
     (thigh, shank), length = links, lengths[1]
     thin = THIN * length
     found = np.repeat([[np.inf], [-np.inf]], len(SHANK_POINTS), axis=1)
     for g in plant.GetCollisionGeometriesForBody(shank):
-        if inspector.GetName(g) == foot:  # type: ignore[attr-defined]
+        if inspector.GetName(g) == foot:
             continue
-        axis, half, radius = rod(inspector.GetShape(g))  # type: ignore[attr-defined]
-        X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
-        line = np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)])
+        line, radius = _rod_line(inspector, g)
         along, ahead = -line[:, 2] / length, line[:, 0]
         for k, at in enumerate(SHANK_POINTS):
             near = np.abs(along - at) * length <= radius + 0.05 * length
@@ -51,16 +57,21 @@ def read_sides(
     found[:, bare] = np.array([[-thin], [thin]]) * (np.flatnonzero(bare) < len(SHANK_POINTS) - 1)
     knee = np.array([0.0, 0.0, -lengths[0]])
     for g in plant.GetCollisionGeometriesForBody(thigh):
-        axis, half, radius = rod(inspector.GetShape(g))  # type: ignore[attr-defined]
-        X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
-        line = np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)])
+        line, radius = _rod_line(inspector, g)
         ball = radius - float(np.min(np.linalg.norm(line - knee, axis=1)))
         found[:, 0] = min(found[0, 0], -ball), max(found[1, 0], ball)
     return found
 
 
+def _rod_line(inspector: SceneGraphInspector, g: GeometryId) -> tuple[FloatArray, float]:
+    """Points (15, 3) along a geometry's middle in its body's frame, and its radius [m]."""
+    axis, half, radius = rod(inspector.GetShape(g))
+    X = inspector.GetPoseInFrame(g)
+    return np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)]), radius
+
+
 def half_sizes(shape: DrakeShape) -> FloatArray:
-    """Half the size of a shape's own box (3,) [m]; 0 of a mesh, which says nothing of itself."""
+    """Half the size of a shape's own box (3,) [m]; 0 of a mesh, whose size is not known here."""
     if isinstance(shape, Box):
         return 0.5 * np.asarray(shape.size())
     if isinstance(shape, Cylinder):
@@ -73,18 +84,18 @@ def half_sizes(shape: DrakeShape) -> FloatArray:
     return np.full(3, float(radius()) if radius else 0.0)
 
 
-def bounding_box(inspector: object, geometries: list[GeometryId]) -> FloatArray:
+def bounding_box(inspector: SceneGraphInspector, geometries: list[GeometryId]) -> FloatArray:
     """Least and greatest coordinates of geometries in their body's frame (2, 3) [m]."""
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
     corners = [
-        inspector.GetPoseInFrame(g).multiply(s * half_sizes(inspector.GetShape(g)))  # type: ignore[attr-defined]
+        inspector.GetPoseInFrame(g).multiply(s * half_sizes(inspector.GetShape(g)))
         for g in geometries
         for s in signs
     ]
     return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
 
 
-def outer_boxes(inspector: object, geometries: list[GeometryId]) -> FloatArray:
+def outer_boxes(inspector: SceneGraphInspector, geometries: list[GeometryId]) -> FloatArray:
     """The boxes of geometries, each its own, in their body's frame (K, 2, 3) [m].
 
     Without those that another holds, and specks, of which files are full; there is one at least.
@@ -117,21 +128,21 @@ ROUND = np.array(
 
 
 def read_thighs(
-    plant: MultibodyPlant, inspector: object, thighs: list[RigidBody]
+    plant: MultibodyPlant, inspector: SceneGraphInspector, thighs: list[RigidBody]
 ) -> tuple[FloatArray, FloatArray]:
     """Lines along the shapes of all thighs, and how thick what is around them is.
 
     Returns:
-        points: Of K shapes each, the points that lines join, in the thighs' frames (4, K, 10, 3)
-            [m]; of what is less or fewer, some are the same.
-        radii: (4, K) [m].
+        points: Points that lines join, for K shapes each, in the thighs' frames (4, K, 10, 3) [m];
+            where a thigh has fewer shapes, or a shape fewer points, some are repeated.
+        radii: Radii around the lines (4, K) [m].
     """
     points: list[list[FloatArray]] = []
     radii: list[list[float]] = []
     for thigh in thighs:
         mine, thick = [np.zeros((len(ROUND), 3))], [0.0]  # the hip, if there is nothing else
         for g in plant.GetCollisionGeometriesForBody(thigh):
-            shape = inspector.GetShape(g)  # type: ignore[attr-defined]
+            shape = inspector.GetShape(g)
             half = half_sizes(shape)
             if half.max() < SPECK:
                 continue
@@ -140,7 +151,7 @@ def read_thighs(
             else:
                 axis, reach, radius = rod(shape)
                 line = np.outer(np.linspace(-reach, reach, len(ROUND)), axis)
-            X = inspector.GetPoseInFrame(g)  # type: ignore[attr-defined]
+            X = inspector.GetPoseInFrame(g)
             mine.append(np.asarray(X.multiply(line.T)).T)
             thick.append(radius)
         points.append(mine)

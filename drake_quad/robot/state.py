@@ -1,6 +1,6 @@
 """Takes a plant's state vector [q; v] apart: base pose and velocity, joints leg by leg.
 
-The plant's own order of joints is asked once, when the layout is made, and never assumed.
+The plant's own order of joints is looked up once, when the layout is made, and never assumed.
 """
 
 from dataclasses import dataclass
@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, IntArray
+from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.robot.model import RobotModel
 
 if TYPE_CHECKING:
     from pydrake.multibody.plant import MultibodyPlant
-
-
-IntArray = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,18 +62,9 @@ class StateLayout:
     def read(self, state: FloatArray) -> RobotState:
         """Takes `state` (size,) apart."""
         i, j = self.q_base, self.v_base
-        w, x, y, z = state[i : i + 4]
-        n = 2.0 / (w * w + x * x + y * y + z * z)
-        R = np.array(
-            [
-                [1 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)],
-                [n * (x * y + w * z), 1 - n * (x * x + z * z), n * (y * z - w * x)],
-                [n * (x * z - w * y), n * (y * z + w * x), 1 - n * (x * x + y * y)],
-            ]
-        )
         return RobotState(
             state[i + 4 : i + 7],
-            R,
+            np.array(quaternion_rotation(*state[i : i + 4].tolist())),
             state[j : j + 3],
             state[j + 3 : j + 6],
             state[self.q_joints].reshape(4, 3),

@@ -1,6 +1,5 @@
 """Checks of a scenario: what stands beside its fields, and what needs more than one field."""
 
-import difflib
 import functools
 import math
 import operator
@@ -8,7 +7,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, did_you_mean
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import MissionElement, MotorStrengthConfig, PushConfig, Scenario
 from drake_quad.stability.equilibrium_region import HULL
@@ -201,8 +200,7 @@ def _check_mission(element: MissionElement, path: str, source: str) -> None:
         return InputError(source=source, field=f"{path}.{field}", value=value, remedy=remedy)
 
     if element.kind not in _MISSION:
-        near = difflib.get_close_matches(element.kind, _MISSION, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]}?" if near else ""
+        hint = did_you_mean(element.kind, _MISSION)
         raise error("kind", f"must be walk, spin or stand{hint}")
     own = _MISSION[element.kind]
     for field in _MISSION.values():

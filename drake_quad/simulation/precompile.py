@@ -44,13 +44,16 @@ def _kernels() -> dict[str, dict[str, Signature]]:
     """
     from drake_quad.control.kernel_state import CONSTANTS, MEASURED, ROBOT, WORK
     from drake_quad.control.tracking import Commands, Inputs
+    from drake_quad.estimation.filter_state import MODEL
     from drake_quad.gait_design.candidates import Cycle, Staircase
     from drake_quad.gait_design.kernels import RobotTables
     from drake_quad.planning.motion_plan import PlanTables
+    from drake_quad.stability.support_polygon import FallLimits
 
     work, measured = typeof(np.zeros(1, WORK)), typeof(np.zeros(1, MEASURED))
     constants = typeof(np.zeros(1, CONSTANTS)).copy(readonly=True)
     plan = _named(PlanTables, _RM, _F, _RM, _F, _I, _I)
+    model = typeof(np.zeros(1, MODEL)).copy(readonly=True)
     return {
         "feet": {
             "control.measurement._measure_one": (
@@ -70,22 +73,30 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "control.whole_body_qp.torques_of": (_V, work, _V),
         },
         "loop": {
+            "math.rotations.quaternion_rotation": (_F, _F, _F, _F),
             "control.gait_clock.advance_if_uneventful": (_V, _RM, _I, _F, _F, _V, _F),
+            "stability.support_polygon.margin_of_points": (_F, _F, _M),
             "stability.support_polygon.measure_margins": (_V, _V, _V, _V, _F, _V, _V),
             "stability.support_polygon.watch_margins": (
-                _V, _I, _F, _F, _F, _B, _F, _F, _F, _V, _V, _V,
+                _V, _I, types.UniTuple(_F, 3), _B, types.NamedUniTuple(_F, 3, FallLimits),
+                types.UniTuple(_V, 3),
             ),
             # sensor_models.add_contact is left to its first call: the versions of Drake differ in
             # which of its arguments may be written to.
             "estimation.sensor_models.conclude": (_M, _F, _V, _V, _V, _V, _V),
         },
         "estimator": {
+            "math.rotations.yaw_pitch_rotation": (_F, _F),
             "estimation.filter.run_filter": (
-                _V, _V, _V, _V, _M, _F, _F, _V, _IV, _I, _I, _V, _V, _V, _V, _V,
+                _V, types.UniTuple(_V, 3), model, types.UniTuple(_V, 5),
             ),
-            "estimation.sensor_models.sense_imu": (_V, _I, _I, _V, _I, _RM, _RM, _V, _F, _V),
-            "estimation.sensor_models.sense_joints": (_V, _IV, _I, _RM, _RV, _F, _V),
-            "estimation.filter.write_state": (_V, _V, _IV, _I, _I, _V),
+            "estimation.sensor_models.sense_imu": (
+                _V, _I, _I, _V, _I, types.Tuple((_RM, _RM, _V, _F)), _V,
+            ),
+            "estimation.sensor_models.sense_joints": (
+                _V, _IV, _I, types.Tuple((_RM, _RV, _F)), _V,
+            ),
+            "estimation.filter.write_state": (_V, _V, model.dtype, _V),
             "estimation.filter.write_deviation": (_V, _V),
         },
         "plan": {

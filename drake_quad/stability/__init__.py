@@ -1,1 +1,1 @@
-"""How much room a stance leaves: regions of balance, margins in motion, and pushes it can take."""
+"""Margins of a stance: regions of equilibrium, margins in motion, and pushes it can take."""

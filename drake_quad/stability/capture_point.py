@@ -19,9 +19,9 @@ back before it is there: from a pendulum's energy, v² - ω² (c - P)² constant
 counted from where it was pushed. So legs that let it go R < P allow ξ = √(2 P R - R²).
 
 What is thrown comes back. A robot of stiff joints rocks on one leading foot and back over its
-place, and comes down where the other feet happen to find ground: it needs room of some part of the
-throw around its place, `swing_back`. How much is the controller's, not the pendulum's; SWING_BACK
-is what pushes in the simulation ask for (`benchmarks/push_budget.py`).
+place, and comes down where the other feet happen to find ground: it needs a margin of some part of
+the throw around its place, `swing_back`. How much depends on the controller, not on the pendulum;
+SWING_BACK is what pushes in the simulation need (`benchmarks/push_budget.py`).
 
 The law is exact for the pendulum that holds its pressure there, with the forces' own limits,
 friction (and torque) on uneven ground. What a robot does beyond a pendulum, by turning its trunk
@@ -62,11 +62,11 @@ class Pendulum:
     """The robot as a point mass in motion.
 
     Attributes:
-        x: Of its centre of mass in W [m].
-        y: The same.
-        z: The same.
-        vx: Of its velocity in W [m/s].
-        vy: The same.
+        x: x of its centre of mass in W [m].
+        y: y of its centre of mass in W [m].
+        z: z of its centre of mass in W [m].
+        vx: x of its velocity in W [m/s].
+        vy: y of its velocity in W [m/s].
         ground: Height in W that its pressure centre is counted at [m].
     """
 
@@ -79,17 +79,17 @@ class Pendulum:
 
     @property
     def height(self) -> float:
-        """Over the ground [m]."""
+        """Height over the ground [m]."""
         return max(self.z - self.ground, LEAST_HEIGHT)
 
     @property
     def rate(self) -> float:
-        """ω [1/s]."""
+        """The pendulum's rate ω [1/s]."""
         return sqrt(GRAVITY / self.height)
 
     @property
     def capture(self) -> tuple[float, float]:
-        """ξ in W [m]."""
+        """The capture point ξ in W [m]."""
         return self.x + self.vx / self.rate, self.y + self.vy / self.rate
 
 
@@ -108,9 +108,9 @@ def find_pressure_area(
     feet; elsewhere it changes with the place of the centre of mass.
 
     Args:
-        contacts: That bear.
+        contacts: The contacts that bear.
         body: The robot.
-        limits: Of the legs' joints.
+        limits: Limits of the legs' joints.
         pyramid: How friction is made of planes.
     """
     if not len(contacts):
@@ -142,9 +142,9 @@ def way_out(region: Region, x: float, y: float, ways: FloatArray) -> FloatArray:
 
     Args:
         region: Convex.
-        x: In W [m].
-        y: The same.
-        ways: (m, 2).
+        x: x of the point in W [m].
+        y: y of the point in W [m].
+        ways: Unit vectors (m, 2).
     """
     corners = region.corners
     if len(corners) < 3:
@@ -152,13 +152,13 @@ def way_out(region: Region, x: float, y: float, ways: FloatArray) -> FloatArray:
     after = np.concatenate([corners[1:], corners[:1]])
     along = after - corners
     normal = np.stack([along[:, 1], -along[:, 0]], axis=-1)
-    room = np.sum(normal * (corners - [x, y]), axis=-1)
-    if np.any(room <= 0.0):
+    inside = np.sum(normal * (corners - [x, y]), axis=-1)
+    if np.any(inside <= 0.0):
         return np.zeros(len(ways))
     speed = ways @ normal.T
-    return np.asarray(np.where(speed > 0.0, room / np.where(speed > 0.0, speed, 1.0), np.inf)).min(
-        axis=-1
-    )
+    return np.asarray(
+        np.where(speed > 0.0, inside / np.where(speed > 0.0, speed, 1.0), np.inf)
+    ).min(axis=-1)
 
 
 def push_budget(
@@ -174,12 +174,12 @@ def push_budget(
 
     Args:
         region: The static region over the feet that bear.
-        area: From `find_pressure_area` of the same feet and this body.
+        area: Area from `find_pressure_area` of the same feet and this body.
         body: The robot.
         ways: (m, 2) unit vectors in W, which way it is pushed.
         legs: (m,) how far the legs let the centre of mass go [m], see `leg_stroke_left`; None:
             anywhere.
-        swing_back: Of a throw, by which the robot may miss its place as it comes back, any way.
+        swing_back: Share of a throw by which the robot may miss its place as it comes back.
     """
     x, y = body.capture
     far = np.minimum(way_out(region, x, y, ways), way_out(area, x, y, ways))
@@ -196,8 +196,8 @@ def held_back(pressure: FloatArray, legs: FloatArray) -> FloatArray:
     """How far ξ may be thrown if the pressure can be so far away, and the robot go so far (m,) [m].
 
     Args:
-        pressure: (m,) from the robot [m].
-        legs: (m,) from there [m].
+        pressure: (m,) distance of the pressure centre from the robot [m].
+        legs: (m,) distance that the legs allow from there [m].
     """
     short = np.sqrt(np.maximum(2.0 * pressure * legs - legs**2, 0.0))
     return np.where(legs < pressure, short, pressure)
@@ -218,7 +218,7 @@ class FallingPendulum:
 
     Attributes:
         feet: Foot sphere centres, (4, 3) [m].
-        standing: Who bears, (4,).
+        standing: Which feet bear, (4,).
         p_WB: The body's centre, (3,) [m].
         yaw: The body's heading [rad]; it is taken to be level.
         com: The centre of mass, (2,) [m].

@@ -37,7 +37,7 @@ from drake_quad.common import GRAVITY, BoolArray, FloatArray, read_only
 from drake_quad.robot.kinematics import calc_holding, calc_jacobians
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.projection import NONE, PolytopeProjection, project_polygon
-from drake_quad.stability.support_polygon import margin_of_floats, support_polygon
+from drake_quad.stability.support_polygon import stability_margin, support_polygon
 
 PARALLEL = 0.99  # cosine above which a direction is too near to the normal to lie in the plane
 
@@ -65,8 +65,8 @@ class Pyramid:
     """How the friction cone is made of planes.
 
     Attributes:
-        sides: How many, at least 3. The gap between the pyramid inside the cone and the cone is
-            1 - cos(π / sides) of the friction coefficient: 7.6 % with 8 sides, 1.9 % with 16.
+        sides: Number of planes, at least 3. The gap between the pyramid inside the cone and the
+            cone is 1 - cos(π / sides) of the friction coefficient: 7.6 % with 8, 1.9 % with 16.
         heading: Direction in W of the first plane [rad].
         outside: Whether the pyramid goes round the cone instead of into it: what a region of it
             leaves out, no friction can give.
@@ -105,7 +105,7 @@ def pyramid_rows(
     Args:
         normal: Unit normal in W. Most are vertical, and need not be worked out again.
         friction: Coulomb's coefficient.
-        pyramid: See there. Its edges lie on the cone, or its planes touch it if it is outside.
+        pyramid: The pyramid; its edges lie on the cone, or its planes touch it if it is outside.
     """
     n = np.array(normal)
     along, left = tangents(n, pyramid.heading)
@@ -138,12 +138,12 @@ LEAST_LIFT = 0.05  # of the weight; with less the robot is falling and has no re
 
 @dataclass(frozen=True)
 class WrenchDemand:
-    """What the feet's forces are to come to, in units of the weight, in W.
+    """Force and moment that the feet have to give, in units of the weight, in W.
 
     Attributes:
-        force: Their sum; at rest (0, 0, 1), else (a + g) / |g| of the centre of mass.
-        moment: About the centre of mass [m]: the change of angular momentum there.
-        height: Of the centre of mass [m]; it counts where the force is not vertical.
+        force: Sum of the forces; at rest (0, 0, 1), else (a + g) / |g| of the centre of mass.
+        moment: Moment about the centre of mass [m]: the change of angular momentum there.
+        height: Height of the centre of mass [m]; it matters where the force is not vertical.
     """
 
     force: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -183,7 +183,7 @@ class Region:
 
     def margin(self, x: float, y: float) -> float:
         """Signed distance of (x, y) from the border [m], inside positive; -inf of no region."""
-        return margin_of_floats(x, y, self.corners.tolist())
+        return stability_margin((x, y), self.corners)
 
     def reach(self, x: float, y: float) -> float:
         """How far it goes along the unit vector (x, y) from W's origin [m]; -inf of no region."""
@@ -200,9 +200,9 @@ def find_region(
     """The region of balance over contacts.
 
     Args:
-        contacts: That bear.
-        limits: Of the legs' joints, in the contacts' order; none: any force will do.
-        demand: What the forces are to come to.
+        contacts: The contacts that bear.
+        limits: Limits of the legs' joints, in the contacts' order; None: any force will do.
+        demand: Force and moment that the contacts have to give.
         pyramid: How friction is made of planes.
     """
     if not len(contacts) or demand.force[2] < LEAST_LIFT:
@@ -243,7 +243,7 @@ def com_projection(
 def force_rows(
     contacts: Contacts, limits: ForceLimits | None, pyramid: Pyramid, *, equations: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rows and bounds of what each contact can push with, with room for equations after them.
+    """Rows and bounds of what each contact can push with, with zero rows for equations after them.
 
     Returns:
         A (m, 3 n), lower (m,), upper (m,); the last `equations` rows are zero.
@@ -284,8 +284,8 @@ def joint_limits(
         R_WB: (3, 3) orientation of B.
         q: (4, 3) joint angles [rad].
         standing: (4,) which feet stand.
-        mass: Of the whole robot, payload included, if it is another than the model's [kg].
-        effort: (12,) torque limits, if they are others than the model's [Nm].
+        mass: Mass of the whole robot with its payload, if it is not the model's [kg].
+        effort: Torque limits (12,), if they are not the model's [Nm].
     """
     who = np.asarray(standing, dtype=np.bool_)
     legs = leg_limits(robot, R_WB, q, mass=mass, effort=effort)
@@ -300,7 +300,7 @@ def leg_limits(
     mass: float | None = None,
     effort: FloatArray | None = None,
 ) -> ForceLimits:
-    """The same of all four legs, for any number of poses: R_WB (..., 3, 3), q (..., 4, 3).
+    """`joint_limits` of all four legs, for any number of poses: R_WB (..., 3, 3), q (..., 4, 3).
 
     Its arrays are (..., 4, 3, 3) and (..., 4, 3).
     """
@@ -357,5 +357,5 @@ HULL, FRICTION, FEASIBLE = KINDS = ("hull", "friction", "feasible")
 
 
 def stricter(one: str, other: str) -> str:
-    """Of two kinds the one that the other is measured with anyway."""
+    """The stricter of two kinds of margin; measuring it yields the other as well."""
     return max(one, other, key=KINDS.index)

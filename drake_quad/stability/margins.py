@@ -56,11 +56,11 @@ def leg_stroke_left(
 
     Args:
         robot: The robot.
-        R_WB: (3, 3).
+        R_WB: (3, 3) orientation of B.
         q: (4, 3) joint angles now [rad].
         standing: (4,) which feet stand; other legs stay as they are.
-        ways: (m, 2) in W.
-        most: (m,) how far the body is looked after [m].
+        ways: (m, 2) unit vectors in W.
+        most: (m,) greatest distances that are tried [m].
     """
     g = robot.geometry
     feet, lower, upper = calc_feet(g, q), robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
@@ -95,12 +95,13 @@ class Margins(IntEnum):
     """Places in the vector of margins.
 
     FRICTION: Signed distance of the centre of mass from the border of the static region [m].
-    CAPTURE: That of the capture point from the border of where the pressure can be, now and at
-        rest [m].
+    CAPTURE: Signed distance of the capture point from the border of where the pressure can be, now
+        and at rest [m].
     BUDGET: The least push that takes a step, of all directions [m/s].
-    BUDGET_DIRECTION: Which way that is, in W [rad].
-    FEASIBLE: As FRICTION, within the joints' torque limits too [m].
-    DYNAMIC: As FEASIBLE, of the region that the measured acceleration leaves [m].
+    BUDGET_DIRECTION: Direction of that push in W [rad].
+    FEASIBLE: Signed distance as of FRICTION, within the joints' torque limits too [m].
+    DYNAMIC: Signed distance as of FEASIBLE, in the region that the measured acceleration leaves
+        [m].
     """
 
     FRICTION = 0
@@ -142,7 +143,7 @@ class MarginEstimator:
         robot: The robot.
         kind: One of KINDS: which margins, the others are nan.
         friction: Coulomb's coefficient of the ground, see `contact_friction`.
-        mass: Of the whole robot as it is [kg].
+        mass: Mass of the whole robot as it is [kg].
         effort: (12,) torque limits as they are [Nm].
         none: What a margin is where there is no region.
     """
@@ -159,7 +160,7 @@ class MarginEstimator:
 
         Args:
             posture: The robot now.
-            demand: What its motion asks of the feet, for DYNAMIC.
+            demand: Force and moment that its motion demands of the feet, for DYNAMIC.
         """
         found = np.full(len(Margins), np.nan)
         if self.kind == HULL:
@@ -231,14 +232,14 @@ class MarginEstimator:
 def demand_of(
     momentum: FloatArray, before: FloatArray, time: float, *, mass: float, height: float
 ) -> WrenchDemand:
-    """What a change of momentum asks of the feet, if nothing else pushes.
+    """Force and moment that a change of momentum demands of the feet, if nothing else pushes.
 
     Args:
         momentum: (6,) about the centre of mass in W, angular [Nms], then linear [Ns].
-        before: The same a time ago.
-        time: That ago [s].
-        mass: Of the whole robot [kg].
-        height: Of the centre of mass in W [m].
+        before: Momentum at the sample before, (6,).
+        time: Time since that sample [s].
+        mass: Mass of the whole robot [kg].
+        height: Height of the centre of mass in W [m].
     """
     weight = GRAVITY * mass
     mx, my, mz, fx, fy, fz = ((momentum - before) / (time * weight)).tolist()

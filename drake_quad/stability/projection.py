@@ -1,10 +1,10 @@
-"""The exact shadow of a polytope in the plane, corner by corner, from linear programs.
+"""The exact projection of a polytope to the plane, corner by corner, from linear programs.
 
     { C x + d :  lower ≤ A x ≤ upper }
 
-Each program finds the farthest point of the shadow in one direction: a corner, or the proof that
-a side is one. A side between two corners found is tried along its outward normal, and split where
-there is more beyond it (Bretl and Lall, "Testing static equilibrium for legged robots", IEEE
+Each program finds the farthest point of the projection in one direction: a corner, or the proof
+that a side is one. A side between two corners found is tried along its outward normal, and split
+where there is more beyond it (Bretl and Lall, "Testing static equilibrium for legged robots", IEEE
 Transactions on Robotics 24(4), 2008, section IV). A polygon of k corners takes 2 k programs.
 """
 
@@ -17,8 +17,8 @@ from scipy.optimize import linprog
 from drake_quad.common import FloatArray
 
 Point = tuple[float, float]
-EXACT = 1e-8  # [m] by which the shadow may reach beyond a side; at sharp corners some more
-NEAR = 10.0  # times that: two corners so near are one, whatever rounding says
+EXACT = 1e-8  # [m] by which the projection may reach beyond a side; at sharp corners some more
+NEAR = 10.0  # times that: two corners so near are one, apart from rounding
 MOST_PROGRAMS = 1000  # of an outline: a guard, many times what any stance has taken
 NONE = 1e30  # a bound that is none
 EQUALITY = 5  # DAQP's mark of a row that always binds
@@ -34,14 +34,14 @@ AXES: tuple[Point, ...] = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
 class PolytopeProjection:
-    """A polytope and how it is looked at; asks DAQP, and SciPy's HiGHS where DAQP finds nothing.
+    """A polytope and its view, solved by DAQP, or by SciPy's HiGHS where DAQP finds nothing.
 
     Args:
         A: (m, n) rows.
-        lower: (m,) their bounds; NONE for none. Equal to `upper` for an equation.
-        upper: (m,).
-        C: (2, n) the view.
-        d: (2,) its offset.
+        lower: (m,) lower bounds of the rows; NONE for none. Equal to `upper` for an equation.
+        upper: (m,) upper bounds of the rows.
+        C: (2, n) the view: the projection is C x + d.
+        d: (2,) offset of the view.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class PolytopeProjection:
         self.programs = 0
 
     def farthest(self, x: float, y: float) -> Point | None:
-        """The point of the shadow farthest along (x, y); None if there is none at all."""
+        """The point of the projection farthest along (x, y); None if there is none at all."""
         found = self.forces(x, y)
         if found is None:
             return None
@@ -80,15 +80,15 @@ class PolytopeProjection:
             found, _, flag, _ = self._model.solve()
             if flag == SOLVED and isfinite(sum(found.tolist())) and self._holds(found):
                 return found
-        return self._ask_again(cost)
+        return self._solve_by_highs(cost)
 
     def _holds(self, point: FloatArray) -> bool:
         """Whether a point of the polytope is one: DAQP may say so of others, if it is very thin."""
         rows = self._A @ point
         return bool((rows < self._most).all() and (rows > self._least).all())
 
-    def _ask_again(self, cost: FloatArray) -> FloatArray | None:
-        """The same of HiGHS, which takes a hundred times as long; it decides what is empty."""
+    def _solve_by_highs(self, cost: FloatArray) -> FloatArray | None:
+        """The solution by HiGHS, which takes a hundred times as long; it decides what is empty."""
         self._model = None
         A, lower, upper = self._A, self._lower, self._upper
         same = lower == upper
@@ -106,11 +106,11 @@ class PolytopeProjection:
 
 
 def project_polygon(shadow: PolytopeProjection, *, exact: float = EXACT) -> list[Point]:
-    """The shadow's corners counterclockwise; two for a line, one for a point, none if empty.
+    """The projection's corners counterclockwise; two for a line, one for a point, none if empty.
 
     Args:
-        shadow: See there; bounded.
-        exact: By how much the shadow may reach beyond the outline [m].
+        shadow: The polytope and its view; bounded.
+        exact: Distance that the projection may reach beyond the polygon [m].
     """
     ends = []
     for x, y in AXES:

@@ -6,8 +6,8 @@ the signed distance to the polygon itself, so outside it is minus the Euclidean 
 makes the margin 1-Lipschitz in the point everywhere, and it is defined for every number of feet.
 """
 
-from collections.abc import Iterable
-from math import hypot, inf, sqrt
+from math import inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,8 +49,7 @@ def nearest_on_segment(point: Point, a: Point, b: Point) -> Point:
     return a[0] + t * ex, a[1] + t * ey
 
 
-_CLEARLY_INSIDE = 1e-9  # [m], well beyond rounding
-_NO_LENGTH = 1e-150  # [m]; below it squares underflow
+NO_LENGTH = 1e-150  # [m]; below it squares underflow
 _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
@@ -73,7 +72,7 @@ def support_order(points: ArrayLike) -> list[int]:
     """Returns which of the feet are the support polygon's corners, in its order.
 
     Args:
-        points: See `support_polygon`.
+        points: Positions of the feet, as for `support_polygon`.
     """
     rows = np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist()
     first = {(x, y): k for k, (x, y) in reversed(list(enumerate(rows)))}
@@ -93,35 +92,57 @@ def stability_margin(point: ArrayLike, points: ArrayLike) -> float:
         point or segment; -inf over none.
     """
     x, y = np.asarray(point, dtype=np.float64).tolist()
-    return margin_of_floats(x, y, np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist())
+    return margin_of_points(x, y, np.array(points, dtype=np.float64).reshape(-1, 2))
 
 
-def margin_of_floats(x: float, y: float, points: Iterable[Iterable[float]]) -> float:
-    """Returns `stability_margin` of (x, y) over points given as plain floats.
+@jit
+def margin_of_points(x: float, y: float, points: FloatArray) -> float:
+    """`stability_margin` of (x, y) over points (n, 2) [m], compiled; see `stability_margins`."""
+    return _least_reach(points[:, 0] - x, points[:, 1] - y, len(points))
 
-    With three or four feet plain floats beat numpy's call overhead several times, and this runs
-    at the controller's rate. The rule is that of `stability_margins`; it does not ask on which
-    side of a side the point is, which rounding would decide where the feet are nearly in line.
+
+@jit
+def margin_over(x: float, y: float, feet: FloatArray, standing: BoolArray) -> float:
+    """The signed static margin of (x, y) over the standing feet [m]; -inf over none.
+
+    Args:
+        x: Projected centre of mass along the frame's x [m].
+        y: Projected centre of mass along the frame's y [m].
+        feet: Feet in the same frame (4, 3) [m]; their heights do not matter.
+        standing: Whether each foot stands (4,).
     """
-    hull = [(px - x, py - y) for px, py in convex_hull(sorted({(px, py) for px, py in points}))]
-    if not hull:
-        return -inf
-    margin = inf
-    ax, ay = hull[-1]
-    for bx, by in hull:
-        margin = min(margin, _reach(hull, by - ay, ax - bx))
-        ax, ay = bx, by
-    if _CLEARLY_INSIDE < margin < inf:
-        return margin  # no need to look beyond the corners
-    return min(margin, 0.0, *[_reach(hull, -qx, -qy) for qx, qy in hull])
+    count, rx, ry = 0, np.empty(4), np.empty(4)
+    for k in range(4):
+        if standing[k]:
+            rx[count], ry[count] = feet[k, 0] - x, feet[k, 1] - y
+            count += 1
+    return _least_reach(rx, ry, count)
 
 
-def _reach(points: list[Point], x: float, y: float) -> float:
-    """Returns how far points reach along the direction (x, y); inf if that has no length."""
-    norm = hypot(x, y)
-    if norm < _NO_LENGTH:
-        return inf
-    return max([x * qx + y * qy for qx, qy in points]) / norm
+@jit
+def _least_reach(rx: FloatArray, ry: FloatArray, count: int) -> float:
+    """The margin of the origin over `count` points [m], by the rule of `stability_margins`."""
+    margin = inf if count > 0 else -inf
+    for i in range(count):
+        for j in range(i):
+            high, low = _extent(rx, ry, count, ry[i] - ry[j], rx[j] - rx[i])
+            margin = min(margin, high, -low)
+        high, _ = _extent(rx, ry, count, -rx[i], -ry[i])
+        margin = min(margin, high)
+    return margin
+
+
+@jit
+def _extent(x: FloatArray, y: FloatArray, count: int, ux: float, uy: float) -> tuple[float, float]:
+    """How far points reach along a direction, at most and at least; +x if it has no length."""
+    norm = sqrt(ux * ux + uy * uy)
+    if norm < NO_LENGTH:
+        ux, uy, norm = 1.0, 0.0, 1.0
+    high, low = -inf, inf
+    for k in range(count):
+        along = (x[k] * ux + y[k] * uy) / norm
+        high, low = max(high, along), min(low, along)
+    return high, low
 
 
 def stability_margins(points: FloatArray, feet: FloatArray, standing: BoolArray) -> FloatArray:
@@ -163,56 +184,15 @@ def stability_margins(points: FloatArray, feet: FloatArray, standing: BoolArray)
 def _unit(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Returns unit vectors along (x, y); along +x where that has no length."""
     norm: FloatArray = np.sqrt(x * x + y * y)
-    zero: NDArray[np.bool_] = norm < _NO_LENGTH
+    zero: NDArray[np.bool_] = norm < NO_LENGTH
     if zero.any():
         norm = np.where(zero, 1.0, norm)
         x, y = np.where(zero, 1.0, x), np.where(zero, 0.0, y)
     return x / norm, y / norm
 
 
-NO_LENGTH = 1e-150  # [m]; below it squares underflow
 BEARING = 0.5  # above it a foot bears
 LEAST_WEIGHT = 1.0  # [N] on the feet for there to be a centre of pressure
-
-
-@jit
-def margin_over(x: float, y: float, feet: FloatArray, standing: BoolArray) -> float:
-    """The signed static margin of (x, y) over the standing feet [m]; -inf over none.
-
-    The rule is that of `stability_margins`, and a test holds the two equal.
-
-    Args:
-        x: Of the projected centre of mass [m].
-        y: The same.
-        feet: (4, 3) in the same frame; of height there is no need.
-        standing: (4,).
-    """
-    margin, count = inf, 0
-    rx, ry = np.empty(4), np.empty(4)
-    for k in range(4):
-        if standing[k]:
-            rx[count], ry[count] = feet[k, 0] - x, feet[k, 1] - y
-            count += 1
-    for i in range(count):
-        for j in range(i):
-            high, low = _extent(rx, ry, count, ry[i] - ry[j], rx[j] - rx[i])
-            margin = min(margin, high, -low)
-        high, _ = _extent(rx, ry, count, -rx[i], -ry[i])
-        margin = min(margin, high)
-    return margin if count > 0 else -inf
-
-
-@jit
-def _extent(x: FloatArray, y: FloatArray, count: int, ux: float, uy: float) -> tuple[float, float]:
-    """How far points reach along a direction, at most and at least; +x if it has no length."""
-    norm = sqrt(ux * ux + uy * uy)
-    if norm < NO_LENGTH:
-        ux, uy, norm = 1.0, 0.0, 1.0
-    high, low = -inf, inf
-    for k in range(count):
-        along = (x[k] * ux + y[k] * uy) / norm
-        high, low = max(high, along), min(low, along)
-    return high, low
 
 
 @jit
@@ -228,11 +208,11 @@ def measure_margins(
     """Margins of the centre of mass and of the centre of pressure; returns the ground's height.
 
     Args:
-        com: The robot's centre of mass in W (3,) [m].
+        com: Centre of mass of the robot in W (3,) [m].
         bearing: 1 where a foot bears (4,).
         place: Where the feet's forces act in W (12,) [m].
         force: The forces on the feet in W (12,) [N].
-        none: What a margin is where there is none.
+        none: Value of a margin where there is none [m].
         margin: Result (1,) [m].
         zmp_margin: Result (1,) [m].
 
@@ -258,40 +238,46 @@ def measure_margins(
     return lowest_bearing if np.isfinite(lowest_bearing) else lowest
 
 
+class FallLimits(NamedTuple):
+    """When a robot counts as tilted, and as down.
+
+    Attributes:
+        tilt: Cosine of the trunk's tilt beyond which it counts as tilted.
+        height: Height of the base over the ground below which it counts as down [m].
+        period: Time between two looks [s].
+    """
+
+    tilt: float
+    height: float
+    period: float
+
+
 @jit
 def watch_margins(
     state: FloatArray,
     base: int,
-    margin: float,
-    zmp_margin: float,
-    ground: float,
+    now: tuple[float, float, float],
     counts: bool,
-    period: float,
-    tilt: float,
-    height: float,
-    recent: FloatArray,
-    least: FloatArray,
-    fallen: FloatArray,
+    limits: FallLimits,
+    watch: tuple[FloatArray, FloatArray, FloatArray],
 ) -> float:
     """A tick of the stability monitor: the least margins of late, and whether the robot is down.
 
     Args:
         state: The robot's [q; v].
         base: Index of the base's quaternion in it; its position follows.
-        margin: Static margin now [m].
-        zmp_margin: Margin of the centre of pressure now [m].
-        ground: Height of the ground under the robot [m]; see `measure_margins`.
+        now: Static margin, margin of the centre of pressure, and height of the ground under the
+            robot [m]; see `measure_margins`.
         counts: Whether the margins count towards the least, which they do once contacts are known.
-        period: Time since the tick before [s].
-        tilt: Cosine of the trunk's tilt beyond which it counts as fallen.
-        height: Height of the base over the ground below which it counts as down [m].
-        recent: Both margins of the last ticks, the oldest first (2 n,) [m]; goes on a tick.
-        least: Result: the least of these (2,) [m].
-        fallen: For how long the trunk has been tilted, and down (2,) [s]; goes on a tick.
+        limits: When the robot counts as tilted, and as down.
+        watch: Both margins of each of the last n ticks, the oldest first (2 n,), the least of each
+            (2,) [m], and for how long the trunk has been tilted, and down (2,) [s]; goes on a tick.
 
     Returns:
         The cosine of the trunk's tilt.
     """
+    margin, zmp_margin, ground = now
+    recent, least, fallen = watch
     if counts:
         n = len(recent)
         for i in range(n - 2):
@@ -305,6 +291,6 @@ def watch_margins(
     # R_WB's lower right entry, straight from the quaternion.
     upright = 1.0 - 2.0 * (x * x + y * y) / (w * w + x * x + y * y + z * z)
     # Where no foot bears, where they bore last: a collapsed robot may lie on its knees.
-    fallen[0] = fallen[0] + period if upright < tilt else 0.0
-    fallen[1] = fallen[1] + period if state[base + 6] - ground < height else 0.0
+    fallen[0] = fallen[0] + limits.period if upright < limits.tilt else 0.0
+    fallen[1] = fallen[1] + limits.period if state[base + 6] - ground < limits.height else 0.0
     return upright

@@ -65,12 +65,12 @@ class Imu(LeafSystem):
         state.set_value(self._before, np.concatenate([x[i : i + 4], x[j + 3 : j + 6]]))
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        errors, (i, j) = self._errors, self._base
+        i, j = self._base
         # The kernel works in place: `state` begins as a copy of the Context's values.
         sense_imu(
             self._input.Eval(context), i, j, state.get_mutable_value(self._before),
-            round(context.get_time() / self._period), errors.white, errors.bias, errors.limit,
-            self._period, state.get_mutable_value(self._measured),
+            round(context.get_time() / self._period), self._errors.tables,
+            state.get_mutable_value(self._measured),
         )  # fmt: skip
 
 
@@ -108,8 +108,8 @@ class JointSensor(LeafSystem):
         return self._errors
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        errors, tick = self._errors, round(context.get_time() / self._period)
+        tick = round(context.get_time() / self._period)
         sense_joints(
-            self._input.Eval(context), self._places, tick, errors.white, errors.zero, errors.count,
+            self._input.Eval(context), self._places, tick, self._errors.tables,
             state.get_mutable_value(self._measured),
         )  # fmt: skip

@@ -17,7 +17,11 @@ from drake_quad.stability.margins import (
     Posture,
     demand_of,
 )
-from drake_quad.stability.support_polygon import measure_margins, watch_margins
+from drake_quad.stability.support_polygon import (
+    FallLimits,
+    measure_margins,
+    watch_margins,
+)
 from drake_quad.systems.leaf_system import (
     DeclareModelContext,
     DeclareStateOutput,
@@ -65,7 +69,7 @@ class StabilityMonitor(LeafSystem):
         super().__init__()
         self.set_name("stability_monitor")
         self._model, self._layout, self._base = model, layout, int(layout.q_base)
-        self._tilt, self._height = float(np.cos(tilt_limit)), height_limit
+        self._limits = FallLimits(float(np.cos(tilt_limit)), height_limit, period)
         self._state_port = self.DeclareVectorInputPort("robot_state", layout.size)
         self._contact_port = self.DeclareVectorInputPort("contact_state_measured", 4)
         self._position_port = self.DeclareVectorInputPort("foot_contact_position", 12)
@@ -112,12 +116,11 @@ class StabilityMonitor(LeafSystem):
             return EventStatus.ReachedTermination(self, "stopped: the robot's state is not finite")
         margin, zmp_margin, _, ground = EvalVectors(self._now, context)
         value = state.get_mutable_value  # begins as a copy of the Context's: the kernel goes on
-        fallen = value(self._fallen)
-        upright = watch_margins(
-            x, self._base, float(margin[0]), float(zmp_margin[0]), float(ground[0]),
-            context.get_time() > FIRST * self._period, self._period, self._tilt, self._height,
-            value(self._recent), value(self._least), fallen,
-        )  # fmt: skip
+        now = (float(margin[0]), float(zmp_margin[0]), float(ground[0]))
+        known = context.get_time() > FIRST * self._period
+        watch = (value(self._recent), value(self._least), value(self._fallen))
+        upright = watch_margins(x, self._base, now, known, self._limits, watch)
+        fallen = watch[2]
         if self._gauge is not None and isnan(state.value(self._further)[0]):
             self._measure(context, state)  # the first time, as soon as contacts are known
         if fallen[0] > FALL_TIME:

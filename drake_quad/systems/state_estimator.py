@@ -8,10 +8,9 @@ from drake_quad.estimation.filter import run_filter, write_deviation, write_stat
 from drake_quad.estimation.filter_state import (
     DEFAULT_SETTINGS,
     EstimatorSettings,
+    filter_model,
     initial_memory,
-    settings_array,
 )
-from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareStateOutput
@@ -62,25 +61,23 @@ class StateEstimator(LeafSystem):
         """
         super().__init__()
         self.set_name("state_estimator")
-        self._layout, self._period = layout, period
-        self._places = np.concatenate([layout.q_joints, layout.v_joints])
-        self._legs = leg_array(robot.geometry)
-        self._radius = robot.foot_radius
-        self._settings = settings_array(settings)
+        self._model = filter_model(
+            robot, settings, radius=robot.foot_radius, period=period, layout=layout
+        )
         angles = np.zeros(12) if q is None else np.asarray(q, dtype=np.float64).reshape(12)
         memory = initial_memory(settings, np.asarray(p_WB, dtype=np.float64), yaw, pitch, angles)
         deviation = np.zeros(9)
         write_deviation(memory, deviation)
-        ports = [
+        # In the order that the kernel takes them.
+        self._inputs = [
             self.DeclareVectorInputPort("imu_measured", 6),
             self.DeclareVectorInputPort("joint_state_measured", 24),
             self.DeclareVectorInputPort("contact_state_measured", 4),
         ]
-        self._imu_port, self._joint_port, self._contact_port = ports
         self._memory = int(self.DeclareDiscreteState(memory))
         first = np.zeros(layout.size)
         joints = np.concatenate([angles, np.zeros(12)])
-        write_state(memory, joints, self._places, layout.q_base, layout.v_base, first)
+        write_state(memory, joints, self._model[0], first)
         # In the order that the kernel takes them.
         self._outputs = [
             DeclareStateOutput(self, "robot_state_estimated", first),
@@ -93,10 +90,7 @@ class StateEstimator(LeafSystem):
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         # The kernel works in place: `state` begins as a copy of the Context's values.
-        value, layout = state.get_mutable_value, self._layout
-        run_filter(
-            value(self._memory), self._imu_port.Eval(context), self._joint_port.Eval(context),
-            self._contact_port.Eval(context), self._legs, self._radius, self._period,
-            self._settings, self._places, layout.q_base, layout.v_base,
-            *[value(index) for index in self._outputs],
-        )  # fmt: skip
+        value = state.get_mutable_value
+        imu, joints, contacts = [port.Eval(context) for port in self._inputs]
+        out = tuple(value(index) for index in self._outputs)
+        run_filter(value(self._memory), (imu, joints, contacts), self._model, out)

@@ -1,6 +1,6 @@
 """The course as it really is: a map's errors applied to risers, flights and boxes.
 
-All along the lanes' middle lines: what turns and widens is the boxes' .
+All lengths are along the lanes' middle lines; boxes are turned and widened.
 
 A turned flight is as if cut from endless stairs: its treads stand turned, and each lies on the
 lane's middle line and is made wider, so that the flight's sides stay where the map has them.
@@ -33,12 +33,12 @@ class RiserGroup:
 
     Attributes:
         lane: Index of the lane.
-        first: Its first interval on the lane.
-        last: Its last.
+        first: Index of its first interval on the lane.
+        last: Index of its last interval on the lane.
         flights: Indices of its flights on the lane.
         elements: Indices of their elements of the course.
-        position: By how much it is farther along the lane [m].
-        yaw: By how much it is turned about its middle [rad], left positive.
+        position: Shift along the lane [m].
+        yaw: Turn about its middle [rad], left positive.
     """
 
     lane: int
@@ -180,11 +180,11 @@ def laid_boxes(
     """The boxes of the course as it really is, in walking order.
 
     Args:
-        course: The map.
-        lanes: Its lanes with the errors, along their middle lines.
+        course: The course as mapped.
+        lanes: Lanes of the course with the errors, along their middle lines.
         groups: The flights, with their errors.
-        offsets: By how much the elements that are no flights are higher [m], by their index.
-        bottom: Of all that stands on the foundation [m].
+        offsets: Height that each element that is no flight is raised by [m], by its index.
+        bottom: Height of the bottom of all that stands on the foundation [m].
     """
     boxes = [
         _raised(box, offsets[box.element], bottom) for box in course.boxes if box.element in offsets
@@ -277,12 +277,12 @@ def _apron(
     """A level box, turned with the flight, from its end to where the ground is whole again.
 
     Args:
-        boxes: Those of the course, the ground already cut back.
+        boxes: Boxes of the course, the ground already cut back.
         lane: The lane with the errors.
         group: The flight.
         element: Index of the level element beside it.
         edge: Where the flight's end crosses the middle line [m].
-        bottom: Of the foundation [m].
+        bottom: Height of the foundation's bottom [m].
         sign: -1 before the flight, 1 after it.
     """
     ground = boxes[face(boxes, element, -sign * lane.heading)]
@@ -314,11 +314,11 @@ class MapErrors:
     """How the real course differs from the map.
 
     Attributes:
-        rise: Added to every rise [m].
-        run: Added to every run [m]; the flight's middle stays where it is.
-        position: By which each flight is farther along its lane [m]. The level ground before it
+        rise: Error added to every rise [m].
+        run: Error added to every run [m]; the flight's middle stays where it is.
+        position: Shift of each flight along its lane [m]. The level ground before it
             is so much longer, the ground after it so much shorter.
-        yaw: By which each flight is turned about its own middle [rad], left positive.
+        yaw: Turn of each flight about its own middle [rad], left positive.
         tread: Each tread is higher or lower by up to this [m], drawn evenly; what follows a flight
             is level with its last tread.
         random: Whether rise and run (for all flights), position and yaw (for each flight) are
@@ -352,7 +352,7 @@ def build_as_built(
     Args:
         course: The map.
         errors: How the course differs from it.
-        generator: What is random comes from here, always the same numbers in the same order.
+        generator: Source of all random numbers, which are drawn in a fixed order.
         source: What an error names as the holder of the fields, the file.
 
     Raises:

@@ -23,10 +23,10 @@ class Box:
         name: For example `stairs_1_tread_3`: kind and index of the element, then the tread.
         centre: (3,) in W [m].
         size: (3,) along its own x, y, z [m].
-        yaw: Of its x axis about W's z [rad].
+        yaw: Angle of its x axis about W's z [rad].
         element: Index of the element of the course that it belongs to.
-        pitch: By which it is turned about its own y axis, before the yaw [rad]: negative where
-            the ground rises along its x axis.
+        pitch: Turn about its own y axis, before the yaw [rad]; negative where the ground rises
+            along its x axis.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Box:
 
 
 class Slab(NamedTuple):
-    """The top of a box: all of it but how deep it goes, unless it says that too."""
+    """The top of a box, and the box's thickness unless it reaches the foundation."""
 
     name: str
     centre: FloatArray  # (2,) in W [m]

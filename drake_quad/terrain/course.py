@@ -244,7 +244,7 @@ def build_course(
     Args:
         elements: The course in walking order; first and last a floor or a landing.
         start_height: Height of the first element in W [m].
-        foot_radius: Of the robot [m], for the shortest tread that can bear it.
+        foot_radius: Radius of the robot's feet [m], for the shortest tread that can bear one.
         turning_space: Shortest landing on which the robot can turn [m].
         source: What an error names as the holder of the elements, for example the file.
 

@@ -40,7 +40,7 @@ def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None
 
     Args:
         plant: Not yet finalized, and a source of a SceneGraph.
-        course: In W.
+        course: The course, in W.
         friction: Coulomb's coefficient, static and dynamic.
     """
     material = CoulombFriction(friction, friction)
@@ -86,7 +86,7 @@ def SetContactFriction(
 
     Args:
         plant: Holds the robot; finalized or not.
-        scene_graph: The plant's.
+        scene_graph: Scene graph of the plant.
         instance: The robot in the plant.
         robot: The robot.
         friction: Coulomb's coefficient, static and dynamic.
@@ -121,7 +121,7 @@ def SetHydroelastic(
 
     Args:
         plant: Holds the robot and the course; finalized or not.
-        scene_graph: The plant's.
+        scene_graph: Scene graph of the plant.
         instance: The robot in the plant.
         robot: The robot.
     """

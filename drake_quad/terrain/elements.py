@@ -6,7 +6,6 @@ sum(runs) long, and its last tread is flush with the element after it. A run is 
 nosing to nosing, as one sees it from above: an overhang takes nothing from it.
 """
 
-import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field as yaml_field
@@ -14,11 +13,11 @@ from itertools import accumulate, pairwise
 from numbers import Integral, Real
 from typing import Any
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, did_you_mean
 from drake_quad.util.schema import TEXT, FieldBound, number
 
-DEFAULT_WIDTH = 2.0  # [m] of whatever says nothing else, but for a landing to turn on
-WIDTH_MIN = 0.8  # [m] on anything narrower no stance of a robot worth climbing with fits
+DEFAULT_WIDTH = 2.0  # [m] of an element without a width, but for a landing to turn on
+WIDTH_MIN = 0.8  # [m] on anything narrower no stance of a robot that climbs stairs fits
 DEFAULT_THICKNESS = 0.04  # [m] of a tread that reaches out, or lies over an open riser
 LONGEST = 1000.0  # [m] of a stretch of the course, and of all of it
 STEPS_MAX = 1000  # of a flight
@@ -128,7 +127,7 @@ class Element:
 
     @property
     def turning_width(self) -> float:
-        """Of a landing to turn on: unless told, so wide that it crosses neither neighbour [m]."""
+        """Width of a landing to turn on; by default it crosses neither neighbour [m]."""
         length = self.length or 0.0
         if self.width is not None:
             return self.width
@@ -139,12 +138,12 @@ class Element:
 
     @property
     def climb(self) -> float:
-        """By how much the ground is higher on a block, or past a curb or a slope [m]."""
+        """Height gained on a block, or past a curb or a slope [m]."""
         return (-1.0 if self.going == "down" else 1.0) * (self.height or 0.0)
 
     @property
     def style(self) -> tuple[float, float, bool]:
-        """Of stairs: overhang and thickness of the treads [m], and whether the risers are open."""
+        """Overhang and thickness of the treads of stairs [m], and whether their risers are open."""
         overhang, is_open = self.overhang or 0.0, bool(self.open)
         if overhang == 0.0 and not is_open:
             return 0.0, 0.0, False
@@ -153,7 +152,7 @@ class Element:
 
     @property
     def step_count(self) -> int:
-        """Number of steps of stairs: that of their lists, or `count`."""
+        """Number of steps of stairs: the length of their lists, or `count`."""
         for values in (self.rises, self.runs):
             if values is not None:
                 return len(values)
@@ -161,7 +160,7 @@ class Element:
 
     @property
     def profile(self) -> list[tuple[float, float]]:
-        """Of checked stairs: of each tread, its height over the start and its run [m]."""
+        """Height over the start and run of each tread of checked stairs [m]."""
         count = self.step_count
         rises = self.rises if self.rises is not None else [self.rise or 0.0] * count
         runs = self.runs if self.runs is not None else [self.run or 0.0] * count
@@ -178,8 +177,8 @@ class Checker:
     """Checks fields of one element.
 
     Args:
-        element: As the person wrote it.
-        path: Of the element in the file, for example `course[2]`.
+        element: The element as it was written.
+        path: Path of the element in the file, for example `course[2]`.
         source: What an error names as the holder of the field, for example the file.
     """
 
@@ -198,9 +197,7 @@ class Checker:
         """The field must be one of the words."""
         value = getattr(self.element, field)
         if value not in words:
-            near = difflib.get_close_matches(str(value), words, n=1, cutoff=0.5)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            raise self.error(field, f"must be {' or '.join(words)}{hint}")
+            raise self.error(field, f"must be {' or '.join(words)}{did_you_mean(value, words)}")
 
     def number(self, field: str) -> float:
         """The field as a finite float, or the error."""
@@ -271,7 +268,7 @@ class StairsChecker(Checker):
         return [(f"{many}[{k}]", self.finite(f"{many}[{k}]", v)) for k, v in enumerate(values)]
 
     def check_count(self) -> None:
-        """The number of steps: a whole number, in bounds, and the same in whatever says it."""
+        """The number of steps: whole, within bounds, and the same in all fields that give it."""
         element = self.element
         count, rises, runs = element.count, element.rises, element.runs
         if rises is not None and runs is not None and len(rises) != len(runs):
@@ -301,7 +298,7 @@ def check_elements(
     Args:
         elements: The course, in walking order.
         source: What the error names as the holder of the field, for example the file.
-        foot_radius: Of the robot [m]: a tread must be deeper than a foot.
+        foot_radius: Radius of the robot's feet [m]: a tread must be deeper than a foot.
         turning_space: Shortest landing on which the robot turns [m].
     """
     if not elements:

@@ -17,12 +17,12 @@ class Flight(NamedTuple):
     """The steps of one flight: intervals `first` to `last` (inclusive) of its lane.
 
     Attributes:
-        first: Its first interval.
-        last: Its last.
+        first: Index of its first interval.
+        last: Index of its last interval.
         going: `up` or `down`.
-        yaw: Of its nosings against the lane's [rad]: 0 but in the course as it really is.
-        overhang: By how much each tread reaches beyond the riser under it [m].
-        thickness: Of what reaches out, and of the treads where the risers are open [m].
+        yaw: Angle of its nosings against the lane's [rad]; 0 but in the course as built.
+        overhang: Distance that each tread reaches beyond the riser under it [m].
+        thickness: Thickness of what reaches out, and of treads over open risers [m].
         open: Whether there is nothing between the treads.
     """
 
@@ -125,8 +125,8 @@ class Lane:
     (`run_in`), level, so that feet find ground there.
 
     Attributes:
-        p_WL: (2,) the origin of the lane in W [m].
-        yaw: Its heading about W's z [rad].
+        p_WL: Origin of the lane in W, (2,) [m].
+        yaw: Heading of the lane about W's z [rad].
         breaks: (n + 1,) ends of the intervals along s [m], increasing from 0.
         heights: (n,) height of each interval in W, where it begins [m].
         gradients: (n,) rise of each interval along s [m/m].
@@ -222,7 +222,7 @@ class Lane:
             if a < hi and b > lo:
                 points += [(x, self._plain.height(k, x)) for x in (max(lo, a), min(hi, b))]
         points.append((hi, float(self.height(hi))))
-        s, z_at = np.array(_corners(points)).T
+        s, z_at = np.array(without_collinear(points)).T
         return (s - lo, z_at) if s1 >= s0 else ((hi - s)[::-1], z_at[::-1])
 
     def nosings(self) -> FloatArray:
@@ -269,11 +269,18 @@ class Lane:
         return np.stack([self.breaks[:-1][own], self.breaks[1:][own], self.heights[own]], axis=-1)
 
 
-def _corners(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The polyline without the points inside a straight stretch."""
+def without_collinear(
+    points: Sequence[tuple[float, float]], *, flat: float = 0.0
+) -> list[tuple[float, float]]:
+    """The polyline without the points inside a straight stretch; both its ends stay.
+
+    Args:
+        points: Points of the polyline.
+        flat: Twice the area [m²] of a triangle of three points up to which they are in a line.
+    """
     kept: list[tuple[float, float]] = []
     for point in points:
-        if len(kept) > 1 and _turn(kept[-2], kept[-1], point) == 0.0:
+        if len(kept) > 1 and abs(_turn(kept[-2], kept[-1], point)) <= flat:
             kept[-1] = point
         else:
             kept.append(point)

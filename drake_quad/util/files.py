@@ -37,9 +37,9 @@ def write_together(
     last file is not found until all is there.
 
     Args:
-        files: What fills each; is given the path to fill.
-        gone: Older files that would belong to none of the new: they are removed.
-        option: By which their place was asked for, to be named by the error.
+        files: For each file the function that writes it, given the path to write to.
+        gone: Older files that do not belong to the new ones, to be removed.
+        option: Command-line option that gave their place, for the error.
 
     Raises:
         InputError: If one cannot be filled, with the system's reason; what was there before stays.
@@ -71,7 +71,7 @@ def write_together(
 
 
 def write_whole(path: Path, write: Write, *, option: str = "--out") -> None:
-    """The same of one file, which is moved over what was there before; see `write_together`."""
+    """Writes one file, which replaces what was there before; see `write_together`."""
     write_together({path: write}, option=option)
 
 
@@ -92,7 +92,7 @@ def _fill(path: Path, write: Write) -> None:
 def user_path(path: str | Path) -> Path:
     """The path with `~` and `~name` in full; as it is where there is no such user.
 
-    Then no file is there either, which whoever opens it says better than pathlib's RuntimeError.
+    Opening that path then raises a clearer error than pathlib's RuntimeError.
     """
     try:
         return Path(path).expanduser()
@@ -124,7 +124,7 @@ def is_number(value: Any) -> bool:
 
 
 def is_whole(value: Any) -> bool:
-    """The same of whole numbers."""
+    """Whether it is a whole number that a table can hold."""
     return type(value) is int and abs(value) < 2**63
 
 
@@ -149,8 +149,8 @@ def read_given(path: str | Path, *, most: int) -> bytes:
     """The bytes of a regular file.
 
     Args:
-        path: Of the file.
-        most: Bytes that it may have.
+        path: The file's path.
+        most: Greatest size of the file [bytes].
 
     Raises:
         IsADirectoryError: It is a directory.
@@ -178,12 +178,12 @@ def read_given_text(path: str | Path, *, most: int, encoding: str = "utf-8") -> 
 
 
 def is_given(path: Path) -> bool:
-    """Whether anything but a directory is there: be it a pipe, which whoever reads it refuses."""
+    """Whether anything but a directory is there: `read_given` refuses a pipe, for example."""
     return path.exists() and not path.is_dir()
 
 
 def check_given(path: str | Path, *, most: int) -> None:
-    """Sees that a file is a regular one and not too large, for whoever reads it by its name.
+    """Checks that a file is a regular one and not too large, before others read it by its name.
 
     Raises:
         OSError: As `read_given`.
@@ -202,8 +202,8 @@ def _check(found: os.stat_result, path: str | Path, most: int) -> None:
 
 
 def _too_large(path: str | Path, size: int, most: int) -> OSError:
-    said = f"it has {size / MIB:.1f} MiB or more, and may have at most {most // MIB} MiB"
-    return OSError(errno.EFBIG, said, str(path))
+    reason = f"it has {size / MIB:.1f} MiB or more, and may have at most {most // MIB} MiB"
+    return OSError(errno.EFBIG, reason, str(path))
 
 
 MOST_VALUES = 200_000_000  # rows times columns: an hour of a log of 300 columns at 200 Hz
@@ -215,8 +215,8 @@ def read_given_table(path: str | Path, columns: Sequence[str] | None = None) -> 
     """The table of a regular file.
 
     Args:
-        path: Of the file.
-        columns: Those that are wanted, as far as they are there; all if None.
+        path: The file's path.
+        columns: Names of the columns to read, where they are there; all if None.
 
     Raises:
         OSError: It is no regular file, it or what is in it is too large, or it cannot be read.
@@ -243,8 +243,8 @@ def read_given_table(path: str | Path, columns: Sequence[str] | None = None) -> 
 
 
 def _table_too_large(path: str | Path, what: str) -> OSError:
-    said = f"it holds {what}, and may hold {MOST_VALUES} values in {MOST_MEMORY // MIB} MiB"
-    return OSError(errno.EFBIG, said, str(path))
+    reason = f"it holds {what}, and may hold {MOST_VALUES} values in {MOST_MEMORY // MIB} MiB"
+    return OSError(errno.EFBIG, reason, str(path))
 
 
 CACHE_VARIABLE = "DRAKE_QUAD_CACHE"
@@ -267,7 +267,7 @@ def cache_directory() -> Path:
 
 
 def private_directory(path: Path) -> bool:
-    """Makes a directory for this user alone; whether there is one that nobody else can write to.
+    """Makes a directory for this user alone; whether there is one that no other user can write to.
 
     What is loaded from a cache is executed. So the directory has to be this user's own, and no
     other user may write to it, or to a directory above it, by which it could be replaced.
@@ -299,7 +299,7 @@ def _safe_above(folder: os.stat_result) -> bool:
     """Whether other users cannot replace what lies in a folder of these attributes."""
     if folder.st_uid not in (0, os.getuid()):
         return False
-    if folder.st_mode & stat.S_ISVTX:  # as /tmp: nobody but its owner may move an entry
+    if folder.st_mode & stat.S_ISVTX:  # as /tmp: only its owner may move an entry
         return True
     if folder.st_mode & stat.S_IWOTH:
         return False

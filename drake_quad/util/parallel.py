@@ -16,21 +16,21 @@ Result = TypeVar("Result")
 
 
 def map_in_processes(
-    judge: Callable[[float, float], Result],
+    evaluate: Callable[[float, float], Result],
     cells: Sequence[tuple[float, float]],
     *,
     workers: int,
     progress: Callable[[int, int], object] = lambda _done, _total: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Result]:
-    """Judges the cells in as many processes; the result is in their order whatever the number.
+    """Evaluates the cells in as many processes; the result is in their order whatever the number.
 
     Args:
-        judge: Judges one, of rise and run; it must be picklable if there are several workers.
-        cells: Rise and run of each [m].
-        workers: Processes; with one, all is done in this one.
-        progress: Is told how many of how many are done.
-        stop: Whether to stop: those that are done are then returned.
+        evaluate: Function of rise and run; it must be picklable if there are several workers.
+        cells: Rise and run of each cell [m].
+        workers: Number of processes; with one, all is done in this process.
+        progress: Called with the number of cells done, and the number of all.
+        stop: Function that says whether to stop; the results so far are then returned.
 
     Raises:
         InputError: If a process was ended from outside.
@@ -41,12 +41,12 @@ def map_in_processes(
         for k, cell in enumerate(cells):
             if stop():
                 break
-            done[k] = judge(*cell)
+            done[k] = evaluate(*cell)
             progress(len(done), len(cells))
     else:
         with _pool(min(workers, len(cells)), stop) as pool:
             pending: dict[Future[Result], int] = {
-                pool.submit(judge, *cell): k for k, cell in enumerate(cells)
+                pool.submit(evaluate, *cell): k for k, cell in enumerate(cells)
             }
             while pending and not stop():
                 ready, _ = wait(pending, timeout=LOOK_PERIOD, return_when=FIRST_COMPLETED)
@@ -92,7 +92,7 @@ def _quiet() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-MOST_EACH = 8  # processes a core
+MOST_PER_CORE = 8  # processes a core
 
 
 def check_workers(workers: int) -> None:
@@ -102,6 +102,6 @@ def check_workers(workers: int) -> None:
         InputError: Naming the option, its value and what would be right.
     """
     cores = os.cpu_count() or 1
-    if not 1 <= workers <= MOST_EACH * cores:
-        remedy = f"give 1 to {MOST_EACH * cores} processes: there are {cores} cores"
+    if not 1 <= workers <= MOST_PER_CORE * cores:
+        remedy = f"give 1 to {MOST_PER_CORE * cores} processes: there are {cores} cores"
         raise InputError(source="--workers", field="workers", value=workers, remedy=remedy)

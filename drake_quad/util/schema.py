@@ -1,12 +1,11 @@
 """Fields of YAML documents: unit, meaning, words and bounds of each beside it, and their check."""
 
 import dataclasses
-import difflib
 import math
 import typing
 from typing import Any
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, did_you_mean
 
 CHOICES, BOUNDS, TEXT, UNIT, INSIDE = "choices", "bounds", "text", "unit", "inside"
 
@@ -126,8 +125,7 @@ def _check_value(
     if value is None:
         return
     if words and value not in words:
-        near = difflib.get_close_matches(value, words, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]}?" if near else ""
+        hint = did_you_mean(value, words)
         raise fail(path, value, f"must be {', '.join(words[:-1])} or {words[-1]}{hint}")
     for bound in bounds:
         if not bound.holds(value):

@@ -12,14 +12,14 @@ from typing import Any
 import yaml
 from pydrake.common.yaml import yaml_load_data
 
-from drake_quad.errors import InputError, brief
+from drake_quad.errors import InputError, brief, did_you_mean
 
 MOST_VALUES = 1_000_000  # in a document, its aliases written out
-# Scalars that Python makes something of, or chokes on.
-MADE = {f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "timestamp")}
-# Numbers of YAML 1.1 that nobody means: 010 is 8 there, and 1:30 is 90.
-UNMEANT = re.compile(r"[-+]?(0[0-9_]+|[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?)")
-CHOKED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
+# Scalars that Python converts, or fails to convert.
+CONVERTED = {f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "timestamp")}
+# Numbers of YAML 1.1 that people write for other numbers: 010 is 8 there, and 1:30 is 90.
+AMBIGUOUS = re.compile(r"[-+]?(0[0-9_]+|[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?)")
+CONVERSION_ERRORS = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
 
 
 def parse_yaml(text: str, *, source: str, needs: str = "course: [...]") -> dict[str, Any]:
@@ -29,7 +29,7 @@ def parse_yaml(text: str, *, source: str, needs: str = "course: [...]") -> dict[
 
     Args:
         text: The document.
-        source: Its file, for errors.
+        source: Name of its file, for errors.
         needs: An example of a field that it has, for errors.
 
     Raises:
@@ -42,22 +42,22 @@ def parse_yaml(text: str, *, source: str, needs: str = "course: [...]") -> dict[
 
     try:
         loader = yaml.SafeLoader("")
-        _weigh(yaml.compose(text, Loader=yaml.SafeLoader), {}, loader)
+        _count_values(yaml.compose(text, Loader=yaml.SafeLoader), {}, loader)
         data = yaml_load_data(text, private=True)
     except yaml.MarkedYAMLError as problem:
         mark = problem.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "somewhere"
-        said = " ".join(word for word in (problem.context, problem.problem) if word)
-        raise error(where, f"not YAML: {said}") from None
+        reason = " ".join(word for word in (problem.context, problem.problem) if word)
+        raise error(where, f"not YAML: {reason}") from None
     except RecursionError:
         raise error("text", "not YAML: brackets within brackets too deep to be read") from None
-    except (yaml.YAMLError, *CHOKED) as problem:
+    except (yaml.YAMLError, *CONVERSION_ERRORS) as problem:
         raise error("text", f"not YAML: {' '.join(str(problem).split())}") from None
     if data is None:
         raise error("", f"empty: {needs} is needed at least")
     if not isinstance(data, dict):
         raise error(type(data).__name__, f"must be a mapping of fields, such as {needs}")
-    return {key: _apart(value) for key, value in data.items() if not str(key).startswith("_")}
+    return {key: _unshared(value) for key, value in data.items() if not str(key).startswith("_")}
 
 
 def parse_value(text: str) -> Any:
@@ -67,26 +67,26 @@ def parse_value(text: str) -> Any:
         YAMLError: It is not YAML, has a key twice, or a number or date that is none.
     """
     try:
-        _weigh(yaml.compose(text, Loader=yaml.SafeLoader), {}, yaml.SafeLoader(""))
-        return _apart(yaml.safe_load(text))
-    except CHOKED as problem:
+        _count_values(yaml.compose(text, Loader=yaml.SafeLoader), {}, yaml.SafeLoader(""))
+        return _unshared(yaml.safe_load(text))
+    except CONVERSION_ERRORS as problem:
         raise yaml.YAMLError(str(problem)) from None
 
 
-def _apart(value: Any) -> Any:
-    """The value without shared parts: what is said of one alias is not said of the others."""
+def _unshared(value: Any) -> Any:
+    """The value without shared parts: a change at one alias does not change the others."""
     if isinstance(value, dict):
-        return {key: _apart(item) for key, item in value.items()}
-    return [_apart(item) for item in value] if isinstance(value, list) else value
+        return {key: _unshared(item) for key, item in value.items()}
+    return [_unshared(item) for item in value] if isinstance(value, list) else value
 
 
-def _weigh(node: Any, seen: dict[int, int], loader: yaml.SafeLoader) -> int:
-    """How many values a node comes to with its aliases written out.
+def _count_values(node: Any, seen: dict[int, int], loader: yaml.SafeLoader) -> int:
+    """Counts the values of a node with its aliases written out.
 
     Args:
-        node: As composed.
-        seen: What the nodes so far come to, by id; 0 while a node is being looked at.
-        loader: Makes scalars.
+        node: Node of the composed document.
+        seen: Number of values of each node so far, by id; 0 while a node is being counted.
+        loader: Loader that converts scalars.
 
     Raises:
         MarkedYAMLError: At a key that its mapping already has (YAML would drop the first), at a
@@ -97,13 +97,13 @@ def _weigh(node: Any, seen: dict[int, int], loader: yaml.SafeLoader) -> int:
     if id(node) not in seen:
         seen[id(node)] = 0
         if isinstance(node, yaml.SequenceNode):
-            total = 1 + sum(_weigh(item, seen, loader) for item in node.value)
+            total = 1 + sum(_count_values(item, seen, loader) for item in node.value)
         elif isinstance(node, yaml.MappingNode):
-            _refuse_twins(node)
-            total = 1 + sum(_weigh(value, seen, loader) for _, value in node.value)
+            _check_keys(node)
+            total = 1 + sum(_count_values(value, seen, loader) for _, value in node.value)
         else:
             total = 1
-            _try_scalar(node, loader)
+            _check_scalar(node, loader)
         seen[id(node)] = total
     if not 0 < seen[id(node)] <= MOST_VALUES:
         many = "holds itself" if not seen[id(node)] else f"comes to more than {MOST_VALUES} values"
@@ -113,13 +113,13 @@ def _weigh(node: Any, seen: dict[int, int], loader: yaml.SafeLoader) -> int:
     return seen[id(node)]
 
 
-def _refuse_twins(node: yaml.MappingNode) -> None:
+def _check_keys(node: yaml.MappingNode) -> None:
     """Raises yaml's own error at a key that is no word, and at one that was there before."""
     keys = set()
     for key, _ in node.value:
         if not isinstance(key, yaml.ScalarNode):
             raise yaml.MarkedYAMLError(problem="a key is a word", problem_mark=key.start_mark)
-        _refuse_halves(key)
+        _check_text(key)
         if key.value in keys:
             raise yaml.MarkedYAMLError(
                 problem=f"{brief(key.value)[1:-1]} is given twice", problem_mark=key.start_mark
@@ -127,7 +127,7 @@ def _refuse_twins(node: yaml.MappingNode) -> None:
         keys.add(key.value)
 
 
-def _refuse_halves(node: yaml.ScalarNode) -> None:
+def _check_text(node: yaml.ScalarNode) -> None:
     """Raises yaml's own error at half a letter (a lone surrogate): no file can hold it."""
     try:
         node.value.encode()
@@ -136,17 +136,17 @@ def _refuse_halves(node: yaml.ScalarNode) -> None:
         raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark) from None
 
 
-def _try_scalar(node: yaml.ScalarNode, loader: yaml.SafeLoader) -> None:
-    """Raises yaml's own error if the scalar is no text, number, date or yes-no as it says."""
-    _refuse_halves(node)
-    if node.tag not in MADE:
+def _check_scalar(node: yaml.ScalarNode, loader: yaml.SafeLoader) -> None:
+    """Raises yaml's own error if the scalar is not of the type that it looks like."""
+    _check_text(node)
+    if node.tag not in CONVERTED:
         return
-    if node.tag.endswith((":int", ":float")) and UNMEANT.fullmatch(node.value):
+    if node.tag.endswith((":int", ":float")) and AMBIGUOUS.fullmatch(node.value):
         problem = f"{brief(node.value)} is another number in YAML, of base 8 or 60; say it plainly"
         raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
     try:
         loader.construct_object(node)
-    except CHOKED:
+    except CONVERSION_ERRORS:
         kind = {"int": "whole number", "float": "number", "timestamp": "date"}
         word = node.tag.rpartition(":")[2]
         problem = f"{brief(node.value)} is no {kind.get(word, word)}; text goes in quotes"
@@ -188,7 +188,7 @@ def conform(data: Any, schema: Any, *, path: str, source: str) -> Any:
     Args:
         data: Plain data, as YAML gives it.
         schema: A dataclass, one of Drake's config structs, `list[T]`, `T | None`, or a scalar.
-        path: Of `data` in the document, for example `course[1]`; empty for the document.
+        path: Path of `data` in the document, for example `course[1]`; empty for the document.
         source: The file.
 
     Raises:
@@ -205,7 +205,7 @@ def conform(data: Any, schema: Any, *, path: str, source: str) -> Any:
     if fields is not None:
         if not isinstance(data, dict):
             raise error(f"must be a mapping of {', '.join(fields)}")
-        _check_words(data, schema, path=path, source=source)
+        _check_choices(data, schema, path=path, source=source)
         for key, value in data.items():
             if key not in fields:
                 raise InputError(
@@ -233,10 +233,10 @@ def conform(data: Any, schema: Any, *, path: str, source: str) -> Any:
     return value
 
 
-def _check_words(data: dict[Any, Any], schema: Any, *, path: str, source: str) -> None:
-    """Sees first that what says which of several things this is, says one that there is.
+def _check_choices(data: dict[Any, Any], schema: Any, *, path: str, source: str) -> None:
+    """Checks first the fields that choose between kinds of things, such as `kind`.
 
-    Else its own fields would be called unknown.
+    With an unknown kind, its own fields would be reported as unknown.
 
     Raises:
         InputError: Text in a field whose metadata has `words`, and that is none of them.
@@ -245,8 +245,7 @@ def _check_words(data: dict[Any, Any], schema: Any, *, path: str, source: str) -
     for f in own:
         words, value = f.metadata.get("words"), data.get(f.name)
         if words and isinstance(value, str) and value not in words:
-            near = difflib.get_close_matches(value, words, n=1, cutoff=0.5)
-            hint = f"; did you mean {near[0]}?" if near else ""
+            hint = did_you_mean(value, words)
             raise InputError(
                 source=source,
                 field=f"{path}.{f.name}".lstrip("."),

@@ -35,7 +35,7 @@ from drake_quad.feasibility.inspect_robot import describe_robot, doubts, print_r
 from drake_quad.robot.importer.pipeline import MAPPING
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.config import Scenario
-from drake_quad.util.parallel import MOST_EACH, check_workers
+from drake_quad.util.parallel import MOST_PER_CORE, check_workers
 
 
 @pytest.fixture(autouse=True)
@@ -154,7 +154,7 @@ def test_workers_are_as_many_as_the_machine_bears(
     """Eight a core as for a sweep; the line says how many, and of how many cores."""
     monkeypatch.setattr("os.cpu_count", lambda: 3)
     check_workers(1)
-    check_workers(MOST_EACH * 3)
+    check_workers(MOST_PER_CORE * 3)
     with pytest.raises(
         InputError, match=f"--workers: workers = {workers}: give 1 to 24 .* 3 cores"
     ):

@@ -1,7 +1,5 @@
 """The filter's building blocks against what defines them: rotations, legs, tables of noise."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 from estimation_rig import DT
@@ -11,9 +9,7 @@ from rig import paper_robot, with_raised
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from drake_quad.estimation import filter_state as module
 from drake_quad.estimation.correction import feet_in_body
-from drake_quad.estimation.filter_state import EstimatorSettings, settings_array
 from drake_quad.estimation.sensor_models import BIAS_ROWS, MTI_300, WHITE_ROWS, draw_imu_errors
 from drake_quad.math.rotations import (
     left_jacobian,
@@ -82,15 +78,6 @@ def test_feet_are_where_the_robots_kinematics_have_them() -> None:
         np.testing.assert_allclose(p, calc_feet(geometry, q), atol=1e-12)
         expected = np.einsum("kij,kj->ki", calc_jacobians(geometry, q), qd)
         np.testing.assert_allclose(v, expected, atol=1e-12)
-
-
-def test_settings_are_where_the_kernels_look() -> None:
-    """Each field's constant is its place in the array."""
-    names = [f.name for f in fields(EstimatorSettings)]
-    values = settings_array(EstimatorSettings())
-    assert len(values) == len(names)
-    for name in names:
-        assert values[getattr(module, name.upper())] == getattr(EstimatorSettings(), name)
 
 
 def test_bias_wanders_about_its_turn_on_value() -> None:

@@ -49,9 +49,7 @@ def test_imu_shows_the_increments_with_its_errors(
     now = np.concatenate([state[Q_BASE : Q_BASE + 4], state[V_BASE + 3 : V_BASE + 6]])
     expected = errors.apply(imu_increments(before, now, PERIOD), tick)
     shown = np.zeros(6)
-    sense_imu(
-        state, Q_BASE, V_BASE, before, tick, errors.white, errors.bias, errors.limit, PERIOD, shown
-    )
+    sense_imu(state, Q_BASE, V_BASE, before, tick, errors.tables, shown)
     np.testing.assert_array_equal(shown, expected)
     np.testing.assert_array_equal(before, now)
 
@@ -65,5 +63,5 @@ def test_encoders_show_the_joints_with_their_errors(
     """Wherever the joints are in the state."""
     errors, rng = DRIVES[noise.name], np.random.default_rng(seed)
     state, places, shown = rng.normal(size=SIZE), rng.permutation(SIZE)[:24], np.zeros(24)
-    sense_joints(state, places, tick, errors.white, errors.zero, errors.count, shown)
+    sense_joints(state, places, tick, errors.tables, shown)
     np.testing.assert_array_equal(shown, errors.apply(state[places], tick))

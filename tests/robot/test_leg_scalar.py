@@ -11,8 +11,6 @@ from rig import paper_robot, with_raised
 from drake_quad.common import FloatArray, Matrix, Vector
 from drake_quad.math.rotations import (
     quaternion_rotation,
-    rotate,
-    rotate_back,
     solve_rates,
     yaw_pitch_rotation,
 )
@@ -87,15 +85,12 @@ def test_rates_solve_the_three_equations(J: FloatArray, v: FloatArray) -> None:
         assert np.all(rates == 0.0)
 
 
-@given(st.floats(-1.5, 1.5), st.floats(-7.0, 7.0), vectors)
-def test_rotation_of_yaw_and_pitch_is_drakes(pitch: float, yaw: float, v: FloatArray) -> None:
-    """R is that of roll 0, pitch, yaw; `rotate` applies it and `rotate_back` undoes it."""
+@given(st.floats(-1.5, 1.5), st.floats(-7.0, 7.0))
+def test_rotation_of_yaw_and_pitch_is_drakes(pitch: float, yaw: float) -> None:
+    """R is that of roll 0, pitch, yaw."""
     R = yaw_pitch_rotation(pitch, yaw)
     expected = RollPitchYaw(0.0, pitch, yaw).ToRotationMatrix().matrix()
     np.testing.assert_allclose(R, expected, atol=1e-12)
-    turned = rotate(R, vector(v))
-    np.testing.assert_allclose(turned, expected @ v, atol=1e-9)
-    np.testing.assert_allclose(rotate_back(R, turned), v, atol=1e-9)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0), st.floats(0.1, 10.0))

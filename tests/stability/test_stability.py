@@ -1,4 +1,4 @@
-"""The compiled margin is the reference's; what a monitor says follows from it."""
+"""The compiled margin is that of `stability_margin`; what a monitor measures follows from it."""
 
 import numpy as np
 import pytest

@@ -13,8 +13,8 @@ from drake_quad.estimation.filter_state import (
     COVARIANCE,
     ERRORS,
     EstimatorSettings,
+    filter_model,
     initial_memory,
-    settings_array,
 )
 from drake_quad.estimation.sensor_models import (
     IDEAL_IMU,
@@ -257,10 +257,12 @@ def estimate(
         np.zeros(12),
     )
     feet = motion.contacts if contacts is None else contacts
-    legs, array = legs_array(), settings_array(settings)
+    model = filter_model(paper_robot(), settings, radius=radius, period=DT, layout=model_layout())[
+        0
+    ]
     rows, deviations, healthy = [], [], []
     for k in range(len(imu)):
-        sound = step(memory, imu[k], joints[k], feet[k], legs, radius, DT, array)
+        sound = step(memory, (imu[k], joints[k], feet[k]), model)
         deviation = np.zeros(9)
         write_deviation(memory, deviation)
         rows.append(memory[:COVARIANCE].copy())

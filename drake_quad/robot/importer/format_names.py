@@ -17,9 +17,9 @@ class Names:
     """The names that an element knows.
 
     Attributes:
-        attributes: Of its own.
-        once: Of elements in it that are there once at most.
-        many: Of elements in it that may be there again and again.
+        attributes: Names of its attributes.
+        once: Names of elements in it that occur at most once.
+        many: Names of elements in it that may occur several times.
         idle: Attributes and elements that change nothing of a robot; so nobody is asked whether he
             meant one of them.
     """

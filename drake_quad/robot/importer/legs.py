@@ -76,14 +76,14 @@ def axes_fault(tree: Tree, lines: list[Line], chain: list[int]) -> str:
     """What is wrong with the directions of a chain's three axes; empty if nothing is."""
     names = [tree.joint_to[i].name() for i in chain]
     haa, hfe, kfe = (line.axis for line in lines)
-    told = [np.round(line.axis, 3).tolist() for line in lines]
+    axes = [np.round(line.axis, 3).tolist() for line in lines]
     flat = min(between(haa, np.eye(3)[k]) for k in (0, 1))
     if flat > AXIS_TOLERANCE:
-        return f"{names[0]} turns about {told[0]}; the first joint of a leg turns about ±x"
+        return f"{names[0]} turns about {axes[0]}; the first joint of a leg turns about ±x"
     if np.pi / 2 - between(haa, hfe) > AXIS_TOLERANCE:
-        return f"{names[1]} turns about {told[1]}; the second turns across the first"
+        return f"{names[1]} turns about {axes[1]}; the second turns across the first"
     if between(hfe, kfe) > AXIS_TOLERANCE:
-        return f"{names[2]} turns about {told[2]}; the third turns as the second"
+        return f"{names[2]} turns about {axes[2]}; the third turns as the second"
     return ""
 
 
@@ -97,9 +97,9 @@ def find_legs(
 
     Args:
         tree: The robot.
-        context: Of its plant, every joint at zero.
+        context: Context of the plant with every joint at zero.
         source: For errors.
-        wanted: The names of the legs' joints if a person has said them.
+        wanted: The names of the legs' joints from the robot's overrides, if any.
 
     Raises:
         InputError: If there are not four, with what is wrong with each chain.
@@ -146,7 +146,7 @@ def _by_names(tree: Tree, names: list[str], source: str) -> list[int]:
     return chain
 
 
-SMALLEST, LARGEST = 0.015, 0.030  # [m] radius of a foot of which the file says nothing
+SMALLEST, LARGEST = 0.015, 0.030  # [m] radius of a foot without a shape in the file
 SHARE = 0.07  # of the shank's length, between these
 
 
@@ -156,7 +156,7 @@ class Foot:
 
     Attributes:
         centre: (3,) in T [m].
-        radius: [m].
+        radius: Radius of the foot [m].
         piece: The shape that it replaces, or None.
         note: How it was found, if not by its own sphere.
     """
@@ -176,7 +176,7 @@ def find_foot(shank: RigidGroup, knee: FloatArray, *, radius: float | None = Non
     Args:
         shank: The last moving link and all that is fixed to it.
         knee: A point of the knee's axis, (3,) in T [m].
-        radius: Of the foot, if a person has said it [m].
+        radius: Radius of the foot from the robot's overrides, if any [m].
     """
     tips = [(_tip(piece, knee), piece) for piece in shank.collision]
     spheres = [
@@ -243,12 +243,12 @@ def _tip(piece: GeometryInstance, knee: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class LegFrames:
-    """One leg in normal form, told in B (whose axes are forward, left, up).
+    """One leg in normal form; its coordinates are in B (whose axes are forward, left, up).
 
     Attributes:
         sign: +1 or -1 of each joint: angle in the file = sign * (angle here + turn), (3,).
-        turn: See `sign`, (3,) [rad].
-        axis: Of each joint as it turns here, (3, 3), a row a joint; x, y, y or very nearly.
+        turn: Offsets of the angles, (3,) [rad], see `sign`.
+        axis: Axis of each joint as it turns here, (3, 3), a row a joint; x, y, y or very nearly.
         origin: Hip, thigh and knee, (3, 3) [m].
         foot: The foot's centre, (3,) [m].
         X: What moves each of the three links from the file's zero to this one, in B.
@@ -329,7 +329,7 @@ def about(axis: FloatArray, point: FloatArray, angle: float) -> RigidTransform:
 
 APART = 0.5  # of thigh and shank: heights of the hip pitch axis over the abduction axis, at most
 THINNEST = 1e-3  # [m] radius of a foot
-SQUARE = 1e-3  # [rad] out of square, from which it is worth a note
+SQUARE = 1e-3  # [rad] out of square, from which a note is made
 
 
 def heading(lines: list[FloatArray]) -> tuple[float, str]:
@@ -393,15 +393,15 @@ def check_names(raw: RawRobot, source: str) -> None:
                 raise InputError(source=source, field=f"{kind}.name", value=name, remedy=remedy)
 
 
-def check_foot(leg: RawLeg, foot: Foot, shank: float, source: str, *, said: bool) -> None:
+def check_foot(leg: RawLeg, foot: Foot, shank: float, source: str, *, overridden: bool) -> None:
     """Refuses a foot that is no ball at the end of a shank of this length [m].
 
     Args:
         leg: The leg.
-        foot: Its foot.
+        foot: The leg's foot.
         shank: The shank's length [m].
         source: What the person gave.
-        said: Whether a person said the radius.
+        overridden: Whether the radius is from the robot's overrides.
 
     Raises:
         InputError: If it is none.
@@ -409,7 +409,7 @@ def check_foot(leg: RawLeg, foot: Foot, shank: float, source: str, *, said: bool
     if not THINNEST <= foot.radius <= 0.5 * shank:
         raise InputError(
             source=source,
-            field="foot_radius" if said else f"{leg.groups[2].name}: radius of its foot",
+            field="foot_radius" if overridden else f"{leg.groups[2].name}: radius of its foot",
             value=foot.radius,
             remedy=f"must be from {THINNEST:g} m to half of the shank, {0.5 * shank:.3g} m here",
         )

@@ -52,9 +52,9 @@ class NormalLink:
 
     Attributes:
         name: The moving link's name in the file.
-        rigid: In its frame.
-        collision: Shapes, poses in its frame.
-        visual: Likewise.
+        rigid: Mass properties in the link's frame.
+        collision: Collision shapes, poses in the link's frame.
+        visual: Visual shapes, poses in the link's frame.
         shapeless: Whether a collision mesh of it is missing.
         end: Where the next joint, or the foot, is, (3,) [m]; of the trunk the left front hip.
     """
@@ -73,11 +73,11 @@ class NormalLeg:
 
     Attributes:
         short: FL, FR, RL or RR.
-        raw: As in the file.
+        raw: The leg as in the file.
         frames: How it hangs, in axes parallel to B's about the trunk's own origin.
-        limits: Of its joints.
-        links: Hip, thigh, shank.
-        foot: In B.
+        limits: Limits of the leg's joints.
+        links: The leg's hip, thigh and shank.
+        foot: The leg's foot, in B.
     """
 
     short: str
@@ -93,13 +93,13 @@ class NormalRobot:
     """A quadruped.
 
     Attributes:
-        name: The robot's.
-        trunk: With B as its frame.
-        legs: FL, FR, RL, RR.
+        name: The robot's name.
+        trunk: The trunk, with B as its frame.
+        legs: The legs FL, FR, RL, RR.
         centre: The hips' centroid in the frame of the legs' figures, (3,) [m].
         p_TB: B's origin, the centroid of the four hips, in the file's trunk frame, (3,) [m].
         yaw: B's heading in the file's trunk frame [rad].
-        mass: Of all [kg].
+        mass: The whole robot's mass [kg].
         notes: All that is not as in the file.
     """
 
@@ -121,11 +121,11 @@ def normalise(raw: RawRobot, overrides: Overrides, *, source: str) -> NormalRobo
     """
     notes: list[Note] = []
     check_names(raw, source)
-    yaw, said = heading([leg.hinges[0].axis for leg in raw.legs])
+    yaw, assumption = heading([leg.hinges[0].axis for leg in raw.legs])
     if overrides.forward_deg is not None:
         yaw = float(np.deg2rad(overrides.forward_deg))
-    elif said:
-        notes.append(Note(ASSUMED, said))
+    elif assumption:
+        notes.append(Note(ASSUMED, assumption))
     X_BT = RigidTransform(RotationMatrix.MakeZRotation(-yaw), np.zeros(3))
     groups = [raw.trunk, *(g for leg in raw.legs for g in leg.groups)]
     mass = sum(g.rigid.mass for g in groups)
@@ -138,7 +138,7 @@ def normalise(raw: RawRobot, overrides: Overrides, *, source: str) -> NormalRobo
         frames = straighten(axes, points, X_BT @ foot.centre)
         check_lengths(leg, frames, notes, source)
         shank = float(frames.origin[2, 2] - frames.foot[2])
-        check_foot(leg, foot, shank, source, said=overrides.foot_radius is not None)
+        check_foot(leg, foot, shank, source, overridden=overrides.foot_radius is not None)
         drafts.append((leg, frames, foot))
     hips = np.array([frames.origin[0] for _, frames, _ in drafts])
     centre = np.round(hips.mean(axis=0), 12)
@@ -183,7 +183,7 @@ def _links(
 
 
 def _link(group: RigidGroup, X: RigidTransform, end: FloatArray) -> NormalLink:
-    """A group told in a frame L, where `X` is X_LT."""
+    """A group in the coordinates of a frame L, where `X` is X_LT."""
     return NormalLink(
         name=group.name,
         rigid=group.rigid.moved(X),
@@ -207,13 +207,13 @@ def limit_leg(
     """The limits of one leg.
 
     Args:
-        hinges: As in the file.
-        sign: See LegFrames, (3,).
-        turn: See LegFrames, (3,) [rad].
+        hinges: The leg's joints as in the file.
+        sign: Signs of the joints' angles, (3,), see LegFrames.
+        turn: Offsets of the joints' angles, (3,) [rad], see LegFrames.
         reference: Angles of a standing pose, in the file's terms.
-        weight: The robot's [N].
+        weight: The robot's weight [N].
         reach: The leg's length when straight [m].
-        knee: -1 or +1 if a person has said to which side the knee points, else 0.
+        knee: -1 or +1 if the overrides give the side to which the knee points, else 0.
     """
     lower, upper, turns, notes = np.zeros(3), np.zeros(3), np.array(turn), []
     for k, hinge in enumerate(hinges):
@@ -228,45 +228,50 @@ def limit_leg(
             lower[k], upper[k] = -most, most
             notes.append(Note(ASSUMED, f"{hinge.name}: {_without(hinge)}; ±{most:g} rad"))
         if k == 2:
-            bends = _knee(
-                hinge, lower[k], upper[k], bool(given), sign[k], turns[k], reference, knee
-            )
-            lower[k], upper[k] = bends[0], bends[1]
-            notes += bends[2]
+            limits = (float(lower[k]), float(upper[k])) if given else None
+            pose = reference.get(hinge.name)
+            standing = 0.0 if pose is None else _wrapped(sign[k] * pose - turns[k])
+            zero = _wrapped(-turns[k])
+            (lower[k], upper[k]), knee_notes = _knee(hinge, limits, standing, zero, side=knee)
+            notes += knee_notes
     effort, speed = np.array([h.effort for h in hinges]), np.array([h.speed for h in hinges])
     for k, hinge in enumerate(hinges):
         if not 0.0 < effort[k] <= TOO_STRONG * weight * reach:
-            told = "none" if not np.isfinite(effort[k]) else f"{effort[k]:g} Nm"
+            given = "none" if not np.isfinite(effort[k]) else f"{effort[k]:g} Nm"
             effort[k] = EFFORT_SHARE * weight * reach
             rule = f"{effort[k]:.3g} Nm, {EFFORT_SHARE:g} of the weight times the leg's length"
-            notes.append(Note(ASSUMED, f"{hinge.name}: effort {told} in the file; {rule}"))
+            notes.append(Note(ASSUMED, f"{hinge.name}: effort {given} in the file; {rule}"))
         if not 0.0 < speed[k] <= TOO_FAST:
-            told = "none" if not np.isfinite(speed[k]) else f"{speed[k]:g} rad/s"
+            given = "none" if not np.isfinite(speed[k]) else f"{speed[k]:g} rad/s"
             speed[k] = SPEED
-            notes.append(Note(ASSUMED, f"{hinge.name}: speed {told} in the file; {SPEED:g} rad/s"))
+            notes.append(Note(ASSUMED, f"{hinge.name}: speed {given} in the file; {SPEED:g} rad/s"))
     return JointLimits(lower, upper, effort, speed, turns, tuple(notes))
 
 
 def _knee(
     hinge: RevoluteJoint,
-    lower: float,
-    upper: float,
-    given: bool,
-    sign: float,
-    turn: float,
-    reference: dict[str, float],
-    wanted: float,
-) -> tuple[float, float, list[Note]]:
-    """The limits of a knee, which bends one way only, and what is to be said of them."""
+    given: tuple[float, float] | None,
+    standing: float,
+    zero: float,
+    *,
+    side: float,
+) -> tuple[tuple[float, float], list[Note]]:
+    """The limits of a knee, which bends one way only, and notes of what was repaired or assumed.
+
+    Args:
+        hinge: The knee's joint.
+        given: Limits in normal form [rad], if the file has any.
+        standing: Angle in the file's standing pose [rad]; 0 if there is none.
+        zero: Angle at the file's zero [rad].
+        side: -1 or +1 if the overrides give the side to which the knee points, else 0.
+    """
+    lower, upper = given or (0.0, 0.0)
     sides = sorted((abs(lower), abs(upper)))
-    one_way = given and (lower * upper >= 0.0 or sides[0] < ONE_SIDED * sides[1])
-    if one_way and wanted in (0.0, np.sign(lower + upper)):
-        return lower, upper, []
-    pose = reference.get(hinge.name)
-    standing = 0.0 if pose is None else _wrapped(sign * pose - turn)
-    zero = _wrapped(-turn)
-    if wanted != 0.0:
-        side, why = wanted, "as asked for"
+    one_way = lower * upper >= 0.0 or sides[0] < ONE_SIDED * sides[1]
+    if given and one_way and side in (0.0, np.sign(lower + upper)):
+        return given, []
+    if side != 0.0:
+        why = "as asked for"
     elif abs(standing) > 0.1:
         side, why = float(np.sign(standing)), "as in the file's standing pose"
     elif given and sides[0] < LONGER * sides[1]:
@@ -278,15 +283,15 @@ def _knee(
     most = KNEE_MOST if not given else min(KNEE_MOST, upper if side > 0.0 else -lower)
     if most <= KNEE_LEAST:
         most = KNEE_MOST
-    told = "limits to both sides" if given else _without(hinge)
+    found = "limits to both sides" if given else _without(hinge)
     way = "forward" if side > 0.0 else "backward"
-    text = f"{hinge.name}: {told}; points {way} {why}, bent by {KNEE_LEAST:g} to {most:.3g} rad"
+    text = f"{hinge.name}: {found}; points {way} {why}, bent by {KNEE_LEAST:g} to {most:.3g} rad"
     ends = sorted((side * KNEE_LEAST, side * most))
-    return ends[0], ends[1], [Note(REPAIRED if given else ASSUMED, text)]
+    return (ends[0], ends[1]), [Note(REPAIRED if given else ASSUMED, text)]
 
 
 def _without(hinge: RevoluteJoint) -> str:
-    """What is said of limits that count as none: that there are none, or what they are and why."""
+    """Words for limits that count as none: that there are none, or what they are and why."""
     if not TWO_TURNS < hinge.upper - hinge.lower < HUGE:
         return "no limits"
     return (

@@ -49,7 +49,7 @@ def write_visuals(
     """Writes the meshes into `folder`; returns the shapes by link, and what was dropped.
 
     Args:
-        robot: Whose visual shapes they are.
+        robot: The robot with the visual shapes.
         folder: Where the URDF is to be.
         collision: Collision shapes by link: a link without any other picture shows these.
     """
@@ -149,8 +149,8 @@ def make_urdf(
     Args:
         robot: What to write.
         collision: Shapes by link, in the link's frame.
-        visual: Likewise; meshes as files relative to the URDF.
-        comment: To stand at its head.
+        visual: Visual shapes; meshes as files relative to the URDF.
+        comment: Text at the head of the file.
         inside_trunk: Legs (`FL`, ...) whose thighs lie within the trunk's shape where the robot
             stands: contacts of these with the trunk mean nothing, and are left out.
     """

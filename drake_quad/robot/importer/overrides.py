@@ -1,4 +1,4 @@
-"""What a person says of a robot that its file does not: `.robot.yaml`."""
+"""Overrides: what a `.robot.yaml` adds to a robot's file, or corrects in it."""
 
 import math
 import re
@@ -26,7 +26,7 @@ class Overrides:
         legs: The names of each leg's joints (abduction, hip, knee), in the file's terms.
         forward_deg: Heading of the front in the trunk's frame, from +x to the left [deg].
         knees: `backward` or `forward` for all legs, or by leg (FL, FR, RL, RR).
-        foot_radius: [m].
+        foot_radius: Radius of the feet [m].
         effort: Torque limits of abduction, hip and knee [Nm].
         speed: Speed limits of abduction, hip and knee [rad/s].
         abduction: Lower and upper limit of the left legs, in normal form; mirrored on the right
@@ -48,16 +48,16 @@ class Overrides:
     knee: list[float] | None = None
 
     def knee_side(self, short: str) -> float:
-        """-1 backward, +1 forward, 0 not said."""
+        """-1 for backward, +1 for forward, 0 if not given."""
         return {"": 0.0, "backward": -1.0, "forward": 1.0}[self.knees.get(short, "")]
 
     def applied(self, limits: JointLimits, *, short: str, names: list[str]) -> JointLimits:
-        """The limits of one leg with what is said of them here.
+        """The limits of one leg with these overrides.
 
         Args:
-            limits: By the file, or assumed.
+            limits: Limits from the file, or assumed.
             short: FL, FR, RL or RR.
-            names: Of the leg's three joints: what is said of them needs no note.
+            names: Names of the leg's three joints; values given for them need no note.
         """
         lower, upper = limits.lower.copy(), limits.upper.copy()
         mirror = (1.0 if short.endswith("L") else -1.0, 1.0, float(np.sign(lower[2] + upper[2])))
@@ -67,8 +67,8 @@ class Overrides:
                 lower[k], upper[k] = sorted(mirror[k] * end for end in ends)
                 words = (f"{names[k]}: no limits", f"{names[k]}: limits to both sides")
                 notes = tuple(n for n in notes if not n.text.startswith(words))
-        for said, word in ((self.effort, "effort"), (self.speed, "speed")):
-            if said is not None:
+        for values, word in ((self.effort, "effort"), (self.speed, "speed")):
+            if values is not None:
                 notes = tuple(n for n in notes if f": {word} " not in n.text)
         return replace(
             limits,

@@ -26,12 +26,12 @@ _CONDITION = re.compile(r"Failure at \S+ in (\w+)\(\): condition '(.*?)' failed\
 _SDFORMAT = re.compile(r"SDFormat Error.*?Msg: (.*)")
 
 
-def parser_reason(error: BaseException, said: list[str], names: dict[str, str]) -> str:
+def parser_reason(error: BaseException, logged: list[str], names: dict[str, str]) -> str:
     """One line that says why, without the innards of Drake.
 
     Args:
         error: What the parser raised.
-        said: What it logged before, see `quiet`.
+        logged: Lines that it logged before, see `quiet`.
         names: What to say for texts that mean nothing to who gave the file, such as its copy's
             path.
     """
@@ -40,9 +40,9 @@ def parser_reason(error: BaseException, said: list[str], names: dict[str, str]) 
     broken = _CONDITION.search(reason)
     if broken:
         reason = f"what {broken[1]} needs does not hold: {broken[2]}.{broken[3]}"
-    told = [found[1] for found in map(_SDFORMAT.search, said) if found]
-    if told:
-        reason = f"{reason}: {told[0]}"
+    messages = [found[1] for found in map(_SDFORMAT.search, logged) if found]
+    if messages:
+        reason = f"{reason}: {messages[0]}"
     for text, instead in names.items():
         # SDFormat writes an absolute path after a slash of its own.
         reason = reason.replace(f"/{text}", instead).replace(text, instead)
@@ -52,18 +52,18 @@ def parser_reason(error: BaseException, said: list[str], names: dict[str, str]) 
 @contextmanager
 def quiet(level: int = logging.ERROR) -> Iterator[list[str]]:
     """Without Drake's log on the screen; what is in it from a level on is in the list."""
-    logger, said = logging.getLogger("drake"), _Said()
+    logger, logged = logging.getLogger("drake"), _Collector()
     before, propagate, handlers = logger.level, logger.propagate, logger.handlers
     logger.setLevel(level)
-    logger.propagate, logger.handlers = False, [said]
+    logger.propagate, logger.handlers = False, [logged]
     try:
-        yield said.lines
+        yield logged.lines
     finally:
         logger.propagate, logger.handlers = propagate, handlers
         logger.setLevel(before)
 
 
-class _Said(logging.Handler):
+class _Collector(logging.Handler):
     """Keeps what is logged."""
 
     def __init__(self) -> None:
@@ -86,8 +86,8 @@ class Parsed:
 
     Attributes:
         plant: Finalized.
-        scene_graph: With its geometry.
-        instances: Its models.
+        scene_graph: Scene graph with its geometry.
+        instances: The robot's models.
         cleaned: What was taken out of the file.
     """
 
@@ -124,11 +124,11 @@ def parse(found: Found) -> Iterator[Parsed]:
             raise refuse("cannot be read as a robot: models in it are nested too deep") from None
         file = scratch / f"robot{SUFFIXES[root.tag]}"
         write_xml(root, file)
-        said: list[str] = []
+        logged: list[str] = []
         plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
         plant.RegisterAsSourceForSceneGraph(scene_graph)
         try:
-            with quiet() as said:
+            with quiet() as logged:
                 instances = Parser(plant).AddModels(str(file))
                 plant.Finalize()
         except PARSER_ERRORS as error:
@@ -136,7 +136,7 @@ def parse(found: Found) -> Iterator[Parsed]:
             for number, path in enumerate(c.included, start=1):
                 names[str(included_file(scratch, number))] = path.name
             names[f"{scratch}/"] = ""
-            reason = parser_reason(error, said, names)
+            reason = parser_reason(error, logged, names)
             raise refuse(f"cannot be read as a robot: {reason}") from None
         yield Parsed(plant, scene_graph, instances, c)
 
@@ -146,7 +146,7 @@ class Tree:
     """The robot's own bodies, without the world.
 
     Attributes:
-        plant: Whose they are.
+        plant: The plant that they are in.
         root: Index of the body that carries all.
         joint_to: The joint that carries each body but the root, by body index.
         children: Indices of the bodies that each body carries, by body index.
@@ -181,7 +181,7 @@ class Tree:
         ]
 
     def below(self, index: int, *, without: frozenset[int] = frozenset()) -> list[int]:
-        """A body and all that it carries by whatever joints, but those `without` and theirs."""
+        """A body and all that hangs on it by whatever joints, but those `without` and theirs."""
         return self._outwards(index, lambda child: child not in without)
 
     def _outwards(self, index: int, follow: Callable[[int], bool]) -> list[int]:

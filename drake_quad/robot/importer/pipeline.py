@@ -37,13 +37,13 @@ from drake_quad.robot.importer.sources import Found, files_named_in, find_robot
 from drake_quad.util.files import CACHE_VARIABLE, MOST_TEXT, cache_directory, is_given, read_given
 
 
-def check_said(robot: NormalRobot, overrides: Overrides, *, source: str) -> None:
-    """Makes sure that each leg is where its name says.
+def check_overrides(robot: NormalRobot, overrides: Overrides, *, source: str) -> None:
+    """Makes sure that each leg is where its name has it.
 
     Args:
-        robot: In normal form, by the overrides.
-        overrides: What a person says.
-        source: What the person gave.
+        robot: The robot in normal form, by the overrides.
+        overrides: The robot's overrides.
+        source: Name of the robot as given.
 
     Raises:
         InputError: If not.
@@ -51,30 +51,30 @@ def check_said(robot: NormalRobot, overrides: Overrides, *, source: str) -> None
     source = Path(source).name
     for leg in robot.legs if overrides.legs else ():
         names = [hinge.name for hinge in leg.raw.hinges]
-        (said,) = (short for short, own in (overrides.legs or {}).items() if own == names)
-        if said != leg.short:
+        (given,) = (short for short, own in (overrides.legs or {}).items() if own == names)
+        if given != leg.short:
             raise InputError(
                 source=source,
-                field=f"legs.{said}",
+                field=f"legs.{given}",
                 value=names,
                 remedy=f"by where their hips are these joints are {leg.short}'s: front is +x and "
                 "left is +y of the trunk, unless forward_deg says otherwise",
             )
 
 
-def read_again(urdf: Path, source: str) -> None:
-    """Reads a normal form that was just written, before it is kept and everybody stumbles on it.
+def verify_written(urdf: Path, source: str) -> None:
+    """Reads a normal form that was just written, before it is kept.
 
     Args:
         urdf: The file.
-        source: For errors: what the person gave.
+        source: Name of the robot as given, for errors.
 
     Raises:
         InputError: If it is none after all.
     """
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    with quiet() as said:
+    with quiet() as logged:
         try:
             instance = Parser(plant).AddModels(str(urdf))[0]
             plant.Finalize()
@@ -84,7 +84,7 @@ def read_again(urdf: Path, source: str) -> None:
                 field="robot.model",
                 value=source,
                 remedy="has no normal form that can be read: "
-                + parser_reason(error, said, {f"{urdf.parent}/": ""}),
+                + parser_reason(error, logged, {f"{urdf.parent}/": ""}),
             ) from None
         read_model(plant, scene_graph, instance, url=source, tolerance=IMPORTED)
 
@@ -120,12 +120,12 @@ MAPPING = "drake_quad_mapping.yaml"  # beside every file that is written here
 
 @dataclass(frozen=True)
 class RobotSource:
-    """What a person gave as a robot: its file, and what is said of it beside.
+    """What a person gave as a robot: its file, and its overrides.
 
     Attributes:
         found: The robot's own file.
-        overrides: Nothing unless given by a `.robot.yaml`.
-        source: For errors: what was given.
+        overrides: Overrides of a `.robot.yaml`; none without one.
+        source: Name of the robot as given, for errors.
     """
 
     found: Found
@@ -256,7 +256,7 @@ def write_robot(
         urdf: The file to write.
         robot: What to write.
         collision: Shapes by link, in the link's frame.
-        visual: Likewise; meshes as files relative to the URDF.
+        visual: Visual shapes; meshes as files relative to the URDF.
         comment: Text at the file's head.
         source: The robot's file, for errors.
 
@@ -267,7 +267,7 @@ def write_robot(
         InputError: If the normal form cannot be read.
     """
     urdf.write_text(make_urdf(robot, collision, visual, comment=comment), encoding="utf-8")
-    read_again(urdf, source)
+    verify_written(urdf, source)
     inside = thighs_inside_trunk(urdf, robot)
     if not inside:
         return []
@@ -294,7 +294,7 @@ def normal_robot(parsed: Parsed, given: RobotSource) -> NormalRobot:
         legs=list(legs.values()) if legs else None,
     )
     robot = normalise(raw, given.overrides, source=given.source)
-    check_said(robot, given.overrides, source=given.source)
+    check_overrides(robot, given.overrides, source=given.source)
     return robot
 
 
@@ -315,7 +315,7 @@ def collision_shapes(robot: NormalRobot) -> tuple[dict[str, list[GeometryInstanc
 
 
 def _key(given: RobotSource) -> str:
-    """A digest of what the result depends on: the file, those that it names, what is said of it."""
+    """A digest of what the result depends on: the file, those that it names, its overrides."""
     what = (_version(), have_trimesh(), given.found.name, given.overrides)
     digest = hashlib.sha256(repr(what).encode())
     digest.update(str(given.found.path).encode())

@@ -1,7 +1,7 @@
 """What passes between the stages of an import: rigid groups of links, hinges between them, notes.
 
-T is the trunk's own frame, as the file has it; all is told in it, with every leg's joint at the
-file's zero angle.
+T is the trunk's own frame, as the file has it; all coordinates are in it, with every leg's joint at
+the file's zero angle.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ DOUBTFUL = "doubtful"  # read as it stands, and hardly meant so
 
 @dataclass(frozen=True)
 class Note:
-    """One thing that the file says otherwise, or not at all.
+    """One thing that differs from the file, or that the file leaves open.
 
     Attributes:
         kind: `repaired`, `assumed`, `dropped`, `approximated` or `doubtful`.
@@ -34,9 +34,9 @@ class RigidMass:
     """Mass properties about the origin of a frame.
 
     Attributes:
-        mass: [kg].
-        moment: Mass times the centre of mass, (3,) [kg m].
-        inertia: About the frame's origin, (3, 3) [kg m²].
+        mass: Mass [kg].
+        moment: Mass times centre of mass, (3,) [kg m].
+        inertia: Inertia about the frame's origin, (3, 3) [kg m²].
     """
 
     mass: float
@@ -44,13 +44,13 @@ class RigidMass:
     inertia: FloatArray
 
     def __add__(self, other: "RigidMass") -> "RigidMass":
-        """Both together, told in the same frame."""
+        """Both together, given in the same frame."""
         return RigidMass(
             self.mass + other.mass, self.moment + other.moment, self.inertia + other.inertia
         )
 
     def moved(self, X: RigidTransform) -> "RigidMass":
-        """The same mass told in frame A, where `X` is X_AB of the frame B it was told in.
+        """The same mass in frame A, where `X` is X_AB of its present frame B.
 
         Moving a body by `X` within one frame is the same computation.
         """
@@ -84,11 +84,11 @@ class GeometryInstance:
     """One geometry of a link.
 
     Attributes:
-        name: As in the file.
+        name: Name in the file.
         link: The link that it is on.
         shape: A pydrake Shape.
-        X: Its pose, in T or in the frame that its holder says.
-        colour: Red, green, blue, opacity, or None if the file gives none.
+        X: Pose in T, or in the frame that its holder names.
+        colour: Red, green, blue and opacity, or None if the file gives none.
         friction: Static and dynamic coefficient that the file states in Drake's own tags, or None.
     """
 
@@ -100,7 +100,7 @@ class GeometryInstance:
     friction: tuple[float, float] | None = None
 
     def moved(self, X: RigidTransform) -> "GeometryInstance":
-        """The same, told in frame A where `X` is X_AB."""
+        """The same in frame A, where `X` is X_AB."""
         return replace(self, X=X @ self.X)
 
 
@@ -110,10 +110,10 @@ class RigidGroup:
 
     Attributes:
         name: The first link's name.
-        links: All their names.
-        rigid: Their mass together, in T.
-        collision: Their collision shapes, poses in T.
-        visual: Their visual shapes, poses in T.
+        links: Names of all links of the group.
+        rigid: Mass properties of all of them together, in T.
+        collision: Collision shapes, poses in T.
+        visual: Visual shapes, poses in T.
         shapeless: Whether a collision mesh of it is missing.
         leaves: Origins of links on which nothing else hangs, by name, (3,) in T [m].
     """
@@ -129,19 +129,19 @@ class RigidGroup:
 
 @dataclass(frozen=True)
 class RevoluteJoint:
-    """One revolute joint of a leg, in T, and what the file says of its drive.
+    """One revolute joint of a leg, in T, and its drive as the file has it.
 
     Attributes:
-        name: As in the file.
+        name: Name in the file.
         axis: Unit vector, (3,).
         point: A point of the axis, (3,) [m].
         lower: Position limit [rad], as in the file; -inf if not given.
         upper: Position limit [rad]; inf if not given.
         effort: Torque limit [Nm]; inf if not given.
         speed: Speed limit [rad/s]; inf if not given.
-        damping: Of the joint [Nm s/rad].
-        rotor_inertia: Of the drive [kg m²], before the gear.
-        gear_ratio: Of the drive.
+        damping: Damping of the joint [Nm s/rad].
+        rotor_inertia: Inertia of the drive's rotor, before the gear [kg m²].
+        gear_ratio: Gear ratio of the drive.
     """
 
     name: str
@@ -158,14 +158,15 @@ class RevoluteJoint:
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Of a leg's three joints in normal form.
+    """The limits of a leg's three joints in normal form.
 
     Attributes:
-        lower: (3,) [rad].
-        upper: (3,) [rad].
-        effort: (3,) [Nm].
-        speed: (3,) [rad/s].
-        turn: As in LegFrames, with whole turns added so that the limits are about zero, (3,).
+        lower: Lower position limits, (3,) [rad].
+        upper: Upper position limits, (3,) [rad].
+        effort: Torque limits, (3,) [Nm].
+        speed: Speed limits, (3,) [rad/s].
+        turn: Offsets of the angles as in LegFrames, (3,) [rad], with whole turns added so that the
+            limits are about zero.
         notes: What was repaired or assumed.
     """
 
@@ -190,10 +191,10 @@ class RawRobot:
     """A quadruped as its file has it, joints that are no leg's locked.
 
     Attributes:
-        name: The robot's.
+        name: The robot's name.
         trunk: All that is fixed to the trunk, arms included.
         trunk_name: The link whose frame is T.
-        legs: In no order.
+        legs: The legs, in no order.
         yaw: Heading of the robot's forward direction in T [rad].
         reference: Angles of a standing pose by joint name [rad], where the file has one.
     """

@@ -34,9 +34,9 @@ def read_robot(
 
     Args:
         parsed: The file; its notes are added to.
-        source: For errors.
-        name: The robot's.
-        legs: Names of the legs' joints, if a person has said them.
+        source: Name of the file, for errors.
+        name: The robot's name.
+        legs: Names of the legs' joints from the robot's overrides, if any.
 
     Raises:
         InputError: If it is none.

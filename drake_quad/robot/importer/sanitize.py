@@ -24,7 +24,7 @@ DRIVE_NUMBERS = (("rotor_inertia", 0.0, 1e3), ("gear_ratio", 1.0, 1e4))  # [kg m
 
 @dataclass
 class Drive:
-    """What a file says of a joint's drive: torque limit [Nm], rotor inertia [kg m²], gear ratio."""
+    """A joint's drive as a file gives it: torque limit [Nm], rotor inertia [kg m²], gear ratio."""
 
     effort: float = math.inf
     rotor_inertia: float = 0.0
@@ -39,10 +39,10 @@ class Cleaned:
         root: The tree, changed in place by those who clean.
         beside: Folder of the original, from which its relative paths go.
         scratch: Folder for converted meshes.
-        source: The file, for errors.
-        drives: By joint; of SDF by model and joint, `model::joint`.
+        source: Name of the file, for errors.
+        drives: Drives by joint; in SDF by model and joint, `model::joint`.
         reference: Angles of a standing pose by joint [rad], where the file has one.
-        notes: What was done.
+        notes: What was changed or assumed.
         files: Every other file that was read.
         shapeless: Links of which a collision mesh is missing.
         included: Every file that was included, as often as it was.
@@ -97,9 +97,9 @@ class Cleaned:
         """The file of a link's mesh, or None with a note.
 
         Args:
-            link: Its name.
+            link: Name of the link.
             kind: `visual`, or `collision`: of that the convex hull, as a file that Drake takes.
-            uri: As the robot's file names the mesh.
+            uri: Name of the mesh in the robot's file.
         """
         what = f"{kind} of link {link}"
         found = self.locate_mesh(uri, what)
@@ -142,16 +142,16 @@ def open_included(
     """The root of an included file, which is added to `c.files`.
 
     Args:
-        c: Of the file that includes; `beside` is where its paths go from.
-        uri: As the file names it.
-        chain: By what way the file that includes was reached.
-        tags: With which the included one may begin.
+        c: Record of the including file; relative paths start at `beside`.
+        uri: Name of the included file, as the including file has it.
+        chain: Files that led to the including file, each including the next.
+        tags: Tags that the included file may begin with.
         inside: Tag of the element that takes what the included one holds, if another does.
 
     Raises:
         InputError: If it is not there, is no robot's, includes itself, or has misspelt names.
     """
-    source = told(c, chain)
+    source = file_name(c, chain)
 
     def refuse(remedy: str) -> InputError:
         return InputError(source=source, field="include", value=uri, remedy=remedy)
@@ -176,7 +176,7 @@ def open_included(
     return root
 
 
-def told(c: Cleaned, chain: Chain) -> str:
+def file_name(c: Cleaned, chain: Chain) -> str:
     """How errors name the file at the chain's end: the robot's own as the person gave it."""
     return c.source if len(chain) == 1 else str(chain[-1])
 
@@ -199,7 +199,7 @@ def _include(c: Cleaned, root: ET.Element, chain: Chain) -> None:
             found = resolve(uri, beside=c.beside)
             if found in c.included and found not in chain:
                 raise InputError(
-                    source=told(c, chain),
+                    source=file_name(c, chain),
                     field="include",
                     value=uri,
                     remedy="is included twice; MuJoCo takes each file once",
@@ -212,7 +212,7 @@ def _include(c: Cleaned, root: ET.Element, chain: Chain) -> None:
 
 
 LIGHT = 1e-3  # [kg], [kg m²]: a link below both is a frame with a name, whatever it is given
-HEAVY = 0.05  # [kg]: what is lighter may well be told as a point
+HEAVY = 0.05  # [kg]: what is lighter may well be given as a point
 _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 
 
@@ -248,11 +248,11 @@ def check_urdf_inertial(c: Cleaned, link: ET.Element) -> None:
     name, inertial = link.get("name", ""), link.find("inertial")
     if inertial is None:
         return
-    told, inertia = inertial.find("mass"), inertial.find("inertia")
-    text = told.get("value") if told is not None else None
+    element, inertia = inertial.find("mass"), inertial.find("inertia")
+    text = element.get("value") if element is not None else None
     mass = floats(text) or ([] if (text or "").strip() else [0.0])
     if len(mass) != 1:
-        return  # Drake's parser says what is wrong
+        return  # Drake's parser reports what is wrong
     if mass[0] < 0.0:
         raise c.refuse(f"{name}: mass", text, "must not be negative [kg]")
     given = {} if inertia is None else inertia.attrib

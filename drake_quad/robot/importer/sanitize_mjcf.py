@@ -60,7 +60,7 @@ def _gather(element: ET.Element, parent: str, defaults: Defaults) -> None:
 
 
 def _known(c: Cleaned, name: str, field: str, defaults: Defaults) -> str:
-    """A class, `main` told as Defaults has it."""
+    """A class, `main` named as in Defaults."""
     name = "" if name == "main" else name
     if name not in defaults:
         known = ", ".join(sorted(filter(None, defaults))) or "main alone"
@@ -148,12 +148,12 @@ def read_pose(c: Cleaned) -> None:
                     starts[joint.get("name", "")] = count
                 count += _POSITIONS.get(kind, 1)
     for key in c.root.findall("keyframe/key")[:1]:
-        told = c.strictly(key.get("qpos"), "keyframe: qpos")
-        if told and len(told) != count:
-            text = f"keyframe: {len(told)} positions where the joints have {count}"
+        positions = c.strictly(key.get("qpos"), "keyframe: qpos")
+        if positions and len(positions) != count:
+            text = f"keyframe: {len(positions)} positions where the joints have {count}"
             c.note(DROPPED, text)
-        elif told:
-            c.reference.update({name: told[start] for name, start in starts.items() if name})
+        elif positions:
+            c.reference.update({name: positions[start] for name, start in starts.items() if name})
 
 
 # What holds bodies, or changes masses, and Drake's parser passes over.
@@ -165,7 +165,7 @@ def clean_mjcf(c: Cleaned) -> None:
     """Cleans the tree: includes and defaults written out, meshes converted, drives taken out.
 
     Args:
-        c: Of which the tree is changed and the rest is filled.
+        c: The record to fill; its XML tree is edited in place.
 
     Raises:
         InputError: If something in it is no robot's, or nothing that Drake reads.

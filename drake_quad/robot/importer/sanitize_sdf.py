@@ -14,9 +14,9 @@ from drake_quad.robot.importer.sanitize import (
     Drive,
     check_sdf_inertial,
     check_sdf_sizes,
+    file_name,
     open_included,
     read_friction,
-    told,
 )
 from drake_quad.robot.importer.xml_io import COLON, floats, write_xml
 
@@ -25,7 +25,7 @@ def clean_sdf(c: Cleaned) -> None:
     """Cleans the tree: meshes found, limits in order, drives taken out, nothing tied to the world.
 
     Args:
-        c: Of which the tree is changed and the rest is filled.
+        c: The record to fill; its XML tree is edited in place.
 
     Raises:
         InputError: If something in it is no robot's, such as a link of mass 0.
@@ -61,7 +61,7 @@ def _clean_includes(c: Cleaned, place: ET.Element, chain: Chain, scope: tuple[st
         root = open_included(c, (uri.text if uri is not None else "") or "", chain, ("sdf",))
         file = included_file(c.scratch, len(c.included))
         longer = (*chain, c.included[-1])
-        inner = replace(c, root=root, beside=longer[-1].parent, source=told(c, longer))
+        inner = replace(c, root=root, beside=longer[-1].parent, source=file_name(c, longer))
         merged = include.get("merge", "").strip().lower() in ("true", "1")
         model = root.find("model")
         own = model.get("name", "") if model is not None else ""
@@ -112,7 +112,7 @@ def _find_meshes(c: Cleaned, link: ET.Element) -> None:
 
 
 def _read_axis(c: Cleaned, name: str, axis: ET.Element, drive: Drive) -> None:
-    """Takes what an axis says of its drive, and puts its limits in order."""
+    """Reads an axis's drive, and puts its limits in order."""
     for tag, otherwise, most in DRIVE_NUMBERS:
         text = axis.findtext(f"drake{COLON}{tag}")
         if text is not None:

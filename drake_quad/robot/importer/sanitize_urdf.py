@@ -16,10 +16,10 @@ from drake_quad.robot.importer.xml_io import COLON, floats, read_xml
 
 
 def clean_urdf(c: Cleaned) -> None:
-    """Cleans the tree: meshes found, materials told where used, limits in order, drives taken out.
+    """Cleans the tree: finds meshes, writes materials out, orders limits, takes drives out.
 
     Args:
-        c: Of which the tree is changed and the rest is filled.
+        c: The record to fill; its XML tree is edited in place.
 
     Raises:
         InputError: If a mass or a drive's number is none.
@@ -49,9 +49,9 @@ def clean_urdf(c: Cleaned) -> None:
             drive = c.drives.get(name)
             for actuator in transmission.findall("actuator") if drive else ():
                 for tag, otherwise, most in DRIVE_NUMBERS:
-                    told = actuator.find(f"drake{COLON}{tag}")
-                    if told is not None:
-                        text, field = told.get("value"), f"{name}: {tag}"
+                    number = actuator.find(f"drake{COLON}{tag}")
+                    if number is not None:
+                        text, field = number.get("value"), f"{name}: {tag}"
                         setattr(drive, tag, c.drive_number(text, field, otherwise, most))
         c.root.remove(transmission)
     c.reference.update(_standing_pose(c))

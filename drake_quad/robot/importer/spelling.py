@@ -22,7 +22,7 @@ def check_spelling(root: ET.Element, source: str, *, inside: str = "") -> None:
     """Looks at the names of all that makes the robot in a file.
 
     Args:
-        root: Of the file as it was read, prefixes with COLON.
+        root: Root of the file as it was read, prefixes with COLON.
         source: The file, for errors.
         inside: If it is included, the tag of the element that takes what the root holds.
 

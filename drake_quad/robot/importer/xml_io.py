@@ -72,7 +72,7 @@ def check_xml_numbers(root: ET.Element, source: str) -> None:
 
 
 MOST_NESTED = 200  # levels of elements: robots have some thirty, Python's stack a thousand
-# A prefix that nobody declares is an error to an XML parser and none to those who write URDF.
+# An undeclared prefix is an error to an XML parser, and common in URDF.
 _PREFIXED = re.compile(r"(</?|\s)([A-Za-z_][\w.-]*):([A-Za-z_][\w.-]*)(?=[\s=/>])")
 _DECLARED = re.compile(rb"\s*<\?xml[^>]*?\sencoding\s*=\s*[\"']([\w.:-]+)[\"']")
 
@@ -115,7 +115,7 @@ def read_text(path: Path) -> str:
 
     Raises:
         OSError: If it cannot be read.
-        LookupError: If nobody knows the encoding that it declares.
+        LookupError: If the encoding that it declares is unknown.
         UnicodeError: If it is not in that encoding.
     """
     data = read_given(path, most=MOST_TEXT)
