@@ -106,6 +106,16 @@ def test_a_robot_is_called_as_it_was_asked_for() -> None:
     assert hopeless().scenario.robot.model == "paper_quadruped"
 
 
+def test_a_robot_is_read_from_a_path_as_from_a_string() -> None:
+    """A file may be a `Path`; what is read is the same, and its name is a string."""
+    file = Path(__file__).resolve().parents[1] / "models" / "paper_quadruped.urdf"
+    robot = dq.load_robot(file)
+    assert robot.source == str(file)
+    assert robot.mass == dq.load_robot(str(file)).mass
+    with pytest.raises(dq.InputError, match=r"nowhere\.urdf"):
+        dq.load_robot(Path("nowhere.urdf"))
+
+
 def test_arcs_are_refused_a_certificate_in_a_line() -> None:
     """The paper's own spin swings along arcs, of which nothing is proven."""
     with pytest.raises(dq.InputError, match=r"spin\.swing_path"):

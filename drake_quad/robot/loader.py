@@ -48,7 +48,7 @@ def MakeModelPlant(url: str) -> MultibodyPlant:
     return plant
 
 
-def load_robot(url: str) -> RobotModel:
+def load_robot(url: str | Path) -> RobotModel:
     """Reads the robot `url`.
 
     Args:
@@ -58,6 +58,7 @@ def load_robot(url: str) -> RobotModel:
     Raises:
         InputError: If there is no such robot, or it is no quadruped with abduction-hip-knee legs.
     """
+    url = str(url)
     file = normal_form(url)
     tolerance = IMPORTED if _is_imported(file) else EXACT
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
