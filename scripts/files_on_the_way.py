@@ -51,10 +51,10 @@ STAGES: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
         (
             ("scenario/load.py", "reads the file"),
             ("util/yaml_io.py", "parses, checks types"),
-            ("scenario/config.py", "CourseElement.rise"),
+            ("scenario/config.py", "Scenario.course"),
             ("scenario/validate.py", "checks values"),
-            ("scenario/build.py", "makes terrain elements"),
-            ("terrain/elements.py", "checks heights"),
+            ("scenario/build.py", "asks for the course"),
+            ("terrain/elements.py", "Element.rise, its bounds"),
             ("terrain/course.py", "lays boxes and lanes"),
             ("terrain/lane.py", "step profile, nosings"),
         ),
