@@ -111,8 +111,8 @@ def transition_plan(
     """A transition on level ground in W: the body moves on four feet, and is still else.
 
     Args:
-        robot: For the feet's radius.
-        transition: In the body frame, which begins at W's origin.
+        robot: Robot whose feet's radius counts.
+        transition: Transition in the body frame, which begins at W's origin.
         height: Height of the body [m].
         swing: How long a leg is in the air [s].
         shift: How long the body moves before it is [s].

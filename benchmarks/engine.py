@@ -62,7 +62,7 @@ def carry_on(
     Args:
         study: Study of all trials.
         base: Its scenario.
-        trials: In the order in which they are begun.
+        trials: Trials in the order in which they are begun.
         work: Function that carries out a trial, at the top of a module.
         names: Names of the trials' values.
         chosen: What else the trials depend on: with another, records are refused.

@@ -36,7 +36,7 @@ def measure(
         run: With its torques and its bearing feet.
         settings: The observer's.
         noise: Deviation of the torques' noise, in shares of each joint's limit.
-        seed: Of that noise.
+        seed: Seed of that noise.
     """
     robot, layout, log = run.robot, run.layout, run.log
     model = MakeModelPlant(robot.url)

@@ -69,9 +69,9 @@ def drive(
 
     Args:
         controller: Any Diagram whose input ports are named as methods of MujocoRobot are.
-        body: At its start.
+        body: Simulated robot at its start.
         limit: When to give up [s].
-        exchange: Between exchanges [s], of which every clock in the controller is a multiple;
+        exchange: Time between exchanges [s], of which every clock in the controller is a multiple;
             the controllers' period unless told.
         deaf: Input ports that keep what they were given at the start.
     """

@@ -41,7 +41,7 @@ def build_model(
     Args:
         robot: Name of a shipped model.
         plant: The robot alone, for its rotors' inertia.
-        course: In W.
+        course: Course in W.
         control: Settings that have the drives' gains.
         friction: Coulomb's coefficient.
         mass_factor: Ratio of every link's mass and inertia to the file's.

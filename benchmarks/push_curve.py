@@ -17,7 +17,7 @@ def draw_curve(rates: Sequence[dict[str, Any]], path: Path) -> None:
 
     Args:
         rates: Rates in order of speed: `speed` [m/s], `trials`, `ok`, and the bounds `low`, `high`.
-        path: To write.
+        path: File to write.
     """
     speed = [rate["speed"] for rate in rates]
     with matplotlib.rc_context({"svg.hashsalt": path.name, "font.size": 9.0}):

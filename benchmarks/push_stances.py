@@ -65,7 +65,7 @@ class Trial:
     """A stance and the way in which it is pushed.
 
     Attributes:
-        stance: In which it stands.
+        stance: Stance in which it stands.
         way: (2,) unit vector in W.
         p_BScm: Its centre of mass in B [m].
         budget: What the law says [m/s].

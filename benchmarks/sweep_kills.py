@@ -106,7 +106,7 @@ def kill_often(directory: Path, kills: int, longest: float, seed: int) -> dict[s
     Args:
         directory: Holds the study.
         kills: How often.
-        longest: Between its beginning, or its first new trial, and its end by a kill [s].
+        longest: Longest time from its beginning, or its first new trial, to its kill [s].
         seed: Seed of the moments.
     """
     rng, out = np.random.default_rng(seed), directory / "killed"

@@ -164,8 +164,8 @@ def measure(
     Args:
         scenario: Its name.
         overrides: Overrides as on the command line.
-        begin: From when on it is timed [s].
-        end: Until when [s].
+        begin: Time from which it is timed [s].
+        end: Time until which it is timed [s].
         most: Largest number of programs that all solvers solve, evenly chosen.
     """
     programs: list[Program] = []

@@ -192,7 +192,7 @@ class TouchByTorque:
         robot: The robot.
         layout: Layout of its state.
         model: The robot without ground.
-        control: Of which the period is read.
+        control: Controller whose period is read.
     """
 
     def __init__(

@@ -180,7 +180,7 @@ def control(
     """The controller's process, from damping to damping.
 
     Args:
-        prepared: From `prepare_for_bus`.
+        prepared: Mission that `prepare_for_bus` returned.
         choice: The bus.
         stop: Asked whether a person wants it to end.
         tell: Told of every change of mode.
@@ -250,10 +250,10 @@ def simulate_robot(
     """The robot's process: physics by the clock, until it is told to end.
 
     Args:
-        prepared: From `prepare_for_bus`.
+        prepared: Mission that `prepare_for_bus` returned.
         choice: The bus.
         faults: What goes wrong on it.
-        seed: Of which messages it goes wrong with.
+        seed: Seed of the draws that decide which messages go wrong.
         duration: How long [s]; None: until it is stopped.
         stop: Asked whether a person wants it to end.
         tell: Told of every change of what the drives do.

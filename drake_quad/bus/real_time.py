@@ -58,7 +58,7 @@ class LoopTimes:
     """The times of a loop's ticks, kept without allocation until they are asked for.
 
     Args:
-        period: Between ticks [s].
+        period: Time between ticks [s].
         capacity: How many ticks are kept; of more, the last.
     """
 

@@ -52,10 +52,10 @@ class SafetyLimits:
         effort: Joint torque limits (12,) [Nm].
         stiffness: Greatest stiffness of a drive, and that of standing [Nm/rad].
         damping: Greatest damping of a drive, and that of standing and of damping [Nm s/rad].
-        period: Between commands [s].
+        period: Time between commands [s].
         q_step: Farthest that a wanted angle may go from one command to the next [rad].
         torque_time: Time in which a fed torque may go from nothing to its limit [s].
-        tilt: Of the trunk, beyond which the robot is damped [rad].
+        tilt: Tilt of the trunk beyond which the robot is damped [rad].
         hold_after: Age of the state beyond which the last command holds [s].
         damp_after: Age of the state beyond which the robot is damped [s].
         arming_tilt: Tilt beyond which it does not arm [rad].
@@ -174,7 +174,7 @@ def advance(
     """One tick: which mode there is now, and what the drives are told.
 
     Args:
-        memory: Of the tick before.
+        memory: Memory that the tick before returned.
         known: What is known now.
         limits: What holds of every command.
         postures: Joint angles (N, 12) from sitting to standing, evenly in time [rad].

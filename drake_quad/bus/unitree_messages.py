@@ -147,7 +147,7 @@ class JointMap:
     Attributes:
         sign: ±1 of each joint, leg by leg (12,).
         turn: Leg by leg (12,) [rad].
-        R_BT: From the trunk's frame in the file to B (3, 3).
+        R_BT: Rotation from the trunk's frame in the file to B (3, 3).
     """
 
     sign: FloatArray
@@ -220,7 +220,7 @@ def decode_low_cmd(
         data: As it came.
         time_ns: When, by the receiver's clock [ns].
         joints: How the robot's own file means its joints.
-        session: Of whom it is: DDS's number of the writer.
+        session: DDS's number of the writer that sent it.
         sequence: How many had come before it.
     """
     row, fault = _CMD.decode(data)

@@ -29,7 +29,7 @@ def _declare(name: str, layout: np.dtype, parts: dict[np.dtype, Any]) -> Any:
 
     Args:
         name: The type's, without its package.
-        layout: Of its values.
+        layout: Layout of its values.
         parts: The types of which it has fields, by their layouts.
     """
 

@@ -239,7 +239,7 @@ def prove(problem: Problem, demand: FloatArray) -> Proof:
 
     Args:
         problem: The plan, its robot and course.
-        demand: See `make_demand`: bounds are made good enough to meet it where values do.
+        demand: What `make_demand` returned; bounds are made good enough to meet it where values do.
     """
     pieces = problem.pieces
     count, segments = len(pieces.start), int(pieces.segment[-1]) + 1

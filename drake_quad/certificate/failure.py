@@ -39,10 +39,10 @@ class Failure:
     Attributes:
         task: Index of the task.
         segment: Index of the segment, counted through all tasks.
-        time: In the task [s]; everything before is proven.
+        time: Time in the task [s]; everything before is proven.
         value: The least that the quantity is found to be in the segment [its unit].
         demand: The value demanded.
-        reason: For people: what is wrong.
+        reason: Words that say what is wrong.
     """
 
     task: int

@@ -63,7 +63,7 @@ def correct_load(
         standing: Who is to stand (4,).
         bearing: 1 where a foot is sensed to bear (4,).
         landed: Whether the swing foot has landed before its time.
-        regained: See REGAINED (4,).
+        regained: Share of its load to which each foot has come back, or NEVER (4,).
     """
     held = 0
     for k in range(4):

@@ -164,7 +164,7 @@ def turn_forces(dynamics: Dynamics, axes: FloatArray) -> None:
     """Makes the maps, in place, those of forces given in axes of their own.
 
     Args:
-        dynamics: From `reduce_dynamics`.
+        dynamics: Terms that `reduce_dynamics` returned.
         axes: Axes of each foot's force, in columns in W (4, 3, 3); W's own change nothing.
     """
     for k in range(4):

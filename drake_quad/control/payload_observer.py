@@ -83,7 +83,7 @@ def payload_com_shift(
 
     Args:
         payload: The payload's wrench, see `update_payload`.
-        p_BScm: From B's origin to the model's centre of mass, in W, (2,) at least [m].
+        p_BScm: Position of the model's centre of mass from B's origin, in W, (2,) at least [m].
         heading: Heading of the body [rad].
         weight: Robot weight without the payload [N].
     """

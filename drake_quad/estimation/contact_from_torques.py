@@ -47,9 +47,9 @@ class JointDynamics:
 
     Attributes:
         momentum: The joints' rows of M v (12,) [Nm s].
-        velocity_terms: The same of Ṁ v - h (12,) [Nm].
-        torque: Of the drives (12,) [Nm].
-        jacobian: Of each foot in W against its own leg's joints (4, 3, 3) [m].
+        velocity_terms: Joint torques of Ṁ v - h (12,) [Nm].
+        torque: Torque of each drive (12,) [Nm].
+        jacobian: Jacobian of each foot in W against its own leg's joints (4, 3, 3) [m].
     """
 
     momentum: FloatArray
@@ -72,7 +72,8 @@ def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
     """One period of the observer, in place.
 
     Args:
-        memory: See TouchMemory (SIZE,); zeros at first, when all four feet are taken to bear.
+        memory: Memory in the slots of TouchMemory (SIZE,); zeros at first, when all four feet are
+            taken to bear.
         now: The dynamics at the end of the period.
         mass: The robot's [kg].
         period: Since the last call [s].
@@ -112,7 +113,7 @@ def foot_forces(residual: FloatArray, jacobian: FloatArray, before: FloatArray) 
 
     Args:
         residual: J^T f of the joints, leg by leg (12,) [Nm].
-        jacobian: Of each foot in W (4, 3, 3) [m].
+        jacobian: Jacobian of each foot in W (4, 3, 3) [m].
         before: The forces a period ago (4, 3) [N].
     """
     force = np.array(before)
@@ -154,7 +155,7 @@ def compare_touchdowns(
     A touchdown is where a foot begins to bear that has not borne for `still`.
 
     Args:
-        times: Of the samples (N,) [s].
+        times: Times of the samples (N,) [s].
         real: Which feet bear (N, 4).
         felt: Which are felt to bear (N, 4).
         still: How long a foot must have been off the ground before [s].

@@ -40,7 +40,7 @@ def best_place(
     """Returns the place of a foot that makes the least margin of some lifts as large as it can be.
 
     Args:
-        triples: For each lift during which the foot stands there, the rest of the stance.
+        triples: Other three feet of the stance, for each lift during which the foot stands there.
         box: The places allowed, a counterclockwise convex polygon [m].
         floor: The least margin that is of any use [m], not negative.
         near: Reference [m]: the nearest of equally good places to it is taken.

@@ -43,7 +43,7 @@ class CandidateBatch:
         pattern: The footprints.
         height: Height of B over the line through the treads.
         share: How much of the slope the body tilts with.
-        width: Between left and right feet.
+        width: Distance between left and right feet.
         phase_up: How far ahead of the treads' middles the feet stand going up, of what is possible.
         phase_down: How far ahead they stand going down.
         shift_up: How far ahead of the feet's middle the body goes, going up.
@@ -52,7 +52,7 @@ class CandidateBatch:
         surge: How far the body stays behind as front feet step, and goes ahead as rear feet do.
         duty_factor: β.
         stagger: Rear feet's |y| minus front feet's.
-        stance_length: Between front and rear feet where the ground does not decide.
+        stance_length: Distance between front and rear feet where the ground does not decide.
     """
 
     pattern: FootholdPattern
@@ -219,7 +219,8 @@ def make_cycle(
         stairs: What is walked on.
         foot_radius: Radius of the foot spheres [m].
         clearance: Distance by which the foot's sphere clears what it passes [m].
-        stance_length: Between front and rear feet, on level ground [m]; the pattern's if None.
+        stance_length: Distance between front and rear feet on level ground [m]; None is the
+            pattern's.
     """
     pattern, beta = grid.pattern, grid.duty_factor
     # Places a tread: on level ground places are alike. And as many cycles as it takes until all

@@ -34,8 +34,8 @@ class RobotTables(NamedTuple):
         coms: Centres of mass of these, in B and in the links' frames (13, 3) [m].
         trunk: Least and greatest x, y, z in B of the trunk, then of each of its parts (1 + K, 2, 3)
             [m].
-        shanks: At the points of each shank, from the knee on: how far ahead of the line from knee
-            to foot its middle is, and its radius (2, 4, SHANK) [m].
+        shanks: Offset of the middle ahead of the line from knee to foot, and radius, at the
+            points of each shank from the knee on (2, 4, SHANK) [m].
         widest: Greatest sway to either side [m].
     """
 
@@ -258,8 +258,8 @@ def pose_leg_clearance(
     """Between a shank's points (SHANK, 3), with the lines between them, and the stairs [m].
 
     Args:
-        points: In W [m].
-        radii: At the points (SHANK,) [m].
+        points: Points of the shank in W [m].
+        radii: Radii of the shank at the points (SHANK,) [m].
         rise: Rise of the staircase [m].
         run: Run of the staircase [m].
         least: Clearance found elsewhere [m], weighted by CLEARANCE_WEIGHTS as this is.
@@ -286,8 +286,8 @@ def pose_trunk_clearance(
     """Between a shank's points (SHANK, 3) in B, with their lines, and the trunk [m].
 
     Args:
-        points: In B [m].
-        radii: At the points (SHANK,) [m].
+        points: Points of the shank in B [m].
+        radii: Radii of the shank at the points (SHANK,) [m].
         boxes: The trunk's boxes: one about all the others, then these (1 + K, 2, 3) [m].
         least: Clearance found elsewhere [m].
     """

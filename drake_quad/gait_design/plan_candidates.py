@@ -174,7 +174,7 @@ class Gait:
 
     Attributes:
         score: Its score on endless stairs.
-        scenario: In full, with the body as high as the design has it.
+        scenario: Scenario in full, with the body as high as the design has it.
         plan: Makes a `Designed` of such a scenario; see `plan_design`, whose `beat` it takes.
     """
 
@@ -200,7 +200,7 @@ def plan_lower(
     plans by which parts touch.
 
     Args:
-        gait: To be planned.
+        gait: Gait to plan.
         leg: The legs' length [m].
         best: What there is already.
         touches: Heights at which parts may touch.

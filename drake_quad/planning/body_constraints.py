@@ -61,7 +61,7 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
     Args:
         contacts: Who stands where, when.
         times: Sampled times (N,) [s].
-        guard: For how long before lift-off and after touchdown three feet have to do already [s].
+        guard: Time before lift-off and after touchdown in which three feet have to do already [s].
 
     Raises:
         PlanningError: If the standing feet are on one line.

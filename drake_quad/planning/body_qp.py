@@ -64,7 +64,7 @@ class BodyProblem:
         margin_desired: Static margin beyond which more is worth nothing [m].
         zmp_margin_desired: Margin of the zero-moment point beyond which more is worth nothing [m].
         static: Whether the program has rows of the static margin.
-        guard: For how long before lift-off and after touchdown three feet have to do already [s].
+        guard: Time before lift-off and after touchdown in which three feet have to do already [s].
         knot: Knot spacing [s].
         limits: The legs' limits, where a path has come near them; else None.
         lift_range: Least and most lift, and least and most tilt [m].
@@ -129,7 +129,7 @@ class Rows:
     Attributes:
         sample: Index of the sampled time, (r,).
         normal: n, (r, axes), axes being 2 or 4.
-        lean: In s^2, (r,).
+        lean: Height over gravity of each row (r,) [s^2].
         scalar: Which scalar, (r,).
         weight: Its coefficient, (r,).
         lower: [m], (r,).

@@ -34,7 +34,7 @@ class BodyReference:
         ground: The ground under the body.
         lane: Whose ground shanks are to keep clear of; None: it is level, they need not.
         start: x, y, z [m] and pitch [rad] of the body at first, (4,); None: as over the ground.
-        joined: From when on height and pitch are those over the ground, whatever they began as [s].
+        joined: Time from which height and pitch are those over the ground [s].
     """
 
     times: FloatArray

@@ -202,10 +202,10 @@ class Clearance:
 
     Attributes:
         weighted: The distance times its weight, see WEIGHTS [m].
-        distance: Between a part of the robot and the course [m], negative inside it.
+        distance: Distance between a part of the robot and the course [m], negative inside it.
         part: Which, for people.
         task: The task's name.
-        time: In the task [s].
+        time: Time in the task [s].
     """
 
     weighted: float

@@ -169,7 +169,7 @@ class Segment:
     """A named stretch of a plan.
 
     Attributes:
-        name: For people, for example `climb 1`.
+        name: Name that people read, for example `climb 1`.
         kind: One of SEGMENT_KINDS.
         start: When it begins [s].
         end: When it ends [s].

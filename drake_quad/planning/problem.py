@@ -57,9 +57,9 @@ class PlanSettings:
         swing_time: Duration of a transition's step [s].
         shift_time: Time on four feet before each step of a transition [s].
         via_centres: Whether transitions between gaits pass through the workspaces' centres.
-        wave_order: In which order the legs are lifted in the transition to the wave gait, the
+        wave_order: Order in which the legs are lifted in the transition to the wave gait, the
             paper's is 2-3-4-1-3; empty: the one with the best margins.
-        spin_order: In which order they are lifted in the transition to the spinning gait.
+        spin_order: Order in which they are lifted in the transition to the spinning gait.
         uniform_body: The paper's body path (constant speed, no sway), or one optimised for margin.
         dynamic: Whether the zero-moment point alone is kept over the feet, with the legs' masses
             moving; else the centre of mass too.
@@ -123,11 +123,11 @@ class Task:
 
     Attributes:
         kind: `stand`, `walk` or `spin`.
-        name: For people.
+        name: Name that people read.
         lane: Index of the course's lane that it happens on.
-        goal: For a walk: where along the lane the body is to end [m].
-        angle: For a spin: by how much, counterclockwise positive [rad].
-        duration: For a stand [s].
+        goal: Place along the lane where a walk's body is to end [m].
+        angle: Angle of a spin, counterclockwise positive [rad].
+        duration: Duration of a stand [s].
     """
 
     kind: str

@@ -112,7 +112,7 @@ def remaining_route(
         remaining: What it has left.
         lane: The lane that it is on.
         stance: Where the body is now.
-        settings: For the body's height.
+        settings: Settings that the body's height is read from.
         join: When the new plan joins the old one [s].
         duration: When the new plan ends [s].
     """

@@ -137,7 +137,7 @@ def refuse_stance(
         footing: What the margin was measured from.
         margin: The least one [m]; -inf where there is no region at all.
         standing: (4,) on which feet.
-        where: In which segment, when.
+        where: Words that say in which segment, and when.
     """
     feet = ", ".join(name for name, on in zip(SHORT_NAMES, standing, strict=True) if on)
     what = (

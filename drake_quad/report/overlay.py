@@ -45,7 +45,7 @@ def drape_polygon(course: Course, feet: FloatArray) -> tuple[FloatArray, FloatAr
     """The convex hull of feet, cut along the course's boxes and put on top of each.
 
     Args:
-        course: In W.
+        course: Course in W.
         feet: (n, 2) horizontal places of the bearing feet in W [m]. One foot gives nothing.
 
     Returns:

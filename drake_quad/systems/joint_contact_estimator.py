@@ -40,7 +40,7 @@ class TorqueDynamics:
             scratch: A Context of the model, to compute in.
             mass_before: The mass matrix's joint rows a period ago; zeros if there is none.
             state: [q; v].
-            torque: Of the drives, leg by leg (12,) [Nm].
+            torque: Torque of each drive, leg by leg (12,) [Nm].
             period: Since then [s].
         """
         model, layout, joints = self._model, self._layout, self._joints
@@ -85,7 +85,7 @@ class JointContactEstimator(LeafSystem):
             robot: The robot.
             layout: Layout of its state.
             model: The robot without ground.
-            period: Of the observer [s].
+            period: Period of the observer [s].
             settings: How it listens; its defaults unless given.
         """
         super().__init__()

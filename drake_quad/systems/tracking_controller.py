@@ -46,7 +46,7 @@ class Tick(NamedTuple):
     Attributes:
         scratch: Context of the model plant, which holds the measured state.
         running: Whether the clock follows the plan.
-        work: See WORK.
+        work: Tick's results, in the slots of WORK.
     """
 
     scratch: Context

@@ -56,7 +56,7 @@ class TransitionPlanner(LeafSystem):
             course: The map.
             settings: The planner's settings.
             mission: The tasks.
-            period: Between looks at the clock [s].
+            period: Time between looks at the clock [s].
             planned: Plans made beforehand, one a task: a task that begins as on paper takes its
                 own over instead of making the same anew, for which a wall clock would not wait.
         """

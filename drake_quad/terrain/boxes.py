@@ -20,7 +20,7 @@ class Box:
     """A solid box of the course, its top level but for that of a slope.
 
     Attributes:
-        name: For example `stairs_1_tread_3`: kind and index of the element, then the tread.
+        name: Kind and index of the element, then the tread, for example `stairs_1_tread_3`.
         centre: (3,) in W [m].
         size: (3,) along its own x, y, z [m].
         yaw: Angle of its x axis about W's z [rad].

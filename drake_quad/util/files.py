@@ -37,7 +37,7 @@ def write_together(
     last file is not found until all is there.
 
     Args:
-        files: For each file the function that writes it, given the path to write to.
+        files: Function that writes each file, given the path to write to.
         gone: Older files that do not belong to the new ones, to be removed.
         option: Command-line option that gave their place, for the error.
 

@@ -80,8 +80,8 @@ def part(factory: Any, text: str, inside: typing.Mapping[str, Any] | None = None
     Args:
         factory: It makes the default.
         text: What it is, a sentence for the documents.
-        inside: Of one of Drake's config structs, which can hold no metadata: the bounds (a tuple)
-            or the words (a function that returns them) of its fields, by name.
+        inside: Bounds within one of Drake's config structs, which can hold no metadata: the
+            bounds (a tuple) or the words (a function that returns them) of its fields, by name.
     """
     metadata = {TEXT: text, INSIDE: inside or {}}
     return dataclasses.field(default_factory=factory, metadata=metadata)

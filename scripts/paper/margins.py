@@ -73,7 +73,7 @@ class TreadGait:
     """A wave gait on stairs.
 
     Attributes:
-        name: For people.
+        name: Name that people read.
         treads: How many treads each leg advances in a cycle.
         spread: Whether footprints are where the level wave gait of that stride has them, wherever
             on its tread each is; else left and right feet have the same place on their treads.

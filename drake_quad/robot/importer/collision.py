@@ -185,7 +185,7 @@ def thighs_inside_trunk(urdf: Path, robot: NormalRobot) -> list[str]:
 
     Args:
         urdf: The robot's normal form, without a filter between thighs and trunk.
-        robot: The same robot.
+        robot: Robot whose shapes they are.
 
     Returns:
         The legs' short names, in order.

@@ -98,7 +98,7 @@ def find_legs(
     Args:
         tree: The robot.
         context: Context of the plant with every joint at zero.
-        source: For errors.
+        source: Name of the file, for errors.
         wanted: The names of the legs' joints from the robot's overrides, if any.
 
     Raises:
