@@ -14,10 +14,9 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
-from drake_quad.bus.clock import NS, Clock
 from drake_quad.bus.messages import CommandMessage, StateMessage
 from drake_quad.bus.postures import safety_limits, sit_to_stand
-from drake_quad.bus.real_time import LoopTimes
+from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
 from drake_quad.bus.safety import (
     Drives,

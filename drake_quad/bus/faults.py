@@ -6,8 +6,8 @@ from itertools import count
 
 import numpy as np
 
-from drake_quad.bus.clock import NS, Clock
 from drake_quad.bus.messages import CommandMessage, Received, StateMessage
+from drake_quad.bus.real_time import NS, Clock
 from drake_quad.bus.robot_bus import RobotBus
 
 

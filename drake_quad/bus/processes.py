@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.bus.clock import NS, Clock, WallClock
 from drake_quad.bus.control_loop import CONTACTS, FEET, ControlLoop, Event
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
 from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, DRIVES_HOLD
-from drake_quad.bus.real_time import real_time
+from drake_quad.bus.real_time import NS, Clock, WallClock, real_time
 from drake_quad.bus.robot_bus import RobotBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
 from drake_quad.bus.safety import SafetyMode

@@ -8,7 +8,6 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_quad.bus.clock import NS, Clock
 from drake_quad.bus.messages import (
     DRIVES_DAMP,
     DRIVES_FOLLOW,
@@ -17,7 +16,7 @@ from drake_quad.bus.messages import (
     StateMessage,
 )
 from drake_quad.bus.postures import lowest_stance
-from drake_quad.bus.real_time import LoopTimes
+from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
 from drake_quad.bus.safety import DAMP_AFTER, HOLD_AFTER, SafetyMode
 from drake_quad.bus.watch import CommandWatch

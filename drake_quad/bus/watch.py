@@ -5,8 +5,8 @@ Pure of clocks and sockets: each is given what was received, and says what it ma
 
 import numpy as np
 
-from drake_quad.bus.clock import NS
 from drake_quad.bus.messages import CommandMessage, Received, StateMessage
+from drake_quad.bus.real_time import NS
 from drake_quad.bus.safety import SafetyMode
 from drake_quad.common import GRAVITY, FloatArray
 

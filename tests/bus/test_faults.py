@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from bus_rig import PERIOD_NS, PuppetShow, short_walk
 
-from drake_quad.bus.clock import NS, ManualClock
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.messages import (
     DRIVES_DAMP,
@@ -17,6 +16,7 @@ from drake_quad.bus.messages import (
     encode_command,
     encode_state,
 )
+from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard
 from drake_quad.bus.safety import SafetyMode

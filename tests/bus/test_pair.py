@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from bus_rig import PERIOD_NS, SHORT_WALK, short_walk
 
-from drake_quad.bus.clock import ManualClock
 from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.real_time import ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
 from drake_quad.bus.safety import SafetyMode

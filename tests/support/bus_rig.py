@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_quad.bus.clock import NS, ManualClock
 from drake_quad.bus.control_loop import ControlLoop
 from drake_quad.bus.messages import (
     DRIVES_FOLLOW,
@@ -16,6 +15,7 @@ from drake_quad.bus.messages import (
 )
 from drake_quad.bus.postures import sit_to_stand
 from drake_quad.bus.processes import FIELDS
+from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.safety import Drives, SafetyMode
 from drake_quad.common import GRAVITY, FloatArray
