@@ -166,7 +166,8 @@ def check_stairs(
         thorough: Whether to search for a good gait, or to take any that a quick search finds.
 
     Returns:
-        The answer, with the gait's scenario and plan, or the reason for a no.
+        The answer, with the gait's scenario and plan, or the reason for a no; its `nearest()`
+        looks for stairs that work.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
@@ -176,6 +177,7 @@ def check_stairs(
         stairs,
         around=Around(width=width, landing=landing, turn=turn),
         margin=margin,
+        nearest=False,
         thorough=thorough,
     )
 

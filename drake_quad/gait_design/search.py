@@ -220,9 +220,8 @@ def choose_gaits(
     runs = [stairs.run for stairs in flights]
     one, two = PLACES
     patterns = make_foothold_patterns(robot, runs, one) if flights else LEVEL_PATTERNS
-    hopeless = np.inf if way is QUICK else HOPELESS
     wanted = wanted_with_tolerance(robot, map_error)
-    searches = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
+    searches = _search(robot, shape, patterns, flights, way, wanted, hopeless=HOPELESS)
     # Where the map may be wrong, slacks count more than pace: all are compared by them alone.
     bonus = SPEED_BONUS if map_error == 0.0 else 0.0
     early = next(searches, None) if map_error == 0.0 else None
@@ -237,7 +236,7 @@ def choose_gaits(
 
     found = [*([] if early is None else [early]), *searches]
     patterns = make_foothold_patterns(robot, runs, two) if flights else []
-    two_places = _search(robot, shape, patterns, flights, way, wanted, hopeless=hopeless)
+    two_places = _search(robot, shape, patterns, flights, way, wanted, hopeless=HOPELESS)
     if way is not QUICK or max((d.score for d in found), default=0.0) < ENOUGH:
         found += two_places
     yield from (d for d in best_first(found) if d is not early or d.score < ENOUGH)
