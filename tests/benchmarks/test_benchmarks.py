@@ -232,7 +232,7 @@ def test_benchmark_of_checks_gives_the_checks_answers(
         check, "check_flight", partial(check.check_flight, nearest=False)
     )  # is slow
     rows = check.measure_checks(
-        check.ROBOT, [check.Stairs(0.1, 0.3, 1), check.Stairs(0.6, 0.2, 1)], repeats=1
+        check.ROBOT, [check.Stairs(0.1, 0.3, 1), check.Stairs(0.2, 0.12, 2)], repeats=1
     )
     assert [row["feasible"] for row in rows] == [True, False]
     assert all(row["wall"] > 0.0 and row["processor"] > 0.0 for row in rows)
