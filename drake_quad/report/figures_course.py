@@ -233,7 +233,7 @@ def _draw_least(axis: Axes, run: RecordedRun) -> None:
         axis.add_patch(Polygon(hull, facecolor="none", edgecolor=colour, lw=1.4, zorder=3))
     com = margin_points(run)[k]
     axis.plot(*com[:2], "x", color=INK, ms=7, mew=1.8, zorder=4)
-    text = signed(f"least margin {margin[k]:.3f} m at {run.log.t[k]:.1f} s")
+    text = signed(f"smallest margin {margin[k]:.3f} m at {run.log.t[k]:.1f} s")
     axis.annotate(
         text,
         com[:2],
@@ -294,7 +294,7 @@ def draw_base_error(run: RecordedRun) -> Figure:
             axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         axis.axhline(0.0, color=MUTED, lw=0.7)
     draw_event_shading(list(axes[:, 0]), run, label=axes[0, 0])
-    axes[0, 0].set_ylabel("place [mm]")
+    axes[0, 0].set_ylabel("position [mm]")
     axes[1, 0].set_ylabel("attitude [deg]")
     label_time(axes[-1])
     return figure

@@ -48,9 +48,9 @@ def draw_gait(run: RecordedRun) -> Figure:
     if end > start:
         zoom.set_xlim(start, end)
         whole.axvspan(start, end, facecolor="none", edgecolor=MUTED, lw=1.2, zorder=4)
-    title = "a cycle (framed above): outline planned, filled sensed"
+    title = "one cycle (framed above): outlined as planned, filled as sensed"
     if run.kinematic:
-        title = "a cycle (framed above): as planned, for a kinematic replay senses nothing"
+        title = "one cycle (framed above): as planned, because a kinematic replay senses nothing"
     zoom.set_title(title)
     label_time([zoom])
     return figure

@@ -48,7 +48,7 @@ def draw_margin(run: RecordedRun) -> Figure:
     if run.kinematic:
         names = ("static, planned", "static, kinematic replay")
     if has_massless_legs(run):
-        names = ("static, legs with their mass", "static, legs without mass (the paper's)")
+        names = ("static, legs with mass", "static, legs without mass (as in the paper)")
     style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2)), "label": names[0]}
     draw_line(axis, log.t, planned, **style)
     draw_line(axis, log.t, measured, color=INK, lw=1.3, label=names[1])
@@ -66,7 +66,7 @@ def draw_margin(run: RecordedRun) -> Figure:
     if np.any(np.isfinite(measured)):
         k = int(np.nanargmin(measured))
         colour = BAD if measured[k] < 0.0 else INK
-        text = signed(f"least {measured[k]:.3f} m at {log.t[k]:.1f} s")
+        text = signed(f"smallest {measured[k]:.3f} m at {log.t[k]:.1f} s")
         mark_point(axis, float(log.t[k]), max(float(measured[k]), LOWEST), text, colour=colour)
     axis.set_ylabel("margin [m]")
     label_time([axis])
@@ -93,10 +93,10 @@ def draw_regions(run: RecordedRun) -> Figure:
     _legend(top)
     capture, budget = margins(run, "margin_capture"), run.log.number("push_budget")
     draw_line(below, run.log.t, capture, color=LESS_COLOUR, label="capture point [m]")
-    draw_line(below, run.log.t, budget, color=INK, label="least push that takes a step [m/s]")
+    draw_line(below, run.log.t, budget, color=INK, label="weakest push that forces a step [m/s]")
     if np.any(np.isfinite(budget)):
         k = int(np.nanargmin(budget))
-        text = signed(f"least {budget[k]:.2f} m/s at {run.log.t[k]:.1f} s")
+        text = signed(f"smallest {budget[k]:.2f} m/s at {run.log.t[k]:.1f} s")
         mark_point(below, float(run.log.t[k]), float(budget[k]), text, colour=INK)
         below.set_ylim(min(0.0, max(float(np.nanmin(capture)), LOWEST)), None)
         below.margins(y=0.2)
@@ -155,11 +155,12 @@ def draw_estimate(run: RecordedRun) -> Figure:
     figure, axes = make_axes(3, height=5.0)
     scale = np.array([1e3, *np.degrees([1.0, 1.0])])
     errors, believed = scale * estimate_errors(run), scale * believed_errors(run)
-    names = ("place [mm]", "heading [deg]", "tilt [deg]")
+    names = ("position [mm]", "heading [deg]", "tilt [deg]")
     draw_event_shading(list(axes[:, 0]), run, label=axes[0, 0])
     for k, (axis, name) in enumerate(zip(axes[:, 0], names, strict=True)):
         style = {"color": LESS_COLOUR, "lw": 1.0, "ls": (0, (4, 2))}
-        draw_line(axis, run.log.t, believed[:, k], label="believed, one deviation", **style)
+        label = "estimated, one standard deviation"
+        draw_line(axis, run.log.t, believed[:, k], label=label, **style)
         if k == 1:  # the heading's error has a sign
             draw_line(axis, run.log.t, -believed[:, k], **style)
         draw_line(axis, run.log.t, errors[:, k], color=INK, lw=1.2, label="error")

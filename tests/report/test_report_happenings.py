@@ -98,8 +98,8 @@ def test_sections_appear_only_when_there_is_something_to_show(
         for name in (*CONDITIONAL, "pushes"):
             assert (f'<section id="{name}">' in html) == there, name
             assert (f'href="#{name}"' in html) == there, name
-        assert ("Along their top" in html) == there
-        assert "not as the map has it" not in html
+        assert ("Marks along the top" in html) == there
+        assert "differs from the map" not in html
 
 
 def test_the_verdict_says_how_often_it_was_pushed_and_how_fast_it_recovered(
@@ -222,7 +222,7 @@ def test_the_estimates_figure_is_drawn_however_little_is_known(pushed: RecordedR
         del columns[name]
     with report_style():
         figure = draw_estimate(dataclasses.replace(pushed, log=RunLog(columns)))
-    assert "error" in texts(figure) and "believed, one deviation" not in texts(figure)
+    assert "error" in texts(figure) and "estimated, one standard deviation" not in texts(figure)
 
 
 def test_the_estimates_figures_stand_beside_what_was_asked(
@@ -290,7 +290,7 @@ def test_the_map_is_drawn_thin_where_the_world_is_another(
     for ends in surprised.course.nosings():
         assert any(np.array_equal(line.get_xydata(), ends[:, :2]) for line in lines)
     html = write_report(surprised, replay=False).read_text(encoding="utf-8")
-    assert "not as the map has it" in html
+    assert "differs from the map" in html
 
 
 def test_from_the_side_the_lanes_are_the_worlds(surprised: RecordedRun, plain: RecordedRun) -> None:
