@@ -62,7 +62,9 @@ def command_line_sections() -> str:
     command = typer.main.get_command(app)
     with command.make_context("drake-quad", [], resilient_parsing=True) as context:
         text = get_docs_for_click(obj=command, ctx=cast(Any, context), name="drake-quad")
-    return "\n" + text[text.index("\n## ") :]
+    pieces = text[text.index("\n## ") :].split("`")  # code in turn with words
+    pieces[::2] = [piece.replace("<", "&lt;") for piece in pieces[::2]]
+    return "\n" + "`".join(pieces)
 
 
 def notebook_page(path: Path) -> tuple[str, dict[str, bytes]]:

@@ -15,16 +15,32 @@ from drake_quad.scenario.load import load_scenario
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 FOLDERS = ("start", "guides", "concepts", "reference")
-PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
+PAGES = sorted(
+    [
+        *DOCS.glob("*.md"),
+        *(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md")),
+        DOCS.parent / "README.md",
+    ]
+)
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
-SLOW = {"first_climb", "own_robot"}  # a climb is simulated, several gaits are designed
+SLOW_NOTEBOOKS = {"first_climb", "own_robot"}  # a climb is simulated, several gaits are designed
+SLOW_PAGES = {"README"}  # a climb is simulated
 
 
 def python_blocks(page: Path) -> list[str]:
     return re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if python_blocks(p)], ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(
+            page, id=page.stem, marks=[pytest.mark.slow] if page.stem in SLOW_PAGES else []
+        )
+        for page in PAGES
+        if python_blocks(page)
+    ],
+)
 def test_a_page_s_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All blocks of a page, one after the other, where there is a run in runs/case_study."""
     monkeypatch.chdir(tmp_path)
@@ -38,7 +54,14 @@ def test_a_page_s_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.Mo
 def test_the_pages_with_python_are_found() -> None:
     """The search is not empty by mistake."""
     with_python = {page.stem for page in PAGES if python_blocks(page)}
-    assert with_python >= {"own_controller", "own_stairs", "first_climb", "api"}
+    assert with_python >= {
+        "README",
+        "scenario",
+        "own_controller",
+        "own_stairs",
+        "first_climb",
+        "api",
+    }
 
 
 def code_of(notebook: Path) -> str:
@@ -50,7 +73,9 @@ def code_of(notebook: Path) -> str:
 @pytest.mark.parametrize(
     "notebook",
     [
-        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW else [])
+        pytest.param(
+            path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW_NOTEBOOKS else []
+        )
         for path in NOTEBOOKS
     ],
 )
