@@ -226,9 +226,27 @@ def gait_lines(told: dict[str, Any]) -> list[str]:
         f"Rear feet follow {_treads(gait['lag'], places)} behind the front "
         f"ones as a cycle begins; left and right feet are {gait['stance_width']:.2f} m apart.",
         f"The body is {gait['body_height']:.2f} m above the treads and {tilt}.",
+        *pace_lines(told),
         f"The whole course takes {plan['duration']:.0f} s. What comes nearest to the stairs is "
         f"{plan['nearest_part']}, in '{plan['nearest_task']}'.",
     ]
+
+
+def pace_lines(told: dict[str, Any]) -> list[str]:
+    """Speed and time on the flights, and the limit that is nearest, in plain words."""
+    pace = told["pace"]
+    if pace is None:
+        return []
+    bound, joint = pace["bound"], pace["joint"]
+    least = f"The limit that is nearest is the {bound['words']}"
+    if bound["limit"] == "speed":
+        least += f" ({joint['speed']:.1f} of {joint['limit']:.1f} rad/s)"
+    ways = [
+        f"{flight['going']} {flight['time']:.0f} s ({flight['speed']:.3f} m/s)"
+        for flight in pace["flights"]
+    ]
+    took = f"The flights take {', '.join(ways)}. " if ways else ""
+    return [f"{took}{least}."]
 
 
 def _treads(count: int, places: int) -> str:

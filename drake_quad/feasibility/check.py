@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil, floor, isfinite
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,13 @@ from typing import Any
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.gait_design.candidates import hip_length
 from drake_quad.gait_design.designer import design_scenario
+from drake_quad.gait_design.pace import Bound, Pace, measure_pace, nearest_bound
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
+from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import RobotConfig, Scenario, StartConfig
 from drake_quad.scenario.load import load_scenario
 from drake_quad.stability.equilibrium_region import HULL
@@ -93,6 +96,42 @@ class Feasibility:
         """Smallest static margin of the plan [m]; None if there is no plan."""
         return None if self.designed is None else self.designed.margin
 
+    @cached_property
+    def pace(self) -> Pace | None:
+        """How fast the plan is on each flight, and what it asks of the joints; None without one."""
+        if self.designed is None or self.robot is None:
+            return None
+        scenario = self.designed.scenario
+        course = course_of(scenario, foot_radius=self.robot.foot_radius)
+        tasks = mission_of(scenario, course, source="check")
+        return measure_pace(self.robot, course, tasks, self.designed.plan)
+
+    @property
+    def speed(self) -> float | None:
+        """Speed of the body along the slowest flight [m/s]; None if there is none, or no plan."""
+        slowest = None if self.pace is None else self.pace.slowest
+        return None if slowest is None else slowest.speed
+
+    @property
+    def flight_time(self) -> float | None:
+        """Time for the slowest flight [s]; None if there is none, or no plan."""
+        slowest = None if self.pace is None else self.pace.slowest
+        return None if slowest is None else slowest.time
+
+    @property
+    def bound(self) -> Bound | None:
+        """The limit that the plan comes nearest to; None without a plan."""
+        if self.designed is None or self.pace is None:
+            return None
+        return nearest_bound(
+            self.pace,
+            margin=self.designed.margin,
+            torque=self.designed.torque,
+            room=self.designed.room.weighted,
+            part=self.designed.room.part,
+            wanted=self.designed.design.wanted,
+        )
+
     def nearest(self, note: Callable[[str], object] = lambda _: None) -> Stairs | None:
         """The nearest stairs that a quick search finds a gait for: lower steps, or deeper treads.
 
@@ -136,6 +175,16 @@ class Feasibility:
         if self.designed is not None:
             rows += [
                 ("static margin of the plan", f"{1e3 * self.designed.margin:.0f} mm"),
+                *(
+                    []
+                    if self.speed is None or self.flight_time is None
+                    else [
+                        (
+                            "speed on the flight",
+                            f"{self.speed:.3f} m/s, {self.flight_time:.0f} s for all of it",
+                        )
+                    ]
+                ),
                 ("torque that it leaves", f"{100.0 * self.designed.torque:.0f} % of the limit"),
                 ("the whole course takes", f"{self.designed.plan.duration:.0f} s"),
             ]

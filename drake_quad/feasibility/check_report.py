@@ -131,7 +131,24 @@ def feasibility_report(
             "nearest_part": designed.room.part,
             "nearest_task": designed.room.task,
         }
+        report["pace"] = _pace(check)
     return report | {"answer": _answer(report)}
+
+
+def _pace(check: Feasibility) -> dict[str, Any] | None:
+    """How fast the plan is on the flights, and which limit is nearest, as plain values."""
+    pace, bound = check.pace, check.bound
+    if pace is None or bound is None:
+        return None
+    peak = pace.peak
+    return {
+        "speed": check.speed,
+        "time": check.flight_time,
+        "flights": [asdict(flight) for flight in pace.flights],
+        "bound": asdict(bound),
+        "joint": None if peak is None else {**asdict(peak), "share": peak.share},
+        "zmp_margin": pace.zmp_margin if np.isfinite(pace.zmp_margin) else None,
+    }
 
 
 def with_nearest(report: dict[str, Any], nearest: Stairs | None) -> dict[str, Any]:
