@@ -15,6 +15,7 @@ from drake_quad.certificate.certify import Certificate
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
 from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
+from drake_quad.gait_design.tempo import PREFER, Wish
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun
@@ -152,6 +153,9 @@ def check_stairs(
     landing: float | None = None,
     turn: float = 90.0,
     margin: str = HULL,
+    prefer: str = PREFER[0],
+    speed: float | None = None,
+    min_margin: float | None = None,
     thorough: bool = True,
 ) -> Feasibility:
     """Whether a robot climbs a flight of stairs up and, after a turn, down again, and how.
@@ -163,6 +167,10 @@ def check_stairs(
         landing: Length of the landing [m]; as the robot needs if None.
         turn: Turn on the landing [deg], left positive.
         margin: Region that the static margin is measured in: `hull`, `friction` or `feasible`.
+        prefer: What the gait is to be good at: `margin`; `balanced`, the quickest that keeps 0.8 of
+            that margin; or `speed`, the quickest that is safe.
+        speed: Speed on the flights that is enough [m/s]; the gait keeps the margin that is left.
+        min_margin: Margin that the plan is to keep [m], as quick as that allows.
         thorough: Whether to search for a good gait, or to take any that a quick search finds.
 
     Returns:
@@ -178,22 +186,36 @@ def check_stairs(
         around=Around(width=width, landing=landing, turn=turn),
         margin=margin,
         nearest=False,
+        wish=Wish(prefer, speed, min_margin),
         thorough=thorough,
     )
 
 
-def check_course(robot: Robot, scenario: str | Path, *, margin: str = HULL) -> Feasibility:
+def check_course(
+    robot: Robot,
+    scenario: str | Path,
+    *,
+    margin: str = HULL,
+    prefer: str = PREFER[0],
+    speed: float | None = None,
+    min_margin: float | None = None,
+) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
     Args:
         robot: A robot, or its name or file.
         scenario: A shipped scenario's name or a file; its robot and its gait do not count.
         margin: Region that the static margin is measured in: `hull`, `friction` or `feasible`.
+        prefer: What the gait is to be good at, as for `check_stairs`.
+        speed: Speed on the flights that is enough [m/s].
+        min_margin: Margin that the plan is to keep [m].
 
     Raises:
         InputError: If robot or scenario cannot be used.
     """
-    return design_for_course(_model_of(robot), str(scenario), margin=margin)
+    return design_for_course(
+        _model_of(robot), str(scenario), margin=margin, wish=Wish(prefer, speed, min_margin)
+    )
 
 
 def chart_stairs(

@@ -86,6 +86,21 @@ def check(
             "`friction`, or within torque limits too (`feasible`)."
         ),
     ] = "hull",
+    prefer: Annotated[
+        str,
+        typer.Option(
+            help="What the gait is to be good at: `margin`; `balanced`, the quickest that keeps "
+            "0.8 of that margin; or `speed`, the quickest that is safe."
+        ),
+    ] = "margin",
+    speed: Annotated[
+        float | None,
+        typer.Option(help="Speed on the flights that is enough \\[m/s]."),
+    ] = None,
+    min_margin: Annotated[
+        float | None,
+        typer.Option(help="Margin to keep \\[m], as quick as that allows."),
+    ] = None,
     save: Annotated[
         Path | None, typer.Option(help="File to write the designed scenario into.")
     ] = None,
@@ -103,7 +118,7 @@ def check(
     """
     asked = dq.CheckRequest(
         robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin, width=width,
-        landing=landing, turn=turn,
+        landing=landing, turn=turn, prefer=prefer, speed=speed, min_margin=min_margin,
     )  # fmt: skip
     console, said = Console(), False
     claim_file(save, "--save")
@@ -246,6 +261,12 @@ def pace_lines(told: dict[str, Any]) -> list[str]:
         for flight in pace["flights"]
     ]
     took = f"The flights take {', '.join(ways)}. " if ways else ""
+    slow = pace["slow"]
+    if slow is not None:
+        least += (
+            f". The gait found for margin alone keeps {1e3 * slow['margin']:.0f} mm at "
+            f"{slow['speed']:.3f} m/s"
+        )
     return [f"{took}{least}."]
 
 
@@ -295,8 +316,8 @@ def _next(told: dict[str, Any]) -> str:
             f"now: drake-quad check {robot} --rise {near['rise']:g} --run {near['run']:g}"
             f" --count {told['asked']['count']}"
             + "".join(
-                f" --{name} {told['asked'][name]}"
-                for name in ("width", "landing", "turn", "margin")
+                f" --{name.replace('_', '-')} {told['asked'][name]}"
+                for name in ("width", "landing", "turn", "margin", "prefer", "speed", "min_margin")
                 if name in told["asked"]
             )
         )

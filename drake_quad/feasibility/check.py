@@ -10,9 +10,10 @@ from typing import Any
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.gait_design.candidates import hip_length
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.gait_design.pace import Bound, Pace, measure_pace, nearest_bound
+from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
+from drake_quad.gait_design.tempo import Wish, quicken
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
@@ -57,6 +58,8 @@ class Around:
 
 
 AS_USUAL = Around()
+MOST_MARGIN = Wish()
+ROUNDING = 0.97  # of the speed asked for that is as good: a body sways as it begins a flight
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +74,8 @@ class Feasibility:
         robot: The robot; None if the answer is made up, as in a test.
         stairs: The flight of the question; None if the question was about a course.
         around: What is around the flight.
+        wish: What the gait was to be good at.
+        slow: The gait that was found for margin, of which the designed one has other times.
     """
 
     scenario: Scenario
@@ -80,6 +85,8 @@ class Feasibility:
     robot: RobotModel | None = None
     stairs: Stairs | None = None
     around: Around = AS_USUAL
+    wish: Wish = MOST_MARGIN
+    slow: Designed | None = None
 
     @property
     def feasible(self) -> bool:
@@ -97,14 +104,21 @@ class Feasibility:
         return None if self.designed is None else self.designed.margin
 
     @cached_property
-    def pace(self) -> Pace | None:
+    def pace(self) -> PlanPace | None:
         """How fast the plan is on each flight, and what it asks of the joints; None without one."""
-        if self.designed is None or self.robot is None:
+        return self._pace_of(self.designed)
+
+    @cached_property
+    def slow_pace(self) -> PlanPace | None:
+        """The same of the gait that was found for margin; None if its times were not chosen."""
+        return self._pace_of(self.slow) if self.wish.quick else None
+
+    def _pace_of(self, designed: Designed | None) -> PlanPace | None:
+        if designed is None or self.robot is None:
             return None
-        scenario = self.designed.scenario
-        course = course_of(scenario, foot_radius=self.robot.foot_radius)
-        tasks = mission_of(scenario, course, source="check")
-        return measure_pace(self.robot, course, tasks, self.designed.plan)
+        course = course_of(designed.scenario, foot_radius=self.robot.foot_radius)
+        tasks = mission_of(designed.scenario, course, source="check")
+        return measure_pace(self.robot, course, tasks, designed.plan)
 
     @property
     def speed(self) -> float | None:
@@ -119,11 +133,19 @@ class Feasibility:
         return None if slowest is None else slowest.time
 
     @property
-    def bound(self) -> Bound | None:
+    def fulfilled(self) -> bool:
+        """Whether the plan is as quick, and keeps as much margin, as was asked for in figures."""
+        wish, quick, margin = self.wish, self.speed, self.margin
+        if wish.speed is not None and (quick is None or quick < ROUNDING * wish.speed):
+            return False
+        return wish.min_margin is None or (margin is not None and margin >= wish.min_margin)
+
+    @property
+    def bound(self) -> NearestLimit | None:
         """The limit that the plan comes nearest to; None without a plan."""
         if self.designed is None or self.pace is None:
             return None
-        return nearest_bound(
+        return nearest_limit(
             self.pace,
             margin=self.designed.margin,
             torque=self.designed.torque,
@@ -273,6 +295,7 @@ def check_flight(
     *,
     around: Around = AS_USUAL,
     margin: str = HULL,
+    wish: Wish = MOST_MARGIN,
     nearest: bool = True,
     thorough: bool = True,
     robot: RobotModel | None = None,
@@ -284,6 +307,7 @@ def check_flight(
         stairs: The flight.
         around: Width, landing and turn.
         margin: Region that the plan's margin is measured in, one of `KINDS`.
+        wish: Whether the gait is to be quick, and how much margin it is to keep.
         nearest: Whether a reason says which rise would work; that takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The robot of that name, if it is loaded already.
@@ -292,11 +316,14 @@ def check_flight(
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     check_stairs_numbers(stairs, around)
+    wish.check()
     robot = robot or load_robot(model)
     scenario = make_stairs_scenario(robot, stairs, around, model=_whole_path(model))
     scenario.gait.margin = margin
     try:
-        found = _design(scenario, robot, source="check", nearest=nearest, thorough=thorough)
+        found = _design(
+            scenario, robot, source="check", wish=wish, nearest=nearest, thorough=thorough
+        )
     except InputError as error:
         # The course's fields are the options' here.
         name = error.field.rpartition(".")[2] if error.field.startswith("course") else ""
@@ -308,7 +335,12 @@ def check_flight(
 
 
 def design_for_course(
-    model: str, scenario: str, *, margin: str = HULL, nearest: bool = True
+    model: str,
+    scenario: str,
+    *,
+    margin: str = HULL,
+    wish: Wish = MOST_MARGIN,
+    nearest: bool = True,
 ) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
@@ -316,11 +348,13 @@ def design_for_course(
         model: Robot name or file.
         scenario: A shipped scenario's name or a file; its robot and its gait do not count.
         margin: Region that the plan's margin is measured in, one of `KINDS`.
+        wish: Whether the gait is to be quick, and how much margin it is to keep.
         nearest: Whether a reason says which rise would work; that takes a while.
 
     Raises:
         InputError: If robot or scenario cannot be used.
     """
+    wish.check()
     robot = load_robot(model)
     given = load_scenario(scenario)
     asked = Scenario(
@@ -334,13 +368,19 @@ def design_for_course(
     )
     asked.robot.model = _whole_path(model)
     asked.gait.margin = margin
-    return _design(asked, robot, source=scenario, nearest=nearest)
+    return _design(asked, robot, source=scenario, wish=wish, nearest=nearest)
 
 
 def _design(
-    scenario: Scenario, robot: RobotModel, *, source: str, nearest: bool, thorough: bool = True
+    scenario: Scenario,
+    robot: RobotModel,
+    *,
+    source: str,
+    wish: Wish,
+    nearest: bool,
+    thorough: bool = True,
 ) -> Feasibility:
-    """Designs a gait for a scenario, or says why there is none.
+    """Designs a gait for a scenario, and its times as is wished for, or says why there is none.
 
     Raises:
         InputError: If robot or scenario cannot be used; it names `source`.
@@ -350,8 +390,9 @@ def _design(
             scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
         )
     except PlanningError as error:
-        return Feasibility(scenario, None, error.reason, dict(error.data), robot)
-    return Feasibility(designed.scenario, designed, "", {}, robot)
+        return Feasibility(scenario, None, error.reason, dict(error.data), robot, wish=wish)
+    slow, designed = designed, quicken(designed, robot, wish, source=source)
+    return Feasibility(designed.scenario, designed, "", {}, robot, wish=wish, slow=slow)
 
 
 def _whole_path(model: str) -> str:

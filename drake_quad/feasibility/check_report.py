@@ -13,6 +13,7 @@ from drake_quad.feasibility.check import Around, Feasibility, check_flight, desi
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.tempo import PREFER, Wish
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel
@@ -148,7 +149,17 @@ def _pace(check: Feasibility) -> dict[str, Any] | None:
         "bound": asdict(bound),
         "joint": None if peak is None else {**asdict(peak), "share": peak.share},
         "zmp_margin": pace.zmp_margin if np.isfinite(pace.zmp_margin) else None,
+        "wish": asdict(check.wish) | {"fulfilled": check.fulfilled},
+        "slow": _slow(check),
     }
+
+
+def _slow(check: Feasibility) -> dict[str, Any] | None:
+    """Speed [m/s] and margin [m] of the gait found for margin, if another's times were chosen."""
+    pace, slow = check.slow_pace, check.slow
+    if pace is None or slow is None or pace.slowest is None:
+        return None
+    return {"speed": pace.slowest.speed, "time": pace.slowest.time, "margin": slow.margin}
 
 
 def with_nearest(report: dict[str, Any], nearest: Stairs | None) -> dict[str, Any]:
@@ -202,14 +213,28 @@ def _answer(report: dict[str, Any]) -> str:
         ways = "" if "scenario" in asked else " up and down"
         torque = report["slacks"]["torque"]["on_course"]
         strong = "" if torque >= 0.0 else f", if a joint gives {1.0 - torque:.0%} of its torque"
+        quick = _how_quick(report["pace"])
         wanted = report["slacks"]["margin"]["wanted"]
         little = "" if plan["margin"] >= wanted else f", less than the {1e3 * wanted:.0f} mm wanted"
         return (
             f"Yes: {report['name']} walks {stairs}{ways} with a {kind} margin of at least "
-            f"{1e3 * plan['margin']:.0f} mm{little}{strong}"
+            f"{1e3 * plan['margin']:.0f} mm{little}{strong}{quick}"
         )
     why = f"({LIMITS[report['limit']]}): {report['reason']}"
     return f"No: {report['name']} does not walk {stairs} {why}"
+
+
+def _how_quick(pace: dict[str, Any] | None) -> str:
+    """Says how quick the gait is, if that was asked for, and what of that is not reached."""
+    if pace is None or pace["speed"] is None or not Wish(**_figures(pace["wish"])).quick:
+        return ""
+    short = "" if pace["wish"]["fulfilled"] else ", which is not what was asked for"
+    return f", at {pace['speed']:.3f} m/s{short}"
+
+
+def _figures(wish: dict[str, Any]) -> dict[str, Any]:
+    """A Wish's own fields."""
+    return {name: value for name, value in wish.items() if name != "fulfilled"}
 
 
 @dataclass(frozen=True)
@@ -227,6 +252,9 @@ class CheckRequest:
         width: Width of the flights [m]; as the robot needs if None.
         landing: Length of the landing between the flights [m]; as the robot needs if None.
         turn: Turn on the landing [deg], left positive; 90 if None.
+        prefer: What the gait is to be good at, one of `PREFER`.
+        speed: Speed on the flights that is enough [m/s], see `Wish`.
+        min_margin: Margin that the plan is to keep [m], see `Wish`.
     """
 
     robot: str
@@ -238,6 +266,14 @@ class CheckRequest:
     width: float | None = None
     landing: float | None = None
     turn: float | None = None
+    prefer: str = PREFER[0]
+    speed: float | None = None
+    min_margin: float | None = None
+
+    @property
+    def wish(self) -> Wish:
+        """What the gait is to be good at."""
+        return Wish(self.prefer, self.speed, self.min_margin)
 
 
 def run_check(
@@ -272,6 +308,7 @@ def run_check(
     if asked.margin not in KINDS:
         remedy = "give hull, friction or feasible"
         raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
+    asked.wish.check()
     own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
     given = {"rise": asked.rise, "run": asked.run, "count": asked.count, **own}
     robot = load_robot(asked.robot)
@@ -283,7 +320,9 @@ def run_check(
                 remedy = "leave it out: with --scenario the stairs are the scenario's"
                 raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
         question: dict[str, Any] = {"scenario": asked.scenario}
-        check = design_for_course(asked.robot, asked.scenario, margin=asked.margin, nearest=nearest)
+        check = design_for_course(
+            asked.robot, asked.scenario, margin=asked.margin, wish=asked.wish, nearest=nearest
+        )
     else:
         stairs = Stairs(
             RISE if asked.rise is None else asked.rise,
@@ -293,11 +332,13 @@ def run_check(
         known = {name: value for name, value in own.items() if value is not None}
         question = {**asdict(stairs), **known}
         check = check_flight(
-            asked.robot, stairs, around=Around(**known), margin=asked.margin, nearest=False,
-            robot=robot,
+            asked.robot, stairs, around=Around(**known), margin=asked.margin, wish=asked.wish,
+            nearest=False, robot=robot,
         )  # fmt: skip
     if asked.margin != HULL:
         question["margin"] = asked.margin
+    usual = asdict(Wish())
+    question |= {k: v for k, v in asdict(asked.wish).items() if v != usual[k]}
     report = feasibility_report(check, robot, source=asked.robot, asked=question)
     first(report)
     if not check.feasible and asked.scenario is None and nearest:

@@ -84,7 +84,7 @@ class JointPeak:
 
 
 @dataclass(frozen=True)
-class Pace:
+class PlanPace:
     """How fast a plan is, and what that asks of the robot.
 
     Attributes:
@@ -106,7 +106,7 @@ class Pace:
 
 def measure_pace(
     robot: RobotModel, course: Course, tasks: Sequence[Task], mission: MissionPlan
-) -> Pace:
+) -> PlanPace:
     """Measures how fast a mission's plans are on the flights, and what they ask of the joints.
 
     Args:
@@ -126,7 +126,7 @@ def measure_pace(
             peak = mine if peak is None or mine.share > peak.share else peak
             found = sample_zmp(robot, plan.contacts, plan.body, ZMP_EVERY).margin
             zmp = min(zmp, float(found.min()))
-    return Pace(tuple(flights), peak, zmp)
+    return PlanPace(tuple(flights), peak, zmp)
 
 
 def flight_paces(course: Course, task: Task, plan: MotionPlan) -> list[FlightPace]:
@@ -179,7 +179,7 @@ def joint_speeds(
 
 
 @dataclass(frozen=True)
-class Bound:
+class NearestLimit:
     """The limit that a plan comes nearest to.
 
     Attributes:
@@ -193,9 +193,15 @@ class Bound:
     left: float
 
 
-def nearest_bound(
-    pace: Pace, *, margin: float, torque: float, room: float, part: str, wanted: dict[str, float]
-) -> Bound:
+def nearest_limit(
+    pace: PlanPace,
+    *,
+    margin: float,
+    torque: float,
+    room: float,
+    part: str,
+    wanted: dict[str, float],
+) -> NearestLimit:
     """Says which limit a plan comes nearest to, each measured by what is wanted to be left of it.
 
     Args:
@@ -207,12 +213,12 @@ def nearest_bound(
         wanted: What is wanted to be left of each, by `objective.NAMES`.
     """
     bounds = [
-        Bound("margin", "static margin", margin / wanted["margin"]),
-        Bound("zmp", "margin of the zero-moment point", pace.zmp_margin / wanted["margin"]),
-        Bound("torque", "torque of a joint at rest", torque / wanted["torque"]),
-        Bound("clearance", f"clearance of {part}", room / wanted["legs"]),
+        NearestLimit("margin", "static margin", margin / wanted["margin"]),
+        NearestLimit("zmp", "margin of the zero-moment point", pace.zmp_margin / wanted["margin"]),
+        NearestLimit("torque", "torque of a joint at rest", torque / wanted["torque"]),
+        NearestLimit("clearance", f"clearance of {part}", room / wanted["legs"]),
     ]
     if pace.peak is not None:
         left = (1.0 - pace.peak.share) / SPEED_SPARE
-        bounds.append(Bound("speed", pace.peak.words, left))
+        bounds.append(NearestLimit("speed", pace.peak.words, left))
     return min(bounds, key=lambda b: b.left)

@@ -9,7 +9,7 @@ from rig import URL, paper_robot
 
 from drake_quad.cli.robots import pace_lines
 from drake_quad.feasibility.check_report import feasibility_report
-from drake_quad.gait_design.pace import JOINTS, SPEED_SPARE, joint_speeds, nearest_bound
+from drake_quad.gait_design.pace import JOINTS, SPEED_SPARE, joint_speeds, nearest_limit
 from drake_quad.planning.mission import CHECK_PERIOD
 from drake_quad.planning.motion_plan import evaluate
 
@@ -58,7 +58,7 @@ def test_the_limit_that_binds_is_the_one_of_which_least_is_left() -> None:
         assert pace is not None and pace.peak is not None
         peak = replace(pace.peak, speed=share * pace.peak.limit)
         quick = replace(pace, peak=peak, zmp_margin=zmp)
-        return nearest_bound(quick, part="the trunk", wanted=wanted, **(good | less)).words
+        return nearest_limit(quick, part="the trunk", wanted=wanted, **(good | less)).words
 
     assert bound(share=0.99) == pace.peak.words and pace.peak.leg in pace.peak.words
     assert bound(zmp=0.01) == "margin of the zero-moment point"

@@ -1,0 +1,109 @@
+"""A gait's times are chosen as is wished for, and what they promise is the plan's own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from design_rig import designed, found
+from hypothesis import given, settings, strategies as st
+from rig import paper_robot
+
+from drake_quad.errors import InputError
+from drake_quad.gait_design.pace import measure_pace
+from drake_quad.gait_design.tempo import (
+    KEPT,
+    MOST_PEAK,
+    Tempo,
+    Wish,
+    quicken,
+    seek_switch,
+)
+from drake_quad.planning.mission import check_plan
+from drake_quad.scenario.build import course_of, mission_of
+from drake_quad.scenario.config import Scenario
+from drake_quad.stability.safety import safe_margin
+
+
+@settings(max_examples=30)
+@given(
+    swing=st.floats(0.1, 3.0),
+    gap=st.floats(0.01, 3.0),
+    wait=st.floats(0.0, 3.0),
+)
+def test_times_put_into_a_scenario_come_out_of_it(swing: float, gap: float, wait: float) -> None:
+    """The gait's fields say the same times, to their four digits."""
+    asked = Tempo(swing, gap, gap + wait)
+    got = Tempo.of(asked.put(Scenario()).gait)
+    assert got.cycle == pytest.approx(asked.cycle, rel=2e-3)
+    assert got.swing == pytest.approx(swing, rel=1e-2, abs=2e-3)
+    assert got.switch - got.gap == pytest.approx(wait, rel=1e-3, abs=1e-6)
+
+
+@given(knee=st.floats(0.2, 3.0), kept=st.floats(0.01, 0.1), first=st.floats(0.3, 3.0))
+def test_the_time_that_is_found_keeps_the_margin(knee: float, kept: float, first: float) -> None:
+    """Of a margin that grows with the time, the time that is found was tried, and keeps it."""
+    tried: dict[float, float] = {}
+
+    def margin(switch: float) -> float:
+        tried[switch] = 0.12 * (1.0 - np.exp(-switch / knee))
+        return tried[switch]
+
+    best = seek_switch(margin, first, 0.1, kept)
+    if best < np.inf:
+        assert tried[best] >= kept
+        assert best == min(t for t, m in tried.items() if m >= kept)
+    else:
+        assert max(tried.values()) < kept
+
+
+def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
+    """The plan keeps 0.8 of the margin, no joint is near its limit, and the flight is walked so."""
+    robot, slow = paper_robot(), designed()
+    quick = quicken(slow, robot, Wish("balanced"))
+    course = course_of(quick.scenario, foot_radius=robot.foot_radius)
+    tasks = mission_of(quick.scenario, course)
+    before, after = (measure_pace(robot, course, tasks, d.plan) for d in (slow, quick))
+    assert before.slowest is not None and after.slowest is not None and after.peak is not None
+    assert after.slowest.speed > 2.0 * before.slowest.speed
+    assert min(quick.margin, after.zmp_margin) >= KEPT * slow.margin
+    assert after.peak.share <= MOST_PEAK
+    least = min(
+        float(check_plan(robot, p, dynamic=False).margin.min())
+        for p in quick.plan.plans
+        if p.contacts.steps
+    )
+    assert quick.margin <= least + 1e-3
+
+
+def test_what_is_not_asked_for_is_not_changed() -> None:
+    """For margin, or for less speed than there is, the gait is the very same."""
+    slow = designed()
+    assert quicken(slow, paper_robot(), Wish()) is slow
+    assert quicken(slow, paper_robot(), Wish(speed=0.001)) is slow
+    assert quicken(slow, paper_robot(), Wish(min_margin=10.0 * slow.margin)) is slow
+    assert found().wish == Wish() and found().slow is found().designed
+
+
+def test_wishes_say_which_margin_is_kept() -> None:
+    """A share of the gait's for balance, a safe one for speed, or the one that was given."""
+    robot = paper_robot()
+    assert Wish("balanced").least_margin(robot, 0.1) == pytest.approx(0.8 * 0.1)
+    assert Wish("speed").least_margin(robot, 0.1) == pytest.approx(safe_margin(robot))
+    assert Wish("speed").least_margin(robot, 0.01) == 0.01
+    assert Wish("speed", min_margin=0.05).least_margin(robot, 0.1) == 0.05
+
+
+@pytest.mark.parametrize(
+    ("wish", "named"),
+    [
+        (Wish("fast"), "--prefer: prefer = 'fast'"),
+        (Wish(speed=0.0), "--speed: speed = 0.0"),
+        (Wish(speed=float("nan")), "--speed: speed = nan"),
+        (replace(Wish(), min_margin=-0.1), "--min-margin: min_margin = -0.1"),
+    ],
+)
+def test_what_cannot_be_wished_for_is_an_error_that_names_it(wish: Wish, named: str) -> None:
+    """One line with option, value and what would be right."""
+    with pytest.raises(InputError) as error:
+        wish.check()
+    assert named in str(error.value) and "give" in str(error.value)
