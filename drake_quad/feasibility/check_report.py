@@ -13,7 +13,7 @@ from drake_quad.feasibility.check import Around, Feasibility, check_flight, desi
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import PREFER, Wish
+from drake_quad.gait_design.tempo import PREFER, Wish, tread_way
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel
@@ -105,6 +105,9 @@ def feasibility_report(
     if designed is not None:
         gait = designed.scenario.gait
         cycle_lasts = gait.cycle_time + 2.0 * gait.switch_wait  # as plan_walk lays it out
+        on_stairs = cycle_lasts
+        if gait.swing_speed > 0.0 and check.speed is not None and "run" in asked:  # swings differ
+            on_stairs = tread_way(gait, asked["run"]) / check.speed
         pitches = _pitches(designed)
         report["gait"] = {
             "treads": gait.treads,
@@ -112,11 +115,11 @@ def feasibility_report(
             "places_per_tread": gait.places_per_tread,
             "duty_factor": gait.duty_factor,
             "cycle_time": gait.cycle_time,
-            "cycle_lasts": cycle_lasts,
+            "cycle_lasts": on_stairs,
             "speed_level": gait.stride / cycle_lasts,
             "speed_stairs": None
             if asked.get("run", np.inf) >= gait.deep_tread  # these are walked like floors
-            else gait.treads / gait.places_per_tread * asked["run"] / cycle_lasts,
+            else tread_way(gait, asked["run"]) / on_stairs,
             "pitch_up_deg": float(np.degrees(-min(pitches.min(), 0.0))),
             "pitch_down_deg": float(np.degrees(max(pitches.max(), 0.0))),
             "body_height": gait.body_height,

@@ -193,6 +193,7 @@ def plan_swing(
     clearance: float,
     foot_radius: float,
     lift: float | None = None,
+    calm: bool = False,
 ) -> Swing:
     """Returns the lowest swing of a spherical foot that clears the terrain on its way.
 
@@ -209,6 +210,7 @@ def plan_swing(
             every tread passed [m]: the foot's radius plus the paper's delta_h.
         foot_radius: Least height of the centre over the start's and the end's own ground [m].
         lift: Least height of the apex over the higher end [m]; `clearance - foot_radius` if None.
+        calm: Whether it is the calmest instead: the foot goes up and down no faster than it has to.
 
     Raises:
         PlanningError: No arc clears the terrain, because a foothold is too close to a riser.
@@ -223,6 +225,7 @@ def plan_swing(
         clearance=clearance,
         foot_radius=foot_radius,
         lift=clearance - foot_radius if lift is None else lift,
+        calm=calm,
     )
     swing = Swing(start, end, duration, apex.phase * duration, apex.z)
     if apex.shortfall > 0.0:

@@ -24,6 +24,7 @@ _TOLERANCE = 1e-5  # [m], of the sampled distances
 _WORTHWHILE = 5e-3  # [m]; for less height than this the apex stays over the paper's riser
 _EARLIEST = 0.15  # apex phase; nearer to an end the foot would have to jump
 _OTHER_PHASES = tuple(k / 10 for k in range(2, 9))
+_CALM_PHASES = tuple(k / 40 for k in range(8, 33))
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,7 @@ def find_apex(
     clearance: float,
     foot_radius: float,
     lift: float,
+    calm: bool = False,
 ) -> Apex:
     """Returns the apex of `swing.plan_swing`, whose arguments these are.
 
@@ -84,6 +86,7 @@ def find_apex(
         clearance: Least distance from nosings, least height over treads passed [m].
         foot_radius: Least height over the ends' own ground [m].
         lift: Least height of the apex over the higher end [m].
+        calm: Whether the foot is to go up and down no faster than it has to, instead of no higher.
 
     Raises:
         ValueError: The profile does not cover the swing.
@@ -100,9 +103,9 @@ def find_apex(
     phase = 0.5 if riser is None else quintic_inverse(riser[0] / length)
     paper = np.array([np.clip(phase, _EARLIEST, 1.0 - _EARLIEST)])
     course = _Obstacles(length, z_ends, profile, clearance, foot_radius)
-    if course.slack(paper, np.array([lowest]))[0] >= -_TOLERANCE:
+    if not calm and course.slack(paper, np.array([lowest]))[0] >= -_TOLERANCE:
         return Apex(float(paper[0]), lowest)
-    phases = np.concatenate([paper, _OTHER_PHASES])
+    phases = np.concatenate([paper, _CALM_PHASES if calm else _OTHER_PHASES])
     # An arc that peaks higher above both ends than half its length is not a step any more.
     highest = lowest + length / 2.0
     low, high = np.full(len(phases), lowest), np.full(len(phases), highest)
@@ -115,6 +118,10 @@ def find_apex(
         clears = course.slack(phases, middle) >= -_TOLERANCE
         low, high = np.where(clears, low, middle), np.where(clears, middle, high)
     high = np.where(slack >= -_TOLERANCE, high, np.inf)
+    if calm:
+        steepest = np.maximum((high - z_ends[0]) / phases, (high - z_ends[1]) / (1.0 - phases))
+        best = int(np.argmin(steepest))
+        return Apex(float(phases[best]), float(high[best]))
     best = 0 if high[0] <= high.min() + _WORTHWHILE else int(np.argmin(high))
     return Apex(float(phases[best]), float(high[best]))
 

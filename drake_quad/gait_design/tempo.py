@@ -3,15 +3,16 @@
 A wave gait's cycle is four swings and four stretches on four feet. At two of these, the switches,
 the leg that lifts next is diagonal to the one that landed, and the body has to go from one side to
 the other: they are what margin costs time for. The joints' speeds say how short a swing can be.
-So the swing is as short as joints allow, the two other stretches are short, and the time at the
-switches is sought: as short as the margin allows that is to be kept. Every trial is a plan by the
-real planner, on a short course with the same steps; what is found is planned on the course itself,
-and taken if that keeps what is asked for.
+So swings are short, those over risers as much longer as joints ask for, the two other stretches are
+short, and the time at the switches is sought: as short as the margin allows that is to be kept.
+Every trial is a plan by the real planner, on a short course with the same steps; what is found is
+planned on the course itself, and taken if that keeps what is asked for. A short course mostly
+leaves less margin than a long one: where the course has left more, a shorter time is tried, too.
 """
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, sqrt
 
 import numpy as np
@@ -20,13 +21,13 @@ from drake_quad.errors import InputError, PlanningError
 from drake_quad.gait_design.candidates import Staircase, flights_of, hip_length
 from drake_quad.gait_design.pace import HALF, PER_SWING, PlanPace, joint_speeds, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
-from drake_quad.planning.contact_plan import sample_times, swing_times
 from drake_quad.planning.mission import initial_stance, join_plans, plan_tasks
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.step_builder import peak_speed
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario, StartConfig
-from drake_quad.scenario.motion_config import GaitConfig
+from drake_quad.scenario.motion_config import BodyConfig, GaitConfig
 from drake_quad.stability.safety import safe_margin
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.elements import Element
@@ -37,12 +38,15 @@ LEAST_MARGIN = 0.010  # [m] that `speed` keeps at least
 LEG = 1.22  # [m] of the robot that the times below are of; times go with the root of the length
 # Times of the quickest gait of the case study that reached its goal in physics (docs/margins.md).
 SHORTEST_SWING, SHORTEST_GAP, USUAL_SWITCH = 0.425, 0.2, 0.9  # [s]
+GUARD = 0.15  # [s] before a lift-off and after a touchdown
+ANY_SPEED = 20.0  # [m/s] of a swing foot: then swings are calm, and none lasts longer
 PEAK = 0.8  # of a joint's speed limit: what a trial's swings may ask for, and
 MOST_PEAK = 0.9  # the plan on the course itself, where a flight begins or ends
 ROOM_KEPT, TORQUE_KEPT = 0.8, 0.8  # of what today's plan leaves, where that is less than wanted
 SOUGHT = 2.5  # times the margin that a slow gait's path is asked for: quick ones have to seek more
 STEPS = 2  # of every flight of the short course
 TRIALS = 6  # plans on the short course, at most
+NEAR = 0.04  # of a time: no other is tried so near to it
 CLOSE = 0.06  # of the margin that is to be kept: so near is near enough
 LONGER, TRIES = 1.12, 4  # ratio of the time at switches, and plans, on the course itself
 WORTH = 1.02  # ratio of speeds from which another gait is taken
@@ -103,15 +107,17 @@ class Tempo:
         swing: How long a swing lasts [s].
         gap: How long all four feet stand between two legs of a side [s].
         switch: How long they stand between two diagonal legs [s].
+        foot_speed: `gait.swing_speed`, by which tall swings last longer [m/s]; 0: none do.
     """
 
     swing: float
     gap: float
     switch: float
+    foot_speed: float = 0.0
 
     @property
     def cycle(self) -> float:
-        """How long a cycle lasts [s]."""
+        """How long a cycle lasts if no swing lasts longer than others [s]."""
         return 4.0 * self.swing + 2.0 * self.gap + 2.0 * self.switch
 
     @classmethod
@@ -119,18 +125,30 @@ class Tempo:
         """The times of a scenario's gait."""
         swing = (1.0 - gait.duty_factor) * gait.cycle_time
         gap = 0.25 * gait.cycle_time - swing
-        return cls(swing, gap, gap + gait.switch_wait)
+        return cls(swing, gap, gap + gait.switch_wait, gait.swing_speed)
 
-    def put(self, scenario: Scenario) -> Scenario:
-        """The scenario with these times, and a path of the body that seeks more margin."""
+    def put(self, scenario: Scenario, *, guard: float) -> Scenario:
+        """The scenario with these times, and a path of the body that seeks more margin.
+
+        Args:
+            scenario: Stays as it is.
+            guard: `body.guard` of the path [s].
+        """
         quick = copy.deepcopy(scenario)
         cycle_time = 4.0 * (self.swing + self.gap)
         quick.gait.cycle_time = float(f"{cycle_time:.4g}")
         quick.gait.duty_factor = float(f"{1.0 - self.swing / cycle_time:.5g}")
         quick.gait.switch_wait = float(f"{max(self.switch - self.gap, 0.0):.4g}")
+        quick.gait.swing_speed = float(f"{self.foot_speed:.3g}")
         quick.body.margin_desired = float(f"{SOUGHT * scenario.body.margin_desired:.4g}")
         quick.body.zmp_margin = quick.body.margin_desired
+        quick.body.guard = float(f"{guard:.3g}")
         return quick
+
+
+def guard_for(robot: RobotModel) -> float:
+    """For how long three feet have to do already, in a quick gait of a robot of its size [s]."""
+    return min(GUARD * sqrt(leg_length(robot) / LEG), BodyConfig().guard)
 
 
 def tread_way(gait: GaitConfig, run: float) -> float:
@@ -174,17 +192,24 @@ class TempoTrial:
     """What a plan of some times keeps.
 
     Attributes:
-        tempo: The times.
         margin: The least of its static margins and its zero-moment point's [m].
+        speed: On the slowest flight [m/s].
+        share: The most that a swing asks of its leg's joints' speeds, over the limit.
+        foot_speed: The speed that feet must not exceed for that to be PEAK [m/s].
     """
 
-    tempo: Tempo
     margin: float
+    speed: float
+    share: float
+    foot_speed: float
+
+
+NO_PLAN = TempoTrial(-inf, 0.0, 0.0, inf)
 
 
 def try_tempo(scenario: Scenario, robot: RobotModel, tempo: Tempo) -> TempoTrial:
     """Plans a scenario's walks with such times; without a plan there is no margin."""
-    quick = tempo.put(scenario)
+    quick = tempo.put(scenario, guard=guard_for(robot))
     course = course_of(quick, foot_radius=robot.foot_radius)
     settings = plan_settings(quick)
     tasks = [t for t in mission_of(quick, course, source="trial") if t.kind == "walk"]
@@ -192,24 +217,47 @@ def try_tempo(scenario: Scenario, robot: RobotModel, tempo: Tempo) -> TempoTrial
     try:
         plans = list(plan_tasks(robot, course, settings, tasks, stance))
     except PlanningError:
-        return TempoTrial(tempo, -inf)
+        return NO_PLAN
     pace = measure_pace(robot, course, tasks, join_plans(plans, 0.0))
-    return TempoTrial(tempo, min(pace.zmp_margin, *(p.margin for p in plans)))
-
-
-def swing_share(robot: RobotModel, plans: Sequence[MotionPlan]) -> float:
-    """The most that walks ask of a joint's speed in their gait's swings, over its limit."""
-    most = 0.0
+    margin = min(pace.zmp_margin, *(p.margin for p in plans))
+    share, foot_speed = 0.0, inf
     for plan in plans:
-        begin = min((s.start for s in plan.segments if s.kind == "wave"), default=inf)
-        times = np.union1d(sample_times(plan.contacts), swing_times(plan.contacts, PER_SWING))
-        times = times[(times > begin + HALF) & (times < plan.duration - HALF)]
-        if len(times):
-            most = max(most, float((joint_speeds(robot, plan, times)[0] / robot.speed).max()))
-    return most
+        most, least = swing_shares(robot, plan)
+        share, foot_speed = max(share, most), min(foot_speed, least)
+    speed = 0.0 if pace.slowest is None else pace.slowest.speed
+    return TempoTrial(margin, speed, share, foot_speed)
 
 
-def seek_switch(trial: Callable[[float], float], first: float, least: float, kept: float) -> float:
+def swing_shares(robot: RobotModel, plan: MotionPlan) -> tuple[float, float]:
+    """The most that a plan's gait asks of joints in its swings, and what feet's speed would suit.
+
+    Args:
+        robot: The robot.
+        plan: A walk's.
+
+    Returns:
+        The largest share of a joint's speed limit, and the least speed [m/s] that a foot of those
+        swings that ask for more than PEAK would have if it asked for no more.
+    """
+    begin = min((s.start for s in plan.segments if s.kind == "wave"), default=inf)
+    steps = [step for step in plan.contacts.steps if step.lift_off >= begin]
+    if not steps:
+        return 0.0, inf
+    times = np.concatenate([np.linspace(s.lift_off, s.touchdown, PER_SWING) for s in steps])
+    inside = np.clip(times, HALF, plan.duration - HALF)
+    share = (joint_speeds(robot, plan, inside)[0] / robot.speed).reshape(len(steps), -1, 4, 3)
+    own = [float(mine[:, step.leg.row].max()) for mine, step in zip(share, steps, strict=True)]
+    suits = [peak_speed(s.swing) * PEAK / k for s, k in zip(steps, own, strict=True) if k > PEAK]
+    return max(own), min(suits, default=inf)
+
+
+def seek_switch(
+    trial: Callable[[float], float],
+    first: float,
+    least: float,
+    kept: float,
+    known: dict[float, float] | None = None,
+) -> float:
     """The shortest time at switches with which a margin is kept, by secants.
 
     Args:
@@ -217,29 +265,31 @@ def seek_switch(trial: Callable[[float], float], first: float, least: float, kep
         first: The time to begin with [s].
         least: The shortest that is tried [s].
         kept: The margin that is to be kept [m].
+        known: Margins of times that were tried before [m]; those tried here are added.
 
     Returns:
         The shortest that was tried and kept it [s]; infinite if none did.
     """
-    seen: dict[float, float] = {}
-    best, switch = inf, max(first, least)
+    known = {} if known is None else known
+    switch = max(first, least)
     for _ in range(TRIALS):
-        seen[switch] = trial(switch) - kept
-        if seen[switch] >= 0.0:
-            best = min(best, switch)
-        low = max((t for t, over in seen.items() if over < 0.0 and t < best), default=None)
-        if best <= least or (best < inf and seen[best] <= CLOSE * kept):
+        if switch not in known:
+            known[switch] = trial(switch)
+        best = min((t for t, m in known.items() if m >= kept), default=inf)
+        low = max((t for t, m in known.items() if m < kept and t < best), default=None)
+        if best <= least or (best < inf and known[best] <= (1.0 + CLOSE) * kept):
             break
         if best == inf:
-            switch *= 1.4
+            switch = 1.4 * max(known)
         elif low is None:
             switch = max(0.75 * best, least)
+        elif best - low < NEAR * best:
+            break
         else:  # between them, a little to the safe side
-            share = 0.0 if seen[low] == -inf else -seen[low] / (seen[best] - seen[low])
+            under, over = kept - known[low], known[best] - kept
+            share = under / (under + over) if under < inf else 0.75
             switch = low + min(max(1.1 * share, 0.25), 0.85) * (best - low)
-            if best - low < 0.05 * best:
-                break
-    return best
+    return min((t for t, m in known.items() if m >= kept), default=inf)
 
 
 def quicken(
@@ -260,41 +310,66 @@ def quicken(
     tasks = mission_of(designed.scenario, course, source=source)
     kept = wish.least_margin(robot, designed.margin)
     gait = designed.scenario.gait
-    walks = [p for p in designed.plan.plans if tasks[p.index].kind == "walk"]
-    now, tempo = Tempo.of(gait), sqrt(leg_length(robot) / LEG)
-    swing = max(now.swing * swing_share(robot, walks) / PEAK, SHORTEST_SWING * tempo)
-    gap = min(SHORTEST_GAP * tempo, now.gap)
-    slowest = min(s.run for s in flights)
-    enough = inf if wish.speed is None else tread_way(gait, slowest) / wish.speed
-    if enough < inf and now.cycle <= enough:
+    size, now = sqrt(leg_length(robot) / LEG), Tempo.of(gait)
+    before = measure_pace(robot, course, tasks, designed.plan)
+    if before.slowest is None or (wish.speed is not None and before.slowest.speed >= wish.speed):
         return designed
     short = short_course(designed.scenario, robot, flights)
+    way = tread_way(gait, min(s.run for s in flights))
+    tempo = Tempo(SHORTEST_SWING * size, min(SHORTEST_GAP * size, now.gap), USUAL_SWITCH * size)
+    if wish.speed is not None:  # all the time that there is at that speed
+        switch = 0.5 * (way / wish.speed - 4.0 * tempo.swing) - tempo.gap
+        tempo = replace(tempo, switch=max(switch, tempo.gap))
+    seen = try_tempo(short, robot, tempo)
+    if seen.share > PEAK:
+        calm = try_tempo(short, robot, replace(tempo, foot_speed=ANY_SPEED))
+        if calm.share > PEAK:
+            tempo = replace(tempo, foot_speed=calm.foot_speed)
+        else:
+            tempo = replace(tempo, foot_speed=ANY_SPEED)
+        seen = try_tempo(short, robot, tempo)
+        if wish.speed is not None and seen.speed > 0.0:  # longer swings leave less
+            late = 0.5 * (way / seen.speed - way / wish.speed)
+            tempo = replace(tempo, switch=max(tempo.switch - late, tempo.gap))
+            seen = try_tempo(short, robot, tempo)
+    known = {tempo.switch: seen.margin}
 
     def margin(switch: float) -> float:
-        return try_tempo(short, robot, Tempo(swing, gap, switch)).margin
+        return try_tempo(short, robot, replace(tempo, switch=switch)).margin
 
-    first = USUAL_SWITCH * tempo
-    if enough < inf:  # all the time that there is at that speed
-        first = max(0.5 * (enough - 4.0 * swing - 2.0 * gap), gap)
-        switch = first if margin(first) >= kept else seek_switch(margin, 1.2 * first, gap, kept)
-    else:
-        switch = seek_switch(margin, first, gap, kept)
-    for _ in range(TRIES if switch < inf else 0):
-        chosen = Tempo(swing, gap, switch)
-        if chosen.cycle * WORTH > now.cycle:
+    enough = wish.speed is not None and seen.margin >= kept
+    switch = tempo.switch
+    if not enough:
+        switch = seek_switch(margin, switch, tempo.gap, kept, known)
+    best, taken, least = designed, inf, WORTH * before.slowest.speed
+    for _ in range(TRIES):
+        if switch == inf:
             break
-        found, pace = _plan(designed, robot, course, chosen, source)
-        if found is not None and pace is not None and _keeps(found, pace, designed, kept):
-            return found
-        switch *= LONGER
-    return designed
+        found, pace = _plan(designed, robot, course, replace(tempo, switch=switch), source)
+        if pace is not None and pace.slowest is not None and pace.slowest.speed < least:
+            break
+        if found is None or pace is None or not _keeps(found, pace, designed, kept):
+            switch = LONGER * switch if taken == inf else 0.5 * (switch + taken)
+            if switch > (1.0 - NEAR) * taken:
+                break
+            continue
+        first, best, taken = taken == inf, found, switch
+        left = min(found.margin, pace.zmp_margin)
+        if enough or not first or left <= (1.0 + 2.0 * CLOSE) * kept:
+            break
+        like = known[min(known, key=lambda t: abs(t - switch))]  # on the short course
+        begin = tempo.gap + (switch - tempo.gap) * (0.4 + 0.6 * kept / left)
+        switch = seek_switch(margin, begin, tempo.gap, kept * min(like, kept) / left, known)
+        if switch > (1.0 - NEAR) * taken:
+            break
+    return best
 
 
 def _plan(
     designed: Designed, robot: RobotModel, course: Course, tempo: Tempo, source: str
 ) -> tuple[Designed | None, PlanPace | None]:
     """The design with such times, planned on the course itself, and its pace; None without plan."""
-    scenario = tempo.put(designed.scenario)
+    scenario = tempo.put(designed.scenario, guard=guard_for(robot))
     try:
         found = plan_design(
             scenario, design=designed.design, robot=robot, shape=link_outline_of(robot),

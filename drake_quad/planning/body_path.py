@@ -57,8 +57,7 @@ LEAST_TEMPO = 0.2  # one very short swing is not to make a long plan's program l
 ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
 ROLLS = 3  # times at most that they are followed again
 UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
-GUARD = 0.15  # [s] for which three feet have to do already on either side of a swing
-DYNAMIC_GUARD = 0.02  # [s] the same for the zero-moment point alone
+DYNAMIC_GUARD = 0.02  # [s] what `PlanSettings.guard` is for the zero-moment point alone
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
 # Bounds of the body's lift, in leg lengths, and tilt [rad] where legs are at their limits. It does
 # not sink as far as it rises, for the trunk's clearance is not looked at here.
@@ -204,7 +203,7 @@ class BodyPathOptimizer:
             margin_desired=settings.margin_desired,
             zmp_margin_desired=settings.zmp_margin,
             static=not settings.dynamic,
-            guard=DYNAMIC_GUARD if settings.dynamic else GUARD,
+            guard=DYNAMIC_GUARD if settings.dynamic else settings.guard,
             knot=self._knot,
             limits=self._limits,
             lift_range=self._lift_range(),

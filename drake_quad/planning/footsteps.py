@@ -1,5 +1,6 @@
 """Footstep plans of a walk, a spin and a transition."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -159,14 +160,19 @@ def plan_walk_footsteps(
     begin = builder.time
     table = wave_schedule(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
     half_cycle = 0.5 * table.cycle_time + settings.switch_wait
+    late, halves = 0.0, [begin]  # [s] by which longer swings have put the gait off
     for cycle in range(lattice.cycles):
         for beat, (leg, lift_off, _) in enumerate(table.swing_intervals()):
             to = place(leg, pattern.first(leg) + n * (cycle + 1))
             # The second and the fourth leg are those diagonal to the leg that has just landed.
             waited = (2 * cycle + (beat + 1) // 2) * settings.switch_wait
-            at = begin + cycle * table.cycle_time + lift_off + waited
-            builder.step(leg, to, table.swing_time, lift_off=at)
-    builder.time = begin + lattice.cycles * 2.0 * half_cycle
+            at = begin + cycle * table.cycle_time + lift_off + waited + late
+            lasts = builder.lasts(leg, to, table.swing_time)
+            builder.step(leg, to, lasts, lift_off=at)
+            late += lasts - table.swing_time
+            if beat % 2 == 1:
+                halves.append(begin + half_cycle * len(halves) + late)
+    builder.time = halves[-1]
     stride = float(np.max(lattice.s[n:] - lattice.s[:-n]))
     segments.append(
         Segment(
@@ -188,7 +194,7 @@ def plan_walk_footsteps(
     builder.wait(settings.shift_time)
     segments.append(Segment("settle", "stand", segments[-1].end, builder.time))  # type: ignore[union-attr]
 
-    times, s = _nominal(lattice, settings, (moved, begin), half_cycle, builder.time)
+    times, s = _nominal(lattice, settings, moved, halves, builder.time)
     xy = lane.point(s)
     xy[0] = stance.body[:2]
     half = 0.5 * settings.workspace.P_x
@@ -211,8 +217,8 @@ def plan_walk_footsteps(
 def _nominal(
     lattice: FootholdGrid,
     settings: PlanSettings,
-    start: tuple[float, float],
-    half_cycle: float,
+    moved: float,
+    halves: Sequence[float],
     end: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Times [s] and the body's places along the lane [m] if margins did not matter.
@@ -222,13 +228,12 @@ def _nominal(
     Args:
         lattice: The places.
         settings: The gait's.
-        start: When the transition to the gait ends, and when its first cycle begins [s].
-        half_cycle: How long half a cycle takes [s].
+        moved: When the transition to the gait ends [s].
+        halves: When each half of a cycle begins, and the last one ends [s].
         end: When the walk ends [s].
     """
-    moved, begin = start
     beats = np.arange(2 * lattice.cycles + 1)
-    times = np.concatenate([[0.0], begin + half_cycle * beats, [end]])
+    times = np.concatenate([[0.0], halves, [end]])
     at = 0.5 * settings.pattern.treads * beats
     ahead = np.full(len(beats), settings.body_ahead)
     ahead[[0, -1]] = 0.0

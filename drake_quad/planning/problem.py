@@ -39,6 +39,8 @@ class PlanSettings:
             beside the front foot of its side; the stagger keeps the two apart.
         on_centre: Whether footprints on stairs are on the treads' centres, or keep the gait's own
             offset from them (the paper's ±0.025 m).
+        swing_speed: Speed of a foot that the wave gait's swings do not exceed, along the ground, up
+            or down [m/s]: those that would last longer than the others. 0: all last as long.
         swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
         map_error_place: Position error of the map's risers that swings allow for [m].
         map_error_height: Height error of the map's treads that swings allow for [m].
@@ -65,6 +67,7 @@ class PlanSettings:
             moving; else the centre of mass too.
         margin_desired: Static margin beyond which more is worth nothing to the body's path [m].
         zmp_margin: Margin of the zero-moment point beyond which more is worth nothing [m].
+        guard: For how long before lift-off and after touchdown three feet have to do already [s].
         margin: Region that the static margin is measured in, one of
             `stability.equilibrium_region.KINDS`.
         friction: Coulomb's coefficient that a margin beyond the hull's counts on.
@@ -89,6 +92,7 @@ class PlanSettings:
     )
     stance_stagger: float = 0.12
     on_centre: bool = True
+    swing_speed: float = 0.0
     swing_clearance: float = 0.02
     map_error_place: float = 0.0
     map_error_height: float = 0.0
@@ -110,6 +114,7 @@ class PlanSettings:
     dynamic: bool = False
     margin_desired: float = 0.10
     zmp_margin: float = 0.08
+    guard: float = 0.15
     margin: str = HULL
     friction: float = 0.5
 

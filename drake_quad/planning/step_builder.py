@@ -20,6 +20,17 @@ ARC_SAMPLES = 41  # places under an arc whose ground is looked at
 LEVEL = 1e-6  # [m] by which that may differ in height
 
 
+STEEPEST = 1.875  # of a quintic from 0 to 1 in a time of 1
+
+
+def peak_speed(swing: Swing) -> float:
+    """The most of a foot's speeds in a straight swing: along the ground, up, and down [m/s]."""
+    way = swing.p_end - swing.p_start
+    up = (swing.apex_z - float(swing.p_start[2])) / swing.apex_time
+    down = (swing.apex_z - float(swing.p_end[2])) / (swing.duration - swing.apex_time)
+    return STEEPEST * max(hypot(float(way[0]), float(way[1])) / swing.duration, up, down)
+
+
 class StepBuilder:
     """Collects steps from a stance on; `time` and `feet` say where it has got to.
 
@@ -30,6 +41,7 @@ class StepBuilder:
         clearance: Δh beyond the foot's radius [m].
         map_error_place: Position error of the map's risers, see `inflate_profile` [m].
         map_error_height: Height error of its treads [m].
+        swing_speed: Speed of a foot that calm swings do not exceed [m/s]; 0: there is no such.
     """
 
     def __init__(
@@ -41,6 +53,7 @@ class StepBuilder:
         clearance: float,
         map_error_place: float = 0.0,
         map_error_height: float = 0.0,
+        swing_speed: float = 0.0,
     ) -> None:
         self.lane = lane
         self.start = np.array(feet)
@@ -50,6 +63,7 @@ class StepBuilder:
         self._radius = foot_radius
         self._clearance = clearance
         self._place_error, self._height_error = map_error_place, map_error_height
+        self._swing_speed = swing_speed
 
     @classmethod
     def of_settings(
@@ -63,6 +77,7 @@ class StepBuilder:
             clearance=settings.swing_clearance,
             map_error_place=settings.map_error_place,
             map_error_height=settings.map_error_height,
+            swing_speed=settings.swing_speed,
         )
 
     def wait(self, duration: float) -> None:
@@ -120,6 +135,19 @@ class StepBuilder:
         """
         return self._swing(p_from, np.array([to[0], to[1], self.ground(to)]), duration)
 
+    def lasts(self, leg: Leg, to: FloatArray, duration: float) -> float:
+        """How long a swing of `leg` to the place `to` (2,) lasts, at least `duration` [s].
+
+        It lasts longer if the foot would be faster than `swing_speed` along the ground, up or down.
+
+        Raises:
+            PlanningError: As `swing`.
+        """
+        if self._swing_speed <= 0.0:
+            return duration
+        swing = self.swing(self.feet[leg.row], to, duration)
+        return max(duration, duration * peak_speed(swing) / self._swing_speed)
+
     def _swing(self, p_from: FloatArray, p_to: FloatArray, duration: float) -> Swing:
         """The swing to where the foot's centre will be, (3,)."""
         length = float(np.hypot(*(p_to - p_from)[:2]))
@@ -139,6 +167,7 @@ class StepBuilder:
             profile=(d, z),
             clearance=self._radius + self._clearance,
             foot_radius=self._radius,
+            calm=self._swing_speed > 0.0,
         )
 
     def _arc(

@@ -75,6 +75,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         ),
         stance_stagger=gait.stance_stagger,
         on_centre=gait.on_centre,
+        swing_speed=gait.swing_speed,
         swing_clearance=gait.swing_clearance,
         map_error_place=gait.map_error_place,
         map_error_height=gait.map_error_height,
@@ -95,6 +96,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         dynamic=body.balance == "dynamic",
         margin_desired=body.margin_desired,
         zmp_margin=body.zmp_margin,
+        guard=body.guard,
         margin=gait.margin,
         friction=scenario.controller.friction,
     )

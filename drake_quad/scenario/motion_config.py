@@ -134,6 +134,15 @@ class GaitConfig:
         "Whether footprints on stairs are on the treads' centres; false: with the gait's own "
         "offset from them, as in the paper",
     )
+    swing_speed: float = number(
+        0.0,
+        "m/s",
+        "Speed that a swing foot does not exceed along the ground, up or down: of the wave gait's "
+        "swings those that would last longer, and all peak where that is calmest; 0: all last as "
+        "long, and are as low as can be",
+        not_negative(),
+        within(0.0, 20.0),
+    )
     swing_clearance: float = number(
         0.02, "m", "Δh, by how much the foot's sphere clears what it passes", not_negative()
     )
@@ -262,6 +271,14 @@ class BodyConfig:
         "m",
         "Margin of the zero-moment point beyond which the path is not asked for more",
         not_negative(),
+    )
+    guard: float = number(
+        0.15,
+        "s",
+        "For how long before a lift-off, and after a touchdown, the path is to keep its margin on "
+        "the three other feet; not with `balance: dynamic`",
+        not_negative(),
+        within(0.0, 2.0),
     )
 
 

@@ -18,8 +18,10 @@ from drake_quad.gait_design.tempo import (
     quicken,
     seek_switch,
 )
-from drake_quad.planning.mission import check_plan
-from drake_quad.scenario.build import course_of, mission_of
+from drake_quad.planning.footsteps import plan_walk_footsteps
+from drake_quad.planning.mission import check_plan, initial_stance
+from drake_quad.planning.step_builder import peak_speed
+from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.safety import safe_margin
 
@@ -33,7 +35,9 @@ from drake_quad.stability.safety import safe_margin
 def test_times_put_into_a_scenario_come_out_of_it(swing: float, gap: float, wait: float) -> None:
     """The gait's fields say the same times, to their four digits."""
     asked = Tempo(swing, gap, gap + wait)
-    got = Tempo.of(asked.put(Scenario()).gait)
+    put = asked.put(Scenario(), guard=0.1)
+    got = Tempo.of(put.gait)
+    assert put.body.guard == 0.1 and got.foot_speed == 0.0
     assert got.cycle == pytest.approx(asked.cycle, rel=2e-3)
     assert got.swing == pytest.approx(swing, rel=1e-2, abs=2e-3)
     assert got.switch - got.gap == pytest.approx(wait, rel=1e-3, abs=1e-6)
@@ -73,6 +77,36 @@ def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
         if p.contacts.steps
     )
     assert quick.margin <= least + 1e-3
+
+
+def test_tall_swings_last_as_long_as_their_feet_take() -> None:
+    """With a speed of the feet no swing of the gait exceeds it, and none is shorter than before.
+
+    What lies between the swings, and so the room for margin, lasts as long as without.
+    """
+    robot, scenario = paper_robot(), designed().scenario
+    course = course_of(scenario, foot_radius=robot.foot_radius)
+    walk = next(t for t in mission_of(scenario, course) if t.kind == "walk")
+    settings = plan_settings(scenario)
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    most = 0.5
+    plain, slower = (
+        plan_walk_footsteps(robot, course, replace(settings, swing_speed=v), walk, stance)[0]
+        for v in (0.0, most)
+    )
+    assert len(plain.steps) == len(slower.steps)
+    pairs = list(zip(plain.steps, slower.steps, strict=True))
+    # Transitions' swings last as long as they are told to.
+    mine = [(a, b) for a, b in pairs if a.swing.duration != settings.swing_time]
+    assert any(b.swing.duration > a.swing.duration for a, b in mine)
+    for a, b in mine:
+        assert b.swing.duration >= a.swing.duration
+        assert peak_speed(b.swing) <= most * (1.0 + 1e-9)
+        at = np.linspace(0.0, b.swing.duration, 400)
+        speed = np.abs(np.diff(b.swing.positions(at), axis=0)) / (at[1] - at[0])
+        assert speed.max() <= most * (1.0 + 1e-6)
+    longer = sum(b.swing.duration - a.swing.duration for a, b in pairs)
+    assert slower.duration - plain.duration == pytest.approx(longer)
 
 
 def test_what_is_not_asked_for_is_not_changed() -> None:
