@@ -107,6 +107,12 @@ def check(
     picture: Annotated[
         Path | None, typer.Option(help="File to draw the climb into (.svg, .png or .pdf).")
     ] = None,
+    curve: Annotated[
+        Path | None,
+        typer.Option(
+            help="Directory to write speed against margin into: picture, figures and scenarios."
+        ),
+    ] = None,
     nearest: Annotated[
         bool, typer.Option(help="After a no, look for the nearest stairs that it climbs.")
     ] = True,
@@ -123,6 +129,8 @@ def check(
     console, said = Console(), False
     claim_file(save, "--save")
     claim_file(picture, "--picture")
+    if curve is not None:
+        claim(curve, "--curve")
 
     def say(told: dict[str, Any]) -> None:
         nonlocal said
@@ -132,8 +140,9 @@ def check(
 
     with MESSAGES.status("designing a gait") as status:
         told = dq.run_check(
-            asked, save=save, picture=picture, nearest=nearest, first=say, note=status.update
-        )
+            asked, save=save, picture=picture, curve=curve, nearest=nearest, first=say,
+            note=status.update,
+        )  # fmt: skip
     if as_json:
         print(json.dumps(told))
     else:
@@ -220,6 +229,9 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     console.print()
     if told["sought"]:
         console.print(Text(f"Nearest: {dq.near_words(told)}."), soft_wrap=True)
+    if told.get("curve"):
+        console.print(_curve_table(told["curve"]), highlight=False)
+        console.print(Text(f"look at {told['curve']['directory']}/curve.png"), soft_wrap=True)
     if told.get("picture"):
         console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)
     console.print(Text(_next(told)), soft_wrap=True)
@@ -299,6 +311,24 @@ def _table(told: dict[str, Any]) -> Table:
             f"[{colour}]{left}[/]" if colour else left,
             text(row["wanted"]),
             text(row["on_course"]),
+        )
+    return table
+
+
+def _curve_table(curve: dict[str, Any]) -> Table:
+    """Speed against margin, from slow to quick."""
+    table = Table(box=None, pad_edge=False)
+    for title in ("scenario", "speed", "the flight takes", "static margin", "zero-moment point's",
+                  "joint speed, of its limit"):  # fmt: skip
+        table.add_column(title, justify="left" if title == "scenario" else "right")
+    for k, point in enumerate(curve["points"], start=1):
+        table.add_row(
+            f"point_{k}.yaml",
+            f"{point['speed']:.3f} m/s",
+            f"{point['time']:.0f} s",
+            f"{1e3 * point['margin']:.0f} mm",
+            f"{1e3 * point['zmp_margin']:.0f} mm",
+            f"{point['joint_share']:.0%}",
         )
     return table
 

@@ -13,6 +13,7 @@ from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
+from drake_quad.gait_design.speed_curve import SpeedCurve, trace_curve
 from drake_quad.gait_design.tempo import Wish, quicken
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
@@ -153,6 +154,17 @@ class Feasibility:
             part=self.designed.room.part,
             wanted=self.designed.design.wanted,
         )
+
+    def curve(self, note: Callable[[str], object] = lambda _: None) -> SpeedCurve | None:
+        """Speed against margin, for this robot and these stairs; None if there is no gait.
+
+        Args:
+            note: Receives a line before each plan.
+        """
+        slow = self.slow or self.designed
+        if slow is None or self.robot is None:
+            return None
+        return trace_curve(slow, self.robot, source="check", note=note)
 
     def nearest(self, note: Callable[[str], object] = lambda _: None) -> Stairs | None:
         """The nearest stairs that a quick search finds a gait for: lower steps, or deeper treads.

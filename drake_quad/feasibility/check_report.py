@@ -202,14 +202,17 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     return left | {part: designed.room.weighted}
 
 
+def _stairs(asked: dict[str, Any]) -> str:
+    """What was asked about, for people."""
+    if "scenario" in asked:
+        return f"the course of {asked['scenario']}"
+    return f"{asked['count']} steps of {asked['rise']:g} m on treads of {asked['run']:g} m"
+
+
 def _answer(report: dict[str, Any]) -> str:
     """The answer in a line: yes with its margin, or no with what is in the way."""
     asked = report["asked"]
-    stairs = (
-        f"the course of {asked['scenario']}"
-        if "scenario" in asked
-        else f"{asked['count']} steps of {asked['rise']:g} m on treads of {asked['run']:g} m"
-    )
+    stairs = _stairs(asked)
     if report["feasible"]:
         plan = report["plan"]
         kind = "static" if plan["margin_kind"] == HULL else plan["margin_kind"]
@@ -284,6 +287,7 @@ def run_check(
     *,
     save: Path | None = None,
     picture: Path | None = None,
+    curve: Path | None = None,
     nearest: bool = True,
     first: Callable[[dict[str, Any]], object] = lambda _: None,
     note: Callable[[str], object] = lambda _: None,
@@ -294,6 +298,7 @@ def run_check(
         asked: The question.
         save: Where to write the designed scenario, if there is one.
         picture: Where to draw the climb, if there is one.
+        curve: Directory to write the curve of speed against margin into, if there is a gait.
         nearest: Whether to look for the nearest stairs that it climbs, if not these; it takes a
             minute or two.
         first: Receives the answer, with the reason of a no, before the search for the nearest
@@ -357,4 +362,10 @@ def run_check(
         note("drawing")
         save_picture(draw_check(check.designed, robot), picture, salt=robot.name, dpi=110)
         report["picture"] = str(picture)
+    traced = check.curve(note) if curve is not None else None
+    if traced is not None and curve is not None:
+        from drake_quad.feasibility.curve_picture import save_curve
+
+        save_curve(traced, curve, f"{robot.name} on {_stairs(question)}")
+        report["curve"] = traced.as_dict() | {"directory": str(curve)}
     return report

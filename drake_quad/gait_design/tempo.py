@@ -292,6 +292,28 @@ def seek_switch(
     return min((t for t, m in known.items() if m >= kept), default=inf)
 
 
+def shortest_tempo(gait: GaitConfig, robot: RobotModel) -> Tempo:
+    """Times as short as have been walked, by the robot's size; the switch is an ample one."""
+    size, now = sqrt(leg_length(robot) / LEG), Tempo.of(gait)
+    return Tempo(SHORTEST_SWING * size, min(SHORTEST_GAP * size, now.gap), USUAL_SWITCH * size)
+
+
+def suit_joints(short: Scenario, robot: RobotModel, tempo: Tempo) -> tuple[Tempo, TempoTrial]:
+    """The times with tall swings that last as long as joints' speeds ask for, and their trial.
+
+    Args:
+        short: The scenario on its short course.
+        robot: The scenario's.
+        tempo: Times with which no swing lasts longer than others.
+    """
+    seen = try_tempo(short, robot, tempo)
+    if seen.share <= PEAK:
+        return tempo, seen
+    calm = try_tempo(short, robot, replace(tempo, foot_speed=ANY_SPEED))
+    suited = replace(tempo, foot_speed=min(calm.foot_speed, ANY_SPEED))
+    return suited, try_tempo(short, robot, suited)
+
+
 def quicken(
     designed: Designed, robot: RobotModel, wish: Wish, *, source: str = "scenario"
 ) -> Designed:
@@ -310,26 +332,19 @@ def quicken(
     tasks = mission_of(designed.scenario, course, source=source)
     kept = wish.least_margin(robot, designed.margin)
     gait = designed.scenario.gait
-    size, now = sqrt(leg_length(robot) / LEG), Tempo.of(gait)
     before = measure_pace(robot, course, tasks, designed.plan)
     if before.slowest is None or (wish.speed is not None and before.slowest.speed >= wish.speed):
         return designed
     short = short_course(designed.scenario, robot, flights)
     way = tread_way(gait, min(s.run for s in flights))
-    tempo = Tempo(SHORTEST_SWING * size, min(SHORTEST_GAP * size, now.gap), USUAL_SWITCH * size)
+    tempo = shortest_tempo(gait, robot)
     if wish.speed is not None:  # all the time that there is at that speed
         switch = 0.5 * (way / wish.speed - 4.0 * tempo.swing) - tempo.gap
         tempo = replace(tempo, switch=max(switch, tempo.gap))
-    seen = try_tempo(short, robot, tempo)
-    if seen.share > PEAK:
-        calm = try_tempo(short, robot, replace(tempo, foot_speed=ANY_SPEED))
-        if calm.share > PEAK:
-            tempo = replace(tempo, foot_speed=calm.foot_speed)
-        else:
-            tempo = replace(tempo, foot_speed=ANY_SPEED)
-        seen = try_tempo(short, robot, tempo)
-        if wish.speed is not None and seen.speed > 0.0:  # longer swings leave less
-            late = 0.5 * (way / seen.speed - way / wish.speed)
+    tempo, seen = suit_joints(short, robot, tempo)
+    if wish.speed is not None and seen.speed > 0.0:  # longer swings leave less
+        late = 0.5 * (way / seen.speed - way / wish.speed)
+        if late > 0.0:
             tempo = replace(tempo, switch=max(tempo.switch - late, tempo.gap))
             seen = try_tempo(short, robot, tempo)
     known = {tempo.switch: seen.margin}
@@ -345,10 +360,10 @@ def quicken(
     for _ in range(TRIES):
         if switch == inf:
             break
-        found, pace = _plan(designed, robot, course, replace(tempo, switch=switch), source)
+        found, pace = plan_tempo(designed, robot, course, replace(tempo, switch=switch), source)
         if pace is not None and pace.slowest is not None and pace.slowest.speed < least:
             break
-        if found is None or pace is None or not _keeps(found, pace, designed, kept):
+        if found is None or pace is None or not keeps_enough(found, pace, designed, kept):
             switch = LONGER * switch if taken == inf else 0.5 * (switch + taken)
             if switch > (1.0 - NEAR) * taken:
                 break
@@ -365,10 +380,18 @@ def quicken(
     return best
 
 
-def _plan(
+def plan_tempo(
     designed: Designed, robot: RobotModel, course: Course, tempo: Tempo, source: str
 ) -> tuple[Designed | None, PlanPace | None]:
-    """The design with such times, planned on the course itself, and its pace; None without plan."""
+    """The design with such times, planned on the course itself, and its pace; None without plan.
+
+    Args:
+        designed: A gait with its plan.
+        robot: The scenario's.
+        course: The scenario's.
+        tempo: The times.
+        source: What an error names.
+    """
     scenario = tempo.put(designed.scenario, guard=guard_for(robot))
     try:
         found = plan_design(
@@ -383,8 +406,15 @@ def _plan(
     return found, measure_pace(robot, course, tasks, found.plan)
 
 
-def _keeps(found: Designed, pace: PlanPace, before: Designed, kept: float) -> bool:
-    """Whether a quick plan keeps the margin, and enough of all else that the slow one left."""
+def keeps_enough(found: Designed, pace: PlanPace, before: Designed, kept: float) -> bool:
+    """Whether a quick plan keeps the margin, and enough of all else that the slow one left.
+
+    Args:
+        found: The quick gait.
+        pace: Its pace.
+        before: The gait that was found for margin.
+        kept: The margin that is to be kept [m].
+    """
     wanted = before.design.wanted
     room = ROOM_KEPT * min(before.room.weighted, wanted["legs"])
     torque = TORQUE_KEPT * min(before.torque, wanted["torque"])

@@ -1,0 +1,127 @@
+"""How fast for how much margin: one robot's gait on one course, with other and other times.
+
+Each point is a whole plan of the course by the real planner, that keeps what is safe: its scenario
+can be saved and run. Points differ by the time on four feet at the switches; the slowest is the
+gait that was found for margin.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.pace import PlanPace, measure_pace
+from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.tempo import (
+    Wish,
+    keeps_enough,
+    plan_tempo,
+    short_course,
+    shortest_tempo,
+    suit_joints,
+)
+from drake_quad.robot.model import RobotModel
+from drake_quad.scenario.build import course_of, mission_of
+
+SWITCHES = (1.6, 1.2, 0.9, 0.7, 0.55, 0.45)  # ratios of the usual time at switches that are planned
+USUAL = 0.9  # of these, the one of `shortest_tempo`
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePoint:
+    """A gait on the curve.
+
+    Attributes:
+        designed: The gait with its plan; its scenario can be run.
+        speed: Speed of the body on the slowest flight [m/s].
+        time: Time for that flight [s].
+        margin: Least static margin of the plan [m].
+        zmp_margin: Least margin of its zero-moment point [m].
+        joint_share: The most that is asked of a joint's speed, over its limit.
+    """
+
+    designed: Designed
+    speed: float
+    time: float
+    margin: float
+    zmp_margin: float
+    joint_share: float
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedCurve:
+    """Speed against margin, for one robot on one course.
+
+    Attributes:
+        robot: The robot's name.
+        points: The gaits of which no other is both quicker and has more margin, from slow to quick.
+    """
+
+    robot: str
+    points: tuple[CurvePoint, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The points as plain values in SI units."""
+        names = ("speed", "time", "margin", "zmp_margin", "joint_share")
+        return {
+            "robot": self.robot,
+            "points": [{name: getattr(p, name) for name in names} for p in self.points],
+        }
+
+
+def trace_curve(
+    designed: Designed,
+    robot: RobotModel,
+    *,
+    source: str = "scenario",
+    note: Callable[[str], object] = lambda _: None,
+) -> SpeedCurve:
+    """Plans a gait with other times, and keeps what is not beaten in both speed and margin.
+
+    Args:
+        designed: A gait that was found for margin, with its plan.
+        robot: The scenario's.
+        source: What an error names.
+        note: Receives a line before each plan.
+    """
+    course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)
+    flights = flights_of(course, designed.scenario.gait.deep_tread)
+    tasks = mission_of(designed.scenario, course, source=source)
+    points = _point(designed, measure_pace(robot, course, tasks, designed.plan))
+    if flights:
+        safe = Wish("speed").least_margin(robot, designed.margin)
+        short = short_course(designed.scenario, robot, flights)
+        note("planning on a short course")
+        tempo, _ = suit_joints(short, robot, shortest_tempo(designed.scenario.gait, robot))
+        for share in SWITCHES:
+            switch = max(share / USUAL * tempo.switch, tempo.gap)
+            note(f"planning with {switch:.2f} s at the switches")
+            quick = replace(tempo, switch=switch)
+            found, pace = plan_tempo(designed, robot, course, quick, source)
+            if found is None or pace is None:
+                continue
+            if keeps_enough(found, pace, designed, safe):
+                points += _point(found, pace)
+    return SpeedCurve(robot.name, tuple(_unbeaten(points)))
+
+
+def _point(designed: Designed, pace: PlanPace) -> list[CurvePoint]:
+    """A plan as a point, if it goes along a flight at all."""
+    if pace.slowest is None:
+        return []
+    share = 0.0 if pace.peak is None else pace.peak.share
+    speed, time = pace.slowest.speed, pace.slowest.time
+    return [CurvePoint(designed, speed, time, designed.margin, pace.zmp_margin, share)]
+
+
+def _unbeaten(points: list[CurvePoint]) -> list[CurvePoint]:
+    """Those that none is both quicker and safer than, from slow to quick."""
+    best: list[CurvePoint] = []
+    most = -np.inf
+    for point in sorted(points, key=lambda p: (-p.speed, -p.margin)):
+        if point.margin > most:
+            best.append(point)
+            most = point.margin
+    return best[::-1]

@@ -1,0 +1,37 @@
+"""Speed against margin: every point is a plan that can be run, and none is beaten in both."""
+
+import json
+from pathlib import Path
+
+import pytest
+from design_rig import found
+from rig import paper_robot
+
+from drake_quad.feasibility.curve_picture import save_curve
+from drake_quad.gait_design import speed_curve
+from drake_quad.gait_design.tempo import Wish
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.prepare import prepare
+
+
+def test_the_curve_goes_down_and_its_points_can_be_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Quicker points have less margin, all are safe, and what is saved plans to what was told."""
+    monkeypatch.setattr(speed_curve, "SWITCHES", (0.9, 0.55))
+    notes: list[str] = []
+    curve = found().curve(notes.append)
+    slow = found().designed
+    assert curve is not None and slow is not None and len(notes) == 3
+    speeds, margins = [p.speed for p in curve.points], [p.margin for p in curve.points]
+    assert speeds == sorted(speeds) and margins == sorted(margins, reverse=True)
+    assert len(set(speeds)) == len(speeds) >= 2
+    safe = Wish("speed").least_margin(paper_robot(), slow.margin)
+    assert min(p.margin for p in curve.points) >= safe
+    save_curve(curve, tmp_path / "curve", "the paper's robot")
+    told = json.loads((tmp_path / "curve" / "curve.json").read_text())
+    assert told == curve.as_dict() and (tmp_path / "curve" / "curve.png").stat().st_size > 1000
+    last = len(curve.points)
+    plans = prepare(load_scenario(tmp_path / "curve" / f"point_{last}.yaml")).plan.plans
+    planned = min(p.margin for p in plans if p.margin == p.margin)
+    assert planned == pytest.approx(told["points"][-1]["margin"])
