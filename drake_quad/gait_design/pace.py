@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.common import FloatArray
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.planning.contact_plan import sample_times, swing_times
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
@@ -171,7 +171,7 @@ def joint_peak(robot: RobotModel, task: Task, plan: MotionPlan) -> JointPeak:
 
 def joint_speeds(
     robot: RobotModel, plan: MotionPlan, times: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, BoolArray]:
     """Speeds of the joints (N, 12) [rad/s] at times (N,) [s], and which feet stand (N, 4)."""
     before, after = (evaluate(robot, plan, times + d) for d in (-HALF, HALF))
     moved = np.abs(after.q - before.q).reshape(len(times), 12)
