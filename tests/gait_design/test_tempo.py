@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from design_rig import designed, found
+from design_rig import COUNT, RUN, designed, found
 from hypothesis import given, settings, strategies as st
-from rig import paper_robot
+from rig import URL, paper_robot
 
 from drake_quad.errors import InputError
+from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.tempo import (
     KEPT,
@@ -141,3 +142,20 @@ def test_what_cannot_be_wished_for_is_an_error_that_names_it(wish: Wish, named: 
     with pytest.raises(InputError) as error:
         wish.check()
     assert named in str(error.value) and "give" in str(error.value)
+
+
+def test_a_wish_that_is_not_met_is_said_so() -> None:
+    """The answer's first line has the speed, and says that it is not the one asked for."""
+    asked = {"rise": 0.12, "run": RUN, "count": COUNT}
+
+    def answer(wish: Wish) -> str:
+        check = replace(found(), wish=wish)
+        told = feasibility_report(check, paper_robot(), source=URL, asked=asked)
+        return str(told["answer"])
+
+    speed = found().speed
+    assert speed is not None
+    assert answer(Wish(speed=9.0)).endswith(f"at {speed:.3f} m/s, which is not what was asked for")
+    assert answer(Wish(min_margin=1.0)).endswith("which is not what was asked for")
+    assert answer(Wish(speed=0.9 * speed)).endswith(f"at {speed:.3f} m/s")
+    assert "m/s" not in answer(Wish())
