@@ -50,7 +50,9 @@ ALGORITHMS = {
     "gait_design",
 }
 # These fill in scenarios, whose YAML and robots are read by Drake.
-READ_BY_DRAKE = {("gait_design", "designer"), ("gait_design", "plan_candidates")}
+READ_BY_DRAKE = {
+    ("gait_design", name) for name in ("designer", "plan_candidates", "speed_curve", "tempo")
+}
 # What the command line may import beside the public names of `import drake_quad as dq`.
 KNOWN_TO_COMMANDS = {"cli", "api", "errors", "util"}
 # The one exception: no robot has walked by the bus, so its functions are not promised publicly yet.

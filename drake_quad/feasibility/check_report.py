@@ -364,8 +364,8 @@ def run_check(
         report["picture"] = str(picture)
     traced = check.curve(note) if curve is not None else None
     if traced is not None and curve is not None:
-        from drake_quad.feasibility.curve_picture import save_curve
+        from drake_quad.feasibility.curve_picture import save_speed_curve
 
-        save_curve(traced, curve, f"{robot.name} on {_stairs(question)}")
+        save_speed_curve(traced, curve, f"{robot.name} on {_stairs(question)}")
         report["curve"] = traced.as_dict() | {"directory": str(curve)}
     return report

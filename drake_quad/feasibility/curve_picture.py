@@ -13,7 +13,7 @@ from drake_quad.util.files import write_whole
 BLUE, ORANGE, GREY = "#0068A8", "#B8480A", "#E3E7EA"
 
 
-def draw_curve(curve: SpeedCurve, title: str) -> Figure:
+def draw_speed_curve(curve: SpeedCurve, title: str) -> Figure:
     """The points of a curve, the static margin and the zero-moment point's.
 
     Args:
@@ -41,7 +41,7 @@ def draw_curve(curve: SpeedCurve, title: str) -> Figure:
     return figure
 
 
-def save_curve(curve: SpeedCurve, directory: Path, title: str) -> None:
+def save_speed_curve(curve: SpeedCurve, directory: Path, title: str) -> None:
     """Writes curve.json, curve.svg, curve.png, and the scenario of each point as point_1.yaml on.
 
     Args:
@@ -66,6 +66,6 @@ def save_curve(curve: SpeedCurve, directory: Path, title: str) -> None:
             lambda to, scenario=scenario: save_scenario(scenario, to),  # type: ignore[misc]
             option="--curve",
         )
-    figure = draw_curve(curve, title)
+    figure = draw_speed_curve(curve, title)
     for ending in ("svg", "png"):
         save_picture(figure, directory / f"curve.{ending}", salt=curve.robot, option="--curve")

@@ -7,7 +7,7 @@ import pytest
 from design_rig import found
 from rig import paper_robot
 
-from drake_quad.feasibility.curve_picture import save_curve
+from drake_quad.feasibility.curve_picture import save_speed_curve
 from drake_quad.gait_design import speed_curve
 from drake_quad.gait_design.tempo import Wish
 from drake_quad.scenario.load import load_scenario
@@ -28,7 +28,7 @@ def test_the_curve_goes_down_and_its_points_can_be_run(
     assert len(set(speeds)) == len(speeds) >= 2
     safe = Wish("speed").least_margin(paper_robot(), slow.margin)
     assert min(p.margin for p in curve.points) >= safe
-    save_curve(curve, tmp_path / "curve", "the paper's robot")
+    save_speed_curve(curve, tmp_path / "curve", "the paper's robot")
     told = json.loads((tmp_path / "curve" / "curve.json").read_text())
     assert told == curve.as_dict() and (tmp_path / "curve" / "curve.png").stat().st_size > 1000
     last = len(curve.points)
