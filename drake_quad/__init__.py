@@ -55,6 +55,14 @@ if TYPE_CHECKING:
         draw_robot as draw_robot,
         save_picture as save_picture,
     )
+    from drake_quad.perception.see import (
+        SeenStairs as SeenStairs,
+        describe_seen as describe_seen,
+        parse_intrinsics as parse_intrinsics,
+        read_depth_image as read_depth_image,
+        see_stairs as see_stairs,
+    )
+    from drake_quad.perception.see_picture import draw_seen as draw_seen
     from drake_quad.planning.mission import MissionPlan as MissionPlan
     from drake_quad.planning.motion_plan import MotionPlan as MotionPlan
     from drake_quad.report.joint_table import write_joint_table as write_joint_table
@@ -116,6 +124,8 @@ _PUBLIC = {
     "feasibility.check_report": "CheckRequest near_words run_check",
     "feasibility.inspect_robot": "describe_robot print_robot",
     "feasibility.robot_picture": "check_picture_path draw_robot save_picture",
+    "perception.see": "SeenStairs describe_seen parse_intrinsics read_depth_image see_stairs",
+    "perception.see_picture": "draw_seen",
     "planning.mission": "MissionPlan",
     "planning.motion_plan": "MotionPlan",
     "report.joint_table": "write_joint_table",

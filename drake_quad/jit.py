@@ -32,6 +32,7 @@ KERNEL_PACKAGES = (
     "robot",
     "estimation",
     "terrain",
+    "perception",
     "stability",
     "gait",
     "planning",

@@ -20,6 +20,7 @@ ORDER = (
     "robot",
     "estimation",
     "terrain",
+    "perception",
     "stability",
     "gait",
     "planning",
@@ -48,6 +49,7 @@ ALGORITHMS = {
     "estimation",
     "certificate",
     "gait_design",
+    "perception",
 }
 # These fill in scenarios, whose YAML and robots are read by Drake.
 READ_BY_DRAKE = {

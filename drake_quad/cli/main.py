@@ -16,6 +16,7 @@ from drake_quad.cli.bus import control, simulate
 from drake_quad.cli.common import make_streams_last
 from drake_quad.cli.robots import chart, check, inspect
 from drake_quad.cli.runs import export, plan, replay, report, run, scenarios
+from drake_quad.cli.see import see
 from drake_quad.cli.studies import compare, sweep
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError, printable
 
@@ -58,6 +59,7 @@ for command in (
     inspect,
     check,
     chart,
+    see,
     sweep,
     compare,
     scenarios,

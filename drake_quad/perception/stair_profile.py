@@ -1,0 +1,371 @@
+"""Parametric stairs as a camera sees them: what a ray meets, and how that depends on the stairs.
+
+Seen along their yaw, stairs are a profile: nosings at places s_1 < ... < s_n ahead of the camera,
+treads at heights h_0 ... h_n over it (below it: negative). A pixel's ray (x, y, z) of unit depth
+goes forward by c = x cos(yaw) + y sin(yaw) and up by z, so it meets a tread at inverse depth z / h
+and a riser at c / s: inverse depths are linear in the ray, and their derivatives are simple.
+"""
+
+from math import cos, sin, sqrt
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.jit import inlined, jit
+
+# Parameters follow the n places and the n + 1 heights in this order.
+YAW, OVERHANG, PITCH, ROLL, OFFSET, EDGE_BIAS, RISE, RUN = range(8)
+NUISANCES = 8
+NOTHING = -1
+FOOT_OF_RISER, FACE, TREAD = 1, 2, 0  # a surface is 3 i + one of these
+MOST_STEPS = 14
+HEIGHT_ERROR = 0.003  # [m] by which a surface may be off where pixels are counted for or against it
+ROW_ERROR = 0.25  # [rows] by which a pixel's own place errs: edges grow, blocks have one middle
+
+
+def parameter_count(steps: int) -> int:
+    """How many parameters stairs of so many steps have, the pattern's nodes apart."""
+    return 2 * steps + 1 + NUISANCES
+
+
+@jit
+def meet(
+    m: float, theta: FloatArray, n: int, up: float, is_open: float, thickness: float, last: float
+) -> int:
+    """Which surface a ray of slope m (upward per forward) meets.
+
+    Args:
+        m: Slope of the ray.
+        theta: The parameters.
+        n: Steps.
+        up: 1 if the stairs go up, else 0.
+        is_open: 1 if there is nothing between treads, else 0.
+        thickness: Of treads with an overhang or open risers [m].
+        last: Length of the last tread that is believed [m].
+
+    Returns:
+        3 i + TREAD, 3 i + FOOT_OF_RISER, 3 i + FACE, or NOTHING.
+    """
+    over = theta[2 * n + 1 + OVERHANG]
+    slabs = is_open > 0.5 or over > 0.002
+    for i in range(1, n + 1):
+        s, low, high = theta[i - 1], theta[n + i - 1], theta[n + i]
+        y = m * s
+        if y < low:
+            return 3 * (i - 1)
+        if up > 0.5 and y <= high:
+            if not slabs or y >= high - thickness:
+                return 3 * i + FACE
+            if is_open > 0.5:
+                return NOTHING
+            y = m * (s + over)
+            if y < low:
+                return 3 * (i - 1)
+            if y <= high - thickness:
+                return 3 * i + FOOT_OF_RISER
+            return NOTHING
+    if m < 0.0 and theta[2 * n] < 0.0 and theta[2 * n] / m < theta[n - 1] + last:
+        return 3 * n
+    return NOTHING
+
+
+@jit
+def inverse_depth(surface: int, c: float, z: float, theta: FloatArray, n: int) -> float:
+    """The inverse depth at which a ray (forward c, up z) meets a surface."""
+    i, kind = surface // 3, surface % 3
+    if kind == TREAD:
+        return z / theta[n + i]
+    if kind == FACE:
+        return c / theta[i - 1]
+    return c / (theta[i - 1] + theta[2 * n + 1 + OVERHANG])
+
+
+@inlined
+def slack(
+    surface: int, step_c: float, step_z: float, theta: FloatArray, n: int, sigma: float
+) -> float:
+    """A pixel's deviation [1/m], with what an error of its row makes of a grazed surface."""
+    i = surface // 3
+    change = step_z / theta[n + i] if surface % 3 == TREAD else step_c / theta[i - 1]
+    return sqrt(sigma * sigma + (ROW_ERROR * change) ** 2)
+
+
+@jit
+def accumulate(
+    rays: FloatArray, rho: FloatArray, sigma: FloatArray, gain: FloatArray, nodes: FloatArray,
+    row_step: FloatArray, theta: FloatArray, shape: FloatArray, columns: float, cutoff: float,
+    A: FloatArray, b: FloatArray, totals: FloatArray,
+) -> None:  # fmt: skip
+    """Adds the pixels' part to the normal equations A delta = b; of A the lower half alone.
+
+    Args:
+        rays: (k, 3) in L, tilt and roll of `theta` already in them.
+        rho: Measured inverse depths (k,).
+        sigma: Their deviations (k,).
+        gain: What the shared offset adds (k,).
+        nodes: Node of the pattern's grid up and left of each pixel, and the shares of the next
+            column and the next row, (k, 3).
+        row_step: Change of a ray from one row to the next (3,).
+        theta: The parameters (p,).
+        shape: Steps, up, open, thickness, last: see `meet`.
+        columns: Nodes in a row of the pattern's grid; 0 for no pattern.
+        cutoff: Residual beyond which a pixel is an outlier, in deviations (Tukey's).
+        A: (p, p), added to.
+        b: (p,), added to.
+        totals: Cost, pixels on the stairs, inliers, sum of weighted squares, sum of weights (5,);
+            added to.
+    """
+    n = int(shape[0])
+    up, is_open, thickness, last = shape[1], shape[2], shape[3], shape[4]
+    base = 2 * n + 1
+    cy, sy = cos(theta[base + YAW]), sin(theta[base + YAW])
+    over, offset = theta[base + OVERHANG], theta[base + OFFSET]
+    step_c, step_z = row_step[0] * cy + row_step[1] * sy, row_step[2]
+    grid, across = base + NUISANCES, int(columns)
+    at, J = np.empty(10, dtype=np.int64), np.empty(10)
+    for k in range(rays.shape[0]):
+        x, y, z = rays[k, 0], rays[k, 1], rays[k, 2]
+        c = x * cy + y * sy
+        if c < 0.02:
+            continue
+        m = z / c
+        surface = meet(m, theta, n, up, is_open, thickness, last)
+        if surface < 0:
+            continue
+        p = inverse_depth(surface, c, z, theta, n)
+        width = 0.8 * abs((step_z * c - z * step_c) / (c * c))
+        clear = True
+        for side in range(2):
+            beside = meet(
+                m + (width if side == 0 else -width), theta, n, up, is_open, thickness, last
+            )
+            if beside == surface:
+                continue
+            if beside < 0 or abs(inverse_depth(beside, c, z, theta, n) - p) > 6.0 * sigma[k]:
+                clear = False
+        if not clear:
+            continue
+        error = p + offset * gain[k]
+        deviation = slack(surface, step_c, step_z, theta, n, sigma[k])
+        used = 1
+        at[0], J[0] = base + OFFSET, gain[k]
+        if across > 0:
+            node, right, below = grid + int(nodes[k, 0]), nodes[k, 1], nodes[k, 2]
+            at[1], J[1] = node, (1.0 - right) * (1.0 - below) * gain[k]
+            at[2], J[2] = node + 1, right * (1.0 - below) * gain[k]
+            at[3], J[3] = node + across, (1.0 - right) * below * gain[k]
+            at[4], J[4] = node + across + 1, right * below * gain[k]
+            used = 5
+            for e in range(1, 5):
+                error += J[e] * theta[at[e]]
+        r = (rho[k] - error) / deviation
+        totals[1] += 1.0
+        if abs(r) >= cutoff:
+            totals[0] += cutoff * cutoff / 6.0
+            continue
+        t = 1.0 - (r / cutoff) ** 2
+        totals[0] += cutoff * cutoff / 6.0 * (1.0 - t * t * t)
+        totals[2] += 1.0
+        weight = t * t
+        totals[3] += weight * r * r
+        totals[4] += weight
+        i, kind = surface // 3, surface % 3
+        if kind == TREAD:
+            h = theta[n + i]
+            at[used], J[used] = n + i, -z / (h * h)
+            at[used + 1], J[used + 1] = base + PITCH, -x / h
+            at[used + 2], J[used + 2] = base + ROLL, y / h
+            used += 3
+        else:
+            s = theta[i - 1] + (over if kind == FOOT_OF_RISER else 0.0)
+            at[used], J[used] = i - 1, -c / (s * s)
+            at[used + 1], J[used + 1] = base + YAW, (y * cy - x * sy) / s
+            at[used + 2], J[used + 2] = base + PITCH, z * cy / s
+            at[used + 3], J[used + 3] = base + ROLL, -z * sy / s
+            used += 4
+            if kind == FOOT_OF_RISER:
+                at[used], J[used] = base + OVERHANG, -c / (s * s)
+                used += 1
+        for e in range(used):
+            J[e] /= deviation
+        for e in range(used):
+            w = weight * J[e]
+            b[at[e]] += w * r
+            for f in range(e + 1):
+                i, j = at[e], at[f]
+                if i < j:
+                    i, j = j, i
+                A[i, j] += w * J[f]
+
+
+@jit
+def accumulate_edges(
+    edges: FloatArray, near: FloatArray, row_step: FloatArray, theta: FloatArray,
+    shape: FloatArray, sigma: float, cutoff: float, gate: float, A: FloatArray, b: FloatArray,
+    totals: FloatArray,
+) -> None:  # fmt: skip
+    """Adds the silhouette edges' part: each is the slope at which a nosing is seen.
+
+    Args:
+        edges: Rays of edges (k, 3) in L, tilt and roll of `theta` already in them.
+        near: Inverse depths of their near sides (k,).
+        row_step: Change of a ray from one row to the next (3,).
+        theta: The parameters (p,).
+        shape: See `accumulate`.
+        sigma: Deviation of an edge's place [rows].
+        cutoff: Tukey's, in deviations.
+        gate: How far from a nosing the near side may lie [m].
+        A: (p, p), added to.
+        b: (p,), added to.
+        totals: Cost, edges at nosings, inliers; added to.
+    """
+    n = int(shape[0])
+    up = shape[1] > 0.5
+    base = 2 * n + 1
+    cy, sy = cos(theta[base + YAW]), sin(theta[base + YAW])
+    bias = theta[base + EDGE_BIAS]
+    step_c, step_z = row_step[0] * cy + row_step[1] * sy, row_step[2]
+    at, J = np.empty(6, dtype=np.int64), np.empty(6)
+    for k in range(edges.shape[0]):
+        x, y, z = edges[k, 0], edges[k, 1], edges[k, 2]
+        c = x * cy + y * sy
+        if c < 0.02 or near[k] <= 0.0:
+            continue
+        s, h = c / near[k], z / near[k]
+        best, which, top = gate, -1, 0
+        for q in range(n):
+            high = n + q + 1 if up else n + q
+            away = abs(s - theta[q]) + abs(h - theta[high])
+            if away < best:
+                best, which, top = away, q, high
+        if which < 0:
+            continue
+        m = z / c
+        dm = abs((step_z * c - z * step_c) / (c * c))
+        place, height = theta[which], theta[top]
+        behind = meet(height / place + 1.5 * dm, theta, n, shape[1], shape[2], shape[3], shape[4])
+        if behind >= 0:  # no silhouette where what lies behind is as near
+            far = inverse_depth(behind, c, z + (height / place - m) * c, theta, n)
+            if near[k] - far < 0.04:
+                continue
+        r = (m - height / place - bias * dm) / (sigma * dm)
+        totals[1] += 1.0
+        if abs(r) >= cutoff:
+            totals[0] += cutoff * cutoff / 6.0
+            continue
+        t = 1.0 - (r / cutoff) ** 2
+        totals[0] += cutoff * cutoff / 6.0 * (1.0 - t * t * t)
+        totals[2] += 1.0
+        weight = t * t
+        at[0], J[0] = which, -height / (place * place)
+        at[1], J[1] = top, 1.0 / place
+        at[2], J[2] = base + EDGE_BIAS, dm
+        at[3], J[3] = base + YAW, z * (y * cy - x * sy) / (c * c)
+        at[4], J[4] = base + PITCH, (x * c + z * z * cy) / (c * c)
+        at[5], J[5] = base + ROLL, -(y * c + z * z * sy) / (c * c)
+        for e in range(6):
+            J[e] /= sigma * dm
+        for e in range(6):
+            b[at[e]] += weight * J[e] * r
+            for f in range(e + 1):
+                i, j = at[e], at[f]
+                if i < j:
+                    i, j = j, i
+                A[i, j] += weight * J[e] * J[f]
+
+
+@jit
+def tally(
+    rays: FloatArray, rho: FloatArray, sigma: FloatArray, row_step: FloatArray, theta: FloatArray,
+    shape: FloatArray, cutoff: float, table: FloatArray,
+) -> float:  # fmt: skip
+    """Counts what speaks for and against each surface.
+
+    Args:
+        rays: (k, 3) in L, tilt and roll of `theta` already in them.
+        rho: Measured inverse depths, offset and pattern taken out (k,).
+        sigma: Their deviations (k,).
+        row_step: Change of a ray from one row to the next (3,).
+        theta: The parameters (p,).
+        shape: Steps, up, open, thickness, last.
+        cutoff: Deviations within which a pixel agrees.
+        table: (2, n + 1, 5), added to. [0, i] is riser i, [1, i] tread i: pixels that should see
+            it; that do; that see something farther; something nearer; and of the four rows over
+            its nosing, those that lie in the riser's plane still.
+
+    Returns:
+        The cost of all pixels: outliers, and those that meet nothing, count as `cutoff`.
+    """
+    n = int(shape[0])
+    up, is_open, thickness, last = shape[1], shape[2], shape[3], shape[4]
+    base = 2 * n + 1
+    cy, sy = cos(theta[base + YAW]), sin(theta[base + YAW])
+    step_c, step_z = row_step[0] * cy + row_step[1] * sy, row_step[2]
+    cost = 0.0
+    for k in range(rays.shape[0]):
+        z = rays[k, 2]
+        c = rays[k, 0] * cy + rays[k, 1] * sy
+        if c < 0.02:
+            continue
+        m = z / c
+        measured = rho[k]
+        dm = abs((step_z * c - z * step_c) / (c * c))
+        for i in range(1, n + 1):
+            above = (m - theta[n + i] / theta[i - 1]) / dm
+            if above > 1.0 and above < 5.0 and up > 0.5:
+                table[0, i, 4] += 1.0
+                if abs(measured - c / theta[i - 1]) < cutoff * sigma[k]:
+                    table[1, i, 4] += 1.0
+        surface = meet(m, theta, n, up, is_open, thickness, last)
+        if surface < 0:
+            cost += cutoff * cutoff
+            continue
+        deviation = slack(surface, step_c, step_z, theta, n, sigma[k])
+        deviation = sqrt(
+            deviation**2
+            + (
+                HEIGHT_ERROR
+                * inverse_depth(surface, c, z, theta, n)
+                / (theta[n + surface // 3] if surface % 3 == TREAD else theta[surface // 3 - 1])
+            )
+            ** 2
+        )
+        r = (measured - inverse_depth(surface, c, z, theta, n)) / deviation
+        cost += min(r * r, cutoff * cutoff)
+        row = 1 if surface % 3 == TREAD else 0
+        i = surface // 3
+        table[row, i, 0] += 1.0
+        if abs(r) < cutoff:
+            table[row, i, 1] += 1.0
+        elif r < 0.0:
+            table[row, i, 2] += 1.0
+        else:
+            table[row, i, 3] += 1.0
+    return cost
+
+
+@jit
+def explain(
+    rays: FloatArray, theta: FloatArray, shape: FloatArray, surface: FloatArray, depth: FloatArray
+) -> None:
+    """Writes the surface that each ray meets, and its inverse depth there (0 for nothing).
+
+    Args:
+        rays: (k, 3) in L, tilt and roll of `theta` already in them.
+        theta: The parameters (p,).
+        shape: Steps, up, open, thickness, last: see `meet`.
+        surface: Receives the surfaces' numbers, (k,).
+        depth: Receives inverse depths [1/m], (k,).
+    """
+    n = int(shape[0])
+    base = 2 * n + 1
+    cy, sy = cos(theta[base + YAW]), sin(theta[base + YAW])
+    for k in range(rays.shape[0]):
+        c = rays[k, 0] * cy + rays[k, 1] * sy
+        surface[k], depth[k] = -1.0, 0.0
+        if c < 0.02:
+            continue
+        found = meet(rays[k, 2] / c, theta, n, shape[1], shape[2], shape[3], shape[4])
+        if found >= 0:
+            surface[k] = found
+            depth[k] = inverse_depth(found, c, rays[k, 2], theta, n)

@@ -1,0 +1,239 @@
+"""Stairs kept in view: a search where none are known, then a fit from the last belief per image."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_quad.common import FloatArray
+from drake_quad.perception.camera_model import CameraModel
+from drake_quad.perception.depth_frame import DepthAccuracy, DepthFrame, prepare_frame
+from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.stair_fit import (
+    StairFit,
+    StairPriors,
+    StairShape,
+    count_evidence,
+    first_guess,
+    fit_stairs,
+    keep_pixels,
+    with_steps,
+)
+from drake_quad.perception.stair_profile import MOST_STEPS, OVERHANG, RISE, RUN, YAW
+from drake_quad.perception.stair_search import (
+    FoundStairs,
+    crop,
+    denied,
+    find_stairs,
+    supported,
+)
+
+LEAST_PLACE = 0.12  # [m] nearer than this a nosing is below the camera and out of its view
+TRACKING = (8.0, 6.0)
+TRACKED = 2  # of so many pixels a tracking frame takes one: what they share is what errs
+SEED = 20260  # chooses the points that a search looks at: the same image gives the same stairs
+FOOT_SIGMA = 0.005  # [m] deviation of a foot's height over the camera, from the legs' kinematics
+
+# Deviations of a single image's fit are multiplied by these. Fitted by
+# `python -m benchmarks.perception.stairs --calibrate` on seeds that no test and no table uses.
+FACTORS = {
+    "up": {"place": 1.0, "height": 1.0, "yaw": 1.0, "overhang": 1.0, "rise": 1.0, "run": 1.0},
+    "down": {"place": 1.0, "height": 1.0, "yaw": 1.0, "overhang": 1.0, "rise": 1.0, "run": 1.0},
+}
+
+
+@dataclass(frozen=True)
+class CameraPose:
+    """Where the camera is believed to be when the image is taken.
+
+    Attributes:
+        R_WC: Attitude of the camera frame in W, (3, 3).
+        p_WC: Place of the camera in W, (3,) [m].
+    """
+
+    R_WC: FloatArray
+    p_WC: FloatArray
+
+    @property
+    def heading(self) -> float:
+        """Yaw of the optical axis in W [rad], or of the image's upward side."""
+        axis, up = self.R_WC[:, 2], -self.R_WC[:, 1]
+        flat = axis + up if np.hypot(axis[0], axis[1]) > 0.1 else up
+        return float(np.arctan2(flat[1], flat[0]))
+
+    @property
+    def R_LC(self) -> FloatArray:
+        """Attitude in the level frame of this pose, (3, 3)."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        return np.asarray(np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ self.R_WC)
+
+
+def make_belief(
+    found: FoundStairs,
+    pose: CameraPose,
+    *,
+    stamp: float,
+    tilt: float,
+    passed: int = 0,
+    factors: dict[str, dict[str, float]] | None = None,
+) -> StairBelief:
+    """The belief in W of stairs that were fitted in L.
+
+    Args:
+        found: The stairs.
+        pose: Of the camera.
+        stamp: Time of the image [s].
+        tilt: Deviation of the camera's heading, which no image of stairs can tell [rad].
+        passed: How many steps lie before those that were fitted.
+        factors: What deviations are multiplied by; `FACTORS` unless told.
+    """
+    fit, n = found.fit, found.fit.shape.steps
+    base = 2 * n + 1
+    kept = [*range(base), base + YAW, base + OVERHANG, base + RISE, base + RUN]
+    covariance = fit.covariance[np.ix_(kept, kept)] * max(1.0, fit.spread) ** 2
+    covariance[base, base] += tilt**2
+    scale = (FACTORS if factors is None else factors)["up" if fit.shape.up else "down"]
+    by = np.array(
+        [scale["place"]] * n
+        + [scale["height"]] * (n + 1)
+        + [scale[name] for name in ("yaw", "overhang", "rise", "run")]
+    )
+    at_most = None if found.at_most is None else passed + found.at_most
+    return StairBelief(
+        stamp=stamp,
+        origin=pose.p_WC[:2],
+        passed=passed,
+        places=fit.places,
+        heights=fit.heights + pose.p_WC[2],
+        yaw=float(np.remainder(fit.other(YAW) + pose.heading + np.pi, 2.0 * np.pi) - np.pi),
+        overhang=fit.other(OVERHANG),
+        rise=fit.other(RISE),
+        run=fit.other(RUN),
+        covariance=covariance * np.outer(by, by),
+        count_least=passed + n,
+        count_most=at_most,
+        is_open=fit.shape.is_open,
+        right=found.right,
+        left=found.left,
+    )
+
+
+class StairTracker:
+    """Estimates stairs from one depth image after the other.
+
+    Errors of one image's estimate are mostly the camera's own, which stay, so images are not
+    averaged: each belief is of one image, begun from the one before.
+
+    Args:
+        model: Intrinsics of the images.
+        accuracy: How well depths are known.
+        priors: What is known of stairs; the floor's height is taken from the feet.
+        rows: About how many rows are fitted.
+    """
+
+    def __init__(
+        self,
+        *,
+        model: CameraModel,
+        accuracy: DepthAccuracy,
+        priors: StairPriors | None = None,
+        rows: int = 120,
+    ) -> None:
+        self._model, self._accuracy, self._rows = model, accuracy, rows
+        self._priors = StairPriors() if priors is None else priors
+
+    def update(
+        self,
+        depth: NDArray[np.floating],
+        pose: CameraPose,
+        *,
+        stamp: float = 0.0,
+        last: StairBelief | None = None,
+        feet: FloatArray | None = None,
+    ) -> StairBelief | None:
+        """The stairs that an image shows.
+
+        Args:
+            depth: Distances along the optical axis [m], (height, width); 0, inf or nan where none.
+            pose: Of the camera when the image was taken.
+            stamp: That time [s].
+            last: The belief before; without one the stairs are searched for.
+            feet: Points in W where feet stand, (k, 3) [m]; those farthest ahead tell the floor.
+
+        Returns:
+            The belief; None where nothing speaks for stairs.
+        """
+        frame = prepare_frame(depth, self._model, pose.R_LC, self._accuracy, rows=self._rows)
+        priors = replace(self._priors, floor=self._floor(pose, feet))
+        if last is not None:
+            tracked = self._track(frame, priors, pose, last, feet)
+            if tracked is not None:
+                found, passed = tracked
+                return make_belief(
+                    found, pose, stamp=stamp, tilt=self._accuracy.tilt, passed=passed
+                )
+        searched = find_stairs(frame, priors, np.random.default_rng(SEED))
+        if searched is None:
+            return None
+        return make_belief(searched, pose, stamp=stamp, tilt=self._accuracy.tilt)
+
+    def _floor(self, pose: CameraPose, feet: FloatArray | None) -> tuple[float, float]:
+        if feet is None or len(feet) == 0:
+            return self._priors.floor
+        ahead = feet[:, 0] * np.cos(pose.heading) + feet[:, 1] * np.sin(pose.heading)
+        front = feet[ahead > ahead.max() - 0.1, 2]
+        return float(front.mean() - pose.p_WC[2]), FOOT_SIGMA
+
+    def _track(
+        self,
+        frame: DepthFrame,
+        priors: StairPriors,
+        pose: CameraPose,
+        last: StairBelief,
+        feet: FloatArray | None,
+    ) -> tuple[FoundStairs, int] | None:
+        moved = float((pose.p_WC[:2] - last.origin) @ last.direction)
+        places, heights = last.places - moved, last.heights - pose.p_WC[2]
+        gone = int(np.count_nonzero(places < LEAST_PLACE))
+        places, heights, passed = places[gone:], heights[gone:], last.passed + gone
+        n = len(places)
+        if n < 1:
+            return None
+        shape = StairShape(n, last.going_up, last.is_open)
+        theta = first_guess(
+            shape, first=float(places[0]), floor=float(heights[0]), rise=last.rise, run=last.run,
+            yaw=last.yaw - pose.heading, priors=priors, nodes=frame.grid[0] * frame.grid[1],
+        )  # fmt: skip
+        theta[:n], theta[n : 2 * n + 1] = places, heights
+        theta[2 * n + 1 + OVERHANG] = last.overhang
+        if feet is None or len(feet) == 0 or abs(priors.floor[0] - heights[0]) > 0.06:
+            # No foot is known to stand before the first step in view: the last belief tells.
+            sigma = float(last.height_sigmas[gone]) + 0.003
+            priors = replace(priors, floor=(float(heights[0]), sigma))
+        guess = StairFit(shape, theta, np.eye(len(theta)), 0.0, 1.0)
+        inner = crop(frame, guess, (last.right - 0.03, last.left + 0.03))
+        inner = keep_pixels(inner, np.arange(len(inner.rho)) % TRACKED == 0)
+        fit = fit_stairs(inner, shape, theta, priors, TRACKING)
+        if fit is None:
+            return None
+        table, _ = count_evidence(inner, fit, priors)
+        seen = [i for i in range(1, n + 1) if table[:, i, 0].sum() >= 25.0]
+        if not seen or not all(supported(table, i, fit) for i in seen[:2]):
+            return None
+        most = None if last.count_most is None else last.count_most - passed
+        if most is None and n < MOST_STEPS:
+            fit, most = self._one_more(inner, fit, priors)
+        return FoundStairs(fit, most, last.right, last.left), passed
+
+    def _one_more(
+        self, frame: DepthFrame, fit: StairFit, priors: StairPriors
+    ) -> tuple[StairFit, int | None]:
+        """The fit with a step more if pixels speak for it, and how many steps there are at most."""
+        thin = keep_pixels(frame, np.arange(len(frame.rho)) % 2 == 0)
+        more = fit_stairs(thin, *with_steps(fit, fit.shape.steps + 1), priors, (15.0, 8.0))
+        if more is None:
+            return fit, None
+        table, _ = count_evidence(frame, more, priors)
+        if supported(table, more.shape.steps, more):
+            return more, None
+        return fit, fit.shape.steps if denied(table, more.shape.steps) else None

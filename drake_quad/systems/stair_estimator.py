@@ -1,0 +1,82 @@
+"""Depth images to a belief of the stairs ahead."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import quaternion_rotation
+from drake_quad.perception.camera_model import CameraModel
+from drake_quad.perception.depth_frame import DepthAccuracy
+from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.stair_tracker import CameraPose, StairTracker
+from drake_quad.systems.depth_camera import NO_IMAGE, DepthImage
+
+
+@dataclass(frozen=True)
+class StairReport:
+    """What the estimator says.
+
+    Attributes:
+        stamp: Time of the image that was looked at last [s]; -inf before the first.
+        belief: The stairs that it showed; None if it showed none.
+    """
+
+    stamp: float
+    belief: StairBelief | None
+
+
+class StairEstimator(LeafSystem):
+    """Looks for stairs in each image that arrives, from what the one before showed.
+
+    Input ports:
+        depth_measured: DepthImage, with the base's pose as it was estimated when it was taken.
+        feet: (12,) points of the feet on the ground in W [m], leg by leg (FL, FR, RL, RR).
+        contacts: (4,) of each foot; it stands where this is more than 0.5.
+    Output ports:
+        stairs: StairReport.
+
+    Args:
+        model: Intrinsics of the images.
+        R_BC: Attitude of the camera on the base, as it is meant to be, (3, 3).
+        p_BC: Place of the camera on the base, (3,) [m].
+        accuracy: How well depths are known.
+        period: Between looks for a new image [s].
+    """
+
+    def __init__(
+        self,
+        *,
+        model: CameraModel,
+        R_BC: FloatArray,
+        p_BC: FloatArray,
+        accuracy: DepthAccuracy,
+        period: float = 0.1,
+    ) -> None:
+        super().__init__()
+        self.set_name("stair_estimator")
+        self._R_BC, self._p_BC = np.array(R_BC), np.array(p_BC)
+        self._tracker = StairTracker(model=model, accuracy=accuracy)  # it remembers nothing
+        self._image = self.DeclareAbstractInputPort("depth_measured", AbstractValue.Make(NO_IMAGE))
+        self._feet = self.DeclareVectorInputPort("feet", 12)
+        self._contacts = self.DeclareVectorInputPort("contacts", 4)
+        self._stairs = self.DeclareAbstractState(AbstractValue.Make(StairReport(-np.inf, None)))
+        self.DeclareStateOutputPort("stairs", self._stairs)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
+
+    def _look(self, context: Context, state: State) -> None:
+        image: DepthImage = self._image.Eval(context)
+        last: StairReport = context.get_abstract_state(self._stairs).get_value()
+        if image.stamp <= last.stamp:
+            return
+        w, x, y, z = (float(value) for value in image.base_pose[:4])
+        R_WB = np.array(quaternion_rotation(w, x, y, z))
+        pose = CameraPose(R_WB @ self._R_BC, image.base_pose[4:] + R_WB @ self._p_BC)
+        standing = self._contacts.Eval(context) > 0.5
+        feet = self._feet.Eval(context).reshape(4, 3)[standing]
+        belief = self._tracker.update(
+            image.depth, pose, stamp=image.stamp, last=last.belief, feet=feet
+        )
+        state.get_mutable_abstract_state(self._stairs).set_value(StairReport(image.stamp, belief))

@@ -1,0 +1,46 @@
+"""The stair estimator alone, through its ports and its own Context."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+
+from benchmarks.perception.scenes import Scene, build_boxes, render
+from drake_quad.common import read_only
+from drake_quad.perception.camera_model import D435, level_rotation
+from drake_quad.perception.depth_frame import stereo_accuracy
+from drake_quad.systems.depth_camera import DepthImage
+from drake_quad.systems.stair_estimator import StairEstimator
+
+MODEL = D435.model.decimated(2)
+R_BC = level_rotation(pitch=np.radians(35.0))
+FEET = np.array([0.1, 0.2, 1.0, 0.1, -0.2, 1.0, -0.6, 0.2, 1.0, -0.6, -0.2, 1.0])
+
+
+def test_stairs_in_an_image_become_a_belief_in_the_world() -> None:
+    """A base turned left and raised by 1 m sees the flight ahead of it, at its place in W."""
+    places, heights = 0.9 + 0.3 * np.arange(4), 0.15 * np.arange(5)
+    scene = Scene("up", places, heights, 0.0, 0.0, (0.8, 0.8), build_boxes(places, heights))
+    depth = render(scene, MODEL, R_BC, 0.95)
+    turn = np.radians(60.0)
+    pose = np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2), 2.0, 3.0, 1.75])
+    estimator = StairEstimator(
+        model=MODEL, R_BC=R_BC, p_BC=np.array([0.0, 0.0, 0.2]),
+        accuracy=stereo_accuracy(D435.disparity_scale()),
+    )  # fmt: skip
+    simulator = Simulator(estimator)
+    context = simulator.get_mutable_context()
+    port = estimator.GetOutputPort("stairs")
+    assert port.Eval(context).belief is None
+    image = DepthImage(0.0, read_only(np.where(np.isfinite(depth), depth, 0.0)), read_only(pose))
+    estimator.GetInputPort("depth_measured").FixValue(context, AbstractValue.Make(image))
+    estimator.GetInputPort("feet").FixValue(context, FEET)
+    estimator.GetInputPort("contacts").FixValue(context, np.ones(4))
+    simulator.AdvanceTo(0.01)
+    seen = port.Eval(context)
+    assert seen.stamp == 0.0 and seen.belief is not None
+    assert np.allclose(seen.belief.origin, [2.0, 3.0])
+    assert abs(seen.belief.yaw - turn) < np.radians(0.3)
+    assert abs(seen.belief.places[0] - 0.9) < 0.006
+    assert abs(seen.belief.heights[1] - 1.15) < 0.004
+    simulator.AdvanceTo(0.11)  # the same image again is no news
+    assert port.Eval(context) is seen or port.Eval(context).stamp == 0.0
