@@ -24,6 +24,9 @@ from drake_quad.perception.stair_profile import (
     ROLL,
     RUN,
     YAW,
+    EdgeRays,
+    Equations,
+    Pixels,
     accumulate,
     accumulate_edges,
     explain,
@@ -33,6 +36,8 @@ from drake_quad.perception.stair_profile import (
 
 COARSE = (25.0, 15.0, 10.0, 7.0, 6.0, 6.0)
 FINE = (8.0, 6.0, 6.0)
+STIFF = 1e6
+MOST_ERROR = 3.5  # deviations that what the camera has wrong may be off by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,6 +125,7 @@ def first_guess(
     yaw: float,
     priors: StairPriors,
     nodes: int,
+    level: tuple[float, float] = (0.0, 0.0),
 ) -> FloatArray:
     """Parameters of even stairs.
 
@@ -132,6 +138,7 @@ def first_guess(
         yaw: Of the climb, in L [rad].
         priors: Overhang and edge bias are their means.
         nodes: How many the pattern has: the product of the frame's `grid`.
+        level: Roll and pitch by which the camera's attitude is thought to be off [rad].
     """
     n = shape.steps
     theta = np.zeros(parameter_count(n) + nodes)
@@ -139,6 +146,7 @@ def first_guess(
     theta[n : 2 * n + 1] = floor + rise * np.arange(n + 1)
     base = 2 * n + 1
     theta[base + YAW] = yaw
+    theta[base + ROLL], theta[base + PITCH] = level
     theta[base + OVERHANG] = priors.overhang[0] if shape.up and not shape.is_open else 0.0
     theta[base + EDGE_BIAS] = priors.edge_bias[0]
     theta[base + RISE], theta[base + RUN] = rise, run
@@ -172,11 +180,11 @@ def corrected_rays(vectors: FloatArray, theta: FloatArray, n: int) -> FloatArray
     return np.ascontiguousarray(vectors @ R.T)
 
 
-def prior_equations(
-    theta: FloatArray, shape: StairShape, priors: StairPriors, frame: DepthFrame
-) -> tuple[FloatArray, FloatArray]:
-    """The priors' part of the normal equations: (p, p) and (p,)."""
-    n, base, p = shape.steps, 2 * shape.steps + 1, len(theta)
+def _prior_rows(
+    shape: StairShape, priors: StairPriors, frame: DepthFrame
+) -> list[tuple[dict[int, float], float, float]]:
+    """Sums of parameters by their shares, with the mean and the deviation of each sum."""
+    n, base = shape.steps, 2 * shape.steps + 1
     way = 1.0 if shape.up else -1.0
     rows: list[tuple[dict[int, float], float, float]] = [
         ({n: 1.0}, *priors.floor),
@@ -194,11 +202,19 @@ def prior_equations(
         rows.append(({n + i + 1: 1.0, n + i: -1.0, base + RISE: -1.0}, 0.0, priors.uneven))
         if i:
             rows.append(({i: 1.0, i - 1: -1.0, base + RUN: -1.0}, 0.0, priors.uneven))
+    return rows
+
+
+def prior_equations(
+    theta: FloatArray, shape: StairShape, priors: StairPriors, frame: DepthFrame
+) -> tuple[FloatArray, FloatArray]:
+    """The priors' part of the normal equations: (p, p) and (p,)."""
+    base, p = 2 * shape.steps + 1, len(theta)
     A, b = np.zeros((p, p)), np.zeros(p)
     for k in range(base + NUISANCES, p):
         A[k, k] += 1.0 / frame.pattern_sigma**2
         b[k] -= theta[k] / frame.pattern_sigma**2
-    for terms, mean, sigma in rows:
+    for terms, mean, sigma in _prior_rows(shape, priors, frame):
         keys, values = list(terms), np.array(list(terms.values()))
         residual = mean - float(values @ theta[keys])
         A[np.ix_(keys, keys)] += np.outer(values, values) / sigma**2
@@ -212,6 +228,8 @@ def fit_stairs(
     theta: FloatArray,
     priors: StairPriors,
     cutoffs: Sequence[float] = FINE,
+    *,
+    held: int = 0,
 ) -> StairFit | None:
     """Fits from a guess, one Gauss-Newton step for each cutoff.
 
@@ -221,6 +239,8 @@ def fit_stairs(
         theta: The guess.
         priors: What is known before.
         cutoffs: Residuals beyond which pixels are outliers, in deviations, from wide to narrow.
+        held: In so many of the first steps the camera's errors stay as they are: far from the
+            stairs they would be bent to explain what a guess has wrong.
 
     Returns:
         The fit; None where it comes to no stairs (a tread at or over the camera's height that is
@@ -230,21 +250,23 @@ def fit_stairs(
     p = len(theta)
     totals, edge_totals = np.zeros(5), np.zeros(5)
     information = np.eye(p)
-    for cutoff in cutoffs:
+    for number, cutoff in enumerate(cutoffs):
         rays, edges = corrected_rays(frame.rays, theta, n), corrected_rays(frame.edges, theta, n)
         A, b, totals, edge_totals = np.zeros((p, p)), np.zeros(p), np.zeros(5), np.zeros(5)
         vector = shape_vector(shape, theta, priors)
-        accumulate(
-            rays, frame.rho, frame.sigma, frame.gain, frame.nodes, frame.row_step, theta, vector,
-            float(frame.grid[1]), cutoff, A, b, totals,
-        )  # fmt: skip
-        accumulate_edges(
-            edges, frame.edge_rho, frame.row_step, theta, vector, priors.edge, min(cutoff, 20.0),
-            0.12, A, b, edge_totals,
-        )  # fmt: skip
+        pixels = Pixels(rays, frame.rho, frame.sigma, frame.gain, frame.nodes, frame.row_step)
+        equations = Equations(A, b, totals)
+        accumulate(pixels, theta, vector, float(frame.grid[1]), cutoff, equations)
+        silhouettes = EdgeRays(edges, frame.edge_rho, frame.row_step)
+        equations = Equations(A, b, edge_totals)
+        accumulate_edges(silhouettes, theta, vector, priors.edge, min(cutoff, 20.0), equations)
         prior_A, prior_b = prior_equations(theta, shape, priors, frame)
         A = A + np.tril(A, -1).T
         information = A / priors.alike + prior_A
+        if number < held:
+            for k in (base + PITCH, base + ROLL, base + OFFSET, *range(base + NUISANCES, p)):
+                information[k, k] *= STIFF
+                information[k, k] += STIFF
         try:
             step = np.linalg.solve(information, b / priors.alike + prior_b)
         except np.linalg.LinAlgError:
@@ -252,11 +274,35 @@ def fit_stairs(
         largest = float(np.max(np.abs(step[:base])))
         theta += step * min(1.0, 0.08 / max(largest, 1e-12))
         theta[base + OVERHANG] = min(max(theta[base + OVERHANG], 0.0), 0.06)
+        _bound_nuisances(theta, base, frame)
         if not _is_sound(theta, shape):
             return None
     spread = float(np.sqrt(totals[3] / max(totals[4], 1.0)))
     covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
     return StairFit(shape, theta, covariance, float(totals[0] + edge_totals[0]), spread)
+
+
+def _bound_nuisances(theta: FloatArray, base: int, frame: DepthFrame) -> None:
+    """Keeps what the camera may have wrong within what it can have wrong.
+
+    Thousands of pixels outvote any prior. So without bounds there are fits of other surfaces, seen
+    by a camera that is tilted by many times of what its attitude is known to.
+    """
+    for which, sigma in ((PITCH, frame.tilt), (ROLL, frame.tilt), (OFFSET, frame.offset_sigma)):
+        theta[base + which] = min(max(theta[base + which], -MOST_ERROR * sigma), MOST_ERROR * sigma)
+    pattern = theta[base + NUISANCES :]
+    most = MOST_ERROR * frame.pattern_sigma
+    np.clip(pattern, -most, most, out=pattern)
+
+
+def prior_cost(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> float:
+    """How unlikely the fit is before the image is seen: the sum of squared deviations."""
+    pattern = fit.theta[2 * fit.shape.steps + 1 + NUISANCES :]
+    cost = float(np.sum((pattern / frame.pattern_sigma) ** 2)) if len(pattern) else 0.0
+    for terms, mean, sigma in _prior_rows(fit.shape, priors, frame):
+        told = sum(value * fit.theta[key] for key, value in terms.items())
+        cost += float((mean - told) / sigma) ** 2
+    return cost
 
 
 def _is_sound(theta: FloatArray, shape: StairShape) -> bool:
@@ -291,25 +337,40 @@ def count_evidence(
     """What speaks for and against each riser and tread: see `stair_profile.tally`.
 
     Returns:
-        The table (2, n + 1, 5), and the cost of all pixels.
+        The table (2, n + 1, 6), and the cost of all pixels.
     """
     n = fit.shape.steps
-    table = np.zeros((2, n + 1, 5))
-    cost = tally(
-        corrected_rays(frame.rays, fit.theta, n), measured(frame, fit), frame.sigma, frame.row_step,
-        fit.theta, shape_vector(fit.shape, fit.theta, priors), cutoff, table,
+    table = np.zeros((2, n + 1, 6))
+    vector = shape_vector(fit.shape, fit.theta, priors)
+    return table, float(tally(pixels_of(frame, fit), fit.theta, vector, cutoff, table))
+
+
+def pixels_of(frame: DepthFrame, fit: StairFit) -> Pixels:
+    """The frame's pixels without the tilt, the offset and the pattern that the fit found."""
+    return Pixels(
+        corrected_rays(frame.rays, fit.theta, fit.shape.steps), measured(frame, fit), frame.sigma,
+        frame.gain, frame.nodes, frame.row_step,
     )  # fmt: skip
-    return table, float(cost)
 
 
 def explained(
-    frame: DepthFrame, fit: StairFit, priors: StairPriors
+    frame: DepthFrame, fit: StairFit, priors: StairPriors, *, last: float | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Each pixel's surface (3 i + kind, or -1), residual in deviations, and place across [m]."""
+    """Each pixel's surface (3 i + kind, or -1), residual in deviations, and place across [m].
+
+    Args:
+        frame: The image.
+        fit: The stairs.
+        priors: What is known before.
+        last: Length of the last tread [m]; as it is believed unless told.
+    """
     n = fit.shape.steps
     rays = corrected_rays(frame.rays, fit.theta, n)
     surface, rho = np.empty(len(rays)), np.empty(len(rays))
-    explain(rays, fit.theta, shape_vector(fit.shape, fit.theta, priors), surface, rho)
+    vector = shape_vector(fit.shape, fit.theta, priors)
+    if last is not None:
+        vector[4] = last
+    explain(rays, fit.theta, vector, surface, rho)
     yaw = fit.other(YAW)
     found = measured(frame, fit)
     across = (rays[:, 1] * np.cos(yaw) - rays[:, 0] * np.sin(yaw)) / found

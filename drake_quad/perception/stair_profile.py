@@ -7,6 +7,7 @@ and a riser at c / s: inverse depths are linear in the ray, and their derivative
 """
 
 from math import cos, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,58 @@ FOOT_OF_RISER, FACE, TREAD = 1, 2, 0  # a surface is 3 i + one of these
 MOST_STEPS = 14
 HEIGHT_ERROR = 0.003  # [m] by which a surface may be off where pixels are counted for or against it
 ROW_ERROR = 0.25  # [rows] by which a pixel's own place errs: edges grow, blocks have one middle
+
+
+EDGE_GATE = 0.12  # [m] how far from a nosing the near side of an edge may lie
+
+
+class Pixels(NamedTuple):
+    """Pixels as the kernels take them, tilt and roll of the parameters already in the rays.
+
+    Attributes:
+        rays: (k, 3) in L.
+        rho: Measured inverse depths (k,).
+        sigma: Their deviations (k,).
+        gain: What the shared offset adds (k,).
+        nodes: Node of the pattern's grid up and left of each pixel, and the shares of the next
+            column and the next row, (k, 3).
+        row_step: Change of a ray from one row to the next (3,).
+    """
+
+    rays: FloatArray
+    rho: FloatArray
+    sigma: FloatArray
+    gain: FloatArray
+    nodes: FloatArray
+    row_step: FloatArray
+
+
+class EdgeRays(NamedTuple):
+    """Silhouette edges as the kernels take them.
+
+    Attributes:
+        rays: (k, 3) in L, tilt and roll of the parameters already in them.
+        near: Inverse depths of their near sides (k,).
+        row_step: Change of a ray from one row to the next (3,).
+    """
+
+    rays: FloatArray
+    near: FloatArray
+    row_step: FloatArray
+
+
+class Equations(NamedTuple):
+    """Normal equations A delta = b that kernels add to; of A the lower half alone.
+
+    Attributes:
+        A: (p, p).
+        b: (p,).
+        totals: Cost, what was looked at, inliers, sum of weighted squares, sum of weights (5,).
+    """
+
+    A: FloatArray
+    b: FloatArray
+    totals: FloatArray
 
 
 def parameter_count(steps: int) -> int:
@@ -92,29 +145,25 @@ def slack(
 
 @jit
 def accumulate(
-    rays: FloatArray, rho: FloatArray, sigma: FloatArray, gain: FloatArray, nodes: FloatArray,
-    row_step: FloatArray, theta: FloatArray, shape: FloatArray, columns: float, cutoff: float,
-    A: FloatArray, b: FloatArray, totals: FloatArray,
-) -> None:  # fmt: skip
-    """Adds the pixels' part to the normal equations A delta = b; of A the lower half alone.
+    pixels: Pixels,
+    theta: FloatArray,
+    shape: FloatArray,
+    columns: float,
+    cutoff: float,
+    equations: Equations,
+) -> None:
+    """Adds the pixels' part to the normal equations.
 
     Args:
-        rays: (k, 3) in L, tilt and roll of `theta` already in them.
-        rho: Measured inverse depths (k,).
-        sigma: Their deviations (k,).
-        gain: What the shared offset adds (k,).
-        nodes: Node of the pattern's grid up and left of each pixel, and the shares of the next
-            column and the next row, (k, 3).
-        row_step: Change of a ray from one row to the next (3,).
+        pixels: The pixels.
         theta: The parameters (p,).
         shape: Steps, up, open, thickness, last: see `meet`.
         columns: Nodes in a row of the pattern's grid; 0 for no pattern.
         cutoff: Residual beyond which a pixel is an outlier, in deviations (Tukey's).
-        A: (p, p), added to.
-        b: (p,), added to.
-        totals: Cost, pixels on the stairs, inliers, sum of weighted squares, sum of weights (5,);
-            added to.
+        equations: Added to.
     """
+    rays, rho, sigma, gain, nodes, row_step = pixels
+    A, b, totals = equations
     n = int(shape[0])
     up, is_open, thickness, last = shape[1], shape[2], shape[3], shape[4]
     base = 2 * n + 1
@@ -200,25 +249,25 @@ def accumulate(
 
 @jit
 def accumulate_edges(
-    edges: FloatArray, near: FloatArray, row_step: FloatArray, theta: FloatArray,
-    shape: FloatArray, sigma: float, cutoff: float, gate: float, A: FloatArray, b: FloatArray,
-    totals: FloatArray,
-) -> None:  # fmt: skip
+    silhouettes: EdgeRays,
+    theta: FloatArray,
+    shape: FloatArray,
+    sigma: float,
+    cutoff: float,
+    equations: Equations,
+) -> None:
     """Adds the silhouette edges' part: each is the slope at which a nosing is seen.
 
     Args:
-        edges: Rays of edges (k, 3) in L, tilt and roll of `theta` already in them.
-        near: Inverse depths of their near sides (k,).
-        row_step: Change of a ray from one row to the next (3,).
+        silhouettes: The edges.
         theta: The parameters (p,).
         shape: See `accumulate`.
         sigma: Deviation of an edge's place [rows].
         cutoff: Tukey's, in deviations.
-        gate: How far from a nosing the near side may lie [m].
-        A: (p, p), added to.
-        b: (p,), added to.
-        totals: Cost, edges at nosings, inliers; added to.
+        equations: Added to.
     """
+    edges, near, row_step = silhouettes
+    A, b, totals = equations
     n = int(shape[0])
     up = shape[1] > 0.5
     base = 2 * n + 1
@@ -232,7 +281,7 @@ def accumulate_edges(
         if c < 0.02 or near[k] <= 0.0:
             continue
         s, h = c / near[k], z / near[k]
-        best, which, top = gate, -1, 0
+        best, which, top = EDGE_GATE, -1, 0
         for q in range(n):
             high = n + q + 1 if up else n + q
             away = abs(s - theta[q]) + abs(h - theta[high])
@@ -276,26 +325,24 @@ def accumulate_edges(
 
 @jit
 def tally(
-    rays: FloatArray, rho: FloatArray, sigma: FloatArray, row_step: FloatArray, theta: FloatArray,
-    shape: FloatArray, cutoff: float, table: FloatArray,
-) -> float:  # fmt: skip
+    pixels: Pixels, theta: FloatArray, shape: FloatArray, cutoff: float, table: FloatArray
+) -> float:
     """Counts what speaks for and against each surface.
 
     Args:
-        rays: (k, 3) in L, tilt and roll of `theta` already in them.
-        rho: Measured inverse depths, offset and pattern taken out (k,).
-        sigma: Their deviations (k,).
-        row_step: Change of a ray from one row to the next (3,).
+        pixels: The pixels, offset and pattern taken out of their inverse depths.
         theta: The parameters (p,).
         shape: Steps, up, open, thickness, last.
         cutoff: Deviations within which a pixel agrees.
-        table: (2, n + 1, 5), added to. [0, i] is riser i, [1, i] tread i: pixels that should see
-            it; that do; that see something farther; something nearer; and of the four rows over
-            its nosing, those that lie in the riser's plane still.
+        table: (2, n + 1, 6), added to. [0, i] is riser i, [1, i] tread i: pixels that should see
+            it; that do; that see something farther; something nearer; of the four rows over its
+            nosing, those that lie in the riser's plane still; and how well those that should see
+            it agree, each from 0 (at `cutoff`) to 1.
 
     Returns:
         The cost of all pixels: outliers, and those that meet nothing, count as `cutoff`.
     """
+    rays, rho, sigma, row_step = pixels.rays, pixels.rho, pixels.sigma, pixels.row_step
     n = int(shape[0])
     up, is_open, thickness, last = shape[1], shape[2], shape[3], shape[4]
     base = 2 * n + 1
@@ -335,6 +382,7 @@ def tally(
         row = 1 if surface % 3 == TREAD else 0
         i = surface // 3
         table[row, i, 0] += 1.0
+        table[row, i, 5] += max(0.0, 1.0 - (r / cutoff) ** 2)
         if abs(r) < cutoff:
             table[row, i, 1] += 1.0
         elif r < 0.0:

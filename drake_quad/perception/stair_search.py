@@ -5,81 +5,53 @@ that surface normals and silhouette edges speak for. The best guesses are fitted
 added while pixels speak for one more. A scene without two such steps is refused.
 """
 
-from dataclasses import dataclass
-from math import floor
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import correlate1d
 
 from drake_quad.common import FloatArray
-from drake_quad.jit import jit
+from drake_quad.math.rotations import rotation_exp
 from drake_quad.perception.depth_frame import DepthFrame
+from drake_quad.perception.stair_candidates import (
+    ProfilePoints,
+    StairGrid,
+    candidate_floors,
+    candidate_levels,
+    candidate_yaws,
+    score_profile,
+)
+from drake_quad.perception.stair_evidence import (
+    crop,
+    denied,
+    support,
+    supported,
+    told_apart,
+)
 from drake_quad.perception.stair_fit import (
     COARSE,
     FINE,
     StairFit,
     StairPriors,
     StairShape,
-    corrected_rays,
     count_evidence,
     find_width,
     first_guess,
     fit_stairs,
     keep_pixels,
-    measured,
     with_steps,
 )
-from drake_quad.perception.stair_profile import MOST_STEPS, RISE, RUN, YAW
+from drake_quad.perception.stair_profile import MOST_STEPS, PITCH, RISE, ROLL, RUN, YAW
 
 SAMPLE = 700  # points that the coarse search looks at
 CORRIDOR = 0.6  # [m] to each side of the line ahead: only what lies within is searched first
+GUESS_ERROR = 0.08  # [m] by which a guess of the coarse search may be off, four steps on
 THINNED = 5  # of so many pixels one is looked at by the first fits
-MOST_YAW = np.radians(45.0)
 RISES = np.arange(0.08, 0.235, 0.02)
 RUNS = np.arange(0.20, 0.43, 0.03)
+FIRSTS = np.arange(0.06, 2.7, 0.04)
 RISE_BOUNDS, RUN_BOUNDS = (0.05, 0.26), (0.15, 0.60)
-
-
-@jit
-def score_profile(
-    s: FloatArray, h: FloatArray, tolerance: FloatArray, floor_height: float, way: float,
-    firsts: FloatArray, rises: FloatArray, runs: FloatArray, steps: int, costs: FloatArray,
-) -> None:  # fmt: skip
-    """Writes the cost of points against even stairs over a grid.
-
-    Args:
-        s: Points' places along the climb (k,) [m].
-        h: Their heights (k,) [m].
-        tolerance: Distance from the profile that costs 1, as any farther one does (k,) [m].
-        floor_height: Of the floor [m].
-        way: 1 for up, -1 for down.
-        firsts: Places of the first nosing (f,) [m].
-        rises: (r,) [m].
-        runs: (q,) [m].
-        steps: How many are looked at.
-        costs: Receives mean costs, (f, r, q).
-    """
-    for f in range(firsts.shape[0]):
-        for r in range(rises.shape[0]):
-            for q in range(runs.shape[0]):
-                rise, run, total = way * rises[r], runs[q], 0.0
-                for k in range(s.shape[0]):
-                    x = (s[k] - firsts[f]) / run
-                    i = floor(x) + 1
-                    cost = 1.0
-                    i = max(i, 0)
-                    if i <= steps:
-                        d = (h[k] - floor_height - i * rise) / tolerance[k]
-                        cost = min(1.0, d * d)
-                    if way > 0.0:
-                        j = floor(x + 0.5)
-                        y = (h[k] - floor_height) / rise - j
-                        if j >= 0 and j < steps and y > 0.0 and y < 1.0:
-                            d = (x - j) * run / tolerance[k]
-                            cost = min(cost, d * d)
-                    total += cost
-                costs[f, r, q] = total / s.shape[0]
 
 
 @dataclass(frozen=True)
@@ -97,97 +69,6 @@ class FoundStairs:
     at_most: int | None
     right: float
     left: float
-
-
-def surface_normals(frame: DepthFrame) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Normals of local planes of 5 by 5 pixels, in L, and the places of their pixels in `index`.
-
-    In inverse depth a plane is linear in the pixel's place, so its normal comes of two slopes.
-    """
-    model = frame.model
-    flat = np.zeros(model.height * model.width)
-    flat[frame.index] = frame.rho
-    image = flat.reshape(model.height, model.width)
-    whole = correlate1d(
-        correlate1d((image > 0).astype(float), np.ones(5), axis=0), np.ones(5), axis=1
-    )
-    slope, mean = np.arange(-2.0, 3.0) / 10.0, np.ones(5) / 5.0
-    a = correlate1d(correlate1d(image, slope, axis=1), mean, axis=0).ravel()[frame.index]
-    b = correlate1d(correlate1d(image, slope, axis=0), mean, axis=1).ravel()[frame.index]
-    rho = correlate1d(correlate1d(image, mean, axis=0), mean, axis=1).ravel()[frame.index]
-    u, v = frame.index % model.width, frame.index // model.width
-    normal = np.stack(
-        [a * model.fx, b * model.fy, rho - a * (u - model.cx) - b * (v - model.cy)], axis=-1
-    )
-    # rays = R (x, y, 1): R comes back from the rays of three pixels
-    camera = model.rays().reshape(-1, 3)[frame.index]
-    R_T, *_ = np.linalg.lstsq(camera, frame.rays, rcond=None)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    good = np.flatnonzero((whole.ravel()[frame.index] > 24.5) & (length[:, 0] > 1e-9))
-    return np.asarray((normal[good] / length[good]) @ R_T), good
-
-
-def candidate_yaws(frame: DepthFrame) -> list[float]:
-    """The few yaws [rad] that upright surfaces, and rows of silhouette edges, speak for."""
-    normals, _ = surface_normals(frame)
-    found: list[float] = [0.0]
-    upright = np.abs(normals[:, 2]) < 0.35
-    bins = np.radians(np.arange(-50.0, 51.0, 2.0))
-    if np.count_nonzero(upright) > 30:
-        azimuth = np.arctan2(normals[upright, 1], normals[upright, 0])
-        votes, _ = np.histogram(azimuth, bins)
-        found += _peaks(votes.astype(float), bins, 3)
-    if len(frame.edges) > 10:
-        points = frame.edges / frame.edge_rho[:, np.newaxis]
-        centres = 0.5 * (bins[1:] + bins[:-1])
-        votes = np.zeros(len(centres))
-        for i, yaw in enumerate(centres):
-            s = points[:, 0] * np.cos(yaw) + points[:, 1] * np.sin(yaw)
-            counts, _ = np.histogram(s, np.arange(0.0, 4.0, 0.02))
-            votes[i] = float((counts.astype(float) ** 2).sum())
-        found += _peaks(votes, bins, 2)
-    apart: list[float] = []
-    for yaw in found[1:] + found[:1]:
-        if all(abs(yaw - other) > np.radians(3.0) for other in apart):
-            apart.append(yaw)
-    return apart
-
-
-def _peaks(votes: FloatArray, bins: FloatArray, most: int) -> list[float]:
-    smooth = correlate1d(votes, np.array([0.5, 1.0, 0.5]), mode="constant")
-    centres = 0.5 * (bins[1:] + bins[:-1])
-    found: list[float] = []
-    for i in np.argsort(-smooth, kind="stable"):
-        if smooth[i] <= 0.15 * smooth.max() or len(found) == most:
-            break
-        if all(abs(centres[i] - c) > np.radians(6.0) for c in found):
-            window = slice(max(0, i - 2), i + 3)
-            weight = votes[window]
-            found.append(float((weight * centres[window]).sum() / max(weight.sum(), 1e-9)))
-    return found
-
-
-def candidate_floors(frame: DepthFrame, priors: StairPriors) -> list[float]:
-    """Heights of the floor over the camera [m] that are worth a try."""
-    mean, sigma = priors.floor
-    if sigma < 0.05:
-        return [mean]
-    normals, good = surface_normals(frame)
-    flat = np.abs(normals[:, 2]) > 0.9
-    heights = frame.points[good[flat], 2]
-    if len(heights) < 20:
-        return []
-    bins = np.arange(-2.5, 0.5, 0.02)
-    votes, _ = np.histogram(heights, bins)
-    smooth = correlate1d(votes.astype(float), np.ones(3), mode="constant")
-    centres = 0.5 * (bins[1:] + bins[:-1])
-    found: list[float] = []
-    for i in np.argsort(-smooth, kind="stable"):
-        if smooth[i] < max(12.0, 0.02 * len(heights)) or len(found) == 6:
-            break
-        if all(abs(centres[i] - c) > 0.05 for c in found):
-            found.append(float(centres[i]))
-    return found
 
 
 def find_stairs(
@@ -211,42 +92,29 @@ def find_stairs(
     if len(frame.rho) < 200:
         return None
     pick = np.sort(generator.choice(len(frame.rho), min(SAMPLE, len(frame.rho)), replace=False))
-    points = frame.points[pick]
-    z = 1.0 / frame.rho[pick]
-    tolerance = np.maximum(0.025, 2.0 * frame.sigma[pick] * z * z)
-    firsts = np.arange(0.06, 2.7, 0.04)
-    guesses = []
-    for yaw in candidate_yaws(frame):
-        ahead = np.abs(points[:, 1] * np.cos(yaw) - points[:, 0] * np.sin(yaw)) < CORRIDOR
-        if np.count_nonzero(ahead) < 50:
-            continue
-        s = points[ahead, 0] * np.cos(yaw) + points[ahead, 1] * np.sin(yaw)
-        h, allowed = np.ascontiguousarray(points[ahead, 2]), tolerance[ahead]
-        for ground in candidate_floors(frame, priors):
-            for up in ways:
-                costs = np.empty((len(firsts), len(RISES), len(RUNS)))
-                score_profile(
-                    s, h, allowed, ground, 1.0 if up else -1.0,
-                    firsts, RISES, RUNS, 6, costs,
-                )  # fmt: skip
-                for at in _best_cells(costs, 4):
-                    guesses.append((float(costs[at]), yaw, ground, up, at))
-    guesses.sort(key=lambda g: (g[0], g[4]))
+    guesses: list[Guess] = []
+    for level in candidate_levels(frame):
+        guesses += _guesses(levelled(frame, level), level, priors, pick, ways)
+    guesses.sort(key=lambda g: (g.cost, g.first, g.rise, g.run))
     thin = keep_pixels(frame, np.arange(len(frame.rho)) % THINNED == 0)
+    cutoffs = coarse_cutoffs(thin)
     fits: list[tuple[float, StairFit]] = []
-    for cost, yaw, ground, up, (f, r, q) in guesses[:12]:
-        if cost > guesses[0][0] + 0.2:
+    for guess, is_open in product(guesses[:12], (False, True)):
+        if guess.cost > guesses[0].cost + 0.2:
             break
-        for is_open in (False, True) if up else (False,):
-            shape = StairShape(steps=3, up=up, is_open=is_open)
-            rise = float(RISES[r]) if up else -float(RISES[r])
-            theta = first_guess(
-                shape, first=float(firsts[f]), floor=ground, rise=rise, run=float(RUNS[q]),
-                yaw=yaw, priors=priors, nodes=frame.grid[0] * frame.grid[1],
-            )  # fmt: skip
-            fit = fit_stairs(thin, shape, theta, priors, COARSE)
-            if fit is not None:
-                fits.append((support(thin, fit, priors), fit))
+        if is_open and guess.rise < 0.0:
+            continue
+        shape = StairShape(steps=3, up=guess.rise > 0.0, is_open=is_open)
+        theta = first_guess(
+            shape, first=guess.first, floor=guess.ground, rise=guess.rise, run=guess.run,
+            yaw=guess.yaw, priors=priors, nodes=frame.grid[0] * frame.grid[1], level=guess.level,
+        )  # fmt: skip
+        near = crop(
+            thin, StairFit(shape, theta, np.eye(len(theta)), 0.0, 1.0), (-CORRIDOR, CORRIDOR)
+        )
+        fit = fit_stairs(near, shape, theta, priors, cutoffs, held=3)
+        if fit is not None:
+            fits.append((support(thin, fit, priors), fit))
     fits.sort(key=lambda one: -one[0])
     best: FoundStairs | None = None
     best_support, tried = 0.0, 0
@@ -256,12 +124,116 @@ def find_stairs(
         if any(alike(fit, other) for _, other in fits[:rank]):
             continue
         tried += 1
-        found = settle(frame, fit, priors)
-        if found is not None:
-            value = support(frame, found.fit, priors, (found.right, found.left))
-            if value > best_support:
-                best, best_support = found, value
+        for begin in (fit, halved(thin, fit, priors)):
+            found = settle(frame, begin, priors)
+            best, best_support = _better(frame, priors, found, best, best_support)
+    if best is not None and best.fit.shape.up:  # where risers are grazed, either may come first
+        other = replace(best.fit.shape, is_open=not best.fit.shape.is_open)
+        found = settle(frame, replace(best.fit, shape=other), priors)
+        best, _ = _better(frame, priors, found, best, best_support)
     return best
+
+
+def _better(
+    frame: DepthFrame,
+    priors: StairPriors,
+    found: FoundStairs | None,
+    best: FoundStairs | None,
+    best_support: float,
+) -> tuple[FoundStairs | None, float]:
+    """The one of two that explains more, and how much that is."""
+    if found is None:
+        return best, best_support
+    value = support(frame, found.fit, priors, (found.right, found.left))
+    return (found, value) if value > best_support else (best, best_support)
+
+
+def coarse_cutoffs(frame: DepthFrame) -> tuple[float, ...]:
+    """From wide to narrow: a pixel that is farther from a guess than guesses err is no inlier."""
+    widest = GUESS_ERROR / float(np.median(frame.sigma / frame.rho**2))
+    return tuple(
+        min(max(widest * share, FINE[-1]), COARSE[0]) for share in (1.0, 0.7, 0.5, 0, 0, 0)
+    )
+
+
+@dataclass(frozen=True)
+class Guess:
+    """Even stairs that points speak for.
+
+    Attributes:
+        cost: Of the points against them.
+        first: Place of the first nosing [m].
+        rise: Up positive [m].
+        run: Of a tread [m].
+        yaw: Of the climb [rad].
+        ground: Height of the floor over the camera [m].
+        level: Roll and pitch by which the camera's attitude is thought to be off [rad].
+    """
+
+    cost: float
+    first: float
+    rise: float
+    run: float
+    yaw: float
+    ground: float
+    level: tuple[float, float]
+
+
+def _guesses(
+    frame: DepthFrame,
+    level: tuple[float, float],
+    priors: StairPriors,
+    pick: NDArray[np.int64],
+    ways: tuple[bool, ...],
+) -> list[Guess]:
+    """The best guesses of one attitude, by which `frame` is level, for each yaw and floor."""
+    points = frame.points[pick]
+    z = 1.0 / frame.rho[pick]
+    tolerance = np.maximum(0.025, 2.0 * frame.sigma[pick] * z * z)
+    found = []
+    for yaw in candidate_yaws(frame):
+        ahead = np.abs(points[:, 1] * np.cos(yaw) - points[:, 0] * np.sin(yaw)) < CORRIDOR
+        if np.count_nonzero(ahead) < 50:
+            continue
+        s = points[ahead, 0] * np.cos(yaw) + points[ahead, 1] * np.sin(yaw)
+        profile = ProfilePoints(s, np.ascontiguousarray(points[ahead, 2]), tolerance[ahead])
+        for ground, up in product(candidate_floors(frame, priors), ways):
+            way = 1.0 if up else -1.0
+            costs = np.empty((len(FIRSTS), len(RISES), len(RUNS)))
+            score_profile(profile, ground, way, StairGrid(FIRSTS, RISES, RUNS), 6, costs)
+            for f, r, q in _best_cells(costs, 4):
+                rise, run = way * float(RISES[r]), float(RUNS[q])
+                cost = float(costs[f, r, q])
+                found.append(Guess(cost, float(FIRSTS[f]), rise, run, yaw, ground, level))
+    return found
+
+
+def levelled(frame: DepthFrame, level: tuple[float, float]) -> DepthFrame:
+    """The frame as an attitude that is off by `level` (roll and pitch [rad]) makes it."""
+    R_T = rotation_exp(*level, 0.0).T
+    return replace(
+        frame,
+        rays=np.ascontiguousarray(frame.rays @ R_T),
+        edges=np.ascontiguousarray(frame.edges @ R_T),
+        row_step=frame.row_step @ R_T,
+    )
+
+
+def halved(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> StairFit | None:
+    """Stairs with twice as many steps in the same way: every second one may have been taken.
+
+    Returns:
+        Their fit; None where such steps would be none, or nothing comes of the fit.
+    """
+    rise, run = 0.5 * fit.other(RISE), 0.5 * fit.other(RUN)
+    if abs(rise) < RISE_BOUNDS[0] or run < RUN_BOUNDS[0]:
+        return None
+    theta = first_guess(
+        fit.shape, first=float(fit.places[0]) - run, floor=float(fit.heights[0]), rise=rise,
+        run=run, yaw=fit.other(YAW), priors=priors, nodes=frame.grid[0] * frame.grid[1],
+        level=(fit.other(ROLL), fit.other(PITCH)),
+    )  # fmt: skip
+    return fit_stairs(frame, fit.shape, theta, priors, COARSE)
 
 
 def alike(one: StairFit, other: StairFit) -> bool:
@@ -270,22 +242,6 @@ def alike(one: StairFit, other: StairFit) -> bool:
         np.all(np.abs(one.places - other.places) < 0.02)
         and np.all(np.abs(one.heights - other.heights) < 0.02)
     )
-
-
-def support(
-    frame: DepthFrame,
-    fit: StairFit,
-    priors: StairPriors,
-    width: tuple[float, float] | None = None,
-) -> float:
-    """How many pixels agree with the steps, less twice those that do not."""
-    if width is None:
-        width = find_width(frame, fit, priors)
-        if width is None:
-            return 0.0
-    table, _ = count_evidence(crop(frame, fit, width), fit, priors)
-    agree = float(table[:, 1:, 1].sum())
-    return agree - 2.0 * float(table[:, 1:, 2:4].sum())
 
 
 def _best_cells(costs: FloatArray, most: int) -> list[tuple[int, int, int]]:
@@ -317,7 +273,7 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
         return None
     inner = crop(frame, fit, width)
     held = fit
-    while held.shape.steps > 1 and not supported(*_last(inner, held, priors), held):
+    while held.shape.steps > 1 and not _stands(inner, held, priors):
         trimmed = fit_stairs(inner, *with_steps(held, held.shape.steps - 1), priors, FINE)
         if trimmed is None:
             return None
@@ -327,9 +283,8 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
         more = fit_stairs(inner, *with_steps(held, held.shape.steps + 1), priors, (25.0, 12.0, 6.0))
         if more is None:
             break
-        table, n = _last(inner, more, priors)
-        if not supported(table, n, more):
-            if denied(table, n):
+        if not _stands(inner, more, priors):
+            if denied(count_evidence(inner, more, priors)[0], more.shape.steps):
                 at_most = held.shape.steps
             break
         held = more
@@ -349,43 +304,7 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
     return FoundStairs(final, at_most, width[0], width[1])
 
 
-def _last(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> tuple[FloatArray, int]:
-    return count_evidence(frame, fit, priors)[0], fit.shape.steps
-
-
-def supported(table: FloatArray, i: int, fit: StairFit) -> bool:
-    """Whether pixels speak for step i, riser and tread, as `stair_profile.tally` counted them."""
-    riser, tread = table[0, i], table[1, i]
-    seen = riser[0] + tread[0]
-    agree = riser[1] + tread[1]
-    if agree < 25.0 or agree < 0.6 * seen:
-        return False
-    for one in (riser, tread):
-        if one[0] >= 25.0 and one[1] < 0.4 * one[0]:
-            return False
-    if not fit.shape.up:
-        return bool(tread[1] >= 25.0)
-    if tread[1] >= 12.0 and tread[1] > 0.5 * tread[0]:
-        return True
-    over, same = table[0, i, 4], table[1, i, 4]
-    return bool(riser[1] >= 25.0 and over >= 12.0 and same < 0.3 * over)
-
-
-def denied(table: FloatArray, i: int) -> bool:
-    """Whether most pixels that should see step i see something farther: it is not there."""
-    riser = table[0, i]
-    return bool(riser[0] >= 25.0 and riser[2] > 0.7 * riser[0])
-
-
-def crop(frame: DepthFrame, fit: StairFit, width: tuple[float, float]) -> DepthFrame:
-    """The pixels and edges that lie within the stairs' width."""
-    kept = []
-    for rays, rho in (
-        (frame.rays, measured(frame, fit)),
-        (frame.edges, frame.edge_rho),
-    ):
-        turned_rays = corrected_rays(rays, fit.theta, fit.shape.steps)
-        yaw = fit.other(YAW)
-        across = (turned_rays[:, 1] * np.cos(yaw) - turned_rays[:, 0] * np.sin(yaw)) / rho
-        kept.append((across > width[0]) & (across < width[1]))
-    return keep_pixels(frame, kept[0], kept[1])
+def _stands(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> bool:
+    """Whether pixels speak for the last step, and would not do as well without it."""
+    table, _ = count_evidence(frame, fit, priors)
+    return supported(table, fit.shape.steps, fit) and told_apart(frame, fit, priors)

@@ -9,6 +9,7 @@ from drake_quad.common import FloatArray
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.depth_frame import DepthAccuracy, DepthFrame, prepare_frame
 from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.stair_evidence import crop, denied, supported, told_apart
 from drake_quad.perception.stair_fit import (
     StairFit,
     StairPriors,
@@ -20,13 +21,7 @@ from drake_quad.perception.stair_fit import (
     with_steps,
 )
 from drake_quad.perception.stair_profile import MOST_STEPS, OVERHANG, RISE, RUN, YAW
-from drake_quad.perception.stair_search import (
-    FoundStairs,
-    crop,
-    denied,
-    find_stairs,
-    supported,
-)
+from drake_quad.perception.stair_search import FoundStairs, find_stairs
 
 LEAST_PLACE = 0.12  # [m] nearer than this a nosing is below the camera and out of its view
 TRACKING = (8.0, 6.0)
@@ -234,6 +229,6 @@ class StairTracker:
         if more is None:
             return fit, None
         table, _ = count_evidence(frame, more, priors)
-        if supported(table, more.shape.steps, more):
+        if supported(table, more.shape.steps, more) and told_apart(frame, more, priors):
             return more, None
         return fit, fit.shape.steps if denied(table, more.shape.steps) else None
