@@ -7,6 +7,8 @@ Stairs are drawn (`scenes.draw_scene`), rendered exactly, and given a D435's err
 own errors (offset, pattern, tilt) and the feet's height are drawn for each scene. Two cameras look:
 0.95 m high, 35 degrees down (the paper's robot), and 0.32 m high, 15 degrees down (one like Go1);
 both 45 degrees down from a landing. Images are of 424 x 240, half of the camera's resolution.
+`--rows` keeps what was measured of each scene, with deviations as the fit has them; tables multiply
+them by `stair_tracker.FACTORS`, as beliefs do. `--read` makes tables of kept rows.
 `--calibrate` prints the factors that make stated intervals hold, for `stair_tracker.FACTORS`.
 """
 
@@ -72,6 +74,7 @@ def see(scene: Scene, camera: str, generator: np.random.Generator) -> dict[str, 
 def _errors(belief: StairBelief, scene: Scene) -> dict[str, Any]:
     """Errors and deviations (in mm and degrees), and whether anything is grossly wrong."""
     n = len(scene.places)
+    factors = FACTORS["up" if belief.going_up else "down"]
     if n == 0:
         return {"gross": True, "pairs": []}
     k = min(3, n, len(belief.places))
@@ -85,7 +88,7 @@ def _errors(belief: StairBelief, scene: Scene) -> dict[str, Any]:
         pairs.append(("height", 1e3 * height[i], 1e3 * belief.height_sigmas[i + 1], near))
     near = bool(scene.places[0] < NEAR)
     seen = len(belief.places)
-    mean_rise, mean_run = rise[:seen].mean(), run[: max(1, seen - 1)].mean()
+    mean_rise, mean_run = rise[:seen].mean(), run[: max(1, min(seen, n) - 1)].mean()
     pairs.append(("rise", 1e3 * (belief.rise - mean_rise), 1e3 * belief.sigma("rise"), near))
     pairs.append(("run", 1e3 * (belief.run - mean_run), 1e3 * belief.sigma("run"), near))
     turn = np.degrees(belief.yaw - scene.yaw)
@@ -99,7 +102,8 @@ def _errors(belief: StairBelief, scene: Scene) -> dict[str, Any]:
         "under": belief.count_most is not None and belief.count_most < n,
         "known": belief.count_most == belief.count_least,
         "open_told": belief.is_open,
-        "pairs": [(name, float(e), float(s), ok) for name, e, s, ok in pairs],
+        # the fit's own deviations: what is calibrated
+        "pairs": [(name, float(e), float(s) / factors[name], ok) for name, e, s, ok in pairs],
     }
 
 
@@ -161,7 +165,7 @@ def tables(rows: list[dict[str, Any]]) -> str:
             every: dict[str, list[float]] = defaultdict(list)
             for r in told:
                 for name, e, s, _ in r["pairs"]:
-                    every[name].append(abs(e) / s)
+                    every[name].append(abs(e) / (s * FACTORS[_way(r)][name]))
             coverage.append([
                 f"{camera}, {kind}",
                 *(_share(every[q]) for q in QUANTITIES),
@@ -187,18 +191,22 @@ def tables(rows: list[dict[str, Any]]) -> str:
     return "\n\n".join(parts)
 
 
+def _way(row: dict[str, Any]) -> str:
+    return "down" if row["kind"] == "down" else "up"
+
+
 def calibration(rows: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
     """By what deviations would have to be multiplied for 95 % of the truths to be within."""
     found: dict[str, dict[str, float]] = {}
     for way in ("up", "down"):
         ratios: dict[str, list[float]] = defaultdict(list)
         for r in rows:
-            if r.get("gross", True) or (r["kind"] == "down") != (way == "down"):
+            if r.get("gross", True) or _way(r) != way:
                 continue
             for name, e, s, _ in r["pairs"]:
                 ratios[name].append(abs(e) / s / NORMAL_95)
         found[way] = {
-            name: round(float(np.quantile(values, 0.95)) * FACTORS[way][name], 2)
+            name: round(float(np.quantile(values, 0.95)), 2)
             for name, values in sorted(ratios.items())
         }
     return found
@@ -212,9 +220,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--camera", choices=[*CAMERAS, "both"], default="both")
     parser.add_argument("--calibrate", action="store_true")
     parser.add_argument("--rows", type=Path, help="Write what was measured of each scene.")
+    parser.add_argument("--read", type=Path, help="Make tables of rows that were written so.")
     asked = parser.parse_args(arguments)
     cameras = list(CAMERAS) if asked.camera == "both" else [asked.camera]
-    rows = study(asked.scenes, asked.seed, cameras, asked.rows)
+    if asked.read is not None:
+        rows = json.loads(asked.read.read_text())
+    else:
+        rows = study(asked.scenes, asked.seed, cameras, asked.rows)
     print(tables(rows))
     if asked.calibrate:
         print("\n" + json.dumps(calibration(rows), indent=1))

@@ -43,8 +43,8 @@ class StairBelief:
         heights: Of the floor before the first of these, and of the treads, in W, (n + 1,) [m].
         yaw: Of the climb in W [rad].
         overhang: By how much treads reach over the risers below [m].
-        rise: Mean rise, negative going down [m].
-        run: Mean run [m].
+        rise: Mean rise of the steps told here, negative going down [m].
+        run: Their mean run [m]; where one step is told alone, that of stairs like it.
         covariance: Of places, heights, yaw, overhang, rise, run, in this order.
         count_least: How many steps were seen; there are as many at least.
         count_most: How many there are at most; None if that was not seen.

@@ -24,6 +24,7 @@ HEIGHT_ERROR = 0.003  # [m] by which a surface may be off where pixels are count
 ROW_ERROR = 0.25  # [rows] by which a pixel's own place errs: edges grow, blocks have one middle
 
 
+EDGE_SHARED = 0.2  # [rows] by which all edges of one nosing may err alike
 EDGE_GATE = 0.12  # [m] how far from a nosing the near side of an edge may lie
 
 
@@ -275,28 +276,21 @@ def accumulate_edges(
     bias = theta[base + EDGE_BIAS]
     step_c, step_z = row_step[0] * cy + row_step[1] * sy, row_step[2]
     at, J = np.empty(6, dtype=np.int64), np.empty(6)
+    nosings, counts = np.empty(edges.shape[0], dtype=np.int64), np.zeros(n)
     for k in range(edges.shape[0]):
-        x, y, z = edges[k, 0], edges[k, 1], edges[k, 2]
-        c = x * cy + y * sy
-        if c < 0.02 or near[k] <= 0.0:
-            continue
-        s, h = c / near[k], z / near[k]
-        best, which, top = EDGE_GATE, -1, 0
-        for q in range(n):
-            high = n + q + 1 if up else n + q
-            away = abs(s - theta[q]) + abs(h - theta[high])
-            if away < best:
-                best, which, top = away, q, high
+        nosings[k] = nosing_of(edges[k], near[k], step_z, step_c, theta, shape)
+        if nosings[k] >= 0:
+            counts[nosings[k]] += 1.0
+    for k in range(edges.shape[0]):
+        which = nosings[k]
         if which < 0:
             continue
+        x, y, z = edges[k, 0], edges[k, 1], edges[k, 2]
+        c = x * cy + y * sy
+        top = n + which + 1 if up else n + which
         m = z / c
         dm = abs((step_z * c - z * step_c) / (c * c))
         place, height = theta[which], theta[top]
-        behind = meet(height / place + 1.5 * dm, theta, n, shape[1], shape[2], shape[3], shape[4])
-        if behind >= 0:  # no silhouette where what lies behind is as near
-            far = inverse_depth(behind, c, z + (height / place - m) * c, theta, n)
-            if near[k] - far < 0.04:
-                continue
         r = (m - height / place - bias * dm) / (sigma * dm)
         totals[1] += 1.0
         if abs(r) >= cutoff:
@@ -305,7 +299,8 @@ def accumulate_edges(
         t = 1.0 - (r / cutoff) ** 2
         totals[0] += cutoff * cutoff / 6.0 * (1.0 - t * t * t)
         totals[2] += 1.0
-        weight = t * t
+        # A nosing's edges tell no more together than what they share allows.
+        weight = t * t / (1.0 + counts[which] * (EDGE_SHARED / sigma) ** 2)
         at[0], J[0] = which, -height / (place * place)
         at[1], J[1] = top, 1.0 / place
         at[2], J[2] = base + EDGE_BIAS, dm
@@ -321,6 +316,46 @@ def accumulate_edges(
                 if i < j:
                     i, j = j, i
                 A[i, j] += weight * J[e] * J[f]
+
+
+@jit
+def nosing_of(
+    edge: FloatArray, near: float, step_z: float, step_c: float, theta: FloatArray,
+    shape: FloatArray,
+) -> int:  # fmt: skip
+    """Which nosing a silhouette edge may be that of, counted from 0; -1 for none.
+
+    Args:
+        edge: Its ray (3,) in L.
+        near: Inverse depth of its near side.
+        step_z: Change of a ray's height from one row to the next.
+        step_c: The same, forward along the climb.
+        theta: The parameters (p,).
+        shape: See `accumulate`.
+    """
+    n = int(shape[0])
+    up = shape[1] > 0.5
+    base = 2 * n + 1
+    c = edge[0] * cos(theta[base + YAW]) + edge[1] * sin(theta[base + YAW])
+    z = edge[2]
+    if c < 0.02 or near <= 0.0:
+        return -1
+    s, h = c / near, z / near
+    best, which, top = EDGE_GATE, -1, 0
+    for q in range(n):
+        high = n + q + 1 if up else n + q
+        away = abs(s - theta[q]) + abs(h - theta[high])
+        if away < best:
+            best, which, top = away, q, high
+    if which < 0:
+        return -1
+    seen, dm = theta[top] / theta[which], abs((step_z * c - z * step_c) / (c * c))
+    behind = meet(seen + 1.5 * dm, theta, n, shape[1], shape[2], shape[3], shape[4])
+    if behind >= 0:  # no silhouette where what lies behind is as near
+        far = inverse_depth(behind, c, z + (seen - z / c) * c, theta, n)
+        if near - far < 0.04:
+            return -1
+    return which
 
 
 @jit

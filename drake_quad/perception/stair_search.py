@@ -288,15 +288,21 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
                 at_most = held.shape.steps
             break
         held = more
-    width = find_width(inner, held, priors)
-    if width is None:
+    narrower = find_width(inner, held, priors)
+    if narrower is None:
         return None
+    width = max(width[0], narrower[0]), min(width[1], narrower[1])  # beside it nobody has looked
     inner = crop(frame, held, width)
     final = fit_stairs(inner, held.shape, held.theta, priors, FINE)
+    while final is not None and final.shape.steps >= 2:
+        table, _ = count_evidence(inner, final, priors)
+        n = final.shape.steps
+        whole = next((i for i in range(n) if not supported(table, i + 1, final)), n)
+        if whole == n:
+            break
+        # What lies beyond a step that nothing speaks for is not known to be the same flight.
+        final = fit_stairs(inner, *with_steps(final, whole), priors, FINE) if whole > 1 else None
     if final is None or final.shape.steps < 2:
-        return None
-    table, _ = count_evidence(inner, final, priors)
-    if not all(supported(table, i, final) for i in range(1, final.shape.steps + 1)):
         return None
     rise, run = abs(final.other(RISE)), final.other(RUN)
     if not (RISE_BOUNDS[0] < rise < RISE_BOUNDS[1] and RUN_BOUNDS[0] < run < RUN_BOUNDS[1]):
