@@ -22,7 +22,7 @@ from drake_quad.perception.stair_fit import (
 )
 from drake_quad.perception.stair_profile import MOST_STEPS, OVERHANG, RUN, YAW
 from drake_quad.perception.stair_search import FoundStairs, find_stairs
-from drake_quad.perception.touchdown import Touchdown, refine_by_touchdown, tread_under
+from drake_quad.perception.touchdown import FootContact, refine_by_touchdown, tread_under
 
 LEAST_PLACE = 0.12  # [m] nearer than this a nosing is below the camera and out of its view
 TRACKING = (8.0, 6.0)
@@ -138,7 +138,7 @@ def felt(belief: StairBelief, feet: FloatArray | None) -> StairBelief:
         feet: Points in W where feet stand, (k, 3) [m]; None for none.
     """
     for foot in [] if feet is None else feet:
-        touchdown = Touchdown(
+        touchdown = FootContact(
             along=float((foot[:2] - belief.origin) @ belief.direction),
             height=float(foot[2]),
             place_sigma=FOOT_PLACE_SIGMA,

@@ -13,7 +13,7 @@ from drake_quad.perception.stair_belief import StairBelief
 
 
 @dataclass(frozen=True, kw_only=True)
-class Touchdown:
+class FootContact:
     """A foot on the ground.
 
     Attributes:
@@ -29,7 +29,7 @@ class Touchdown:
     height_sigma: float
 
 
-def tread_under(belief: StairBelief, touchdown: Touchdown) -> int | None:
+def tread_under(belief: StairBelief, touchdown: FootContact) -> int | None:
     """Which of the belief's heights is that of the tread under a foot.
 
     Args:
@@ -52,7 +52,7 @@ def tread_under(belief: StairBelief, touchdown: Touchdown) -> int | None:
 
 
 def refine_by_touchdown(
-    belief: StairBelief, touchdown: Touchdown
+    belief: StairBelief, touchdown: FootContact
 ) -> tuple[StairBelief, float] | None:
     """The belief after a foot has landed.
 

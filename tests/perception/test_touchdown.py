@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_tracker import felt
-from drake_quad.perception.touchdown import Touchdown, refine_by_touchdown, tread_under
+from drake_quad.perception.touchdown import FootContact, refine_by_touchdown, tread_under
 
 N = 3
 SHARED = 0.004  # [m] by which all heights err alike
@@ -41,8 +41,8 @@ def test_feet_on_treads_refine_and_feet_before_them_do_not() -> None:
     assert 0.15 < after.heights[1] < 0.153 and after.height_sigmas[1] < before.height_sigmas[1]
 
 
-def foot(along: float, height: float, sigma: float = 0.001) -> Touchdown:
-    return Touchdown(along=along, height=height, place_sigma=0.005, height_sigma=sigma)
+def foot(along: float, height: float, sigma: float = 0.001) -> FootContact:
+    return FootContact(along=along, height=height, place_sigma=0.005, height_sigma=sigma)
 
 
 @given(st.floats(-0.02, 0.02), st.floats(0.0005, 0.02))
