@@ -54,11 +54,11 @@ class Scene:
     Attributes:
         kind: `up`, `down`, `uneven`, `open`, `overhang` or `none`.
         places: Nosings' places along the climb, from the camera's foot point [m], (n,).
-        heights: Of the floor and the treads over that floor [m], (n + 1,).
-        yaw: Of the climb, left positive [rad].
-        overhang: By how much treads reach over the risers below [m].
-        width: From the climb's line to the left and to the right edge [m].
-        boxes: In the stairs' own axes: rows (low, high), (m, 6) [m].
+        heights: Heights of the floor and the treads over that floor [m], (n + 1,).
+        yaw: Yaw of the climb, left positive [rad].
+        overhang: Distance that treads reach over the risers below [m].
+        width: Distances from the climb's line to the left and to the right edge [m].
+        boxes: Boxes in the stairs' own axes: rows (low, high), (m, 6) [m].
     """
 
     kind: str
@@ -91,12 +91,12 @@ def build_boxes(
 
     Args:
         places: Nosings along x [m], (n,).
-        heights: Of floor and treads [m], (n + 1,).
-        left: From the line x to the left edge [m].
-        right: To the right edge [m].
-        overhang: By how much treads reach over the risers below [m].
+        heights: Heights of floor and treads [m], (n + 1,).
+        left: Distance from the line x to the left edge [m].
+        right: Distance to the right edge [m].
+        overhang: Distance that treads reach over the risers below [m].
         is_open: Whether there are no risers.
-        thickness: Of treads with an overhang or open risers [m].
+        thickness: Thickness of treads with an overhang or open risers [m].
         beyond: Length of the last tread [m].
         ground: Whether a wide floor lies beside and below the stairs.
     """
@@ -188,7 +188,7 @@ def render(scene: Scene, model: CameraModel, R_LC: FloatArray, height: float) ->
         scene: The scene.
         model: Intrinsics.
         R_LC: The camera's true attitude in the level frame.
-        height: Of the camera over the floor [m].
+        height: Height of the camera over the floor [m].
 
     Returns:
         Depths [m], (height, width); inf where there is nothing.

@@ -59,7 +59,7 @@ class JointPeak:
         limit: The joint's limit [rad/s].
         swing: Whether the leg swings at that moment.
         task: The task's name.
-        time: In the task [s].
+        time: Time in the task [s].
     """
 
     joint: str

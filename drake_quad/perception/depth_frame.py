@@ -70,14 +70,14 @@ class DepthFrame:
     """What is fitted of one image; vectors are in the level frame L as the camera's pose says.
 
     Attributes:
-        rays: Of pixels with a depth, of unit depth, (n, 3).
+        rays: Rays of pixels with a depth, of unit depth, (n, 3).
         rho: Their inverse depths [1/m], (n,).
         sigma: Deviations of these [1/m], (n,).
         gain: What the shared offset adds to each, per unit of it, (n,).
         offset_sigma: Deviation of the shared offset.
         edges: Rays of silhouette edges, (m, 3).
         edge_rho: Inverse depths of their near sides [1/m], (m,).
-        row_step: By how much a ray changes from one row to the next below, (3,).
+        row_step: Change of a ray from one row to the next below, (3,).
         tilt: Deviation of the attitude about L's axes [rad].
         model: Intrinsics of the pixels that are fitted.
         index: Place of each pixel in that image, counted row by row, (n,).

@@ -30,7 +30,7 @@ class StereoNoise:
         pattern_length: Distance over which the pattern changes [px].
         offset: Deviation of the constant offset of disparity [px].
         tilt: Deviation of the mounting's error about each axis [rad].
-        fattening: By how much the near side grows at edges, at most [px].
+        fattening: Growth of the near side at edges, at most [px].
         flying: Share of pixels at edges that lie between both sides.
         shadow: Whether what one imager alone sees is lost.
         holes: Share of pixels without depth elsewhere.
@@ -136,7 +136,7 @@ def shadowed(disparity: FloatArray) -> BoolArray:
     """Which pixels of the left imager the right one does not see, (height, width) of bool.
 
     Args:
-        disparity: In pixels of this image, (height, width).
+        disparity: Disparity in pixels of this image, (height, width).
     """
     columns = np.arange(disparity.shape[1])
     seen_at = columns - disparity

@@ -146,10 +146,10 @@ def see_stairs(
         model: Intrinsics.
         pitch: Angle of the optical axis below the horizon [rad].
         roll: Angle about the optical axis, right side down positive [rad].
-        camera_height: Of the camera over the floor, to 2 cm [m]; None if it is not known.
+        camera_height: Height of the camera over the floor, to 2 cm [m]; None if it is not known.
         tilt_error: Deviation of pitch and roll [rad].
-        baseline: Of a stereo camera [m], whose errors are then taken for a D435's; None for a
-            camera of which nothing is known but what `UNKNOWN` says.
+        baseline: Baseline of a stereo camera [m], whose errors are then taken for a D435's; None
+            for a camera of which nothing is known but what `UNKNOWN` says.
     """
     known = UNKNOWN if baseline is None else stereo_accuracy(model.fx * baseline)
     accuracy = replace(known, tilt=tilt_error)

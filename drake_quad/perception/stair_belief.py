@@ -40,12 +40,12 @@ class StairBelief:
         origin: Point of the ground plane below the camera then, in W, (2,) [m].
         passed: How many steps of the flight lie before those told here: the camera has passed them.
         places: Nosings' places from `origin` along the climb, (n,) [m].
-        heights: Of the floor before the first of these, and of the treads, in W, (n + 1,) [m].
-        yaw: Of the climb in W [rad].
-        overhang: By how much treads reach over the risers below [m].
+        heights: Heights of the floor before these and of the treads, in W, (n + 1,) [m].
+        yaw: Yaw of the climb in W [rad].
+        overhang: Distance that treads reach over the risers below [m].
         rise: Mean rise of the steps told here, negative going down [m].
         run: Their mean run [m]; where one step is told alone, that of stairs like it.
-        covariance: Of places, heights, yaw, overhang, rise, run, in this order.
+        covariance: Covariance of places, heights, yaw, overhang, rise, run, in this order.
         count_least: How many steps were seen; there are as many at least.
         count_most: How many there are at most; None if that was not seen.
         is_open: Whether there is nothing between the treads.

@@ -56,7 +56,7 @@ def score_profile(
 
     Args:
         points: The points.
-        floor_height: Of the floor [m].
+        floor_height: Height of the floor [m].
         way: 1 for up, -1 for down.
         grid: The stairs.
         steps: How many are looked at.

@@ -46,14 +46,14 @@ class StairPriors:
 
     Attributes:
         floor: Height of the floor before the stairs over the camera [m].
-        rise: Of a step [m].
-        run: Of a tread [m].
+        rise: Rise of a step [m].
+        run: Run of a tread [m].
         uneven: Deviation of single rises and runs from the flight's [m].
-        overhang: Of treads [m].
+        overhang: Overhang of the treads [m].
         edge_bias: Growth of the near side at edges [rows of the fitted image].
         edge: Deviation of an edge's place in one column [rows].
         alike: How many pixels err as one: by so much the pixels' information is less.
-        thickness: Of treads with an overhang or open risers [m].
+        thickness: Thickness of treads with an overhang or open risers [m].
     """
 
     floor: tuple[float, float] = (-0.5, 1.0)
@@ -89,7 +89,7 @@ class StairFit:
     Attributes:
         shape: What was fitted.
         theta: Places, heights, then the others as `stair_profile` orders them.
-        covariance: Of theta.
+        covariance: Covariance of theta.
         cost: Robust cost of the last pass.
         spread: Root of the inliers' mean weighted square, in deviations: 1 for noise as told.
     """
@@ -133,9 +133,9 @@ def first_guess(
         shape: What is to be fitted.
         first: The first nosing's place [m].
         floor: Height of the floor over the camera [m].
-        rise: Of a step, up positive [m].
-        run: Of a tread [m].
-        yaw: Of the climb, in L [rad].
+        rise: Rise of a step, up positive [m].
+        run: Run of a tread [m].
+        yaw: Yaw of the climb, in L [rad].
         priors: Overhang and edge bias are their means.
         nodes: How many the pattern has: the product of the frame's `grid`.
         level: Roll and pitch by which the camera's attitude is thought to be off [rad].
@@ -239,7 +239,7 @@ def fit_stairs(
         theta: The guess.
         priors: What is known before.
         cutoffs: Residuals beyond which pixels are outliers, in deviations, from wide to narrow.
-        held: In so many of the first steps the camera's errors stay as they are: far from the
+        held: First steps in which the camera's errors stay as they are: far from the
             stairs they would be bent to explain what a guess has wrong.
 
     Returns:

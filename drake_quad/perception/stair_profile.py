@@ -94,7 +94,7 @@ def meet(
         n: Steps.
         up: 1 if the stairs go up, else 0.
         is_open: 1 if there is nothing between treads, else 0.
-        thickness: Of treads with an overhang or open risers [m].
+        thickness: Thickness of treads with an overhang or open risers [m].
         last: Length of the last tread that is believed [m].
 
     Returns:
@@ -262,7 +262,7 @@ def accumulate_edges(
     Args:
         silhouettes: The edges.
         theta: The parameters (p,).
-        shape: See `accumulate`.
+        shape: What `accumulate` takes.
         sigma: Deviation of an edge's place [rows].
         cutoff: Tukey's, in deviations.
         equations: Added to.
@@ -329,9 +329,9 @@ def nosing_of(
         edge: Its ray (3,) in L.
         near: Inverse depth of its near side.
         step_z: Change of a ray's height from one row to the next.
-        step_c: The same, forward along the climb.
+        step_c: Change of a ray along the climb from one row to the next.
         theta: The parameters (p,).
-        shape: See `accumulate`.
+        shape: What `accumulate` takes.
     """
     n = int(shape[0])
     up = shape[1] > 0.5

@@ -62,7 +62,7 @@ class FoundStairs:
         fit: The fit.
         at_most: How many steps there are at most; None if that is not known.
         right: Where pixels agree with the steps, across the climb, at the right [m].
-        left: At the left [m].
+        left: Edge at the left [m].
     """
 
     fit: StairFit
@@ -161,11 +161,11 @@ class Guess:
     """Even stairs that points speak for.
 
     Attributes:
-        cost: Of the points against them.
+        cost: Cost of the points against them.
         first: Place of the first nosing [m].
         rise: Up positive [m].
-        run: Of a tread [m].
-        yaw: Of the climb [rad].
+        run: Run of a tread [m].
+        yaw: Yaw of the climb [rad].
         ground: Height of the floor over the camera [m].
         level: Roll and pitch by which the camera's attitude is thought to be off [rad].
     """

@@ -80,7 +80,7 @@ def make_belief(
 
     Args:
         found: The stairs.
-        pose: Of the camera.
+        pose: Pose of the camera.
         stamp: Time of the image [s].
         tilt: Deviation of the camera's heading, which no image of stairs can tell [rad].
         passed: How many steps lie before those that were fitted.
@@ -189,7 +189,7 @@ class StairTracker:
 
         Args:
             depth: Distances along the optical axis [m], (height, width); 0, inf or nan where none.
-            pose: Of the camera when the image was taken.
+            pose: Pose of the camera when the image was taken.
             stamp: That time [s].
             last: The belief before; without one the stairs are searched for.
             feet: Points in W where feet stand, (k, 3) [m]; those farthest ahead tell the floor, and

@@ -18,7 +18,7 @@ class FootContact:
 
     Attributes:
         along: Its place along the climb from the belief's origin [m].
-        height: Of the ground under it in W [m].
+        height: Height of the ground under it in W [m].
         place_sigma: Deviation of the place [m].
         height_sigma: Deviation of the height [m], from the legs' kinematics and the base's.
     """

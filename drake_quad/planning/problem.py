@@ -67,7 +67,7 @@ class PlanSettings:
             moving; else the centre of mass too.
         margin_desired: Static margin beyond which more is worth nothing to the body's path [m].
         zmp_margin: Margin of the zero-moment point beyond which more is worth nothing [m].
-        guard: For how long before lift-off and after touchdown three feet have to do already [s].
+        guard: Time before lift-off and after touchdown in which three feet have to do already [s].
         margin: Region that the static margin is measured in, one of
             `stability.equilibrium_region.KINDS`.
         friction: Coulomb's coefficient that a margin beyond the hull's counts on.

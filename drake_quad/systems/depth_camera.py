@@ -67,8 +67,8 @@ class DepthCamera(LeafSystem):
         model: Intrinsics of its images.
         noise: Its errors.
         generator: The source of what is random.
-        period: Between images [s].
-        latency: From an image to its arrival [s], less than the period.
+        period: Time between images [s].
+        latency: Time from an image to its arrival [s], less than the period.
 
     Raises:
         ValueError: The latency is not from 0 to the period.
@@ -177,8 +177,8 @@ def AddDepthCamera(
         model: Intrinsics of its images.
         noise: Its errors.
         generator: The source of what is random.
-        period: Between images [s].
-        latency: From an image to its arrival [s].
+        period: Time between images [s].
+        latency: Time from an image to its arrival [s].
 
     Returns:
         The camera, whose port `base_pose_estimated` is left to connect.

@@ -43,7 +43,7 @@ class StairEstimator(LeafSystem):
         R_BC: Attitude of the camera on the base, as it is meant to be, (3, 3).
         p_BC: Place of the camera on the base, (3,) [m].
         accuracy: How well depths are known.
-        period: Between looks for a new image [s].
+        period: Time between looks for a new image [s].
     """
 
     def __init__(
