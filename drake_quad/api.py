@@ -131,6 +131,8 @@ def make_viewers(
         meldis: Whether to publish it live for Meldis.
         tell: Called with the address to watch at.
     """
+    if not (meshcat or meldis):
+        return None
     from pydrake.geometry import StartMeshcat
 
     from drake_quad.simulation.viewers import MakeMeldisViewer, MakeMeshcatViewer, Together
@@ -142,7 +144,7 @@ def make_viewers(
         chosen.append(MakeMeshcatViewer(server))
     if meldis:
         chosen.append(MakeMeldisViewer())
-    return Together(*chosen) if chosen else None
+    return Together(*chosen)
 
 
 def check_stairs(

@@ -17,23 +17,25 @@ def see(
     intrinsics: Annotated[
         str,
         typer.Option(
-            help="fx,fy,cx,cy in px (0 is the middle of the first pixel), or d435, d455, kinect_v2."
+            help="fx,fy,cx,cy \\[px] (0 is the middle of the first pixel), or d435, d455, "
+            "kinect_v2."
         ),
     ],
-    tilt: Annotated[float, typer.Option(help="The optical axis below the horizon, in degrees.")],
-    roll: Annotated[float, typer.Option(help="Right side down, in degrees.")] = 0.0,
+    tilt: Annotated[float, typer.Option(help="Optical axis below the horizon \\[deg].")],
+    roll: Annotated[float, typer.Option(help="Roll of the camera, right side down \\[deg].")] = 0.0,
     tilt_error: Annotated[
-        float, typer.Option(help="Deviation of tilt and roll, in degrees.")
+        float, typer.Option(help="Standard deviation of tilt and roll \\[deg].")
     ] = 2.0,
     height: Annotated[
-        float | None, typer.Option(help="Of the camera over the floor, to 2 cm, in m.")
+        float | None, typer.Option(help="Height of the camera over the floor, to 2 cm \\[m].")
     ] = None,
     baseline: Annotated[
-        float | None, typer.Option(help="Of a stereo camera, in m; its errors are then a D435's.")
+        float | None,
+        typer.Option(help="Baseline of a stereo camera with a D435's errors \\[m]."),
     ] = None,
-    scale: Annotated[float, typer.Option(help="Metres of one unit of the image.")] = 0.001,
+    scale: Annotated[float, typer.Option(help="Length of one unit of the image \\[m].")] = 0.001,
     picture: Annotated[
-        Path | None, typer.Option(help="Draw it into this file (.png, .svg or .pdf).")
+        Path | None, typer.Option(help="File to draw the stairs into (.png, .svg or .pdf).")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
