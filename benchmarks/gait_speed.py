@@ -19,7 +19,8 @@ from typing import Any
 from benchmarks.common import markdown_table, provenance
 from drake_quad.errors import DrakeQuadError
 from drake_quad.feasibility.check import Feasibility, check_flight
-from drake_quad.gait_design.tempo import PREFER, Wish, quicken
+from drake_quad.gait_design.designer import design_longer
+from drake_quad.gait_design.tempo_search import PREFER, Wish, quicken
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.scenario.load import save_scenario
@@ -90,7 +91,8 @@ def measure_robot(
     for prefer in PREFER:
         begun = time.process_time()
         wish = Wish(prefer)
-        found = quicken(slow.designed, robot, wish)
+        others = design_longer(slow.designed, robot)
+        found = quicken(slow.designed, robot, wish, others=others)
         answer = Feasibility(
             found.scenario, found, "", {}, robot, wish=wish, slow=slow.designed
         )  # fmt: skip

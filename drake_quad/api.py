@@ -15,7 +15,7 @@ from drake_quad.certificate.certify import Certificate
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
 from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
-from drake_quad.gait_design.tempo import PREFER, Wish
+from drake_quad.gait_design.tempo_search import PREFER, Wish
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun

@@ -9,12 +9,12 @@ from typing import Any
 
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.gait_design.candidates import hip_length
-from drake_quad.gait_design.designer import design_scenario
+from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
 from drake_quad.gait_design.speed_curve import SpeedCurve, trace_curve
-from drake_quad.gait_design.tempo import Wish, quicken
+from drake_quad.gait_design.tempo_search import ENOUGH, Wish, quicken
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
@@ -60,7 +60,6 @@ class Around:
 
 AS_USUAL = Around()
 MOST_MARGIN = Wish()
-ROUNDING = 0.97  # of the speed asked for that is as good: a body sways as it begins a flight
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +136,7 @@ class Feasibility:
     def fulfilled(self) -> bool:
         """Whether the plan is as quick, and keeps as much margin, as was asked for in figures."""
         wish, quick, margin = self.wish, self.speed, self.margin
-        if wish.speed is not None and (quick is None or quick < ROUNDING * wish.speed):
+        if wish.speed is not None and (quick is None or quick < ENOUGH * wish.speed):
             return False
         return wish.min_margin is None or (margin is not None and margin >= wish.min_margin)
 
@@ -164,7 +163,8 @@ class Feasibility:
         slow = self.slow or self.designed
         if slow is None or self.robot is None:
             return None
-        return trace_curve(slow, self.robot, source="check", note=note)
+        others = design_longer(slow, self.robot, source="check")
+        return trace_curve(slow, self.robot, others=others, source="check", note=note)
 
     def nearest(self, note: Callable[[str], object] = lambda _: None) -> Stairs | None:
         """The nearest stairs that a quick search finds a gait for: lower steps, or deeper treads.
@@ -403,7 +403,8 @@ def _design(
         )
     except PlanningError as error:
         return Feasibility(scenario, None, error.reason, dict(error.data), robot, wish=wish)
-    slow, designed = designed, quicken(designed, robot, wish, source=source)
+    others = design_longer(designed, robot, source=source)
+    slow, designed = designed, quicken(designed, robot, wish, others=others, source=source)
     return Feasibility(designed.scenario, designed, "", {}, robot, wish=wish, slow=slow)
 
 

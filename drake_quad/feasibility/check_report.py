@@ -13,7 +13,8 @@ from drake_quad.feasibility.check import Around, Feasibility, check_flight, desi
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import PREFER, Wish, tread_way
+from drake_quad.gait_design.tempo import tread_way
+from drake_quad.gait_design.tempo_search import PREFER, Wish
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel

@@ -30,10 +30,12 @@ from drake_quad.gait_design.search import (
     Design,
     SearchSettings,
     choose_gaits,
+    choose_longer_gaits,
     describe_shortage,
     highest_rise,
     swing_clearance,
 )
+from drake_quad.gait_design.tempo_search import GaitChoice
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of
@@ -290,6 +292,24 @@ def _design_for(
             **refused.data,
         )
     raise _hopeless(robot, shape, flights, nearest_gait, nearest=nearest)
+
+
+def design_longer(
+    designed: Designed, robot: RobotModel, *, source: str = "scenario"
+) -> Iterator[GaitChoice]:
+    """Gaits for a scenario's course that go farther in a cycle than the one that was found.
+
+    Args:
+        designed: The gait that was found, with its scenario.
+        robot: The scenario's.
+        source: What an error names.
+    """
+    scenario, pattern = designed.scenario, designed.design.gait.pattern
+    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    flights = flights_of(course, scenario.gait.deep_tread)
+    shape = link_outline_of(robot)
+    for design in choose_longer_gaits(robot, shape, flights, pattern) if flights else ():
+        yield GaitChoice(fill_in(scenario, robot, design, [s.run for s in flights]), design)
 
 
 def fill_in(

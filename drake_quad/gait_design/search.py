@@ -167,6 +167,7 @@ LEVEL_SCORE = 0.8  # with which the longest of them is taken
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
 PLACES = (1, 2)  # a tread, in turn
 ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
+LONGER_SCORE = 0.3  # with which a gait that goes farther in a cycle is planned for its speed
 NEARLY = -0.3  # score of a gait that is so near to being one that a thorough search may find one
 
 
@@ -243,6 +244,33 @@ def choose_gaits(
     # Whoever goes on could not plan these, or not well: what is good on endless stairs may not be
     # on the course.
     yield from best_first(list(two_places))
+
+
+def choose_longer_gaits(
+    robot: RobotModel,
+    shape: LinkOutline,
+    flights: Sequence[Staircase],
+    than: FootholdPattern,
+    way: SearchSettings = QUICK,
+) -> list[Design]:
+    """The best gaits that go farther in a cycle than a pattern does, the longest first.
+
+    Args:
+        robot: The robot.
+        shape: How thick it is.
+        flights: As they are walked, going down with negative rises.
+        than: The pattern.
+        way: How to search.
+    """
+    runs = [stairs.run for stairs in flights]
+    found: list[Design] = []
+    for places in PLACES:
+        patterns = make_foothold_patterns(robot, runs, places)
+        longer = [p for p in patterns if _pace(p) > _pace(than)]
+        wanted = wanted_with_tolerance(robot)
+        found += _search(robot, shape, longer, flights, way, wanted, hopeless=HOPELESS)
+    longest = sorted(found, key=lambda d: (_pace(d.gait.pattern), d.score), reverse=True)
+    return [design for design in longest if design.score >= LONGER_SCORE]
 
 
 def _pace(pattern: FootholdPattern) -> float:

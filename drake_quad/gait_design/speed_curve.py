@@ -1,12 +1,14 @@
 """How fast for how much margin: one robot's gait on one course, with other and other times.
 
 Each point is a whole plan of the course by the real planner, that keeps what is safe: its scenario
-can be saved and run. Points differ by the time on four feet at the switches; the slowest is the
-gait that was found for margin.
+can be saved and run. Points differ by how long swings last, and the time on four feet at the
+switches. If there is a gait that goes farther in a cycle than the one that was found for margin, it
+is that gait's times that are varied.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,19 +16,17 @@ import numpy as np
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import (
+from drake_quad.gait_design.tempo_search import (
+    GaitChoice,
+    Kept,
+    TempoSearch,
     Wish,
-    keeps_enough,
-    plan_tempo,
-    short_course,
-    shortest_tempo,
-    suit_joints,
 )
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of, mission_of
 
-SWITCHES = (1.6, 1.2, 0.9, 0.7, 0.55, 0.45)  # ratios of the usual time at switches that are planned
-USUAL = 0.9  # of these, the one of `shortest_tempo`
+# Ratios of the shortest swing, and of the usual time at switches, that are planned.
+TIMES = ((1.55, 1.8), (1.4, 1.3), (1.25, 1.0), (1.12, 0.8), (1.0, 0.6), (1.0, 0.5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +75,7 @@ def trace_curve(
     designed: Designed,
     robot: RobotModel,
     *,
+    others: Iterable[GaitChoice] = (),
     source: str = "scenario",
     note: Callable[[str], object] = lambda _: None,
 ) -> SpeedCurve:
@@ -83,27 +84,25 @@ def trace_curve(
     Args:
         designed: A gait that was found for margin, with its plan.
         robot: The scenario's.
+        others: Gaits that go farther in a cycle; the times of the first of these are varied that
+            has a plan, or those of `designed` if none has.
         source: What an error names.
         note: Receives a line before each plan.
     """
     course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)
-    flights = flights_of(course, designed.scenario.gait.deep_tread)
     tasks = mission_of(designed.scenario, course, source=source)
     points = _point(designed, measure_pace(robot, course, tasks, designed.plan))
-    if flights:
-        safe = Wish("speed").least_margin(robot, designed.margin)
-        short = short_course(designed.scenario, robot, flights)
-        note("planning on a short course")
-        tempo, _ = suit_joints(short, robot, shortest_tempo(designed.scenario.gait, robot))
-        for share in SWITCHES:
-            switch = max(share / USUAL * tempo.switch, tempo.gap)
-            note(f"planning with {switch:.2f} s at the switches")
-            quick = replace(tempo, switch=switch)
-            found, pace = plan_tempo(designed, robot, course, quick, source)
-            if found is None or pace is None:
-                continue
-            if keeps_enough(found, pace, designed, safe):
-                points += _point(found, pace)
+    if flights_of(course, designed.scenario.gait.deep_tread):
+        least = Wish("speed").least_margin(robot, designed.margin)
+        safe = Kept(least, least)
+        note("looking for a gait that goes farther in a cycle")
+        own = GaitChoice(designed.scenario, designed.design, planned=True)
+        for gait in chain(others, [own]):
+            search = TempoSearch(gait, designed, robot, safe, source)
+            found = list(search.spread(TIMES, note))
+            points += [p for trial in found for p in _point(trial.designed, trial.pace)]
+            if found:
+                break
     return SpeedCurve(robot.name, tuple(_unbeaten(points)))
 
 

@@ -13,6 +13,7 @@ from drake_quad.planning.contact_forces import find_overload
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.stance_margin import check_stance
+from drake_quad.planning.step_builder import peak_speed
 from drake_quad.planning.task import plan_task
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.legs import LEGS
@@ -257,4 +258,8 @@ def _check_joints(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
                 joint=robot.joint_names[j],
                 speed=float(speed[k, j]),
                 too_fast=float(speed[k, j] / robot.speed[j]),
+                foot_speed=max(
+                    (peak_speed(t.swing) for t in plan.contacts.steps if t.leg.row == j // 3),
+                    default=0.0,
+                ),
             )

@@ -9,7 +9,7 @@ from rig import paper_robot
 
 from drake_quad.feasibility.curve_picture import save_speed_curve
 from drake_quad.gait_design import speed_curve
-from drake_quad.gait_design.tempo import Wish
+from drake_quad.gait_design.tempo_search import Wish
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
 
@@ -18,7 +18,7 @@ def test_the_curve_goes_down_and_its_points_can_be_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Quicker points have less margin, all are safe, and what is saved plans to what was told."""
-    monkeypatch.setattr(speed_curve, "SWITCHES", (0.9, 0.55))
+    monkeypatch.setattr(speed_curve, "TIMES", ((1.25, 1.0), (1.0, 0.6)))
     notes: list[str] = []
     curve = found().curve(notes.append)
     slow = found().designed

@@ -1,5 +1,6 @@
 """A gait's times are chosen as is wished for, and what they promise is the plan's own."""
 
+import copy
 from dataclasses import replace
 
 import numpy as np
@@ -10,20 +11,27 @@ from rig import URL, paper_robot
 
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check_report import feasibility_report
+from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.pace import measure_pace
-from drake_quad.gait_design.tempo import (
+from drake_quad.gait_design.search import choose_longer_gaits
+from drake_quad.gait_design.tempo import Tempo, fewer_steps, try_tempo, usual_tempo
+from drake_quad.gait_design.tempo_search import (
     KEPT,
     MOST_PEAK,
-    Tempo,
+    GaitChoice,
+    Kept,
     Wish,
+    fastest,
     quicken,
     seek_switch,
 )
+from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.mission import check_plan, initial_stance
 from drake_quad.planning.step_builder import peak_speed
+from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
-from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.config import MissionElement, Scenario
 from drake_quad.stability.safety import safe_margin
 
 
@@ -35,30 +43,55 @@ from drake_quad.stability.safety import safe_margin
 )
 def test_times_put_into_a_scenario_come_out_of_it(swing: float, gap: float, wait: float) -> None:
     """The gait's fields say the same times, to their four digits."""
-    asked = Tempo(swing, gap, gap + wait)
-    put = asked.put(Scenario(), guard=0.1)
+    told = Tempo(swing, gap, gap + wait)
+    put = told.put(Scenario(), guard=0.1)
     got = Tempo.of(put.gait)
     assert put.body.guard == 0.1 and got.foot_speed == 0.0
-    assert got.cycle == pytest.approx(asked.cycle, rel=2e-3)
+    assert got.cycle == pytest.approx(told.cycle, rel=2e-3)
     assert got.swing == pytest.approx(swing, rel=1e-2, abs=2e-3)
     assert got.switch - got.gap == pytest.approx(wait, rel=1e-3, abs=1e-6)
 
 
-@given(knee=st.floats(0.2, 3.0), kept=st.floats(0.01, 0.1), first=st.floats(0.3, 3.0))
-def test_the_time_that_is_found_keeps_the_margin(knee: float, kept: float, first: float) -> None:
-    """Of a margin that grows with the time, the time that is found was tried, and keeps it."""
+@given(
+    knee=st.floats(0.2, 3.0),
+    kept=st.floats(0.01, 0.1),
+    first=st.floats(0.3, 3.0),
+    most=st.one_of(st.just(np.inf), st.floats(0.2, 4.0)),
+)
+def test_the_time_that_is_found_keeps_the_margin(
+    knee: float, kept: float, first: float, most: float
+) -> None:
+    """Of a margin that grows with the time, the time that is found was tried, and keeps it.
+
+    It is the shortest that was, and no longer time than the longest is tried.
+    """
     tried: dict[float, float] = {}
 
-    def margin(switch: float) -> float:
-        tried[switch] = 0.12 * (1.0 - np.exp(-switch / knee))
+    def spare(switch: float) -> float:
+        tried[switch] = 0.12 * (1.0 - np.exp(-switch / knee)) - kept
         return tried[switch]
 
-    best = seek_switch(margin, first, 0.1, kept)
+    best = seek_switch(spare, first, 0.1, near=0.06 * kept, most=most)
+    assert min(tried) >= 0.1 and max(tried) <= most
     if best < np.inf:
-        assert tried[best] >= kept
-        assert best == min(t for t, m in tried.items() if m >= kept)
+        assert tried[best] >= 0.0
+        assert best == min(t for t, m in tried.items() if m >= 0.0)
     else:
-        assert max(tried.values()) < kept
+        assert max(tried.values()) < 0.0
+
+
+@given(
+    st.tuples(*[st.floats(0.0, 0.1)] * 2), st.tuples(*[st.floats(0.0, 0.1)] * 2),
+    st.floats(0.0, 0.05),
+)  # fmt: skip
+def test_what_is_spared_is_of_the_margin_that_has_less(
+    kept: tuple[float, float], left: tuple[float, float], more: float
+) -> None:
+    """Neither margin falls short of what is to be kept if something is spared; more leaves less."""
+    wanted = Kept(*kept)
+    spare = wanted.spare(*left)
+    assert (spare >= 0.0) == (left[0] >= kept[0] and left[1] >= kept[1])
+    assert wanted.more(more).spare(*left) == pytest.approx(spare - more, abs=1e-12)
 
 
 def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
@@ -78,6 +111,60 @@ def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
         if p.contacts.steps
     )
     assert quick.margin <= least + 1e-3
+
+
+def test_no_times_are_quicker_than_the_fastest() -> None:
+    """The speed by which gaits are left out is one that no plan exceeds, whatever it is asked."""
+    robot, slow = paper_robot(), designed()
+    course = course_of(slow.scenario, foot_radius=robot.foot_radius)
+    quick = try_tempo(
+        slow.scenario,
+        slow.design,
+        robot,
+        replace(usual_tempo(slow.scenario.gait, robot), switch=0.45),
+    )
+    assert 0.0 < quick.speed <= fastest(slow.scenario, robot, course)
+
+
+def test_gaits_that_go_farther_in_a_cycle_do() -> None:
+    """Gaits to be tried for speed go farther than the one that was found, the farthest first."""
+    robot, slow = paper_robot(), designed()
+    flights = flights_of(course_of(slow.scenario, foot_radius=robot.foot_radius))
+    short = FootholdPattern(1, 1, 2)
+    found = choose_longer_gaits(robot, link_outline_of(robot), flights, short)
+    ways = [d.gait.pattern.treads / d.gait.pattern.per_tread for d in found]
+    assert ways and min(ways) > 0.5 and ways == sorted(ways, reverse=True)
+    assert all(d.score > 0.0 for d in found)
+
+
+def test_a_gait_that_goes_farther_is_taken_for_its_speed() -> None:
+    """Of two gaits the quicker is taken, and the one that cannot be as quick is not planned."""
+    robot, slow = paper_robot(), designed()
+    gait = slow.scenario.gait
+    half = copy.deepcopy(slow.scenario)
+    half.gait.treads, half.gait.places_per_tread = 1, 2
+    course = course_of(slow.scenario, foot_radius=robot.foot_radius)
+    own = GaitChoice(slow.scenario, slow.design)
+    assert gait.treads / gait.places_per_tread > 0.5
+    quick = quicken(replace(slow, scenario=half), robot, Wish("balanced"), others=[own])
+    assert quick.scenario.gait.treads == gait.treads
+    tasks = mission_of(quick.scenario, course)
+    pace = measure_pace(robot, course, tasks, quick.plan)
+    assert pace.slowest is not None and pace.slowest.speed > fastest(half, robot, course)
+
+
+def test_long_flights_are_cut_short_for_trials() -> None:
+    """Flights of the same steps have fewer; a course of short ones, or with a mission, stays."""
+    slow = designed().scenario
+    long = copy.deepcopy(slow)
+    for element in long.course:
+        element.count = element.count and 30
+    counts = [e.count for e in fewer_steps(long).course if e.count]
+    assert len(counts) == 2 and max(counts) < 10
+    assert [e.rise for e in fewer_steps(long).course] == [e.rise for e in slow.course]
+    assert fewer_steps(slow) is slow
+    long.mission = [MissionElement()]
+    assert fewer_steps(long) is long
 
 
 def test_tall_swings_last_as_long_as_their_feet_take() -> None:
@@ -146,11 +233,11 @@ def test_what_cannot_be_wished_for_is_an_error_that_names_it(wish: Wish, named: 
 
 def test_a_wish_that_is_not_met_is_said_so() -> None:
     """The answer's first line has the speed, and says that it is not the one asked for."""
-    asked = {"rise": 0.12, "run": RUN, "count": COUNT}
+    question = {"rise": 0.12, "run": RUN, "count": COUNT}
 
     def answer(wish: Wish) -> str:
         check = replace(found(), wish=wish)
-        told = feasibility_report(check, paper_robot(), source=URL, asked=asked)
+        told = feasibility_report(check, paper_robot(), source=URL, asked=question)
         return str(told["answer"])
 
     speed = found().speed

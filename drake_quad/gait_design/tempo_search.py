@@ -1,0 +1,438 @@
+"""Chooses a gait's times for speed: the quickest gait that keeps the margin that is asked for.
+
+A gait that was found for margin is slow. Its swings, and the time on four feet at its switches, are
+made as short as the margin allows that is to be kept (`tempo.py`). The two trade against each
+other: legs that swing quickly push the body about, so that heavy legs gain by longer swings. Gaits
+that go farther in a cycle are tried first, and a gait that could not be quicker than what was found
+is not tried.
+"""
+
+import copy
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import chain
+from math import inf, isfinite
+
+from drake_quad.errors import InputError, PlanningError
+from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.pace import measure_pace
+from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.search import Design
+from drake_quad.gait_design.tempo import (
+    ANY_SPEED,
+    PEAK,
+    Tempo,
+    TempoTrial,
+    fewer_steps,
+    tread_way,
+    try_tempo,
+    usual_tempo,
+)
+from drake_quad.robot.model import RobotModel, leg_length
+from drake_quad.scenario.build import course_of, mission_of
+from drake_quad.scenario.config import Scenario
+from drake_quad.stability.safety import safe_margin
+from drake_quad.terrain.course import Course
+
+PREFER = ("margin", "balanced", "speed")
+KEPT = 0.8  # of the margin of the gait that was found for margin: what `balanced` keeps
+LEAST_MARGIN = 0.010  # [m] that `speed` keeps at least
+MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
+ROOM_KEPT, TORQUE_KEPT = 0.6, 0.8  # of what the slow plan leaves, where that is less than wanted
+STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then another
+TRIALS = 5  # plans with each of them, at most
+LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
+NEAR = 0.04  # of a time: no other is tried so near to it
+SOUGHT_MOST = (3.0, 1.25)  # of the margin that is to be kept: what the path seeks at most
+CLOSE = 0.06  # of the margin that is to be kept: so near is near enough
+LONGER, TRIES = (
+    1.12,
+    3,
+)  # ratio of the times, and plans, where a course leaves less than a short one
+WORTH = 1.02  # ratio of speeds from which another gait is taken
+ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a gait is to be good at.
+
+    Attributes:
+        prefer: One of PREFER: the most margin; the quickest that keeps KEPT of that margin; or the
+            quickest that keeps the margin with which a run counts as safe.
+        speed: Speed on the flights that is enough [m/s]; it then has the margin that is left.
+        min_margin: Margin that the plan is to keep, instead of what `prefer` says [m].
+    """
+
+    prefer: str = "margin"
+    speed: float | None = None
+    min_margin: float | None = None
+
+    @property
+    def quick(self) -> bool:
+        """Whether the gait's times are to be chosen at all."""
+        return self.prefer != "margin" or self.speed is not None or self.min_margin is not None
+
+    def check(self) -> None:
+        """Makes sure that there can be such a wish.
+
+        Raises:
+            InputError: The error names the option, its value and what would be right.
+        """
+        if self.prefer not in PREFER:
+            remedy = f"give {', '.join(PREFER[:-1])} or {PREFER[-1]}"
+            raise InputError(source="--prefer", field="prefer", value=self.prefer, remedy=remedy)
+        for option, value, unit in (
+            ("speed", self.speed, "m/s"),
+            ("min-margin", self.min_margin, "metres"),
+        ):
+            if value is not None and not (isfinite(value) and value > 0.0):
+                remedy = f"give {unit}, more than 0"
+                field = option.replace("-", "_")
+                raise InputError(source=f"--{option}", field=field, value=value, remedy=remedy)
+
+    def least_margin(self, robot: RobotModel, margin: float) -> float:
+        """The margin that a plan is to keep [m], where the gait found for margin has `margin`."""
+        if self.min_margin is not None:
+            return self.min_margin
+        safe = max(safe_margin(robot), LEAST_MARGIN)
+        fast = self.prefer == "speed" or (self.prefer == "margin" and self.speed is not None)
+        return min(safe, margin) if fast else KEPT * margin
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a quick plan is to keep.
+
+    Attributes:
+        margin: Static margin [m].
+        zmp_margin: Margin of the zero-moment point [m].
+    """
+
+    margin: float
+    zmp_margin: float
+
+    def spare(self, margin: float, zmp_margin: float) -> float:
+        """How much more than that there is, of the one that has less [m]."""
+        return min(margin - self.margin, zmp_margin - self.zmp_margin)
+
+    def more(self, by: float) -> "Kept":
+        """So much more of both [m]."""
+        return Kept(self.margin + by, self.zmp_margin + by)
+
+
+def seek_switch(
+    trial: Callable[[float], float],
+    first: float,
+    least: float,
+    *,
+    near: float,
+    most: float = inf,
+    known: dict[float, float] | None = None,
+) -> float:
+    """The shortest time at switches with which enough margin is left, by secants.
+
+    Args:
+        trial: The margin [m] beyond what is to be kept with such a time [s]; it mostly grows
+            with it.
+        first: The time to begin with [s].
+        least: The shortest that is tried [s].
+        near: So much more margin than is to be kept is near enough [m].
+        most: The longest that is tried [s].
+        known: Margins of times that were tried before [m]; those tried here are added.
+
+    Returns:
+        The shortest that was tried and left enough [s]; infinite if none did.
+    """
+    known = {} if known is None else known
+    switch = min(max(first, least), max(most, least))
+    for _ in range(TRIALS):
+        if switch not in known:
+            known[switch] = trial(switch)
+        best = min((t for t, m in known.items() if m >= 0.0), default=inf)
+        low = max((t for t, m in known.items() if m < 0.0 and t < best), default=None)
+        if best <= least or (best < inf and known[best] <= near):
+            break
+        if best == inf:
+            if max(known) >= most:
+                break
+            switch = min(1.4 * max(known), most)
+        elif low is None:
+            switch = max(0.75 * best, least)
+        elif best - low < NEAR * best:
+            break
+        else:  # between them, a little to the safe side
+            under, over = -known[low], known[best]
+            share = under / (under + over) if 0.0 < under < inf else 0.75
+            switch = low + min(max(1.1 * share, 0.25), 0.85) * (best - low)
+    return min((t for t, m in known.items() if m >= 0.0), default=inf)
+
+
+@dataclass(frozen=True, eq=False)
+class GaitChoice:
+    """A gait whose times are to be chosen.
+
+    Attributes:
+        scenario: The scenario with the gait's fields.
+        design: The gait.
+        planned: Whether there is a plan of it already, with slow times: it is not lowered.
+    """
+
+    scenario: Scenario
+    design: Design
+    planned: bool = False
+
+
+def quicken(
+    designed: Designed,
+    robot: RobotModel,
+    wish: Wish,
+    *,
+    others: Iterable[GaitChoice] = (),
+    source: str = "scenario",
+) -> Designed:
+    """The designed gait, or another, with times as is wished for; the same if none are better.
+
+    Args:
+        designed: A gait that was found for margin, with its plan.
+        robot: The scenario's.
+        wish: What it is to be good at.
+        others: Gaits for the same course that go farther in a cycle; none is drawn that is not
+            needed.
+        source: What an error names.
+    """
+    course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)
+    if not wish.quick or not flights_of(course, designed.scenario.gait.deep_tread):
+        return designed
+    tasks = mission_of(designed.scenario, course, source=source)
+    before = measure_pace(robot, course, tasks, designed.plan)
+    if before.slowest is None or (wish.speed is not None and before.slowest.speed >= wish.speed):
+        return designed
+    least = wish.least_margin(robot, designed.margin)
+    kept = Kept(least, min(least, wish.least_margin(robot, before.zmp_margin)))
+    own = GaitChoice(designed.scenario, designed.design, planned=True)
+    best, speed = designed, before.slowest.speed
+    # For a speed that is enough, the gait that was found for margin may do. Else a gait that goes
+    # farther in a cycle is mostly the quicker one, and the other need not be tried then.
+    for gait in chain([own], others) if wish.speed is not None else chain(others, [own]):
+        if fastest(gait.scenario, robot, course) <= WORTH * speed:
+            continue
+        found = TempoSearch(gait, designed, robot, kept, source).quickest(wish.speed, speed)
+        if found is not None:
+            best, speed = found.designed, found.speed
+        if wish.speed is not None and speed >= ENOUGH * wish.speed:
+            break
+    return best
+
+
+def fastest(scenario: Scenario, robot: RobotModel, course: Course) -> float:
+    """A speed that no times of a scenario's gait exceed on the shallowest treads [m/s]."""
+    flights = flights_of(course, scenario.gait.deep_tread)
+    tempo = usual_tempo(scenario.gait, robot)
+    way = tread_way(scenario.gait, min(s.run for s in flights))
+    return way / (4.0 * (tempo.swing + tempo.gap))
+
+
+class TempoSearch:
+    """Seeks the quickest times of a gait for its course, measured against the slow gait."""
+
+    def __init__(
+        self, gait: GaitChoice, slow: Designed, robot: RobotModel, kept: Kept, source: str
+    ) -> None:
+        """Takes the gait, and what it is measured by.
+
+        Args:
+            gait: The gait.
+            slow: The gait that was found for margin.
+            robot: The scenario's.
+            kept: The margins that are to be kept.
+            source: What an error names.
+        """
+        self._gait, self._slow, self._robot, self._source = gait, slow, robot, source
+        self._kept, self._most = kept, inf
+        course = course_of(gait.scenario, source=source, foot_radius=robot.foot_radius)
+        runs = [s.run for s in flights_of(course, gait.scenario.gait.deep_tread)]
+        self._way = tread_way(gait.scenario.gait, min(runs))
+        self._foot_speed = ANY_SPEED
+        self._whole, self._fewer = gait.scenario, fewer_steps(gait.scenario)
+        self._known: dict[float, dict[float, TempoTrial | None]] = {}
+
+    def quickest(self, enough: float | None, faster_than: float) -> TempoTrial | None:
+        """The quickest plan that keeps enough on the course; None if none is found.
+
+        Args:
+            enough: A speed that is enough [m/s], if there is one.
+            faster_than: A speed that is of no interest, or any lower one [m/s].
+        """
+        first = self._usual(STRETCH).switch
+        if not self._finds_room(first):
+            return None
+        kept, at = self._kept, None if enough is None else self._at_speed(enough)
+        for _ in range(TRIES):
+            found = at or self._seek(kept, first, faster_than)
+            if found is None or self._fewer is self._whole:
+                return found
+            # The same times on the course itself, whose flights are longer.
+            whole: TempoTrial | None = None
+            with suppress(PlanningError):
+                whole = self._plan(self._whole, found.tempo)
+            spare = self._spare(whole, self._kept)
+            if whole is not None and spare >= 0.0:
+                return whole if whole.speed > faster_than else None
+            kept, at = kept.more(max(-1.2 * spare, 0.1 * kept.margin) if spare > -inf else
+                                 0.1 * kept.margin), None  # fmt: skip
+        return None
+
+    def spread(
+        self, times: Iterable[tuple[float, float]], note: Callable[[str], object]
+    ) -> Iterator[TempoTrial]:
+        """Plans of the whole course that keep enough, with each of some times.
+
+        The body's path seeks all the margin that it can have, or less where that takes the body too
+        near to the stairs.
+
+        Args:
+            times: Ratios to the shortest swing, and to the usual time at the switches.
+            note: Receives a line before each plan.
+        """
+        if not self._finds_room(self._usual(STRETCH).switch):
+            return
+        room = self._most
+        for stretch, share in times:
+            usual = self._usual(stretch)
+            tempo = replace(usual, switch=max(share * usual.switch, usual.gap))
+            note(f"planning with {tempo.swing:.2f} s a swing, {tempo.switch:.2f} s at the switches")
+            for most in (inf, room):
+                self._most = most
+                found = self._calm_plan(self._whole, tempo)
+                if found is not None and self._spare(found, self._kept) >= 0.0:
+                    yield found
+                    break
+
+    def trial(self, stretch: float, switch: float) -> TempoTrial | None:
+        """A plan with swings longer by a ratio, and some time at the switches [s]; None without.
+
+        Feet are made slower, for this trial and others, if their joints would turn too fast.
+        """
+        known = self._known.setdefault(stretch, {})
+        if switch not in known:
+            known[switch] = self._calm_plan(
+                self._fewer, replace(self._usual(stretch), switch=switch)
+            )
+        return known[switch]
+
+    def _calm_plan(self, scenario: Scenario, tempo: Tempo) -> TempoTrial | None:
+        """A plan with some times, and feet so slow that joints can follow them."""
+        found: TempoTrial | None = None
+        for _ in range(TRIES):
+            slower = inf
+            try:
+                found = self._plan(scenario, replace(tempo, foot_speed=self._foot_speed))
+                slower = inf if is_calm(found) else found.foot_speed
+            except PlanningError as error:
+                too_fast = error.data.get("too_fast")
+                if too_fast is not None:
+                    slower = PEAK / too_fast * error.data["foot_speed"]
+            if slower >= self._foot_speed:
+                break
+            self._foot_speed = slower
+        return found
+
+    def _plan(self, scenario: Scenario, tempo: Tempo) -> TempoTrial:
+        return try_tempo(
+            scenario, self._gait.design, self._robot, tempo, most=self._most, source=self._source
+        )
+
+    def _usual(self, stretch: float) -> Tempo:
+        return usual_tempo(self._gait.scenario.gait, self._robot, stretch)
+
+    def _longest_switch(self, stretch: float, speed: float) -> float:
+        """The time at the switches with which there is a speed, if no swing lasts longer [s]."""
+        usual = self._usual(stretch)
+        return 0.5 * (self._way / speed - 4.0 * usual.swing) - usual.gap
+
+    def _finds_room(self, switch: float) -> bool:
+        """Chooses how much margin the body's path seeks, and lowers the body, where that is needed.
+
+        A path that seeks much margin takes the body far off its way, and so near to the stairs. A
+        gait of which there is a plan with slow times stays as high as it is.
+
+        Returns:
+            Whether there is a plan that leaves enough of all but margin.
+        """
+        height, leg = self._gait.scenario.gait.body_height, leg_length(self._robot)
+        for share in LOWERED[: 1 if self._gait.planned else None]:
+            self._whole = copy.deepcopy(self._gait.scenario)
+            self._whole.gait.body_height = float(f"{height - share * leg:.4g}")
+            self._fewer = fewer_steps(self._whole)
+            for most in SOUGHT_MOST:
+                self._most, self._known = most * self._kept.margin, {}
+                found = self.trial(STRETCH, switch)
+                if found is not None and keeps_all_else(found, self._slow):
+                    return True
+        return False
+
+    def _spare(self, trial: TempoTrial | None, kept: Kept) -> float:
+        """The margin that a trial leaves beyond what is to be kept [m]; -inf if it is of no use."""
+        if trial is None or not keeps_all_else(trial, self._slow):
+            return -inf
+        return kept.spare(trial.designed.margin, trial.pace.zmp_margin)
+
+    def _at_speed(self, speed: float) -> TempoTrial | None:
+        """A plan with all the time that there is at a speed [m/s]; None if it keeps too little."""
+        least = self._usual(STRETCH).gap
+        switch = max(self._longest_switch(STRETCH, speed), least)
+        found = self.trial(STRETCH, switch)
+        if found is not None and 0.0 < found.speed < speed:  # tall swings last longer
+            late = 0.5 * self._way * (1.0 / found.speed - 1.0 / speed)
+            found = self.trial(STRETCH, max(switch - late, least))
+        enough = found is not None and found.speed >= ENOUGH * speed
+        return found if enough and self._spare(found, self._kept) >= 0.0 else None
+
+    def _seek(self, kept: Kept, first: float, faster_than: float) -> TempoTrial | None:
+        """The quickest trial that keeps margins; None if none that is quicker does.
+
+        Args:
+            kept: The margins.
+            first: The time at the switches to begin with [s].
+            faster_than: A speed that is of no interest, or any lower one [m/s].
+        """
+        best: TempoTrial | None = None
+        for stretch in (STRETCH, OTHER):
+            # A longer time at the switches would be no quicker than what is known already.
+            most = self._longest_switch(stretch, WORTH * faster_than)
+            least = self._usual(stretch).gap
+            if most <= least or (best is None and stretch == OTHER):
+                continue
+            seen = self._known.setdefault(stretch, {})
+            switch = seek_switch(
+                lambda t, by=stretch: self._spare(self.trial(by, t), kept),  # type: ignore[misc]
+                first if best is None else 0.95 * most,
+                least,
+                near=CLOSE * kept.margin,
+                most=most,
+                known={t: self._spare(trial, kept) for t, trial in seen.items()},
+            )
+            found = seen.get(switch)
+            if found is not None and found.speed > faster_than:
+                best, faster_than = found, found.speed
+        return best
+
+
+def is_calm(trial: TempoTrial) -> bool:
+    """Whether no joint is asked for too much of its speed."""
+    return trial.pace.peak is None or trial.pace.peak.share <= MOST_PEAK
+
+
+def keeps_all_else(trial: TempoTrial, slow: Designed) -> bool:
+    """Whether a quick plan keeps enough of all but margin that the slow one left.
+
+    Args:
+        trial: The quick plan.
+        slow: The gait that was found for margin.
+    """
+    wanted, found = slow.design.wanted, trial.designed
+    room = ROOM_KEPT * min(slow.room.weighted, wanted["legs"])
+    torque = TORQUE_KEPT * min(slow.torque, wanted["torque"])
+    return found.room.weighted >= room and found.torque >= torque and is_calm(trial)
