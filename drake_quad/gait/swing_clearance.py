@@ -6,7 +6,7 @@ A nosing is a convex corner of it. The foot is a sphere; its path is that of its
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -91,11 +91,31 @@ def find_apex(
     Raises:
         ValueError: The profile does not cover the swing.
     """
-    d = np.asarray(profile[0], dtype=np.float64)
+    d, z = (np.asarray(side, dtype=np.float64) for side in profile)
+    return _find_apex(
+        length, z_ends, d.tobytes(), z.tobytes(), clearance, foot_radius, lift, calm
+    )  # fmt: skip
+
+
+# Plans of the same footprints are made again and again, with other times: the arcs are the same.
+@lru_cache(maxsize=4096)
+def _find_apex(
+    length: float,
+    z_ends: tuple[float, float],
+    d_bytes: bytes,
+    z_bytes: bytes,
+    clearance: float,
+    foot_radius: float,
+    lift: float,
+    calm: bool,
+) -> Apex:
+    """See `find_apex`; the profile is given by its bytes."""
+    d, z = np.frombuffer(d_bytes), np.frombuffer(z_bytes)
+    profile = d, z
     if not (d[0] <= 1e-9 and d[-1] >= length - 1e-9 and np.all(np.diff(d) >= 0.0)):
         raise ValueError(f"the profile must run from 0 to at least the swing's {length:.6g} m")
     lowest = max(z_ends) + lift
-    if np.ptp(np.asarray(profile[1], dtype=np.float64)) == 0.0:
+    if np.ptp(z) == 0.0:
         return Apex(0.5, lowest)
     riser = riser_for_swing(profile, length)
     if riser is None and np.ptp(_ground(profile, np.linspace(0.0, length, 9))) == 0.0:

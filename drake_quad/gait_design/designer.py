@@ -21,7 +21,7 @@ from drake_quad.gait_design.plan_candidates import (
     Gait,
     plan_any,
     plan_design,
-    plan_lower,
+    plan_gaits,
 )
 from drake_quad.gait_design.search import (
     NEARLY,
@@ -265,14 +265,11 @@ def _design_for(
     if not thorough:
         best, refused = plan_any(gaits(QUICK), leg)
     for way in SEARCH_SETTINGS if thorough else ():
-        for gait in gaits(way):
-            if best is not None and best.quality >= max(POOR, gait.score):
-                continue  # smaller slacks on endless stairs mostly mean a worse plan
-            touches = TOUCHES if flights else 1
-            best, error = plan_lower(gait, leg, best, touches)
-            refused = refused or error
-            if best is not None and best.quality >= TAKEN and best.has_margin:
-                break
+        best, error = plan_gaits(
+            gaits(way), leg, best, touches=TOUCHES if flights else 1,
+            taken=lambda found: found.quality >= TAKEN and found.has_margin,
+        )  # fmt: skip
+        refused = refused or error
         good = best is not None and best.quality >= POOR
         if good or not flights or nearest_gait is None or nearest_gait.score <= NEARLY:
             break

@@ -189,41 +189,99 @@ class Gait:
         return scenario
 
 
-def plan_lower(
-    gait: Gait, leg: float, best: Designed | None, touches: int = TOUCHES
-) -> tuple[Designed | None, PlanningError | None]:
-    """The best of what there was and of a gait whose body is as high as it can be, or lower.
+class Lowering:
+    """Plans a gait with its body as high as it can be, and then lower, at each call.
 
     At a flight's ends, and as it sways, the body is not quite where it is on endless stairs: legs
     that are then too short are long enough for a body that is lower. Of a poor plan the next lower
     one is tried, too; below one that is refused then there is none. Nor is there after so many
     plans by which parts touch.
 
+    Attributes:
+        refused: Why the first plan was refused that was.
+    """
+
+    def __init__(self, gait: Gait, leg: float, touches: int = TOUCHES) -> None:
+        """Takes the gait.
+
+        Args:
+            gait: Gait to plan.
+            leg: The legs' length [m].
+            touches: Heights at which parts may touch.
+        """
+        self._gait, self._leg, self._touches = gait, leg, touches
+        self._heights = list(LOWER)
+        self._planned = self._touched = 0
+        self._tried = gait.scenario
+        self.refused: PlanningError | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether no lower body is to be tried."""
+        return not self._heights
+
+    def plan(self, best: Designed | None) -> Designed | None:
+        """The better one of what there is already and of the next plan.
+
+        Args:
+            best: What there is already.
+        """
+        # With how slow a higher body had to be: so will it.
+        self._tried = self._gait.lower(self._heights.pop(0) * self._leg, self._tried)
+        try:
+            best = _or_slower(self._tried, partial(self._gait.plan, beat=best)) or best
+        except PlanningError as error:
+            self.refused = self.refused or error
+            self._touched += "room" in error.data or "apart" in error.data
+            if self._planned or self._touched == self._touches:
+                self._heights.clear()
+            return best
+        self._planned += 1
+        if self._planned == 2:
+            self._heights.clear()
+        return best
+
+
+def plan_gaits(
+    gaits: Iterable[Gait],
+    leg: float,
+    best: Designed | None,
+    *,
+    touches: int = TOUCHES,
+    taken: Callable[[Designed], bool] = lambda _: False,
+) -> tuple[Designed | None, PlanningError | None]:
+    """The best of what there was and of gaits: each as high as it can be, and then all lower.
+
+    Lower bodies are tried only where there is no fair plan. A gait of which no more can be hoped
+    for than there is already is not tried.
+
     Args:
-        gait: Gait to plan.
+        gaits: Gaits to be planned; no more are drawn than are tried.
         leg: The legs' length [m].
         best: What there is already.
-        touches: Heights at which parts may touch.
+        touches: Heights at which parts of a gait may touch.
+        taken: Whether a plan is so good that no other is tried.
 
     Returns:
         The best, if there is one, and why the first was refused that was.
     """
-    refused: PlanningError | None = None
-    planned, touched, tried = 0, 0, gait.scenario
-    for share in LOWER:
-        tried = gait.lower(share * leg, tried)  # with how slow a higher body had to be: so will it
-        try:
-            best = _or_slower(tried, partial(gait.plan, beat=best)) or best
-        except PlanningError as error:
-            refused = refused or error
-            touched += "room" in error.data or "apart" in error.data
-            if planned or touched == touches:
-                break
-            continue
-        planned += 1
-        if planned == 2 or (best is not None and best.quality >= POOR):
+    tried: list[Lowering] = []
+    for gait in gaits:
+        if best is not None and best.quality >= max(POOR, gait.score):
+            continue  # smaller slacks on endless stairs mostly mean a worse plan
+        tried.append(Lowering(gait, leg, touches))
+        best = tried[-1].plan(best)
+        if best is not None and taken(best):
             break
-    return best, refused
+    while best is None or best.quality < POOR:
+        left = [lowering for lowering in tried if not lowering.done]
+        if not left:
+            break
+        for lowering in left:
+            best = lowering.plan(best)
+            if best is not None and best.quality >= POOR:
+                break
+    return best, next((t.refused for t in tried if t.refused is not None), None)
 
 
 def plan_any(gaits: Iterable[Gait], leg: float) -> tuple[Designed | None, PlanningError | None]:

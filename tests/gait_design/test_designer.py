@@ -172,6 +172,6 @@ def test_a_gait_with_less_margin_than_is_wanted_does_not_keep_others_from_being_
     assert less.quality >= designer.TAKEN and less.has_margin == (tried == 1)
     plans = [less, found]
     monkeypatch.setattr(designer, "choose_gaits", lambda *_, **__: iter([design, design]))
-    monkeypatch.setattr(designer, "plan_lower", lambda *_: (plans.pop(0), None))
+    monkeypatch.setattr(designer, "plan_design", lambda *_, **__: plans.pop(0))
     told = designer.design_scenario(found.scenario)
     assert told is (found if tried == 2 else less) and len(plans) == 2 - tried

@@ -18,7 +18,7 @@ from drake_quad.gait_design.plan_candidates import (
     Designed,
     Gait,
     plan_any,
-    plan_lower,
+    plan_gaits,
 )
 from drake_quad.gait_design.search import AGAIN, QUICK, THOROUGH, Design, SearchSettings
 from drake_quad.robot.model import RobotModel
@@ -56,11 +56,31 @@ def test_of_a_poor_plan_the_next_lower_body_is_tried(
             return None
         return replace(designed(), margin=quality)
 
-    best, refused = plan_lower(Gait(1.0, Scenario(), plan), 0.5, None)
+    best, refused = plan_gaits([Gait(1.0, Scenario(), plan)], 0.5, None)
     height = Scenario().gait.body_height
     assert tried == pytest.approx([height - 0.5 * share for share in LOWER[:heights]])
     assert (best and best.quality) == kept
     assert (refused is None) == (None not in qualities)
+
+
+def test_a_good_gait_is_found_before_the_bodies_of_others_are_lowered() -> None:
+    """A gait that cannot be planned as high as it can be waits until the others have been tried."""
+    tried: list[str] = []
+
+    def gait(name: str, found: Designed | None) -> Gait:
+        def plan(scenario: Scenario, beat: Designed | None) -> Designed:
+            tried.append(name)
+            if found is None:
+                raise PlanningError(f"{name} cannot")
+            return found
+
+        return Gait(1.0, Scenario(), plan)
+
+    good = designed()
+    assert good.quality >= POOR
+    best, refused = plan_gaits([gait("a", None), gait("b", good)], 0.5, None)
+    assert tried == ["a", "b"] and best is good
+    assert refused is not None and refused.reason == "a cannot"
 
 
 @pytest.mark.parametrize(("data", "touches", "heights"), [("room", 1, 1), ("apart", 2, 2),
@@ -75,7 +95,7 @@ def test_where_parts_touch_lower_bodies_are_tried_as_often_as_told(
         tried.append(scenario.gait.body_height)
         raise PlanningError("no plan", **{data: -0.01})
 
-    best, refused = plan_lower(Gait(1.0, Scenario(), plan), 0.5, None, touches)
+    best, refused = plan_gaits([Gait(1.0, Scenario(), plan)], 0.5, None, touches=touches)
     assert best is None and refused is not None and len(tried) == heights
 
 
@@ -91,7 +111,7 @@ def test_a_lower_body_is_as_slow_as_the_higher_one_had_to_be() -> None:
             raise PlanningError("no plan")
         return replace(designed(), margin=1.0)
 
-    best, _ = plan_lower(Gait(1.0, Scenario(), plan), 0.5, None)
+    best, _ = plan_gaits([Gait(1.0, Scenario(), plan)], 0.5, None)
     assert best is not None and len(asked) == 3
     assert asked[0] < asked[1] == asked[2]
 
@@ -120,12 +140,14 @@ def test_gaits_are_sought_thoroughly_where_it_may_help(
         ways.append(names[way])
         yield replace(designed().design, score=score)
 
-    def lower(*_: object) -> tuple[Designed | None, PlanningError | None]:
+    def plan(scenario: Scenario, **_: object) -> Designed:
         assert score > 0.0
-        return None if quality is None else replace(designed(), margin=quality), None
+        if quality is None:
+            raise PlanningError("no plan")
+        return replace(designed(), margin=quality)
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
-    monkeypatch.setattr(designer, "plan_lower", lower)
+    monkeypatch.setattr(designer, "plan_design", plan)
     scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, 0.3, 2), model=MODEL)
     if quality is None:
         with pytest.raises(PlanningError):
@@ -181,12 +203,18 @@ def test_any_plan_is_sought_of_all_gaits_before_their_bodies_are_lowered() -> No
 
 @pytest.mark.parametrize(
     ("first", "planned"),
-    [(0.3, [0.8, 0.2, 0.2, 0.2]), (0.6, [0.8])],  # the less promising is kept out by a fair one
+    [
+        (0.3, [0.8, 0.2, 0.8, 0.2, 0.2, 0.2, 0.2, 0.2]),
+        (0.6, [0.8]),
+    ],  # the less promising is kept out by a fair one
 )
 def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
     monkeypatch: pytest.MonkeyPatch, first: float, planned: list[float]
 ) -> None:
-    """A gait with less room on endless stairs may be the better one on the course."""
+    """A gait with less room on endless stairs may be the better one on the course.
+
+    All gaits of a search are planned before any body is lowered.
+    """
     scores: list[float] = []
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
@@ -194,12 +222,12 @@ def test_a_poor_plan_keeps_no_other_gait_from_being_planned(
         for score in (0.8, 0.2) if asked[-1] is QUICK else (0.2,):
             yield replace(designed().design, score=score)
 
-    def lower(gait: Gait, *_: object) -> tuple[Designed, None]:
-        scores.append(gait.score)
-        return replace(designed(), margin=first), None
+    def plan(scenario: Scenario, *, design: Design, **_: object) -> Designed:
+        scores.append(design.score)
+        return replace(designed(), margin=first)
 
     monkeypatch.setattr(designer, "choose_gaits", gaits)
-    monkeypatch.setattr(designer, "plan_lower", lower)
+    monkeypatch.setattr(designer, "plan_design", plan)
     scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, 0.3, 2), model=MODEL)
     design_scenario(scenario, robot=paper_robot())
     assert scores == planned
