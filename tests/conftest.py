@@ -69,3 +69,15 @@ class Load(Protocol):
 def load() -> Load:
     """See Load."""
     return lambda name: importlib.import_module(f"benchmarks.{name}")
+
+
+@pytest.fixture
+def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The directory of a test's own cache: it has the kernels that are compiled, and no robot."""
+    from drake_quad.util.files import CACHE_VARIABLE, cache_directory
+
+    kernels, own = cache_directory() / "kernels", tmp_path_factory.mktemp("cache")
+    kernels.mkdir(mode=0o700, parents=True, exist_ok=True)
+    (own / "kernels").symlink_to(kernels)
+    monkeypatch.setenv(CACHE_VARIABLE, str(own))
+    return own

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.optimize import OptimizeResult, differential_evolution
 
 from drake_quad.common import FloatArray
 from drake_quad.gait_design.candidates import (
@@ -109,9 +109,11 @@ class Search:
             enough: Ends as soon as no more than that is lacking.
             hopeless: Ends if more than that is lacking when AFTER of it is over.
         """
+        from scipy.optimize import differential_evolution  # a third of a second, as qmc below
+
         most, generation = GENERATIONS[self._pattern.per_tread], 0
 
-        def callback(intermediate_result: OptimizeResult) -> bool:
+        def callback(intermediate_result: Any) -> bool:  # an OptimizeResult
             nonlocal generation
             generation += 1
             self.rivals = intermediate_result.population_energies.copy()

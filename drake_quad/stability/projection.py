@@ -12,7 +12,6 @@ from math import hypot, isfinite
 
 import daqp
 import numpy as np
-from scipy.optimize import linprog
 
 from drake_quad.common import FloatArray
 
@@ -89,6 +88,8 @@ class PolytopeProjection:
 
     def _solve_by_highs(self, cost: FloatArray) -> FloatArray | None:
         """The solution by HiGHS, which takes a hundred times as long; it decides what is empty."""
+        from scipy.optimize import linprog  # a third of a second, and hardly any stance needs it
+
         self._model = None
         A, lower, upper = self._A, self._lower, self._upper
         same = lower == upper

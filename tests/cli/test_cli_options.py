@@ -37,10 +37,7 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.config import Scenario
 from drake_quad.util.parallel import MOST_PER_CORE, check_workers
 
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.mark.parametrize(
@@ -66,7 +63,7 @@ def test_a_file_that_cannot_be_written_is_told_before_the_robot_is_read(
     line = refused(drake_quad(command, "nobody", option, value, cwd=tmp_path))
     assert line.startswith(f"drake-quad: {option}: {option[2:]} = ") and value[-20:] in line
     assert "--out" not in line
-    assert {p.name for p in tmp_path.iterdir()} <= {"file", "folder.svg", "cache"}
+    assert {p.name for p in tmp_path.iterdir()} == {"file", "folder.svg"}
     assert (tmp_path / "file").read_text() == "mine"
 
 

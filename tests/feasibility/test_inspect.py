@@ -32,9 +32,7 @@ from drake_quad.robot.loader import load_robot
 BARE = Quadruped(limits=((-0.5, 0.7), None, None), effort="0", roll=0.3, arm=True)
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def test_json_has_all_that_is_read(tmp_path: Path) -> None:

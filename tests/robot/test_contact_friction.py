@@ -37,9 +37,7 @@ SAID = (0.05, 0.3, 0.8, 1.2)
 NAMED = [f"{p.name}:{name}" for p in PACKAGES if root_of(p) is not None for name in p.robots]
 
 
-@pytest.fixture(autouse=True)
-def robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @cache

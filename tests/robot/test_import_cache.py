@@ -15,9 +15,8 @@ TEXT = Quadruped().text()
 
 
 @pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache" / "robots"
+def cache(own_cache: Path) -> Path:
+    return own_cache / "robots"
 
 
 def test_robot_is_imported_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,10 +10,7 @@ from robot_formats import FORMATS, figures, mjcf, sdf, urdf
 from drake_quad.errors import InputError
 from drake_quad.robot.loader import load_robot
 
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.mark.parametrize("name", FORMATS)

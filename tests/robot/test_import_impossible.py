@@ -18,9 +18,7 @@ ROTOR = "<drake:rotor_inertia>{}</drake:rotor_inertia><limit>"
 RADIUS = "<radius>0.02</radius>"
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def changed(text: str, old: str, new: str) -> str:

@@ -16,9 +16,7 @@ MASS = "<mass>2</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></in
 PAYLOAD = f'<model name="p"><link name="box"><inertial>{MASS}</inertial></link>{{}}</model>'
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def refusal(model: str) -> InputError:
@@ -195,7 +193,7 @@ def test_encoding_that_is_not_the_files_is_refused(encoding: str, tmp_path: Path
     assert "encoding" in refusal(write(tmp_path, head + sdf(), "r.sdf")).remedy
 
 
-def test_file_that_is_hidden_has_a_name(tmp_path: Path) -> None:
+def test_file_that_is_hidden_has_a_name(tmp_path: Path, own_cache: Path) -> None:
     """A file may be called .urdf: its robot is called something."""
     assert load_robot(write(tmp_path, urdf(), ".urdf")).name == "robot"
-    assert next((tmp_path / "cache" / "robots").iterdir()).name.startswith("robot-")
+    assert next((own_cache / "robots").iterdir()).name.startswith("robot-")

@@ -20,9 +20,7 @@ BODY = '<body name="body" pos="0 0 1">'
 SHAPE = '</inertial><{} name="p"><geometry>{}</geometry></{}>'
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def shaped(kind: str, geometry: str) -> str:

@@ -17,9 +17,7 @@ from drake_quad.robot.model import RobotModel
 CONVEX = "<drake:declare_convex/>"
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def with_cube(folder: Path, kind: str = "collision", more: str = "") -> RobotModel:

@@ -17,9 +17,7 @@ MODEL = Path(__file__).resolve().parents[2] / "models" / "paper_quadruped.urdf"
 TEXT = MODEL.read_text()
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def load_text(text: str, directory: Path, name: str = "robot.urdf") -> RobotModel:
@@ -216,23 +214,25 @@ def without_drive(text: str, joint: str) -> str:
 
 
 @pytest.mark.parametrize("difference", DIFFERENT)
-def test_file_that_is_not_in_normal_form_is_imported(difference: str, tmp_path: Path) -> None:
+def test_file_that_is_not_in_normal_form_is_imported(
+    difference: str, tmp_path: Path, own_cache: Path
+) -> None:
     """It is the same robot by its masses and hips, read from a file that was written for it."""
     text = DIFFERENT[difference](TEXT)
     assert text != TEXT
     robot, plain = load_text(text, tmp_path), paper_robot()
-    assert Path(robot.url).is_relative_to(tmp_path / "cache")
+    assert Path(robot.url).is_relative_to(own_cache)
     assert robot.mass == pytest.approx(plain.mass, rel=1e-9)
     np.testing.assert_allclose(robot.link_mass, plain.link_mass, rtol=1e-9)
     if "hips" not in difference:
         np.testing.assert_allclose(robot.geometry.p_BH, plain.geometry.p_BH, atol=1e-9)
 
 
-def test_file_in_normal_form_is_taken_as_it_is(tmp_path: Path) -> None:
+def test_file_in_normal_form_is_taken_as_it_is(tmp_path: Path, own_cache: Path) -> None:
     """Nothing is written for it, and its URL stays."""
     assert load_robot(URL).url == URL
     assert load_text(TEXT, tmp_path).url == str(tmp_path / "robot.urdf")
-    assert not (tmp_path / "cache").exists()
+    assert not (own_cache / "robots").exists()
 
 
 @pytest.mark.parametrize("wrong", WRONG)

@@ -20,9 +20,7 @@ S, M, U = sdf(), mjcf(), urdf()
 JOINT = '<joint name="FL_hip_joint"'
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DRAKE_QUAD_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 # Sample, what in it becomes what, and the line that refuses it, after the file's name. Drake's
