@@ -70,6 +70,11 @@ LONG: dict[str, Bounds] = {
         ("torque_ratio_max", operator.le, 0.9),
         ("zmp_inside", operator.ge, 0.995),
     ),
+    "quick": (
+        *LIMITS,
+        ("margin.minimum", operator.ge, 0.055),
+        ("samples_under_three_feet", operator.eq, 0),
+    ),
     "estimated_state": (
         *LIMITS,
         ("margin.minimum", operator.ge, 0.04),
