@@ -66,6 +66,10 @@ def test_what_is_told_is_the_plans_own() -> None:
     assert all(row["on_course"] is None or row["on_course"] > 0.0
                for row in told["slacks"].values())  # fmt: skip
     assert any("drake-quad run" in line for line in lines)
+    assert "--prefer balanced" in lines[-1]
+    console = Console(width=160, file=io.StringIO(), record=True)
+    print_next({**told, "pace": {**told["pace"], "slow": {}}}, console)
+    assert "--prefer" not in console.export_text()  # its times were chosen already
     assert json.loads(json.dumps(told)) == told
 
 
@@ -160,7 +164,8 @@ def test_what_cannot_be_around_stairs_is_refused(option: dict[str, Any], words: 
 def test_the_next_command_is_quoted() -> None:
     """Names with blanks or worse are one word of a shell's command."""
     console = Console(width=200, file=io.StringIO(), record=True)
-    told = {"feasible": True, "sought": False, "saved": "a b; rm", "robot": "$(x)", "nearest": None}
+    told = {"feasible": True, "sought": False, "saved": "a b; rm", "robot": "$(x)", "nearest": None,
+            "pace": None}  # fmt: skip
     print_next(told, console)
     print_next({**told, "feasible": False}, console)
     text = console.export_text()

@@ -42,7 +42,7 @@ def check(name: str, console: Console) -> None:
     print_check(told, console)
     print_next(told, console)
     print_next(told | {"nearest": {"rise": 0.1, "run": 0.3}}, console)
-    print_next(told | {"feasible": True, "saved": name}, console)
+    print_next(told | {"feasible": True, "saved": name, "pace": None}, console)
 
 
 def chart(name: str, console: Console) -> None:
