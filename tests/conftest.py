@@ -1,9 +1,11 @@
 """Makes the checkout importable without installing it, and quiets hypothesis."""
 
+import gc
 import importlib
 import importlib.util
 import os
 import sys
+from collections.abc import Generator
 from pathlib import Path
 from types import ModuleType
 from typing import Protocol
@@ -37,6 +39,17 @@ if importlib.util.find_spec("drake_quad_models") is None:
 search = bool(os.environ.get("DRAKE_QUAD_SEARCH"))
 settings.register_profile("drake_quad", deadline=None, derandomize=not search)
 settings.load_profile("drake_quad")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Keeps the collector from modules and tests: nearly half a million objects, all to stay."""
+    gc.disable()
+    result = yield
+    gc.collect()
+    gc.freeze()
+    gc.enable()
+    return result
 
 
 # The longest test begins first, or it would be the last to end; it compiles the control loop's

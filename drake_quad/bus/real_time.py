@@ -13,6 +13,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from drake_quad.util.collector import frozen_objects
+
 NS = 1_000_000_000  # in a second
 PRIORITY = 20  # of SCHED_FIFO: above all that is not real time, below the kernel's own
 LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE
@@ -89,15 +91,13 @@ def real_time(*, first: bool = True) -> Iterator[dict[str, bool]]:
         with suppress(OSError, AttributeError):
             given["memory_locked"] = ctypes.CDLL(None).mlockall(LOCK_ALL) == 0
     collecting = gc.isenabled()
-    gc.collect()
-    gc.freeze()
-    gc.disable()
     try:
-        yield given
+        with frozen_objects():
+            gc.disable()
+            yield given
     finally:
         if collecting:
             gc.enable()
-        gc.unfreeze()
         if given["fifo"] and before is not None:
             with suppress(OSError):
                 os.sched_setscheduler(0, *before)

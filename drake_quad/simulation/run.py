@@ -1,6 +1,5 @@
 """Runs or replays a scenario: outcome, log and summary."""
 
-import gc
 import logging
 import platform
 import re
@@ -34,6 +33,7 @@ from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.stability.safety import judge_safety, safe_margin
 from drake_quad.systems.controller import MakeTracking
+from drake_quad.util.collector import frozen_objects
 
 AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
 INTERRUPTED = "interrupted"  # the reason of a run that a person ended
@@ -224,32 +224,31 @@ def _simulate(
     # Long enough for every wait that the scheduler has patience for.
     limit = 2.0 * p.plan.duration + 30.0
     begun = time.perf_counter()
-    gc.collect()
-    gc.freeze()  # what is there now stays: the collector need not look at it at every tick
-    try:
-        simulator.Initialize()
-        outcome, reason = "stopped", f"not at the goal after {limit:.0f} s"
-        while context.get_time() < limit:
-            status = simulator.AdvanceTo(min(context.get_time() + CHUNK, limit))
-            if progress is not None:
-                progress(context.get_time(), p.plan.duration)
-            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
-                outcome, reason = outcome_of(status.FormatMessage())
-                break
-            if stop():
-                outcome, reason = "stopped", INTERRUPTED
-                break
-    except KeyboardInterrupt:
-        outcome, reason = "stopped", INTERRUPTED
-    except DrakeQuadError as error:
-        outcome, reason = "stopped", str(error)
-    except RuntimeError as error:  # Drake's own: a solver that gave up, a state that is not finite
-        outcome, reason = "stopped", f"simulation failed: {str(error).splitlines()[0]}"
-    except Exception as error:  # a fault of this program: what was logged is not lost to it
-        outcome, reason = "stopped", f"simulation failed: {type(error).__name__}: {error}"
-        logging.getLogger(__name__).exception("simulation failed")
-    finally:
-        gc.unfreeze()
+    with frozen_objects():
+        try:
+            simulator.Initialize()
+            outcome, reason = "stopped", f"not at the goal after {limit:.0f} s"
+            while context.get_time() < limit:
+                status = simulator.AdvanceTo(min(context.get_time() + CHUNK, limit))
+                if progress is not None:
+                    progress(context.get_time(), p.plan.duration)
+                if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                    outcome, reason = outcome_of(status.FormatMessage())
+                    break
+                if stop():
+                    outcome, reason = "stopped", INTERRUPTED
+                    break
+        except KeyboardInterrupt:
+            outcome, reason = "stopped", INTERRUPTED
+        except DrakeQuadError as error:
+            outcome, reason = "stopped", str(error)
+        except (
+            RuntimeError
+        ) as error:  # Drake's own: a solver that gave up, a state that is not finite
+            outcome, reason = "stopped", f"simulation failed: {str(error).splitlines()[0]}"
+        except Exception as error:  # a fault of this program: what was logged is not lost to it
+            outcome, reason = "stopped", f"simulation failed: {type(error).__name__}: {error}"
+            logging.getLogger(__name__).exception("simulation failed")
     wall = time.perf_counter() - begun
     table = _collect(p, climb, context)
     if outcome == "goal_reached":

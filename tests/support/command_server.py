@@ -5,13 +5,15 @@ environment, working directory, the files that take stdout and stderr, and the s
 it is ended. The answer is the exit status.
 """
 
+import atexit
+import gc
 import importlib
 import json
 import os
 import signal
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 # What commands import when they begin, or soon after. The threads that this begins are OpenBLAS's
 # and jemalloc's, which know of forks (pthread_atfork).
@@ -28,8 +30,8 @@ IMPORTED = (
 )
 
 
-def carry_out(request: dict[str, Any]) -> None:
-    """In the child: the command as from a shell; does not return."""
+def carry_out(request: dict[str, Any]) -> NoReturn:
+    """In the child: the command as from a shell."""
     signal.alarm(request["seconds"])
     os.environ.clear()
     os.environ.update(request["environment"])
@@ -41,18 +43,28 @@ def carry_out(request: dict[str, Any]) -> None:
     sys.path[0] = str(Path.cwd())  # as `python -m` has it
     from drake_quad.cli.main import main
 
-    main()
+    status: object = 0
+    try:
+        main()
+    except SystemExit as end:
+        status = end.code
+    # What an interpreter does at its end, but for taking down all modules: that copies every page
+    # which this process has in common with its parent, and takes longer than most commands.
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status if isinstance(status, int) else 0 if status is None else 1)
 
 
 def serve() -> None:
     """Until stdin ends."""
     for name in IMPORTED:
         importlib.import_module(name)
+    gc.freeze()  # nor does a collector in a child look at, and so copy, what is there now
     for line in sys.stdin:
         child = os.fork()
         if child == 0:
             carry_out(json.loads(line))
-            raise SystemExit(0)
         _, status = os.waitpid(child, 0)
         print(os.waitstatus_to_exitcode(status), flush=True)
 
