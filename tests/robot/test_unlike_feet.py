@@ -78,7 +78,7 @@ def test_all_feet_land_when_they_are_to(tmp_path: Path) -> None:
     result = simulate(
         parse_scenario(
             f"robot: {{model: {file}}}\ndesign: given\ncourse: [{{kind: floor, length: 6.0}}]\n"
-            "mission: [{kind: walk, distance: 0.6}]",
+            "mission: [{kind: walk, distance: 0.3}]",
             source="test",
         )
     )

@@ -17,9 +17,9 @@ def test_a_reader_recomputes_the_margin_of_every_row(log_period: float) -> None:
     """
     overrides = [f"simulation.log_period={log_period}", "mission=[{kind: walk, distance: 1.0}]"]
     chunks = iter(range(100))
-    result = simulate(load_scenario("case_study", overrides), stop=lambda: next(chunks) >= 20)
+    result = simulate(load_scenario("case_study", overrides), stop=lambda: next(chunks) >= 11)
     column = {name: result.table[name].to_numpy() for name in result.table.column_names}
-    assert len(column["t"]) > 4.0 / log_period
+    assert len(column["t"]) > 2.9 / log_period
     com = np.stack([column["com_x"], column["com_y"]], axis=1)
     bearing = np.stack([column[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=1).astype(bool)
     place = np.stack(
@@ -29,4 +29,5 @@ def test_a_reader_recomputes_the_margin_of_every_row(log_period: float) -> None:
     expected = [stability_margin(c, p[b]) for c, p, b in zip(com, place, bearing, strict=True)]
     np.testing.assert_allclose(column["margin"], expected, rtol=0.0, atol=1e-9)
     assert np.all(column["margin_least"] <= column["margin"])
-    assert not bearing.all()  # a foot lifted, or nothing was tried
+    lifted = np.flatnonzero(~bearing.all(axis=1))
+    assert 0 < len(lifted) and lifted[-1] < len(bearing) - 1  # a foot lifted, and came down again

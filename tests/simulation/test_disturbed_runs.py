@@ -91,7 +91,7 @@ def test_a_push_that_would_tip_it_is_caught_with_a_foot() -> None:
 )
 def test_what_the_controller_is_not_told_of_is_survived_if_small(override: str) -> None:
     """Through the first step of the walk the base stays with its plan, other than without it."""
-    result = run_for(4.5, override)
+    result = run_for(3.75, override)
     assert result.reason == "interrupted"
     assert {*result.table["swing_leg"].to_numpy()} > {0}
     assert result.summary["base_error_max"] < 0.02
