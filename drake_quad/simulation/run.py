@@ -242,9 +242,7 @@ def _simulate(
             outcome, reason = "stopped", INTERRUPTED
         except DrakeQuadError as error:
             outcome, reason = "stopped", str(error)
-        except (
-            RuntimeError
-        ) as error:  # Drake's own: a solver that gave up, a state that is not finite
+        except RuntimeError as error:  # Drake's: a solver gave up, or a state is not finite
             outcome, reason = "stopped", f"simulation failed: {str(error).splitlines()[0]}"
         except Exception as error:  # a fault of this program: what was logged is not lost to it
             outcome, reason = "stopped", f"simulation failed: {type(error).__name__}: {error}"
