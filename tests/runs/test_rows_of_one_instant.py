@@ -30,4 +30,4 @@ def test_a_reader_recomputes_the_margin_of_every_row(log_period: float) -> None:
     np.testing.assert_allclose(column["margin"], expected, rtol=0.0, atol=1e-9)
     assert np.all(column["margin_least"] <= column["margin"])
     lifted = np.flatnonzero(~bearing.all(axis=1))
-    assert 0 < len(lifted) and lifted[-1] < len(bearing) - 1  # a foot lifted, and came down again
+    assert len(lifted) > 0 and lifted[-1] < len(bearing) - 1  # a foot lifted, and came down again
