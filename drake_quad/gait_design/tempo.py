@@ -24,8 +24,8 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.motion_config import BodyConfig, GaitConfig
 
 LEG = 1.22  # [m] of the robot that the times below are of; times go with the root of the length
-# Times of the quickest gait of the case study that reached its goal in physics (docs/margins.md).
-SHORTEST_SWING, SHORTEST_GAP, USUAL_SWITCH = 0.425, 0.2, 0.9  # [s]
+# The shortest times with which robots have reached their goals in physics (docs/speed.md).
+SHORTEST_SWING, SHORTEST_GAP, USUAL_SWITCH = 0.425, 0.06, 0.9  # [s]
 GUARD = 0.15  # [s] before a lift-off and after a touchdown
 ANY_SPEED = 20.0  # [m/s] of a swing foot: then swings are calm, and none lasts longer
 PEAK = 0.8  # of a joint's speed limit: what swings may ask for

@@ -45,7 +45,7 @@ TRIALS = 5  # plans with each of them, at most
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
 NEAR = 0.04  # of a time: no other is tried so near to it
 SOUGHT_MOST = (3.0, 1.25)  # of the margin that is to be kept: what the path seeks at most
-CLOSE = 0.06  # of the margin that is to be kept: so near is near enough
+CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
 LONGER, TRIES = (
     1.12,
     3,
