@@ -95,7 +95,7 @@ def test_what_is_spared_is_of_the_margin_that_has_less(
 
 
 def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
-    """The plan keeps 0.8 of the margin, no joint is near its limit, and the flight is walked so."""
+    """The plan keeps 0.8 of either margin, no joint is near its limit, and the flight is walked so."""
     robot, slow = paper_robot(), designed()
     quick = quicken(slow, robot, Wish("balanced"))
     course = course_of(quick.scenario, foot_radius=robot.foot_radius)
@@ -103,7 +103,8 @@ def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
     before, after = (measure_pace(robot, course, tasks, d.plan) for d in (slow, quick))
     assert before.slowest is not None and after.slowest is not None and after.peak is not None
     assert after.slowest.speed > 2.0 * before.slowest.speed
-    assert min(quick.margin, after.zmp_margin) >= KEPT * slow.margin
+    assert quick.margin >= KEPT * slow.margin
+    assert after.zmp_margin >= KEPT * min(slow.margin, before.zmp_margin)
     assert after.peak.share <= MOST_PEAK
     least = min(
         float(check_plan(robot, p, dynamic=False).margin.min())
