@@ -24,17 +24,18 @@ from drake_quad.terrain.elements import Element
 
 PACKAGE = Path(__file__).resolve().parents[2] / "drake_quad"
 CLIMB = PlanSettings(swing_clearance=0.04)
+RISE, COUNT = 0.13, 3  # of a flight's steps, as many as the robot is long
 SETTLED = 0.03  # [s] from the start; before it the feet take up their load
 
 
 @cache
 def stairs_up_and_down() -> Course:
-    """Floor, a flight of four steps up, a landing, the same flight down, floor."""
+    """Floor, a flight up, a landing, the same flight down, floor."""
     return course_of(
         Element("floor", length=3.0),
-        Element("stairs", going="up", rise=0.13, run=0.5, count=4),
+        Element("stairs", going="up", rise=RISE, run=0.5, count=COUNT),
         Element("landing", length=2.0),
-        Element("stairs", going="down", rise=0.13, run=0.5, count=4),
+        Element("stairs", going="down", rise=RISE, run=0.5, count=COUNT),
         Element("floor", length=2.5),
     )
 
@@ -137,7 +138,7 @@ def assert_stable(run: Drive) -> None:
 
 def test_controller_climbs_up_and_down_in_mujoco(climb: Drive) -> None:
     """The goal is reached, over every tread of both flights, and the base is where it ends."""
-    assert_climbed(climb, stairs_up_and_down(), CLIMB, top=4 * 0.13)
+    assert_climbed(climb, stairs_up_and_down(), CLIMB, top=COUNT * RISE)
 
 
 def test_robot_stays_stable_in_mujoco(climb: Drive) -> None:
@@ -204,7 +205,7 @@ def test_every_controller_climbs_in_mujoco(kind: str, *, estimated: bool) -> Non
     run = simulate(
         stairs_up_and_down(), CLIMB, control=ControlSettings(kind=kind), estimated=estimated
     )
-    assert_climbed(run, stairs_up_and_down(), CLIMB, top=4 * 0.13)
+    assert_climbed(run, stairs_up_and_down(), CLIMB, top=COUNT * RISE)
     assert_stable(run)
     assert run.base_error.max() < 0.05
 

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CONTROL = ("controller.kind=whole_body", "controller.period=0.002")
 WALK = "mission=[{kind: stand, duration: 1.0}, {kind: walk, distance: 2.0}]"
 STAND = "mission=[{kind: stand, duration: 0.4}]"
-LONGER = "mission=[{kind: stand, duration: 6.0}]"
+LONGER = "mission=[{kind: stand, duration: 4.0}]"
 
 
 def push(when: float, speed: float, direction: float, **more: Any) -> dict[str, Any]:
