@@ -88,7 +88,7 @@ if TYPE_CHECKING:
         shipped_scenarios as shipped_scenarios,
     )
     from drake_quad.simulation.diagram import MakeStairClimb as MakeStairClimb
-    from drake_quad.simulation.prepare import PreparedScenario as PreparedScenario
+    from drake_quad.simulation.prepared import PreparedScenario as PreparedScenario
     from drake_quad.simulation.run import simulate as simulate
     from drake_quad.sweep.compare import (
         Comparison as Comparison,
@@ -140,7 +140,7 @@ _PUBLIC = {
     "scenario.config": "Scenario",
     "scenario.load": "load_scenario save_scenario shipped_scenarios",
     "simulation.diagram": "MakeStairClimb",
-    "simulation.prepare": "PreparedScenario",
+    "simulation.prepared": "PreparedScenario",
     "simulation.run": "simulate",
     "sweep.compare": "Comparison compare_sweeps print_comparison",
     "sweep.rebuild_report": "rebuild_report",

@@ -36,7 +36,7 @@ from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.simulation.instruments import velocities_at_rest
-from drake_quad.simulation.prepare import PreparedScenario
+from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 

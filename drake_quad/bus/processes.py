@@ -107,6 +107,11 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
             source=name, field="simulation.mode", value=scenario.simulation.mode,
             remedy="a bus has a robot at its other end: give physics",
         )  # fmt: skip
+    if scenario.perception.map != "told":
+        raise InputError(
+            source=name, field="perception.map", value=scenario.perception.map,
+            remedy="no camera's images are on the bus: give told",
+        )  # fmt: skip
     with precompiling(kernels_for(scenario.controller.kind, "ekf"), tell) as wait:
         prepared = prepare(scenario, source=name)
         wait()

@@ -26,7 +26,7 @@ from drake_quad.robot.kinematics import calc_feet
 from drake_quad.scenario.build import generator_of, sensor_errors
 from drake_quad.simulation.instruments import AddPushes, AddSensors
 from drake_quad.simulation.plant import AddSimulatedPlant
-from drake_quad.simulation.prepare import PreparedScenario
+from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 
 SENSE_FEET = 2  # periods between readings of the feet's sensors

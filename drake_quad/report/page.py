@@ -33,6 +33,7 @@ from drake_quad.report.figures_margin import (
     was_estimated,
     was_measured,
 )
+from drake_quad.report.figures_seen import draw_sight, seen_rows, was_seen
 from drake_quad.report.replay import make_replay_html, pack, round_recording
 from drake_quad.report.style import (
     KIND_COLOURS,
@@ -83,6 +84,15 @@ class FigureKind:
 
 
 FIGURES = (
+    FigureKind(
+        "seen",
+        "The stairs as they were seen",
+        "What the map was made of: the last depth image that the robot took from its start, with "
+        "the errors of its camera, and the nosings that were found in it with their intervals of "
+        "95 %. The ground is drawn as it is; the robot was not told.",
+        draw_sight,
+        wanted=was_seen,
+    ),
     FigureKind(
         "margin",
         "Stability margin",
@@ -211,6 +221,8 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
         replay=pack(round_recording(make_replay_html(run))) if replay and len(run.log) else "",
         safe=safe_margin(run.robot),
         segments=segment_rows(run),
+        seen=seen_rows(run),
+        seen_words=str(run.seen.get("words", "")),
         pushes=push_rows(run),
         recoveries=recovery_rows(run),
         differs=run.world is not run.course,

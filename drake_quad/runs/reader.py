@@ -1,7 +1,7 @@
 """Reads a run's files back, and says what is wrong with them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,14 @@ import pyarrow as pa
 
 from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.errors import InputError
+from drake_quad.perception.stair_map import course_of_description
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.runs.result import summary_html
 from drake_quad.runs.schema import FIGURES, VERDICTS, WALL_CLOCK, WORDS
+from drake_quad.runs.seen import SEEN
 from drake_quad.scenario.build import course_of, robot_of, world_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
@@ -133,13 +135,14 @@ class RecordedRun:
         log: Its samples, maybe none.
         scenario: Its scenario, in full.
         robot: The scenario's robot.
-        course: The scenario's course, as the map has it.
+        course: The map: the scenario's course, or what was made of what the robot had seen.
         world: What the robot walked on: the map itself where it has no errors, and in a kinematic
             replay.
         layout: Places of base and joints in `positions` and `velocities`.
         positions: (N, nq) positions of the robot, in Drake's order.
         velocities: (N, nv) velocities of the robot, in Drake's order.
         notices: Faults of the files, a sentence each.
+        seen: Content of seen.json; empty where the map was told.
     """
 
     directory: Path
@@ -153,6 +156,7 @@ class RecordedRun:
     positions: FloatArray
     velocities: FloatArray
     notices: tuple[str, ...]
+    seen: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -193,7 +197,9 @@ def load_run(directory: str | Path) -> RecordedRun:
     scenario = load_scenario(directory / SCENARIO)
     robot = robot_of(scenario)
     source = str(directory / SCENARIO)
-    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    built = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    seen = _read_seen(directory / SEEN, notices) if scenario.perception.map == "seen" else {}
+    course = _seen_course(seen, robot, notices) or built
     kinematic = _is_kinematic(summary, scenario)
     plant = MakeModelPlant(robot.url)
     positions = [f"q_{name}" for name in plant.GetPositionNames()]
@@ -208,12 +214,35 @@ def load_run(directory: str | Path) -> RecordedRun:
         scenario=scenario,
         robot=robot,
         course=course,
-        world=course if kinematic else world_of(scenario, course, source=source),
+        world=course if kinematic else world_of(scenario, built, source=source),
         layout=make_layout(plant, robot),
         positions=read_only(log.numbers(positions)),
         velocities=read_only(log.numbers(velocities)),
         notices=tuple(notices),
+        seen=seen,
     )
+
+
+def _read_seen(path: Path, notices: list[str]) -> dict[str, Any]:
+    """What the robot had seen, or nothing with a notice."""
+    try:
+        seen = plain_of(read_given(path, most=MOST_JSON))
+    except OSError:
+        seen = None
+    if seen is None:
+        notices.append(f"{path.name} cannot be read: what the robot had seen is not shown.")
+    return seen or {}
+
+
+def _seen_course(seen: Mapping[str, Any], robot: RobotModel, notices: list[str]) -> Course | None:
+    """The map of what was seen; None if there is none, with a notice if it cannot be read."""
+    if seen.get("map") is None:
+        return None
+    try:
+        return course_of_description(seen["map"], foot_radius=robot.foot_radius)
+    except (InputError, ValueError, TypeError, KeyError, AttributeError):
+        notices.append(f"{SEEN} holds no map that can be laid out: the world is shown as the map.")
+        return None
 
 
 def _is_kinematic(summary: Mapping[str, Any], scenario: Scenario) -> bool:

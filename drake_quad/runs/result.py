@@ -9,9 +9,10 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from drake_quad.runs.seen import IMAGE, SEEN, SeenRecord
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import save_scenario
-from drake_quad.util.files import is_number, write_together
+from drake_quad.util.files import Write, is_number, write_together
 from drake_quad.util.html import html_table
 
 MADE_OF_THEM = ("report.html", "scene.lcmlog")  # what reports make of a run's files
@@ -27,6 +28,7 @@ class RunResult:
         summary: Content of summary.json.
         table: Content of log.parquet.
         scenario: Scenario as it was run, in full.
+        seen: What the map was made of; None if it was told.
     """
 
     outcome: str
@@ -34,6 +36,7 @@ class RunResult:
     summary: dict[str, Any]
     table: pa.Table = field(repr=False)
     scenario: Scenario = field(repr=False)
+    seen: SeenRecord | None = field(default=None, repr=False)
 
     def save(self, directory: str | Path) -> Path:
         """Writes summary.json, log.parquet and scenario.yaml into a directory.
@@ -86,7 +89,7 @@ def summary_html(summary: Mapping[str, Any]) -> str:
 
 
 def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
-    """Writes summary.json, log.parquet and scenario.yaml into `directory`.
+    """Writes summary.json, log.parquet and scenario.yaml into `directory`, and what was seen.
 
     None of them is ever half, and none is beside another run's: an older run's files stay all if
     these cannot be written, and go, its report too, if they can.
@@ -95,14 +98,28 @@ def write_files(result: RunResult, scenario: Scenario, directory: Path) -> None:
         InputError: If they cannot be written, with the reason.
     """
     text = json.dumps(result.summary, indent=2) + "\n"
+    seen = _seen_files(result.seen, directory)
+    old = [directory / name for name in (*MADE_OF_THEM, SEEN, IMAGE)]
     write_together(
         {
             directory / "scenario.yaml": lambda p: save_scenario(scenario, p),
+            **seen,
             directory / "log.parquet": lambda p: write_log(result.table, p),
             directory / "summary.json": lambda p: p.write_text(text, encoding="utf-8"),
         },
-        gone=[directory / name for name in MADE_OF_THEM],
+        gone=[path for path in old if path not in seen],
     )
+
+
+def _seen_files(seen: SeenRecord | None, directory: Path) -> dict[Path, Write]:
+    """What writes the files of what was seen."""
+    if seen is None:
+        return {}
+    text = json.dumps(seen.told, indent=2) + "\n"
+    return {
+        directory / SEEN: lambda p: p.write_text(text, encoding="utf-8"),
+        directory / IMAGE: seen.write_image,
+    }
 
 
 def write_log(table: pa.Table, path: Path) -> None:

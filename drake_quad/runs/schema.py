@@ -448,6 +448,34 @@ SUMMARY = (
     Figure("segments[].end", "s", "When the segment ended"),
     Figure("segments[].margin_min", "m", "The smallest margin measured in the segment"),
     Figure("segments[].margin_planned_min", "m", "The smallest margin planned in the segment"),
+    Figure("seen.stairs", "", "Whether stairs were seen; `seen` is null where the map was told",
+           "verdict"),
+    Figure("seen.climbed", "", "Whether the robot climbs what it saw; `reason` says why not",
+           "verdict"),
+    Figure("seen.images", "", "How many images were looked at; the last one counts"),
+    Figure("seen.count_least", "", "How many steps there are at least, as seen"),
+    Figure("seen.count_most", "", "How many there are at most; null if that was not seen"),
+    Figure("seen.count_true", "", "How many there are on the way ahead"),
+    Figure("seen.level_seen", "m", "How far the ground was seen to be level beyond the last "
+           "nosing; null where no flight up was seen"),
+    Figure("seen.place_error_max", "m", "Greatest error of a nosing's place, along the climb as it "
+           "was believed to head", shown=Shown("Seen nosing farthest from its place", 1, "mm")),
+    Figure("seen.place_error_told", "m", "What the plan allowed for: the greatest half of a 95 % "
+           "interval, with the yaw's over half a stance's width"),
+    Figure("seen.places_inside", "", "Share of the nosings whose place lies in its 95 % interval",
+           shown=Shown("Nosings' places in their 95 % intervals", 0, "%")),
+    Figure("seen.height_error_max", "m", "Greatest error of a nosing's height",
+           shown=Shown("Seen nosing farthest from its height", 1, "mm")),
+    Figure("seen.height_error_told", "m", "What the plan allowed for: the greatest half of a 95 % "
+           "interval"),
+    Figure("seen.heights_inside", "", "Share of the nosings whose height lies in its 95 % "
+           "interval", shown=Shown("Nosings' heights in their 95 % intervals", 0, "%")),
+    Figure("seen.rise_error", "m", "Error of the mean rise"),
+    Figure("seen.rise_inside", "", "Whether the mean rise lies in its 95 % interval", "verdict"),
+    Figure("seen.run_error", "m", "Error of the mean run"),
+    Figure("seen.run_inside", "", "Whether the mean run lies in its 95 % interval", "verdict"),
+    Figure("seen.yaw_error_deg", "deg", "Error of the climb's heading"),
+    Figure("seen.yaw_inside", "", "Whether the heading lies in its 95 % interval", "verdict"),
     Figure("pushes", "", "The pushes in physics, in order of time; of a push that the run did not "
            "reach the last three are null", "tables"),
     Figure("pushes[].time", "s", "When the push began"),
@@ -490,6 +518,8 @@ PRINTED = (
     ("slip_max", "a standing foot slipped at most", "{:.4f} m"),
     ("contact_friction", "contact friction", "{:.3g}"),
     ("nonfoot_contact_samples", "contacts of anything but feet", "{:.0f}"),
+    ("seen.place_error_max", "a nosing is off where it was seen by at most", "{:.3f} m"),
+    ("seen.height_error_max", "the same of its height", "{:.3f} m"),
     ("torque_ratio_max", "largest torque, of its limit", "{:.0%}"),
     ("torque_ratio_planned_max", "the same, planned", "{:.0%}"),
     ("simulated_time", "simulated", "{:.1f} s"),

@@ -168,7 +168,7 @@ def _same_heading(a: float, b: float) -> bool:
 
 # Who draws from the seed. Each has a generator of its own, so that what one draws does not
 # depend on another; a new one goes to the end, and the runs of old seeds stay as they are.
-STREAMS = ("world", "imu", "joint_sensor")
+STREAMS = ("world", "imu", "joint_sensor", "depth_camera")
 
 
 def generator_of(scenario: Scenario, stream: str) -> np.random.Generator:

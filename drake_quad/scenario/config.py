@@ -23,6 +23,7 @@ from drake_quad.scenario.motion_config import (
     SpinConfig,
     TransitionConfig,
 )
+from drake_quad.scenario.perception_config import PerceptionConfig
 from drake_quad.terrain.elements import Element
 from drake_quad.util.schema import (
     TEXT,
@@ -331,6 +332,7 @@ class Scenario:
     sensors: SensorsConfig = part(SensorsConfig, "What an estimator reads")
     disturbances: DisturbancesConfig = part(DisturbancesConfig, "What the controller is not told")
     world: WorldConfig = part(WorldConfig, "How the real course differs from `course`")
+    perception: PerceptionConfig = part(PerceptionConfig, "Where the map comes from")
     monitor: MonitorConfig = part(MonitorConfig, "Which margins are measured")
     certify: CertifyConfig = part(CertifyConfig, "What a certificate of the plan is to prove")
     simulation: SimulationConfig = part(SimulationConfig, "The physics")

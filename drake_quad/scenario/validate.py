@@ -138,6 +138,9 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         raise fail("simulation.simulator.target_realtime_rate", "say simulation.realtime_rate")
     if scenario.simulation.simulator.start_time != 0.0:
         raise fail("simulation.simulator.start_time", "must be 0: a run begins then")
+    if scenario.perception.map == "seen" and scenario.mission:
+        remedy = "needs no mission, leave it out: the robot looks, and walks up what it has seen"
+        raise fail("perception.map", remedy)
     for path in ("controller.period", "simulation.log_period"):
         _check_multiple(path, fail, scenario)
     check_disturbances(scenario, source=source)

@@ -35,7 +35,7 @@ from drake_quad.simulation.plant import (
     AddSimulatedPlant,
     feedforward_strength,
 )
-from drake_quad.simulation.prepare import PreparedScenario
+from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.stability.equilibrium_region import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.disturbances import Delay, Disturbances

@@ -1,12 +1,11 @@
 """Makes a scenario into the values that planning and simulation take."""
 
 import copy
-from dataclasses import dataclass
+from dataclasses import replace
 
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.planning.mission import (
-    MissionPlan,
     check_lift_offs,
     check_mission,
     check_torques,
@@ -25,41 +24,20 @@ from drake_quad.scenario.build import (
     world_of,
 )
 from drake_quad.scenario.config import Scenario
-from drake_quad.systems.disturbances import Disturbances
+from drake_quad.simulation.look import check_mount, look_around
+from drake_quad.simulation.prepare_seen import blind_scenario, plan_on_sight, stay
+from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.terrain.course import Course
+
+__all__ = ["PreparedScenario", "judge_plan", "prepare"]
 
 LOW_RISE = 0.005  # [m]
 
 
-@dataclass(frozen=True, eq=False)
-class PreparedScenario:
-    """A scenario made into the values that planning and simulation take.
-
-    Attributes:
-        scenario: The scenario, its gait designed if it asked for that.
-        robot: The robot as its controller knows it.
-        course: The map that is planned on.
-        settings: Settings of the planner.
-        tasks: Tasks of the mission.
-        stance: Stance in which the robot stands at first.
-        plan: Plan of the whole mission, on paper.
-        world: The course as it really is.
-        disturbances: What the controller is not told.
-    """
-
-    scenario: Scenario
-    robot: RobotModel
-    course: Course
-    settings: PlanSettings
-    tasks: tuple[Task, ...]
-    stance: Stance
-    plan: MissionPlan
-    world: Course
-    disturbances: Disturbances
-
-
 def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario:
     """Reads the robot, lays the course and plans the whole mission on paper.
+
+    With `perception.map: seen` the robot stands and looks before that, in a simulation.
 
     Args:
         scenario: Scenario, loaded and checked.
@@ -68,7 +46,10 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
     Raises:
         InputError: If something in the scenario cannot be, or is out of the robot's reach.
         PlanningError: If there is no plan for another reason.
+        MachineError: If it is to look, and this machine cannot render.
     """
+    if scenario.perception.map == "seen":
+        return _prepare_seen(scenario, source=source)
     if scenario.design == "auto":
         scenario = design_scenario(scenario, source=source).scenario
     robot, course, settings, tasks, stance = _values(scenario, source=source)
@@ -84,6 +65,22 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
     )
 
 
+def _prepare_seen(scenario: Scenario, *, source: str) -> PreparedScenario:
+    """As `prepare`, on a map of what is seen; where there is no climb of it, the robot stays."""
+    blind = prepare(blind_scenario(scenario), source=source)
+    check_mount(scenario.perception, blind.robot, source=source)
+    course = course_of(scenario, source=source, foot_radius=blind.robot.foot_radius)
+    blind = replace(blind, world=world_of(scenario, course, source=source))
+    sight = look_around(blind)
+    try:
+        planned = plan_on_sight(scenario, blind, sight, source=source)
+        judge_plan(planned)
+    except DrakeQuadError as error:
+        reason = error.remedy if isinstance(error, InputError) else str(error)
+        return stay(scenario, blind, sight, reason)
+    return planned
+
+
 def judge_plan(p: PreparedScenario) -> None:
     """Checks that a prepared plan can be carried out: by the gait's clock, and by the joints.
 
@@ -91,8 +88,11 @@ def judge_plan(p: PreparedScenario) -> None:
     which has no margin, is judged by neither; a dynamic one is lifted off without a static margin.
 
     Raises:
-        PlanningError: With the least margin and the clock's, or the joint and its torque.
+        PlanningError: With the least margin and the clock's, or the joint and its torque; or why
+            the robot does not climb what it has seen.
     """
+    if p.sight is not None and p.sight.refused:
+        raise PlanningError(p.sight.refused)
     if p.settings.uniform_body:
         return
     for plan, samples in zip(p.plan.plans, check_mission(p.robot, p.plan), strict=True):

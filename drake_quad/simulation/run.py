@@ -26,6 +26,7 @@ from drake_quad.runs.metrics import summarize
 from drake_quad.runs.planned_columns import Ground
 from drake_quad.runs.pose_metrics import base_error
 from drake_quad.runs.result import RunResult
+from drake_quad.runs.seen import record_sight, seen_figures
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.kinematic_replay import find_touches, kinematic_logs
@@ -61,6 +62,7 @@ def result_of(
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
     failed = outcome != "goal_reached" and reason != INTERRUPTED
+    seen = None if p.sight is None else record_sight(p.sight, p.world)
     summary: dict[str, Any] = {
         "description": p.scenario.description,
         "outcome": outcome,
@@ -74,6 +76,7 @@ def result_of(
         "contact_friction": _friction(p),
         "assumes": assumptions_of(p.scenario),
         **summarize(table, p.robot),
+        "seen": None if seen is None else seen_figures(seen.told),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,
         "versions": {
@@ -88,7 +91,7 @@ def result_of(
     summary["safety"] = {
         "safe": safety.safe, "margin_wanted": wanted, "lacks": list(safety.lacks)
     }  # fmt: skip
-    return RunResult(outcome, reason, summary, table, p.scenario)
+    return RunResult(outcome, reason, summary, table, p.scenario, seen)
 
 
 def _friction(p: PreparedScenario) -> float | None:
@@ -103,6 +106,8 @@ def assumptions_of(scenario: Scenario) -> str:
     if scenario.simulation.mode == "kinematic":
         return "that the robot is where its plan has it: nothing was measured"
     flags = "contact flags without error"
+    if scenario.perception.map == "seen":
+        flags = f"a start whose place is known, a level landing that is told, {flags}"
     if scenario.estimator.kind == "truth":
         return f"{flags}, and a controller that is told the robot's true state"
     return f"{flags}; the controller estimates its state from its sensors"
@@ -251,6 +256,8 @@ def _simulate(
     table = _collect(p, climb, context)
     if outcome == "goal_reached":
         outcome, reason = at_goal(table, reason)
+    if outcome == "goal_reached" and p.sight is not None and p.sight.refused:
+        outcome, reason = "stopped", p.sight.refused
     return result_of(p, outcome, reason, table, simulated=float(context.get_time()), wall=wall)
 
 

@@ -55,7 +55,7 @@ Result = dict[str, Any]
 # Sections that no design reads.
 UNREAD = (
     "description", "estimator", "sensors", "disturbances", "world", "monitor", "certify",
-    "simulation",
+    "perception", "simulation",
 )  # fmt: skip
 KEPT = 32  # designs that are remembered
 
@@ -349,8 +349,8 @@ class Designs:
             InputError: If robot or course cannot be used.
             PlanningError: If no gait climbs it.
         """
-        if scenario.design != "auto":
-            return scenario
+        if scenario.design != "auto" or scenario.perception.map == "seen":
+            return scenario  # what is seen is not known yet
         usual = Scenario()
         asked = replace(scenario, **{name: getattr(usual, name) for name in UNREAD})
         key = scenario_text(asked)

@@ -28,6 +28,19 @@ class StairReport:
     belief: StairBelief | None
 
 
+def pose_at_capture(image: DepthImage, R_BC: FloatArray, p_BC: FloatArray) -> CameraPose:
+    """Where the camera is believed to have been when it took an image.
+
+    Args:
+        image: The image.
+        R_BC: Attitude of the camera on the base, as it is meant to be, (3, 3).
+        p_BC: Place of the camera on the base, (3,) [m].
+    """
+    w, x, y, z = (float(value) for value in image.base_pose[:4])
+    R_WB = np.array(quaternion_rotation(w, x, y, z))
+    return CameraPose(R_WB @ R_BC, image.base_pose[4:] + R_WB @ p_BC)
+
+
 class StairEstimator(LeafSystem):
     """Looks for stairs in each image that arrives, from what the one before showed.
 
@@ -71,9 +84,7 @@ class StairEstimator(LeafSystem):
         last: StairReport = context.get_abstract_state(self._stairs).get_value()
         if image.stamp <= last.stamp:
             return
-        w, x, y, z = (float(value) for value in image.base_pose[:4])
-        R_WB = np.array(quaternion_rotation(w, x, y, z))
-        pose = CameraPose(R_WB @ self._R_BC, image.base_pose[4:] + R_WB @ self._p_BC)
+        pose = pose_at_capture(image, self._R_BC, self._p_BC)
         standing = self._contacts.Eval(context) > 0.5
         feet = self._feet.Eval(context).reshape(4, 3)[standing]
         belief = self._tracker.update(

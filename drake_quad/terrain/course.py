@@ -4,7 +4,7 @@ From that list come the collision boxes, the height of the ground anywhere, the 
 lanes (straight stretches between turns) on which gaits are planned: so what the planner believes
 and what the plant collides with cannot differ.
 
-W is the world frame: the course begins at its origin and heads along +x, z up.
+W is the world frame, z up: the course begins at its origin and heads along +x, unless told.
 """
 
 import math
@@ -27,12 +27,12 @@ from drake_quad.terrain.lane import EDGE, Flight, Lane, flight_parts
 class Layout:
     """Where the next element goes: the lane being laid, its origin, heading and height."""
 
-    def __init__(self, height: float) -> None:
+    def __init__(self, height: float, origin: FloatArray, yaw: float) -> None:
         self.lanes: list[Lane] = []
         self.turns: list[float] = []
         self.slabs: list[Slab] = []
         self.z = height
-        self._begin_lane(origin=np.zeros(2), yaw=0.0, run_in=0.0)
+        self._begin_lane(origin=origin, yaw=yaw, run_in=0.0)
 
     def add(self, index: int, element: Element) -> None:
         """Lays one checked element."""
@@ -232,6 +232,8 @@ def build_course(
     elements: Sequence[Element],
     *,
     start_height: float = 0.0,
+    origin: tuple[float, float] = (0.0, 0.0),
+    yaw: float = 0.0,
     foot_radius: float = 0.035,
     turning_space: float = 1.5,
     source: str = "course",
@@ -244,6 +246,8 @@ def build_course(
     Args:
         elements: The course in walking order; first and last a floor or a landing.
         start_height: Height of the first element in W [m].
+        origin: Where the course begins in W [m].
+        yaw: Heading of its first lane about W's z [rad].
         foot_radius: Radius of the robot's feet [m], for the shortest tread that can bear one.
         turning_space: Shortest landing on which the robot can turn [m].
         source: What an error names as the holder of the elements, for example the file.
@@ -252,7 +256,7 @@ def build_course(
         InputError: A field that no course can have, or a course that runs into itself.
     """
     check_elements(elements, source=source, foot_radius=foot_radius, turning_space=turning_space)
-    layout = Layout(start_height)
+    layout = Layout(start_height, np.array(origin, dtype=float), yaw)
     for index, element in enumerate(elements):
         layout.add(index, element)
     layout.finish()

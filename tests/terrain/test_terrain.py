@@ -361,3 +361,22 @@ def test_values_cannot_be_written_to() -> None:
     for array in (course.boxes[0].centre, course.lanes[0].breaks, course.lanes[1].heights):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
+
+
+def test_a_course_can_begin_elsewhere_and_head_another_way() -> None:
+    """Laid from another origin, height and heading, it is the same course moved as a whole."""
+    elements = [
+        Element(kind="floor", length=2.0),
+        Element(kind="stairs", going="up", rise=0.15, run=0.3, count=3),
+        Element(kind="landing", length=2.0, turn_deg=90.0),
+        Element(kind="floor", length=1.5),
+    ]
+    origin, yaw = np.array([1.0, -2.0]), 0.3
+    R = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    usual = build_course(elements)
+    moved = build_course(elements, origin=(1.0, -2.0), yaw=yaw, start_height=0.5)
+    for a, b in zip(usual.boxes, moved.boxes, strict=True):
+        assert b.centre == pytest.approx([*(origin + R @ a.centre[:2]), a.centre[2] + 0.5])
+        assert b.yaw == pytest.approx(a.yaw + yaw) and b.size == pytest.approx(a.size)
+    for lane, other in zip(usual.lanes, moved.lanes, strict=True):
+        assert other.point(0.7, 0.2) == pytest.approx(origin + R @ lane.point(0.7, 0.2))

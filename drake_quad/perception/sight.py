@@ -1,0 +1,34 @@
+"""What a robot saw from where it stood, and what came of it."""
+
+from dataclasses import dataclass
+
+from drake_quad.common import FloatArray, read_only
+from drake_quad.perception.level_beyond import Level
+from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.stair_map import StairMap
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What the robot saw as it stood at its start; arrays cannot be written to.
+
+    Attributes:
+        belief: The stairs that the last image showed; None if it showed none.
+        stamp: Time of that image [s]; -inf if none had arrived.
+        images: How many images were looked at.
+        depth: That image: distances along the optical axis [m], (height, width); 0 where none.
+        level: What it showed beyond the last nosing; None if it showed no flight up.
+        map: The map made of the belief; None if there is none.
+        refused: Why the robot stays where it is; empty if it climbs.
+    """
+
+    belief: StairBelief | None
+    stamp: float
+    images: int
+    depth: FloatArray
+    level: Level | None = None
+    map: StairMap | None = None
+    refused: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "depth", read_only(self.depth))

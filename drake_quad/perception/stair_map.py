@@ -1,0 +1,200 @@
+"""A map made of what was seen: from a belief of one flight to the course that is planned on.
+
+The map is a floor, the flight and a landing on one lane. The lane leads through the place where the
+robot stands, along the climb as it is believed to head, so that its risers lie square across it.
+What no image tells is told: the floor under and behind the robot, and how far the ground goes on
+level beyond the last nosing where that is farther than it was seen.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from drake_quad.common import FloatArray, read_only
+from drake_quad.errors import PlanningError
+from drake_quad.perception.level_beyond import Level
+from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
+from drake_quad.terrain.course import Course, build_course
+from drake_quad.terrain.elements import DEFAULT_THICKNESS, WIDTH_MIN, Element
+
+SOURCE = "the map of what was seen"
+
+
+@dataclass(frozen=True, eq=False)
+class StairMap:
+    """One flight up, as it is believed to be; arrays cannot be written to.
+
+    Attributes:
+        elements: Floor, stairs and landing.
+        origin: Where the map's lane begins in W, (2,) [m].
+        yaw: Its heading in W [rad].
+        floor: Height of the floor in W [m].
+        places: The nosings' places along the lane, (n,) [m].
+        heights: Their heights in W, (n,) [m].
+        place_errors: Half of the 95 % interval of each place, (n,) [m].
+        height_errors: The same of each height, (n,) [m].
+        error_place: How far a riser may be off within half a stance's width of the lane [m].
+        error_height: How far a tread may be off in height [m].
+    """
+
+    elements: tuple[Element, ...]
+    origin: FloatArray
+    yaw: float
+    floor: float
+    places: FloatArray
+    heights: FloatArray
+    place_errors: FloatArray
+    height_errors: FloatArray
+    error_place: float
+    error_height: float
+
+    def __post_init__(self) -> None:
+        for name in ("origin", "places", "heights", "place_errors", "height_errors"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    def course(self, *, foot_radius: float) -> Course:
+        """The map laid out as a course.
+
+        Args:
+            foot_radius: Radius of the robot's feet [m], for the shortest tread that can bear one.
+
+        Raises:
+            InputError: A tread that is believed to be none.
+        """
+        return lay_map(
+            self.elements, origin=self.origin, yaw=self.yaw, floor=self.floor,
+            foot_radius=foot_radius,
+        )  # fmt: skip
+
+    def describe(self) -> dict[str, Any]:
+        """What `course_of_description` makes the course of again, as plain values."""
+        elements = [
+            {name: value for name, value in asdict(element).items() if value is not None}
+            for element in self.elements
+        ]
+        origin = [float(x) for x in self.origin]
+        return {"origin": origin, "yaw": self.yaw, "floor": self.floor, "elements": elements}
+
+
+def lay_map(
+    elements: tuple[Element, ...],
+    *,
+    origin: FloatArray,
+    yaw: float,
+    floor: float,
+    foot_radius: float,
+) -> Course:
+    """A map's elements as a course; the arguments are StairMap's and its `course`'s."""
+    return build_course(
+        elements, start_height=floor, origin=(float(origin[0]), float(origin[1])), yaw=yaw,
+        foot_radius=foot_radius, source=SOURCE,
+    )  # fmt: skip
+
+
+def course_of_description(told: Mapping[str, Any], *, foot_radius: float) -> Course:
+    """The course of a map that was written down by `StairMap.describe`.
+
+    Raises:
+        ValueError, TypeError, KeyError, InputError: It is no such description.
+    """
+    elements = tuple(Element(**element) for element in told["elements"])
+    origin = np.array(told["origin"], dtype=float).reshape(2)
+    return lay_map(
+        elements, origin=origin, yaw=float(told["yaw"]), floor=float(told["floor"]),
+        foot_radius=foot_radius,
+    )  # fmt: skip
+
+
+def describe_belief(belief: StairBelief | None) -> str:
+    """What is seen, in a few words for people."""
+    if belief is None:
+        return "no stairs"
+    most = belief.count_most
+    count = f"{belief.count_least}"
+    if most is None:
+        count = f"{count} or more"
+    elif most != belief.count_least:
+        count = f"{count} to {most}"
+    way = "up" if belief.going_up else "down"
+    steps = "step" if count == "1" else "steps"
+    run = f", {belief.run:.2f} m deep" if len(belief.places) > 1 else ""
+    return f"{count} {steps} {way}, each {abs(belief.rise):.2f} m high{run}"
+
+
+def make_stair_map(
+    belief: StairBelief | None,
+    level: Level | None,
+    *,
+    standing: FloatArray,
+    floor: float,
+    behind: float,
+    landing: float,
+    reach: float,
+) -> StairMap:
+    """The map of the flight up that was seen.
+
+    Args:
+        belief: What was seen; None if nothing speaks for stairs.
+        level: What was seen beyond the last nosing; None if nobody has looked.
+        standing: Where the robot's body is, in W, (2,) [m].
+        floor: Height of the floor that its feet stand on, in W [m].
+        behind: How far the floor goes on behind the body [m].
+        landing: How far the ground is level beyond the last nosing [m]. What of it was not seen is
+            taken for granted.
+        reach: How far from the lane's middle line feet are put down [m].
+
+    Raises:
+        PlanningError: There is nothing to climb, or not all of the flight was seen.
+    """
+    if belief is None:
+        raise PlanningError("no stairs are seen")
+    if not belief.going_up:
+        raise PlanningError("what is seen leads down, and a map of it is not made")
+    ends = belief.count_most == belief.count_least or (level is not None and level.ends_flight)
+    if belief.passed or not ends:
+        raise PlanningError("how many steps there are is not known: not all of them are seen")
+    along, aside = belief.direction, np.array([-belief.direction[1], belief.direction[0]])
+    offset = belief.origin - standing
+    places = behind + float(offset @ along) + belief.places
+    heights = np.array(belief.heights[1:])
+    runs = [*np.diff(places).tolist(), belief.run]
+    rises = np.diff(np.concatenate([[floor], heights])).tolist()
+    lateral = float(offset @ aside)
+    width = 2.0 * min(belief.left + lateral, -(belief.right + lateral))
+    if width < WIDTH_MIN:
+        raise PlanningError(
+            f"only {max(width, 0.0):.2f} m of the treads are seen about the way ahead, and "
+            f"{WIDTH_MIN:g} m are wanted"
+        )
+    if landing <= belief.run:
+        raise PlanningError(f"the {landing:g} m of landing that are told are shorter than a tread")
+    is_open, overhang = (belief.is_open or None), None
+    if belief.overhang > belief.estimate("overhang").half_width:
+        overhang = belief.overhang
+    thickness = None
+    if is_open or overhang:
+        thickness = min(DEFAULT_THICKNESS, 0.5 * min(rises))
+    stairs = Element(
+        kind="stairs", going="up", rises=rises, runs=runs, width=width, overhang=overhang,
+        open=is_open, thickness=thickness,
+    )  # fmt: skip
+    elements = (
+        Element(kind="floor", length=float(places[0]), width=max(width, 2.0 * reach)),
+        stairs,
+        Element(kind="landing", length=landing - belief.run, width=width),
+    )
+    aside_sigma = reach * belief.sigma("yaw")
+    return StairMap(
+        elements=elements,
+        origin=standing - behind * along,
+        yaw=belief.yaw,
+        floor=floor,
+        places=places,
+        heights=heights,
+        place_errors=NORMAL_95 * belief.place_sigmas,
+        height_errors=NORMAL_95 * belief.height_sigmas[1:],
+        error_place=float(NORMAL_95 * np.hypot(belief.place_sigmas, aside_sigma).max()),
+        error_height=float(NORMAL_95 * belief.height_sigmas[1:].max()),
+    )

@@ -1,0 +1,50 @@
+"""What a scenario says of the map: told, or seen by a depth camera before the climb."""
+
+from dataclasses import dataclass
+
+from drake_quad.util.schema import choice, number, positive, within
+
+FARTHEST_MOUNT = 2.0  # [m] of a camera from B's origin
+
+
+def _coordinate(axis: str, default: float) -> float:
+    """A coordinate of the camera on the trunk."""
+    text = f"{axis} of the camera in B"
+    bounds = within(-FARTHEST_MOUNT, FARTHEST_MOUNT)
+    coordinate: float = number(default, "m", text, bounds)
+    return coordinate
+
+
+@dataclass
+class PerceptionConfig:
+    """Where the map comes from; see docs/perception.md."""
+
+    map: str = choice(
+        "told",
+        ("told", "seen"),
+        "`told`: planner and controller have `course`; `seen`: `course` is the world alone, and "
+        "the map is made of what the robot's depth camera sees ahead before it climbs",
+    )
+    camera: str = choice(
+        "d435", ("d435", "d455"), "Depth camera, with the errors of its kind drawn by the seed"
+    )
+    camera_x: float = _coordinate("x", 0.64)
+    camera_y: float = _coordinate("y", 0.0)
+    camera_z: float = _coordinate("z", 0.12)
+    camera_pitch_deg: float = number(
+        30.0, "deg", "Angle of its optical axis below the horizon, B being level", within(-30, 90)
+    )
+    look_time: float = number(
+        1.0,
+        "s",
+        "How long the robot stands and looks, at 10 images a second; the last one counts",
+        within(0.2, 60.0),
+    )
+    landing: float = number(
+        2.0,
+        "m",
+        "Level ground that the map has beyond the last nosing: what of it is not seen is taken for "
+        "granted",
+        positive(),
+        within(0.5, 100.0),
+    )

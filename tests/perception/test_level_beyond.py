@@ -1,0 +1,70 @@
+"""How far it is level beyond the last nosing, seen by an ideal camera and by a D435."""
+
+import numpy as np
+import pytest
+
+from benchmarks.perception.scenes import Scene, build_boxes, render
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import rotation_exp
+from drake_quad.perception.camera_model import D435, level_rotation
+from drake_quad.perception.depth_noise import (
+    IDEAL_DEPTH,
+    STEREO_NOISE,
+    StereoNoise,
+    add_noise,
+    draw_camera_errors,
+)
+from drake_quad.perception.level_beyond import Level, level_beyond
+from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.stair_tracker import CameraPose
+
+MODEL = D435.model.decimated(2)
+HEIGHT, PITCH = 1.08, 30.0
+RISE, RUN, FIRST = 0.14, 0.4, 0.9
+
+
+def seen_level(count: int, told: int, *, noise: StereoNoise, landing: float = 2.0) -> Level:
+    """What is seen beyond nosing `told` of a flight of `count` steps, the last one a landing."""
+    places = FIRST + RUN * np.arange(count, dtype=np.float64)
+    heights = RISE * np.arange(count + 1, dtype=np.float64)
+    boxes = build_boxes(places, heights, beyond=landing)
+    scene = Scene("up", places, heights, 0.0, 0.0, (0.8, 0.8), boxes)
+    generator = np.random.default_rng(3)
+    errors = draw_camera_errors(noise, D435, MODEL, generator)
+    R_LC = level_rotation(pitch=np.radians(PITCH))
+    exact = render(scene, MODEL, R_LC @ rotation_exp(*errors.tilt), HEIGHT)
+    depth = add_noise(
+        exact, noise=noise, errors=errors, camera=D435, model=MODEL, generator=generator
+    )
+    pose = CameraPose(R_LC, np.array([0.0, 0.0, HEIGHT]))
+    return level_beyond(depth, MODEL, pose, belief_of(places[:told], heights[: told + 1]))
+
+
+def belief_of(places: FloatArray, heights: FloatArray) -> StairBelief:
+    n = len(places)
+    return StairBelief(
+        stamp=0.0, origin=np.zeros(2), passed=0, places=places, heights=heights, yaw=0.0,
+        overhang=0.0, rise=RISE, run=RUN, covariance=1e-4 * np.eye(2 * n + 5), count_least=n,
+        count_most=None, is_open=False, right=-0.8, left=0.8,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("noise", [IDEAL_DEPTH, STEREO_NOISE])
+@pytest.mark.parametrize("landing", [1.0, 2.0])
+def test_a_landing_is_as_long_as_it_is(noise: StereoNoise, landing: float) -> None:
+    """To 0.15 m, with a camera's errors or without; and the flight ends there."""
+    found = seen_level(4, 4, noise=noise, landing=landing)
+    assert found.length == pytest.approx(landing, abs=0.15) and found.ends_flight
+
+
+@pytest.mark.parametrize("noise", [IDEAL_DEPTH, STEREO_NOISE])
+@pytest.mark.parametrize("told", [2, 3, 4])
+def test_a_riser_that_the_fit_missed_is_no_landing(noise: StereoNoise, told: int) -> None:
+    """Where one more step follows it is level to its riser at most: no end is claimed."""
+    found = seen_level(told + 1, told, noise=noise)
+    assert found.length <= RUN + 0.1 and not found.ends_flight
+
+
+def test_nothing_is_claimed_of_what_nobody_sees() -> None:
+    """A last tread above the camera shows no ground beyond its nosing."""
+    assert seen_level(9, 9, noise=IDEAL_DEPTH) == Level(0.0, ends_flight=False)

@@ -1,0 +1,211 @@
+"""A robot that is told no stairs: it looks, and plans on what it saw, or stays where it is.
+
+The gait is given, and the looks are short: what is tested here is where the map comes from.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_quad.common import FloatArray
+from drake_quad.errors import InputError, PlanningError
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import load_scenario, parse_scenario, scenario_text
+from drake_quad.simulation.diagram import StairClimb, stair_climb_of
+from drake_quad.simulation.look import AddEyes, camera_of, look_around
+from drake_quad.simulation.prepare import judge_plan, prepare
+from drake_quad.simulation.prepare_seen import LINGER, blind_scenario, plan_on_sight
+from drake_quad.simulation.prepared import PreparedScenario
+from drake_quad.simulation.run import replay_plan, simulate
+from drake_quad.terrain.elements import Element
+
+LOOK = 0.4  # [s]
+TEXT = f"""
+course:
+  - {{kind: floor, length: 2.2}}
+  - {{kind: stairs, going: up, rise: 0.13, run: 0.50, count: 3}}
+  - {{kind: landing, length: 3.0}}
+start: {{distance: 1.0}}
+gait: {{swing_clearance: 0.04}}
+controller: {{kind: whole_body, period: 0.002}}
+perception: {{map: seen, look_time: {LOOK}}}
+"""
+FLOOR = ["course=[{kind: floor, length: 8.0, width: 4.0}]"]
+
+
+def scenario(*overrides: str) -> Scenario:
+    return parse_scenario(TEXT, source="test", overrides=overrides)
+
+
+@cache
+def prepared(*overrides: str) -> PreparedScenario:
+    return prepare(scenario(*overrides), source="test")
+
+
+@cache
+def blind() -> PreparedScenario:
+    """The robot before it has looked, in the world as it is."""
+    found = prepare(blind_scenario(scenario()), source="test")
+    return PreparedScenario(**{**vars(found), "world": prepared().world})
+
+
+def numbers(plan: MotionPlan) -> list[FloatArray]:
+    """What a plan sends body and feet to do."""
+    steps = [s.swing.p_end for s in plan.contacts.steps]
+    return [plan.contacts.feet, *steps, plan.body.samples(np.linspace(0.0, plan.duration, 50))]
+
+
+def test_the_robot_plans_on_the_flight_that_it_saw() -> None:
+    """Three steps up, each nosing within 60 mm of its place and 15 mm of its height."""
+    p = prepared()
+    assert p.sight is not None and p.sight.map is not None and not p.sight.refused
+    assert p.course is not p.world
+    believed, true = p.course.nosings().mean(axis=1), p.world.nosings().mean(axis=1)
+    assert believed.shape == true.shape == (3, 3)
+    assert 0.0 < np.abs(believed[:, 0] - true[:, 0]).max() < 0.06
+    assert 0.0 < np.abs(believed[:, 2] - true[:, 2]).max() < 0.015
+    assert [task.kind for task in p.tasks] == ["stand", "walk", "stand"]
+    assert p.tasks[0].duration == LOOK
+    judge_plan(p)
+
+
+def test_the_plan_allows_for_what_was_not_seen_well() -> None:
+    """Swings keep the widest 95 % intervals from risers and treads; the file's fields stay."""
+    p = prepared()
+    assert p.sight is not None and p.sight.map is not None
+    assert p.settings.map_error_place >= p.sight.map.error_place > 0.005
+    assert p.settings.map_error_height >= p.sight.map.error_height > 0.001
+    assert p.scenario.gait.map_error_place == 0.0
+
+
+def test_map_and_plan_do_not_depend_on_the_told_course() -> None:
+    """From the same images, with a floor for a course, both are the same to the bit."""
+    p, elsewhere = prepared(), scenario(*FLOOR)
+    elsewhere.course = [Element(kind="floor", length=1.5)]
+    assert p.sight is not None
+    again = plan_on_sight(elsewhere, blind(), p.sight, source="test")
+    assert np.array_equal(again.course.nosings(), p.course.nosings())
+    for a, b in zip(again.plan.plans, p.plan.plans, strict=True):
+        for mine, other in zip(numbers(a), numbers(b), strict=True):
+            assert np.array_equal(mine, other)
+
+
+def test_the_same_seed_sees_the_same_and_another_seed_something_else() -> None:
+    """Beliefs and images are equal to the bit, and are not with another camera's errors."""
+    first = prepared().sight
+    assert first is not None and first.belief is not None
+    second = look_around(blind())
+    assert second.belief is not None and np.array_equal(first.depth, second.depth)
+    assert np.array_equal(first.belief.places, second.belief.places)
+    assert np.array_equal(first.belief.covariance, second.belief.covariance)
+    other = prepared("simulation.seed=1").sight
+    assert other is not None and not np.array_equal(first.depth, other.depth)
+
+
+def states(climb: StairClimb, times: FloatArray) -> list[FloatArray]:
+    simulator = Simulator(climb.diagram)
+    found = []
+    for time in times:
+        simulator.AdvanceTo(float(time))
+        context = climb.plant.GetMyContextFromRoot(simulator.get_context())
+        found.append(np.array(climb.plant.get_state_output_port().Eval(context)))
+    return found
+
+
+def test_the_run_stands_as_it_stood_when_it_looked() -> None:
+    """With the plan of the climb, and no camera, the stand is the same motion to the bit."""
+
+    def eyes(builder: DiagramBuilder, _: MultibodyPlant, scene_graph: SceneGraph) -> None:
+        AddEyes(builder, scene_graph, blind())
+
+    times = np.array([0.05, 0.2, LOOK - 0.01])
+    looking = states(stair_climb_of(blind(), visualize=eyes), times)
+    for a, b in zip(looking, states(stair_climb_of(prepared()), times), strict=True):
+        assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (FLOOR, "no stairs"),
+        (["course[1].going=down"], "stands still"),
+        (["course[1].rise=0.45", "course[1].count=2"], "stands still"),
+    ],
+)
+def test_what_cannot_be_climbed_is_not(overrides: list[str], words: str) -> None:
+    """A floor, a flight down and one too steep: it stands on four feet, and says what it saw."""
+    result = simulate(prepared(*overrides))
+    assert result.outcome == "stopped"
+    assert result.reason.startswith("stands still; what is seen is: ") and words in result.reason
+    assert result.summary["samples_under_three_feet"] == 0
+    assert result.summary["margin"]["minimum"] > 0.06
+    assert result.summary["seen"]["climbed"] is False
+    assert result.summary["simulated_time"] == pytest.approx(LOOK + LINGER, abs=0.1)
+
+
+def test_a_robot_that_stays_has_no_plan_to_show() -> None:
+    """`drake-quad plan` finds it infeasible, for the reason that a run ends with."""
+    p = prepared(*FLOOR)
+    assert p.sight is not None
+    with pytest.raises(PlanningError) as refused:
+        judge_plan(p)
+    assert refused.value.reason == p.sight.refused
+
+
+def test_a_turned_flight_is_walked_along_its_own_heading() -> None:
+    """Turned by 5 degrees, the map's lane is turned so to 1 degree, and the plan ends along it."""
+    p = prepared("world.yaw_error_deg=5.0", "course[0].length=2.5")
+    assert p.sight is not None and not p.sight.refused
+    assert np.degrees(p.course.lanes[0].yaw) == pytest.approx(5.0, abs=1.0)
+    assert p.plan.plans[-1].end.body[4] == pytest.approx(p.course.lanes[0].yaw)
+
+
+def test_an_estimated_state_is_looked_from_as_well() -> None:
+    """With the filter's state in place of the true one the map is made all the same."""
+    p = prepared("estimator.kind=ekf")
+    assert p.sight is not None and not p.sight.refused
+    assert p.course.nosings().shape == p.world.nosings().shape
+
+
+def test_a_camera_inside_the_trunk_is_refused() -> None:
+    """In one line, with where it would be outside."""
+    with pytest.raises(InputError) as refused:
+        prepare(scenario("perception.camera_x=0.5"), source="file.yaml")
+    assert refused.value.source == "file.yaml" and refused.value.field == "perception.camera_x"
+    assert "inside the trunk: put it at 0.6" in refused.value.remedy
+
+
+def test_a_saved_run_looks_and_plans_anew_to_the_same_end() -> None:
+    """Its scenario, written and read again, gives the same map to the bit."""
+    p = prepared()
+    again = prepare(parse_scenario(scenario_text(p.scenario), source="saved"), source="saved")
+    assert np.array_equal(again.course.nosings(), p.course.nosings())
+
+
+def test_a_replay_of_the_plan_is_of_what_was_seen() -> None:
+    """A kinematic run looks in physics, and moves along the plan on that map."""
+    result = replay_plan(prepared("simulation.mode=kinematic"))
+    assert result.outcome == "goal_reached" and result.summary["seen"]["climbed"] is True
+
+
+def test_the_shipped_scenario_asks_for_a_map_that_is_seen() -> None:
+    """`unmapped` looks with a D435 and designs its gait for what it sees."""
+    shipped = load_scenario("unmapped")
+    assert shipped.perception.map == "seen" and shipped.design == "auto"
+    assert camera_of(shipped).name == "D435" and not shipped.mission
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_shipped_scenario_climbs_what_it_sees(seed: int) -> None:
+    """To the landing, safely, on stairs that nobody has told."""
+    result = simulate(load_scenario("unmapped", [f"simulation.seed={seed}"]))
+    assert result.outcome == "goal_reached", result.reason
+    assert result.summary["safety"]["safe"] is True
+    assert result.summary["seen"]["count_least"] == result.summary["seen"]["count_true"]
