@@ -22,7 +22,7 @@ MOST_EMPTY = 4  # strips one after the other
 OFF = 0.35  # of a rise, by which a strip's height may differ from the last tread's
 MOST_OFF = 0.05  # [m]
 MOST_SLOPE = float(np.tan(np.radians(1.2)))  # of what is level: of the camera's attitude, 4 sigma
-DOUBT = 3.0  # deviations of the nosing's place, and a strip: nearer to it pixels may be the riser's
+BEGIN = 0.15  # [m] beyond the nosing: where that is told too near, nearer pixels are the riser's
 INSET = 0.05  # [m] of the treads' sides that is left out
 RUNS = 1.5  # a next riser would be seen within so many runs beyond the last nosing
 
@@ -68,7 +68,7 @@ def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief) -> float:
     strip = (s / STRIP).astype(int)
     order = np.argsort(strip, kind="stable")
     strip, z = strip[order], z[order]
-    k, length, empty = int(DOUBT * float(belief.place_sigmas[-1]) / STRIP) + 1, 0.0, 0
+    k, length, empty = round(BEGIN / STRIP), 0.0, 0
     while empty <= MOST_EMPTY:
         first, past = np.searchsorted(strip, (k, k + 1))
         k += 1
