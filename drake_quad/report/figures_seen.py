@@ -127,6 +127,7 @@ def _draw_profile(axis: Axes, run: RecordedRun) -> None:
     told = np.array(seen, dtype=float).reshape(-1, 4)
     told = told[np.isfinite(told).all(axis=1)]
     if not len(told):
+        axis.set_axis_off()
         axis.set_title("no stairs were seen")
         return
     try:

@@ -37,7 +37,7 @@ class PerceptionConfig:
     look_time: float = number(
         1.0,
         "s",
-        "How long the robot stands and looks, at 10 images a second; the last one counts",
+        "How long the robot stands and looks, at an image each half second; the last one counts",
         within(0.2, 60.0),
     )
     landing: float = number(

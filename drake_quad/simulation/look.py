@@ -28,6 +28,7 @@ from drake_quad.systems.stair_estimator import StairEstimator, StairReport, pose
 
 CAMERAS = {"d435": D435, "d455": D455}
 PERIOD = 0.1  # [s] between images
+LOOK_PERIOD = 0.5  # [s] between images that are looked at, at most
 TICK = 1e-3  # [s] after the look's end, so that what falls due then is done
 MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes
 
@@ -107,7 +108,8 @@ def AddEyes(
             R_BC=X_BC.rotation().matrix(),
             p_BC=X_BC.translation(),
             accuracy=stereo_accuracy(camera.disparity_scale()),
-            period=PERIOD,
+            period=_look_period(scenario.perception),
+            tracking=False,
         )
     )
     told = controller if controller.HasOutputPort("robot_state_estimated") else None
@@ -125,6 +127,11 @@ def AddEyes(
     ):
         builder.Connect(source.GetOutputPort(output), sink.GetInputPort(port))
     return estimator
+
+
+def _look_period(perception: PerceptionConfig) -> float:
+    """Time between images that are looked at [s]: the last one at the look's end."""
+    return perception.look_time / max(1, round(perception.look_time / LOOK_PERIOD))
 
 
 def look_around(prepared: PreparedScenario) -> Sight:
@@ -160,7 +167,7 @@ def look_around(prepared: PreparedScenario) -> Sight:
     return Sight(
         belief=belief,
         stamp=report.stamp,
-        images=round(report.stamp / PERIOD) + 1,
+        images=round(perception.look_time / _look_period(perception)),
         depth=image.depth,
         level=level,
     )

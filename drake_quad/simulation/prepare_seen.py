@@ -138,7 +138,9 @@ def stay(
         sight: What it saw.
         reason: Why it does not climb that.
     """
-    told = f"stands still; what is seen is: {describe_belief(sight.belief)}; {reason}"
+    told = f"stands still; what is seen is: {describe_belief(sight.belief)}"
+    if sight.belief is not None:
+        told = f"{told}; {reason}"
     return replace(
         blind, scenario=with_gait(scenario, blind.scenario), sight=replace(sight, refused=told)
     )

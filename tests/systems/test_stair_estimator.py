@@ -16,6 +16,35 @@ R_BC = level_rotation(pitch=np.radians(35.0))
 FEET = np.array([0.1, 0.2, 1.0, 0.1, -0.2, 1.0, -0.6, 0.2, 1.0, -0.6, -0.2, 1.0])
 
 
+def test_without_tracking_each_image_is_searched_anew() -> None:
+    """Of the same image twice it says the same twice; tracked, the second answer is another one."""
+    places, heights = 0.9 + 0.3 * np.arange(4.0), 0.15 * np.arange(5.0)
+    scene = Scene("up", places, heights, 0.0, 0.0, (0.8, 0.8), build_boxes(places, heights))
+    depth = render(scene, MODEL, R_BC, 0.95)
+    pose = read_only(np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.75]))
+    found = {}
+    for tracking in (True, False):
+        estimator = StairEstimator(
+            model=MODEL, R_BC=R_BC, p_BC=np.array([0.0, 0.0, 0.2]), tracking=tracking,
+            accuracy=stereo_accuracy(D435.disparity_scale()),
+        )  # fmt: skip
+        simulator = Simulator(estimator)
+        context = simulator.get_mutable_context()
+        estimator.GetInputPort("feet").FixValue(context, FEET - np.tile([0.0, 0.0, 1.0], 4))
+        estimator.GetInputPort("contacts").FixValue(context, np.ones(4))
+        told = []
+        for stamp in (0.0, 0.1):
+            image = DepthImage(stamp, read_only(np.where(np.isfinite(depth), depth, 0.0)), pose)
+            estimator.GetInputPort("depth_measured").FixValue(context, AbstractValue.Make(image))
+            simulator.AdvanceTo(stamp + 0.01)
+            belief = estimator.GetOutputPort("stairs").Eval(context).belief
+            assert belief is not None and belief.stamp == stamp
+            told.append(belief.places)
+        found[tracking] = told
+    assert np.array_equal(*found[False])
+    assert not np.array_equal(*found[True])
+
+
 def test_stairs_in_an_image_become_a_belief_in_the_world() -> None:
     """A base turned left and raised by 1 m sees the flight ahead of it, at its place in W."""
     places, heights = 0.9 + 0.3 * np.arange(4), 0.15 * np.arange(5)
