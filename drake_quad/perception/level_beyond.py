@@ -1,5 +1,7 @@
 """How far the ground is seen to be level beyond the last nosing: whether a flight ends there.
 
+And whether it begins in the image: a fit tells of steps below it what is likely, not what is seen.
+
 A count of steps is known from an image only where something is seen in the place of the next riser.
 Here that is the ground itself, at the height of the last tread: strips across the climb are looked
 at one after the other, until one has another height, or several have no pixels. (Rows of an image
@@ -33,16 +35,18 @@ class Level(NamedTuple):
     Attributes:
         length: How far it is level [m].
         ends_flight: Whether that is so far that a next riser would have been seen.
+        below_view: How many nosings of the flight lie below the image, nearer than it shows.
     """
 
     length: float
     ends_flight: bool
+    below_view: int = 0
 
 
 def level_beyond(
     depth: NDArray[np.floating], model: CameraModel, pose: CameraPose, belief: StairBelief
 ) -> Level:
-    """Looks how far the ground beyond the last nosing is level.
+    """Looks how far the ground beyond the last nosing is level, and whether the first is in view.
 
     Args:
         depth: The image that the belief is of: distances along the optical axis [m], (height,
@@ -59,7 +63,23 @@ def level_beyond(
     s, lateral = flat @ along - float(belief.places[-1]), flat @ aside
     mine = (s > 0.0) & (lateral > belief.right + INSET) & (lateral < belief.left - INSET)
     length = _level_length(s[mine], p_W[mine, 2], belief)
-    return Level(length, length >= RUNS * belief.run)
+    return Level(length, length >= RUNS * belief.run, steps_below_view(model, pose, belief))
+
+
+def steps_below_view(model: CameraModel, pose: CameraPose, belief: StairBelief) -> int:
+    """How many nosings of a flight lie below the image: what is told of them is a guess.
+
+    Args:
+        model: Intrinsics.
+        pose: Pose of the camera when the image was taken.
+        belief: The flight up that is told.
+    """
+    nosings = np.column_stack(
+        [belief.origin + belief.places[:, np.newaxis] * belief.direction, belief.heights[1:]]
+    )
+    _, down, ahead = ((nosings - pose.p_WC) @ pose.R_WC).T
+    row = model.cy + model.fy * down / np.maximum(ahead, 1e-6)
+    return int(np.count_nonzero((ahead <= 0.0) | (row > model.height - 1)))
 
 
 def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief) -> float:

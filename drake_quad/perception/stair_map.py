@@ -137,7 +137,8 @@ def make_stair_map(
 
     Args:
         belief: What was seen; None if nothing speaks for stairs.
-        level: What was seen beyond the last nosing; None if nobody has looked.
+        level: What was seen beyond the last nosing, and whether the first one was in view; None if
+            nobody has looked.
         standing: Where the robot's body is, in W, (2,) [m].
         floor: Height of the floor that its feet stand on, in W [m].
         behind: How far the floor goes on behind the body [m].
@@ -155,6 +156,9 @@ def make_stair_map(
     ends = belief.count_most == belief.count_least or (level is not None and level.ends_flight)
     if belief.passed or not ends:
         raise PlanningError("how many steps there are is not known: not all of them are seen")
+    if level is not None and level.below_view:
+        many = "the first step is" if level.below_view == 1 else "the first steps are"
+        raise PlanningError(f"{many} too near to be seen: start farther away")
     along, aside = belief.direction, np.array([-belief.direction[1], belief.direction[0]])
     offset = belief.origin - standing
     places = behind + float(offset @ along) + belief.places

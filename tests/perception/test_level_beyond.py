@@ -14,7 +14,7 @@ from drake_quad.perception.depth_noise import (
     add_noise,
     draw_camera_errors,
 )
-from drake_quad.perception.level_beyond import Level, level_beyond
+from drake_quad.perception.level_beyond import Level, level_beyond, steps_below_view
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_tracker import CameraPose
 
@@ -65,6 +65,19 @@ def test_a_riser_that_the_fit_missed_is_no_landing(noise: StereoNoise, told: int
     assert found.length <= RUN + 0.1 and not found.ends_flight
 
 
+def test_steps_below_the_image_are_counted() -> None:
+    """Of nosings from 0.2 m on those are below the view that no row shows, seen by their place."""
+    R_WC = level_rotation(pitch=np.radians(PITCH))
+    pose = CameraPose(R_WC, np.array([0.0, 0.0, HEIGHT]))
+    steepest = np.radians(PITCH) + np.arctan((MODEL.height - 1 - MODEL.cy) / MODEL.fy)
+    heights = RISE * np.arange(5.0)
+    for first in (0.2, 0.45, 0.52, 0.6, 1.0):
+        places = first + 0.3 * np.arange(4.0)
+        nearest = (HEIGHT - heights[1:]) / np.tan(steepest)
+        found = steps_below_view(MODEL, pose, belief_of(places, heights))
+        assert found == np.count_nonzero(places < nearest)
+
+
 def test_nothing_is_claimed_of_what_nobody_sees() -> None:
     """A last tread above the camera shows no ground beyond its nosing."""
-    assert seen_level(9, 9, noise=IDEAL_DEPTH) == Level(0.0, ends_flight=False)
+    assert seen_level(9, 9, noise=IDEAL_DEPTH)[:2] == (0.0, False)

@@ -102,6 +102,8 @@ def test_a_map_written_down_gives_the_same_course() -> None:
         (belief(count_most=4), Level(0.3, ends_flight=False), "not known"),
         (belief(passed=1), DEEP, "not known"),
         (belief(rise=-0.15, heights=-np.arange(4.0)), None, "leads down"),
+        (belief(), Level(2.0, ends_flight=True, below_view=1), "first step is too near"),
+        (belief(), Level(2.0, ends_flight=True, below_view=2), "first steps are too near"),
         (belief(left=0.2), DEEP, "only 0.28 m of the treads"),
     ],
 )
