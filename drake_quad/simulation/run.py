@@ -165,8 +165,13 @@ def replay_plan(p: PreparedScenario) -> RunResult:
         share=SHARES[p.scenario.controller.kind],
     )
     wall = time.perf_counter() - begun
-    reason = "kinematic replay of the plan: no physics, nothing measured"
-    result = result_of(p, "goal_reached", reason, table, simulated=float(times[-1]), wall=wall)
+    outcome, reason = (
+        "goal_reached",
+        "kinematic replay of the plan: no physics, nothing measured",
+    )
+    if p.sight is not None and p.sight.refused:
+        outcome, reason = "stopped", p.sight.refused
+    result = result_of(p, outcome, reason, table, simulated=float(times[-1]), wall=wall)
     result.summary["overlaps"] = list(touches.deepest[:LISTED])
     return result
 

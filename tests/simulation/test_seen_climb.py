@@ -192,6 +192,8 @@ def test_a_replay_of_the_plan_is_of_what_was_seen() -> None:
     """A kinematic run looks in physics, and moves along the plan on that map."""
     result = replay_plan(prepared("simulation.mode=kinematic"))
     assert result.outcome == "goal_reached" and result.summary["seen"]["climbed"] is True
+    stays = replay_plan(prepared(*FLOOR, "simulation.mode=kinematic"))
+    assert stays.outcome == "stopped" and "no stairs" in stays.reason
 
 
 def test_the_shipped_scenario_asks_for_a_map_that_is_seen() -> None:
