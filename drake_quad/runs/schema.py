@@ -525,6 +525,7 @@ PRINTED = (
     ("simulated_time", "simulated", "{:.1f} s"),
     ("real_time_factor", "pace", "{:.1f} × real time"),
 )
+NOT_OF_EVERY_RUN = ("zmp", "seen")  # of these nothing is printed where there is no figure
 
 
 def look_up(summary: Mapping[str, Any], key: str) -> float:
@@ -547,7 +548,9 @@ def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     lines = []
     for key, label, form in PRINTED:
         value = look_up(summary, key.format(**words))
-        if ("{kind}" in key and kind == "hull") or (key[:3] == "zmp" and not math.isfinite(value)):
+        if "{kind}" in key and kind == "hull":
+            continue
+        if key.startswith(NOT_OF_EVERY_RUN) and not math.isfinite(value):
             continue
         # A margin of a rounding error below zero is no negative one.
         text = form.format(round(value, 6) + 0.0) if math.isfinite(value) else "-"

@@ -92,7 +92,8 @@ def test_a_run_is_told_with_its_pressures_margin_and_what_its_figures_assume() -
         ("smallest margin measured", "0.071 m"),
         ("the same of the zero-moment point", "0.059 m"),
     ]
-    assert "zero-moment" not in str(summary_lines({"zmp_margin": {"minimum": None}}))
+    for absent, word in (({"zmp_margin": {"minimum": None}}, "zero-moment"), ({}, "nosing")):
+        assert word not in str(summary_lines(absent))
 
 
 def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
