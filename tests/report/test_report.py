@@ -23,7 +23,7 @@ from report_run import (
 )
 
 from drake_quad.report.figures_gait import find_cycle, find_losses
-from drake_quad.report.page import FIGURES, grade_run, write_report
+from drake_quad.report.page import FIGURES as ALL_FIGURES, grade_run, write_report
 from drake_quad.report.replay import FINEST, make_replay_html, pack, round_recording, unpack
 from drake_quad.report.style import PAGE_VARIABLES
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
@@ -32,6 +32,9 @@ from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 # Attributes that make a browser fetch something.
 PACKED = re.compile(r'<script type="text/plain" id="replay-packed">([^<]*)</script>')
 FETCHING = {"src", "href", "srcset", "data", "poster", "action", "xlink:href", "background"}
+
+# Those of a run that was told its map.
+FIGURES = [kind for kind in ALL_FIGURES if kind.name != "seen"]
 
 
 def replay_in(html: str) -> str:
