@@ -14,6 +14,7 @@ from pydrake.geometry import (
     AddRigidHydroelasticProperties,
     Box as BoxShape,
     ProximityProperties,
+    Role,
     RoleAssign,
     SceneGraph,
 )
@@ -62,6 +63,21 @@ def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None
             f"nosing_{k}",
             list(NOSING),
         )
+
+
+def HideNosings(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+    """Takes the nosings' strips from what cameras in the simulation see; viewers still show them.
+
+    They stand 6 mm out of their risers: a depth camera would find each nosing nearer by that.
+
+    Args:
+        plant: Holds the course.
+        scene_graph: Scene graph of the plant, before its renderers see anything.
+    """
+    inspector = scene_graph.model_inspector()
+    for geometry in plant.GetVisualGeometriesForBody(plant.world_body()):
+        if re.search(r"(^|::)nosing_\d+$", inspector.GetName(geometry)):
+            scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kPerception)
 
 
 def _colour_of(name: str) -> Colour:
