@@ -44,12 +44,9 @@ STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then 
 TRIALS = 5  # plans with each of them, at most
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
 NEAR = 0.04  # of a time: no other is tried so near to it
-SOUGHT_MOST = (3.0, 1.25)  # of the margin that is to be kept: what the path seeks at most
+SOUGHT_MOST = (3.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
 CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
-LONGER, TRIES = (
-    1.12,
-    3,
-)  # ratio of the times, and plans, where a course leaves less than a short one
+LONGER, TRIES = 1.12, 3  # where a course leaves less than a short one: ratio of the times; plans
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
 
@@ -367,7 +364,10 @@ class TempoSearch:
             self._whole.gait.body_height = float(f"{height - share * leg:.4g}")
             self._fewer = fewer_steps(self._whole)
             for most in SOUGHT_MOST:
-                self._most, self._known = most * self._kept.margin, {}
+                self._most, self._known = (
+                    most * max(self._kept.margin, KEPT * self._slow.margin),
+                    {},
+                )
                 found = self.trial(STRETCH, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     return True
