@@ -93,7 +93,7 @@ def find_apex(
     """
     d, z = (np.asarray(side, dtype=np.float64) for side in profile)
     return _find_apex(
-        length, z_ends, d.tobytes(), z.tobytes(), clearance, foot_radius, lift, calm
+        length, z_ends, (d.tobytes(), z.tobytes()), clearance, foot_radius, lift, calm
     )  # fmt: skip
 
 
@@ -102,15 +102,14 @@ def find_apex(
 def _find_apex(
     length: float,
     z_ends: tuple[float, float],
-    d_bytes: bytes,
-    z_bytes: bytes,
+    packed: tuple[bytes, bytes],
     clearance: float,
     foot_radius: float,
     lift: float,
     calm: bool,
 ) -> Apex:
     """See `find_apex`; the profile is given by its bytes."""
-    d, z = np.frombuffer(d_bytes), np.frombuffer(z_bytes)
+    d, z = (np.frombuffer(side) for side in packed)
     profile = d, z
     if not (d[0] <= 1e-9 and d[-1] >= length - 1e-9 and np.all(np.diff(d) >= 0.0)):
         raise ValueError(f"the profile must run from 0 to at least the swing's {length:.6g} m")

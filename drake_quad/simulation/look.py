@@ -25,7 +25,6 @@ from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.base_pose import BasePose
 from drake_quad.systems.depth_camera import AddDepthCamera, DepthImage
 from drake_quad.systems.stair_estimator import StairEstimator, StairReport, pose_at_capture
-from drake_quad.terrain.drake_geometry import HideNosings
 
 CAMERAS = {"d435": D435, "d455": D455}
 PERIOD = 0.1  # [s] between images
@@ -89,7 +88,6 @@ def AddEyes(
     plant = builder.GetSubsystemByName("plant")
     controller = builder.GetSubsystemByName("controller")
     monitor = builder.GetSubsystemByName("contact_monitor")
-    HideNosings(plant, scene_graph)
     camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
     trunk = plant.GetBodyByName(robot.trunk)
     eyes = AddDepthCamera(

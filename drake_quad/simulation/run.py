@@ -165,10 +165,8 @@ def replay_plan(p: PreparedScenario) -> RunResult:
         share=SHARES[p.scenario.controller.kind],
     )
     wall = time.perf_counter() - begun
-    outcome, reason = (
-        "goal_reached",
-        "kinematic replay of the plan: no physics, nothing measured",
-    )
+    outcome = "goal_reached"
+    reason = "kinematic replay of the plan: no physics, nothing measured"
     if p.sight is not None and p.sight.refused:
         outcome, reason = "stopped", p.sight.refused
     result = result_of(p, outcome, reason, table, simulated=float(times[-1]), wall=wall)

@@ -13,8 +13,9 @@ from pydrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddRigidHydroelasticProperties,
     Box as BoxShape,
+    GeometryInstance,
+    MakePhongIllustrationProperties,
     ProximityProperties,
-    Role,
     RoleAssign,
     SceneGraph,
 )
@@ -37,7 +38,9 @@ NOSING_SIZE = 0.012  # [m] of the strip's cross section
 def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None:
     """Registers the course on the world body: its boxes, as collision and as picture.
 
-    The nosings are picture alone: a strip let into the upper edge of each riser.
+    The nosings are picture alone: a strip at the upper edge of each riser, for people to count
+    steps by. Viewers show it; cameras in the simulation do not see it, for it stands out of the
+    riser, and they would find each nosing nearer by that.
 
     Args:
         plant: Not yet finalized, and a source of a SceneGraph.
@@ -54,30 +57,15 @@ def AddCourse(plant: MultibodyPlant, course: Course, *, friction: float) -> None
     for k, ends in enumerate(course.nosings()):
         across = ends[1] - ends[0]
         length, yaw = math.hypot(*across), math.atan2(-across[0], across[1])
-        # Its top and its face stand 1 mm proud: flush, they would flicker with the tread's.
+        # Its top stands 1 mm proud, its face 6 mm: flush, they would flicker with the tread's.
         centre = 0.5 * (ends[0] + ends[1]) - [0.0, 0.0, 0.5 * NOSING_SIZE - 0.001]
-        plant.RegisterVisualGeometry(
-            world,
+        strip = GeometryInstance(
             RigidTransform(RollPitchYaw(0.0, 0.0, yaw), centre),
             BoxShape(NOSING_SIZE, length, NOSING_SIZE),
             f"nosing_{k}",
-            list(NOSING),
         )
-
-
-def HideNosings(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Takes the nosings' strips from what cameras in the simulation see; viewers still show them.
-
-    They stand 6 mm out of their risers: a depth camera would find each nosing nearer by that.
-
-    Args:
-        plant: Holds the course.
-        scene_graph: Scene graph of the plant, before its renderers see anything.
-    """
-    inspector = scene_graph.model_inspector()
-    for geometry in plant.GetVisualGeometriesForBody(plant.world_body()):
-        if re.search(r"(^|::)nosing_\d+$", inspector.GetName(geometry)):
-            scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kPerception)
+        strip.set_illustration_properties(MakePhongIllustrationProperties(list(NOSING)))
+        plant.RegisterVisualGeometry(world, strip)
 
 
 def _colour_of(name: str) -> Colour:

@@ -9,17 +9,26 @@ from design_rig import COUNT, RUN, designed, found
 from hypothesis import given, settings, strategies as st
 from rig import URL, paper_robot
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check_report import feasibility_report
+from drake_quad.gait_design import tempo_search
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.search import choose_longer_gaits
-from drake_quad.gait_design.tempo import Tempo, fewer_steps, try_tempo, usual_tempo
+from drake_quad.gait_design.tempo import (
+    PEAK,
+    Tempo,
+    TempoTrial,
+    fewer_steps,
+    try_tempo,
+    usual_tempo,
+)
 from drake_quad.gait_design.tempo_search import (
     KEPT,
     MOST_PEAK,
     GaitChoice,
     Kept,
+    TempoSearch,
     Wish,
     fastest,
     quicken,
@@ -167,6 +176,26 @@ def test_long_flights_are_cut_short_for_trials() -> None:
     assert fewer_steps(slow) is slow
     long.mission = [MissionElement()]
     assert fewer_steps(long) is long
+
+
+def test_feet_are_made_slower_where_a_joint_would_turn_too_fast(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By how much too fast it would be, at the speed of the foot that a refused plan tells."""
+    robot, slow = paper_robot(), designed()
+    asked: list[float] = []
+
+    def refuse(*_: object, **__: object) -> TempoTrial:
+        tempo = _[3]
+        assert isinstance(tempo, Tempo)
+        asked.append(tempo.foot_speed)
+        raise PlanningError("too fast", too_fast=2.0, foot_speed=3.0 / len(asked))
+
+    monkeypatch.setattr(tempo_search, "try_tempo", refuse)
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+    assert search.trial(1.0, 0.5) is None
+    assert asked[1:] == pytest.approx([3.0 * PEAK / 2.0, 1.5 * PEAK / 2.0])
 
 
 def test_tall_swings_last_as_long_as_their_feet_take() -> None:
