@@ -20,7 +20,7 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.diagram import MakeStairClimb
 from drake_quad.stability.capture_point import SWING_BACK, Pendulum, find_pressure_area, push_budget
 from drake_quad.stability.equilibrium_region import find_region, joint_limits, make_contacts
-from drake_quad.stability.margins import leg_stroke_left
+from drake_quad.stability.leg_stroke import leg_stroke_left
 from drake_quad.systems.disturbances import Disturbances, Push
 from drake_quad.terrain.course import Course
 

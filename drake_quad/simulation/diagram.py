@@ -29,6 +29,7 @@ from drake_quad.simulation.instruments import (
     AddPushes,
     AddSensors,
     PartLogger,
+    find_signal,
     velocities_at_rest,
 )
 from drake_quad.simulation.plant import (
@@ -279,8 +280,8 @@ def MakeStairClimb(
         whole_body=controller.HasOutputPort("qp_state"),
         margins=margins != HULL,
     )
-    ports = {log.name: systems[log.system].GetOutputPort(log.port) for log in logged}
-    loggers = AddLoggers(builder, ports, log_period)
+    signals = {log.name: find_signal(systems[log.system], log.port) for log in logged}
+    loggers = AddLoggers(builder, signals, log_period)
     if visualize is not None:
         visualize(builder, plant, scene_graph)
     diagram = builder.Build()

@@ -10,8 +10,14 @@ from math import ceil
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
-from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLog, VectorLogSink
+from pydrake.systems.framework import Context, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import (
+    Demultiplexer,
+    LogVectorOutput,
+    Multiplexer,
+    VectorLog,
+    VectorLogSink,
+)
 
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.sensor_models import SensorErrors
@@ -21,6 +27,7 @@ from drake_quad.simulation.plant import MakeTrueModel, SimulatedPlant
 from drake_quad.stability.margins import MarginEstimator
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.disturbances import Disturbances, PushSource
+from drake_quad.systems.leaf_system import Instant
 from drake_quad.systems.sensors import Imu, JointSensor
 from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
 
@@ -100,11 +107,15 @@ def AddMonitors(
         builder.Connect(plant.get_state_output_port(), contact.GetInputPort("plant_state"))
     builder.Connect(plant.get_state_output_port(), stability.GetInputPort("robot_state"))
     # A margin is of the contacts of its own instant, and not of those last sensed.
-    builder.Connect(
-        contact.GetOutputPort("contact_state"), stability.GetInputPort("contact_state_measured")
-    )
-    for port in ("foot_contact_position", "foot_force_measured"):
-        builder.Connect(contact.GetOutputPort(port), stability.GetInputPort(port))
+    parts = builder.AddNamedSystem("contact_parts", Demultiplexer(contact.instant.sizes))
+    builder.Connect(contact.instant.port, parts.get_input_port())
+    for name, port in {
+        "contact_state": "contact_state_measured",
+        "foot_contact_position": "foot_contact_position",
+        "foot_force_measured": "foot_force_measured",
+    }.items():
+        part = list(contact.instant.rows).index(name)
+        builder.Connect(parts.get_output_port(part), stability.GetInputPort(port))
     return Monitors(contact, stability)
 
 
@@ -201,24 +212,44 @@ class PartLogger:
         return PartLog(self.sink.FindLog(context), self.rows)
 
 
+class PortRows(NamedTuple):
+    """Rows of an output port."""
+
+    port: OutputPort
+    rows: slice
+
+
+def find_signal(system: System, name: str) -> PortRows:
+    """The output port `name` of a system; where that is of an Instant, of the port of all of it."""
+    instant: Instant | None = getattr(system, "instant", None)
+    if instant is not None and name in instant.rows:
+        return PortRows(instant.port, instant.rows[name])
+    port = system.GetOutputPort(name)
+    return PortRows(port, slice(0, port.size()))
+
+
 def AddLoggers(
-    builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float
+    builder: DiagramBuilder, signals: Mapping[str, PortRows], period: float
 ) -> dict[str, PartLogger]:
     """Logs vector signals together.
 
     Args:
         builder: Builder that holds the signals' systems.
-        signals: Ports by the names of their logs.
+        signals: What is logged, by the names of the logs.
         period: Time between samples, the first at time 0 [s].
     """
-    sizes = [port.size() for port in signals.values()]
+    ports: list[OutputPort] = []
+    for signal in signals.values():
+        if signal.port not in ports:
+            ports.append(signal.port)
+    sizes = [port.size() for port in ports]
     together = builder.AddNamedSystem("logged", Multiplexer(sizes))
-    for k, port in enumerate(signals.values()):
+    for k, port in enumerate(ports):
         builder.Connect(port, together.get_input_port(k))
     sink = LogVectorOutput(together.get_output_port(), builder, period)
     sink.set_name("log")
-    loggers, begin = {}, 0
-    for name, size in zip(signals, sizes, strict=True):
-        loggers[name] = PartLogger(sink, slice(begin, begin + size))
-        begin += size
+    loggers = {}
+    for name, (port, rows) in signals.items():
+        begin = sum(sizes[: ports.index(port)])
+        loggers[name] = PartLogger(sink, slice(begin + rows.start, begin + rows.stop))
     return loggers

@@ -26,6 +26,7 @@ _F, _I, _B = types.float64, types.int64, types.boolean
 _V, _M, _T, _Q = (types.Array(_F, dimensions, "C") for dimensions in (1, 2, 3, 4))
 # Arrays that nobody may write to, as plans and constants hold them.
 _RV, _RM, _RT = (types.Array(_F, n, "C", readonly=True) for n in (1, 2, 3))
+_BV = types.Array(_B, 1, "C")
 _IV, _BM, _IM = types.Array(_I, 1, "C"), types.Array(_B, 2, "C"), types.Array(_I, 2, "C")
 _FM = types.Array(_F, 2, "F")  # as Drake hands over a mass matrix
 
@@ -81,6 +82,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
                 _V, _I, types.UniTuple(_F, 3), _B, types.NamedUniTuple(_F, 3, FallLimits),
                 types.UniTuple(_V, 3),
             ),
+            "stability.leg_stroke._strokes": (_M, _F, _T, _M, _M, _M, _BV, _M, _V),
             # sensor_models.add_contact is left to its first call: the versions of Drake differ in
             # which of its arguments may be written to.
             "estimation.sensor_models.conclude": (_M, _F, _V, _V, _V, _V, _V),

@@ -15,22 +15,20 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.systems.leaf_system import (
     DeclareModelContext,
     DeclareStateOutput,
-    DeclareVectorOfEntry,
-    DeclareVectors,
     EvalModelContext,
-    EvalVectors,
+    Instant,
     Vectors,
 )
 
 # The outputs of one instant, in the order that the kernel takes them, and their sizes.
-OUTPUTS = (
-    ("contact_state", 4),
-    ("foot_force_measured", 12),
-    ("foot_contact_position", 12),
-    ("foot_slip_speed", 4),
-    ("nonfoot_contact", 2),
-)
-STATE, PLACES = 0, 2  # rows of OUTPUTS
+OUTPUTS = {
+    "contact_state": 4,
+    "foot_force_measured": 12,
+    "foot_contact_position": 12,
+    "foot_slip_speed": 4,
+    "nonfoot_contact": 2,
+}
+STATE, PLACES = 0, 2  # places in OUTPUTS
 
 
 class ContactMonitor(LeafSystem):
@@ -51,6 +49,7 @@ class ContactMonitor(LeafSystem):
         foot_slip_speed: (4,) tangential speed at the contact [m/s].
         nonfoot_contact: (2,) how many contacts of anything but a foot there are, and the
             greatest normal force among them [N].
+        contacts: (34,) the five above, one after the other.
     """
 
     def __init__(
@@ -82,15 +81,13 @@ class ContactMonitor(LeafSystem):
         depends = {self._input.ticket(), self.xd_ticket()}
         if self._state_port is not None:
             depends.add(self._state_port.ticket())
-        self._now = DeclareVectors(self, [size for _, size in OUTPUTS], self._measure, depends)
-        for row, (name, size) in enumerate(OUTPUTS):
-            DeclareVectorOfEntry(self, name, self._now, row, size)
+        self.instant = Instant(self, "contacts", OUTPUTS, self._measure, depends)
         self.DeclareInitializationDiscreteUpdateEvent(self._update)
         # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        now = EvalVectors(self._now, context)
+        now = self.instant.Eval(context)
         state.set_value(self._sensed, now[STATE])
         state.set_value(self._places, now[PLACES])
 

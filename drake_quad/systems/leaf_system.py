@@ -3,7 +3,8 @@
 State in a system's Context, never on `self`: two simulations of one Diagram must not share it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from pydrake.systems.framework import (
     Context,
     DependencyTicket,
     LeafSystem,
+    OutputPort,
     ValueProducer,
 )
 
@@ -71,50 +73,61 @@ def DeclareStateOutput(system: LeafSystem, name: str, value: int | FloatArray) -
 Vectors = list[FloatArray]
 
 
-def DeclareVectors(
-    system: LeafSystem,
-    sizes: Sequence[int],
-    calc: Callable[[Context, Vectors], object],
-    prerequisites: set[DependencyTicket],
-) -> CacheEntry:
-    """Declares a cache entry of vectors that are computed together; read it with EvalVectors.
+class Instant:
+    """Vectors that a system computes together, of the instant at which they are asked for.
 
-    Args:
-        system: The system that computes them.
-        sizes: Their lengths.
-        calc: Computes all of them into the vectors that it is given.
-        prerequisites: What they depend on.
-    """
-    return system.DeclareCacheEntry(
-        description="vectors of one instant",
-        value_producer=ValueProducer(
-            allocate=lambda: AbstractValue.Make([np.zeros(n) for n in sizes]),
-            calc=lambda context, value: calc(context, value.get_mutable_value()),
-        ),
-        prerequisites_of_calc=prerequisites,
-    )
-
-
-def EvalVectors(entry: CacheEntry, context: Context) -> Vectors:
-    """Returns the vectors of an entry; they are not to be changed."""
-    vectors: Vectors = entry.EvalAbstract(context).get_value()
-    return vectors
-
-
-def DeclareVectorOfEntry(
-    system: LeafSystem, name: str, entry: CacheEntry, row: int, size: int
-) -> None:
-    """Declares an output port that shows one of an entry's vectors.
-
-    Args:
-        system: The system of the entry.
-        name: The port's name.
-        entry: The entry, from DeclareVectors.
-        row: Which of its vectors.
-        size: Length of that vector.
+    Each has an output port of its name. One more port shows them all, one after the other: a log
+    reads that one, for every port that Python computes costs a log as much as a margin does.
     """
 
-    def copy(context: Context, output: BasicVector) -> None:
-        output.SetFromVector(EvalVectors(entry, context)[row])
+    def __init__(
+        self,
+        system: LeafSystem,
+        name: str,
+        sizes: Mapping[str, int],
+        calc: Callable[[Context, Vectors], object],
+        prerequisites: set[DependencyTicket],
+    ) -> None:
+        """Declares the cache entry and the ports.
 
-    system.DeclareVectorOutputPort(name, size, copy, {entry.ticket()})
+        Args:
+            system: The system that computes them.
+            name: Name of the port of all of them.
+            sizes: Their lengths by the names of their ports.
+            calc: Computes all of them into the vectors that it is given.
+            prerequisites: What they depend on.
+        """
+        self.sizes = list(sizes.values())
+        ends = [sum(self.sizes[: k + 1]) for k in range(len(self.sizes))]
+        self.rows = {
+            part: slice(end - size, end)
+            for (part, size), end in zip(sizes.items(), ends, strict=True)
+        }
+
+        # No views of one array: Drake copies the value, and each of its arrays by itself.
+        self._entry = system.DeclareCacheEntry(
+            description="vectors of one instant",
+            value_producer=ValueProducer(
+                allocate=lambda: AbstractValue.Make([np.zeros(n) for n in self.sizes]),
+                calc=lambda context, value: calc(context, value.get_mutable_value()),
+            ),
+            prerequisites_of_calc=prerequisites,
+        )
+        self.port: OutputPort = system.DeclareVectorOutputPort(
+            name, ends[-1], self._copy_all, {self._entry.ticket()}
+        )
+        for index, (part, size) in enumerate(sizes.items()):
+            system.DeclareVectorOutputPort(
+                part, size, partial(self._copy_part, index), {self._entry.ticket()}
+            )
+
+    def _copy_all(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(np.concatenate(self.Eval(context)))
+
+    def _copy_part(self, index: int, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.Eval(context)[index])
+
+    def Eval(self, context: Context) -> Vectors:
+        """Returns the vectors, in the order of `sizes`; they are not to be changed."""
+        parts: Vectors = self._entry.EvalAbstract(context).get_value()
+        return parts

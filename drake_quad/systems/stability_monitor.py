@@ -25,14 +25,14 @@ from drake_quad.stability.support_polygon import (
 from drake_quad.systems.leaf_system import (
     DeclareModelContext,
     DeclareStateOutput,
-    DeclareVectorOfEntry,
-    DeclareVectors,
     EvalModelContext,
-    EvalVectors,
+    Instant,
     Vectors,
 )
 
 FIRST = 1.5  # periods, before which no contact is measured yet
+# The outputs of one instant and their sizes.
+MARGIN_PORTS = {"stability_margin": 1, "zmp_margin": 1, "com_position": 3, "ground_height": 1}
 NO_SUPPORT = -9.0  # [m] logged instead of -inf where fewer feet than one bear
 
 
@@ -46,9 +46,12 @@ class StabilityMonitor(LeafSystem):
         foot_force_measured: (12,) the forces on the feet in W [N].
     Output ports:
         stability_margin: (1,) static margin of the whole robot's centre of mass over the bearing
-            feet [m]; as the two that follow, of the instant at which it is asked for.
+            feet [m]; as the four that follow, of the instant at which it is asked for.
         zmp_margin: (1,) the same for the centre of pressure of the measured forces [m].
         com_position: (3,) the whole robot's centre of mass in W [m].
+        ground_height: (1,) height in W of the lowest foot that bears [m]; of the lowest foot
+            where none does.
+        margins: (6,) the four above, one after the other.
         least_margins: (2,) the smallest of both margins over the last `window` measurements [m]: no
             less frequent log passes one over. Infinite until contacts are measured.
         further_margins: See Margins; what the gauge does not measure is nan. Every `gauge_period`.
@@ -84,11 +87,7 @@ class StabilityMonitor(LeafSystem):
         self._scratch = DeclareModelContext(self, model)
         inputs = (self._state_port, self._contact_port, self._position_port, self._force_port)
         depends = {port.ticket() for port in inputs}
-        self._now = DeclareVectors(self, (1, 1, 3, 1), self._calc_now, depends)
-        for row, (name, size) in enumerate(
-            (("stability_margin", 1), ("zmp_margin", 1), ("com_position", 3))
-        ):
-            DeclareVectorOfEntry(self, name, self._now, row, size)
+        self.instant = Instant(self, "margins", MARGIN_PORTS, self._calc_now, depends)
         self._period = period
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
         self._gauge = None if gauge is None or gauge.kind == HULL else gauge
@@ -98,7 +97,7 @@ class StabilityMonitor(LeafSystem):
     def _calc_now(self, context: Context, outputs: Vectors) -> None:
         margin, zmp_margin, com, ground = outputs
         x = self._state_port.Eval(context)
-        if not isfinite(x.sum()):  # what is not spoils the sum
+        if not isfinite(x.dot(x)):  # what is not spoils the sum of squares
             margin[0] = zmp_margin[0] = NO_SUPPORT
             com[:] = ground[:] = np.nan
             return
@@ -112,9 +111,9 @@ class StabilityMonitor(LeafSystem):
 
     def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
         x = self._state_port.Eval(context)
-        if not isfinite(x.sum()):
+        if not isfinite(x.dot(x)):
             return EventStatus.ReachedTermination(self, "stopped: the robot's state is not finite")
-        margin, zmp_margin, _, ground = EvalVectors(self._now, context)
+        margin, zmp_margin, _, ground = self.instant.Eval(context)
         value = state.get_mutable_value  # begins as a copy of the Context's: the kernel goes on
         now = (float(margin[0]), float(zmp_margin[0]), float(ground[0]))
         known = context.get_time() > FIRST * self._period
@@ -134,7 +133,7 @@ class StabilityMonitor(LeafSystem):
         """The margins that take longer, and so are held for a while."""
         x: FloatArray = self._state_port.Eval(context)
         t = context.get_time()
-        if not isfinite(x.sum()) or t < FIRST * self._period:
+        if not isfinite(x.dot(x)) or t < FIRST * self._period:
             return
         assert self._gauge is not None
         model, scratch = self._model, EvalModelContext(self._scratch, context)

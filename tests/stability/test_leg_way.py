@@ -16,7 +16,7 @@ from drake_quad.stability.capture_point import (
     way_out,
 )
 from drake_quad.stability.equilibrium_region import find_region, make_contacts
-from drake_quad.stability.margins import HALVINGS, STEPS, leg_stroke_left
+from drake_quad.stability.leg_stroke import HALVINGS, STEPS, leg_stroke_left
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=20, deadline=None)
