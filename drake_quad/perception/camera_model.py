@@ -54,6 +54,16 @@ class CameraModel:
             cy=(self.cy + 0.5) / factor - 0.5,
         )
 
+    def turned(self) -> "CameraModel":
+        """The model of the same camera held upright: a quarter of a turn about its optical axis.
+
+        Its left imager, whose images these are, is then below the other one.
+        """
+        return CameraModel(
+            width=self.height, height=self.width, fx=self.fy, fy=self.fx,
+            cx=self.cy, cy=self.width - 1.0 - self.cx,
+        )  # fmt: skip
+
     def rays(self) -> FloatArray:
         """Each pixel's ray in C, of unit depth: (height, width, 3)."""
         u, v = np.meshgrid(np.arange(self.width), np.arange(self.height))

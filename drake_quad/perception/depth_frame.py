@@ -28,7 +28,7 @@ class DepthAccuracy:
         depth_offset: Deviation of the offset of z that all pixels share [m].
         tilt: Deviation of the camera's attitude about the level axes [rad].
         pattern: Deviation of the smooth pattern, in units of the offset that pixels share.
-        pattern_share: Distance over which the pattern changes, of the image's width.
+        pattern_share: Distance over which the pattern changes, of the image's longer side.
     """
 
     stereo: float = 0.0
@@ -211,12 +211,13 @@ def prepare_frame(
         model: Intrinsics.
         R_LC: The camera's attitude in L, as it is believed to be.
         accuracy: How well depths are known.
-        rows: About how many rows are fitted; the image is made smaller by a whole factor.
+        rows: About how many pixels of the shorter side are fitted: the image is made smaller by
+            a whole factor.
         nearest: Shortest distance that is used [m].
         farthest: Longest distance that is used [m].
     """
     image = np.ascontiguousarray(depth, dtype=np.float64)
-    factor = max(1, round(model.height / rows))
+    factor = max(1, round(min(model.width, model.height) / rows))
     small = model.decimated(factor)
     rho = np.empty((small.height, small.width))
     reduce_depth(
@@ -263,7 +264,7 @@ def _pattern_nodes(
     """Where pixels lie in the pattern's grid of nodes, between which it is bilinear."""
     if accuracy.pattern <= 0.0:
         return np.zeros((len(index), 3)), (0, 0)
-    spacing = accuracy.pattern_share * model.width
+    spacing = accuracy.pattern_share * max(model.width, model.height)
     rows, columns = int(model.height / spacing) + 2, int(model.width / spacing) + 2
     v, u = (index // model.width) / spacing, (index % model.width) / spacing
     i, j = np.floor(v), np.floor(u)

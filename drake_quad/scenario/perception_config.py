@@ -28,6 +28,12 @@ class PerceptionConfig:
     camera: str = choice(
         "d435", ("d435", "d455"), "Depth camera, with the errors of its kind drawn by the seed"
     )
+    camera_hold: str = choice(
+        "landscape",
+        ("landscape", "portrait"),
+        "`portrait`: a quarter of a turn about its optical axis, so that its wide angle of view "
+        "stands upright: it sees steps that are nearer, and less to the sides",
+    )
     camera_x: float = _coordinate("x", 0.64)
     camera_y: float = _coordinate("y", 0.0)
     camera_z: float = _coordinate("z", 0.12)

@@ -10,7 +10,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_quad.errors import InputError
-from drake_quad.perception.camera_model import D435, D455, StereoCamera, level_rotation
+from drake_quad.perception.camera_model import D435, D455, CameraModel, StereoCamera, level_rotation
 from drake_quad.perception.depth_frame import stereo_accuracy
 from drake_quad.perception.depth_noise import STEREO_NOISE
 from drake_quad.perception.level_beyond import level_beyond
@@ -36,6 +36,12 @@ MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes
 def camera_of(scenario: Scenario) -> StereoCamera:
     """The scenario's depth camera."""
     return CAMERAS[scenario.perception.camera]
+
+
+def model_of(scenario: Scenario) -> CameraModel:
+    """Intrinsics of the images of the scenario's depth camera, as it is held."""
+    model = camera_of(scenario).model
+    return model.turned() if scenario.perception.camera_hold == "portrait" else model
 
 
 def mount_of(perception: PerceptionConfig) -> RigidTransform:
@@ -96,15 +102,16 @@ def AddEyes(
         parent=plant.GetBodyFrameIdOrThrow(trunk.index()),
         X_PC=X_BC,
         camera=camera,
-        model=camera.model,
+        model=model_of(scenario),
         noise=STEREO_NOISE,
         generator=generator_of(scenario, "depth_camera"),
+        portrait=scenario.perception.camera_hold == "portrait",
         period=PERIOD,
     )
     pose = builder.AddSystem(BasePose(robot=robot, layout=make_layout(plant, robot)))
     estimator: StairEstimator = builder.AddSystem(
         StairEstimator(
-            model=camera.model,
+            model=model_of(scenario),
             R_BC=X_BC.rotation().matrix(),
             p_BC=X_BC.translation(),
             accuracy=stereo_accuracy(camera.disparity_scale()),
@@ -163,7 +170,7 @@ def look_around(prepared: PreparedScenario) -> Sight:
     if belief is not None and belief.going_up:
         X_BC = mount_of(perception)
         pose = pose_at_capture(image, X_BC.rotation().matrix(), X_BC.translation())
-        level = level_beyond(image.depth, camera_of(prepared.scenario).model, pose, belief)
+        level = level_beyond(image.depth, model_of(prepared.scenario), pose, belief)
     return Sight(
         belief=belief,
         stamp=report.stamp,

@@ -67,6 +67,8 @@ class DepthCamera(LeafSystem):
         model: Intrinsics of its images.
         noise: Its errors.
         generator: The source of what is random.
+        portrait: Whether the camera is held upright, its left imager, whose images these are, below
+            the other: then that one sees over edges what the left one sees.
         period: Time between images [s].
         latency: Time from an image to its arrival [s], less than the period.
 
@@ -81,6 +83,7 @@ class DepthCamera(LeafSystem):
         model: CameraModel,
         noise: StereoNoise,
         generator: np.random.Generator,
+        portrait: bool = False,
         period: float = 0.1,
         latency: float = 0.05,
     ) -> None:
@@ -88,8 +91,10 @@ class DepthCamera(LeafSystem):
         if not 0.0 <= latency < period:
             raise ValueError(f"latency = {latency!r}: must be from 0 to below the period, {period}")
         self.set_name("depth_camera")
-        self._camera, self._model, self._noise, self._period = camera, model, noise, period
-        self._errors = draw_camera_errors(noise, camera, model, generator)
+        self._camera, self._noise, self._period = camera, noise, period
+        # Errors are those of images as the camera takes them: its imagers lie side by side.
+        self._portrait, self._model = portrait, model.turned() if portrait else model
+        self._errors = draw_camera_errors(noise, camera, self._model, generator)
         # Images have generators of their own, so that two contexts do not share one.
         self._seed = int(generator.integers(2**63))
         self._image = self.DeclareAbstractInputPort(
@@ -112,14 +117,17 @@ class DepthCamera(LeafSystem):
     def _take(self, context: Context, state: State) -> None:
         shown: ImageDepth32F = self._image.Eval(context)
         number = round(context.get_time() / self._period)
+        true = np.asarray(shown.data[:, :, 0], dtype=float)
         depth = add_noise(
-            np.asarray(shown.data[:, :, 0], dtype=float),
+            np.rot90(true, -1) if self._portrait else true,
             noise=self._noise,
             errors=self._errors,
             camera=self._camera,
             model=self._model,
             generator=np.random.default_rng([self._seed, number]),
         )
+        if self._portrait:
+            depth = np.ascontiguousarray(np.rot90(depth))
         taken = DepthImage(
             context.get_time(), read_only(depth), read_only(self._pose.Eval(context))
         )
@@ -162,6 +170,7 @@ def AddDepthCamera(
     model: CameraModel,
     noise: StereoNoise,
     generator: np.random.Generator,
+    portrait: bool = False,
     period: float = 0.1,
     latency: float = 0.05,
 ) -> DepthCamera:
@@ -177,6 +186,7 @@ def AddDepthCamera(
         model: Intrinsics of its images.
         noise: Its errors.
         generator: The source of what is random.
+        portrait: Whether the camera is held upright; `model` is then that of upright images.
         period: Time between images [s].
         latency: Time from an image to its arrival [s].
 
@@ -193,8 +203,8 @@ def AddDepthCamera(
     core = RenderCameraCore(RENDERER, info, ClippingRange(NEAREST_RENDERED, far), RigidTransform())
     depth_camera = builder.AddSystem(
         DepthCamera(
-            camera=camera, model=model, noise=noise, generator=generator, period=period,
-            latency=latency,
+            camera=camera, model=model, noise=noise, generator=generator, portrait=portrait,
+            period=period, latency=latency,
         )
     )  # fmt: skip
     tilt = RotationMatrix(rotation_exp(*depth_camera.errors.tilt))

@@ -15,6 +15,14 @@ def test_decimation_keeps_what_the_image_shows() -> None:
         assert np.allclose(rays.mean(axis=(1, 3)), model.decimated(k).rays(), atol=1e-12)
 
 
+def test_a_camera_held_upright_sees_the_same_rays_turned() -> None:
+    """What was left in its image is below: each ray's x is -y of the same pixel, its y is x."""
+    model = CameraModel(width=64, height=48, fx=50.0, fy=40.0, cx=30.0, cy=25.0)
+    rays, upright = model.rays(), model.turned().rays()
+    turned = np.stack([rays[..., 1], -rays[..., 0], rays[..., 2]], axis=-1)
+    assert np.allclose(upright, np.rot90(turned), atol=1e-12)
+
+
 def test_drakes_principal_point_is_half_a_pixel_on() -> None:
     """A camera with its axis in the middle of the image has w / 2 there, w / 2 - 1 / 2 here."""
     model = make_camera(width=640, height=480, horizontal_view=1.2)

@@ -130,6 +130,20 @@ def test_the_run_stands_as_it_stood_when_it_looked() -> None:
         assert np.array_equal(a, b)
 
 
+def test_stairs_right_ahead_are_seen_by_a_camera_held_upright() -> None:
+    """0.9 m ahead of the body the first riser is below the view of one held level: it is refused.
+
+    Held upright it has it in view, and all three nosings lie where they are told to 40 mm.
+    """
+    near = "course[0].length=1.9"
+    level = prepared(near)
+    assert level.sight is not None and "too near to be seen" in level.sight.refused
+    p = prepared(near, "perception.camera_hold=portrait", "perception.camera_pitch_deg=35")
+    assert p.sight is not None and not p.sight.refused
+    believed, true = p.course.nosings().mean(axis=1), p.world.nosings().mean(axis=1)
+    assert believed.shape == true.shape and np.abs(believed[:, 0] - true[:, 0]).max() < 0.04
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [

@@ -1,5 +1,7 @@
 """The depth camera alone: rate, latency, errors; and what Drake renders against exact rays."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
@@ -58,6 +60,31 @@ def test_noise_is_of_the_size_told_and_the_same_for_the_same_seed() -> None:
     seen = images[0][images[0] > 0.0]
     assert 0.95 < seen.size / images[0].size < 0.99
     assert 0.005 < seen.std() < 0.016
+
+
+def test_a_camera_held_upright_loses_what_lies_below_near_things_and_not_beside_them() -> None:
+    """Its imagers stand one over the other: the shadow of a near square is under it alone."""
+    upright = MODEL.turned()
+    noise = dataclasses.replace(IDEAL_DEPTH, shadow=True)
+    camera = DepthCamera(
+        camera=D435, model=upright, noise=noise, generator=np.random.default_rng(1), portrait=True,
+        period=0.1, latency=0.0,
+    )  # fmt: skip
+    image = ImageDepth32F(upright.width, upright.height)
+    image.mutable_data[:] = 3.0
+    image.mutable_data[60:120, 30:80] = 0.6
+    simulator = Simulator(camera)
+    context = simulator.get_mutable_context()
+    camera.GetInputPort("depth_image").FixValue(context, AbstractValue.Make(image))
+    camera.GetInputPort("base_pose_estimated").FixValue(context, POSE)
+    simulator.AdvanceTo(0.01)
+    depth = camera.GetOutputPort("depth_measured").Eval(context).depth
+    assert depth.shape == (upright.height, upright.width)
+    rows, columns = np.nonzero(depth == 0.0)
+    assert len(rows) and set(columns) == set(range(30, 80))
+    assert rows.min() == 120 and rows.max() < 130
+    seen = depth > 0.0
+    assert np.allclose(depth[seen], np.asarray(image.data[:, :, 0])[seen])
 
 
 def test_a_latency_of_a_whole_period_is_refused() -> None:
