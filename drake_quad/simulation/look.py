@@ -102,7 +102,7 @@ def AddEyes(
         parent=plant.GetBodyFrameIdOrThrow(trunk.index()),
         X_PC=X_BC,
         camera=camera,
-        model=model_of(scenario),
+        model=camera.model,
         noise=STEREO_NOISE,
         generator=generator_of(scenario, "depth_camera"),
         portrait=scenario.perception.camera_hold == "portrait",

@@ -64,11 +64,12 @@ class DepthCamera(LeafSystem):
 
     Args:
         camera: The camera.
-        model: Intrinsics of its images.
+        model: Its intrinsics as it is held level.
         noise: Its errors.
         generator: The source of what is random.
-        portrait: Whether the camera is held upright, its left imager, whose images these are, below
-            the other: then that one sees over edges what the left one sees.
+        portrait: Whether it is held upright, its left imager, whose images these are, below the
+            other, which sees over edges what the left one sees: images in and out are then those
+            of `model.turned()`.
         period: Time between images [s].
         latency: Time from an image to its arrival [s], less than the period.
 
@@ -91,10 +92,9 @@ class DepthCamera(LeafSystem):
         if not 0.0 <= latency < period:
             raise ValueError(f"latency = {latency!r}: must be from 0 to below the period, {period}")
         self.set_name("depth_camera")
-        self._camera, self._noise, self._period = camera, noise, period
-        # Errors are those of images as the camera takes them: its imagers lie side by side.
-        self._portrait, self._model = portrait, model.turned() if portrait else model
-        self._errors = draw_camera_errors(noise, camera, self._model, generator)
+        self._camera, self._model, self._noise, self._period = camera, model, noise, period
+        self._portrait = portrait
+        self._errors = draw_camera_errors(noise, camera, model, generator)
         # Images have generators of their own, so that two contexts do not share one.
         self._seed = int(generator.integers(2**63))
         self._image = self.DeclareAbstractInputPort(
@@ -183,10 +183,10 @@ def AddDepthCamera(
         X_PC: Where the camera is meant to be mounted, C as in `camera_model`; the drawn tilt is
             added.
         camera: The camera.
-        model: Intrinsics of its images.
+        model: Its intrinsics as it is held level.
         noise: Its errors.
         generator: The source of what is random.
-        portrait: Whether the camera is held upright; `model` is then that of upright images.
+        portrait: Whether it is held upright, see DepthCamera.
         period: Time between images [s].
         latency: Time from an image to its arrival [s].
 
@@ -197,8 +197,9 @@ def AddDepthCamera(
         MachineError: This machine cannot render.
     """
     AddRenderer(scene_graph)
-    cx, cy = model.drake_principal_point
-    info = CameraInfo(model.width, model.height, model.fx, model.fy, cx, cy)
+    shown = model.turned() if portrait else model
+    cx, cy = shown.drake_principal_point
+    info = CameraInfo(shown.width, shown.height, shown.fx, shown.fy, cx, cy)
     far = camera.farthest + 4.0
     core = RenderCameraCore(RENDERER, info, ClippingRange(NEAREST_RENDERED, far), RigidTransform())
     depth_camera = builder.AddSystem(

@@ -67,7 +67,7 @@ def test_a_camera_held_upright_loses_what_lies_below_near_things_and_not_beside_
     upright = MODEL.turned()
     noise = dataclasses.replace(IDEAL_DEPTH, shadow=True)
     camera = DepthCamera(
-        camera=D435, model=upright, noise=noise, generator=np.random.default_rng(1), portrait=True,
+        camera=D435, model=MODEL, noise=noise, generator=np.random.default_rng(1), portrait=True,
         period=0.1, latency=0.0,
     )  # fmt: skip
     image = ImageDepth32F(upright.width, upright.height)
