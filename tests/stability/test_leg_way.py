@@ -6,6 +6,7 @@ from rig import paper_robot, rotations, stand_plan
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.robot.kinematics import calc_com, calc_feet, solve_legs
 from drake_quad.stability.capture_point import (
     SWING_BACK,
     Pendulum,
@@ -73,6 +74,43 @@ def test_legs_reach_so_far_and_no_farther(seed: int) -> None:
         if standing.all():  # else the other legs stay as they are, and carry less of it back
             assert along[max(first - 1, 0)] + 3.0 * step + 2e-3 > far
             assert far > along[max(first - 1, 0)] - 3.0 * step - 2e-3
+
+
+def stroke_of_arrays(
+    body: FloatArray, feet: FloatArray, q: FloatArray, standing: BoolArray, way: FloatArray
+) -> float:
+    """`leg_stroke_left` along one way (2,), by the array kinematics and without a kernel."""
+    robot, R = paper_robot(), rotations(body)
+    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+
+    def posed(distance: float) -> tuple[FloatArray, bool]:
+        moved = feet - body[:3] - distance * np.append(way, 0.0)
+        found, excess = solve_legs(robot.geometry, moved @ R)
+        good = (excess <= 0.0) & np.all((found >= lower) & (found <= upper), axis=-1)
+        return np.where(standing[:, None], found, q), bool(np.all(good | ~standing))
+
+    steps = np.linspace(0.0, MOST[0], STEPS + 1)[1:]
+    whole = next((k for k, far in enumerate(steps) if not posed(far)[1]), STEPS)
+    low, high = whole / STEPS * MOST[0], min(whole + 1, STEPS) / STEPS * MOST[0]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if posed(middle)[1] else (low, middle)
+    left_behind = R @ (calc_com(robot, posed(low)[0]) - calc_com(robot, q))
+    return max(low + float(left_behind[:2] @ way), 0.0)
+
+
+@FEW
+@given(SEEDS)
+def test_the_kernel_is_the_array_kinematics_whoever_stands(seed: int) -> None:
+    """With any feet standing, the stroke is what the kinematics on arrays give step by step."""
+    robot, (body, feet) = paper_robot(), random_pose(seed)
+    standing = np.random.default_rng(seed).random(4) < 0.7
+    q = pose_robot(robot, body[None], feet[None])[0][0]
+    found = leg_stroke_left(robot, rotations(body), q, standing, WAYS, MOST)
+    # The feet from the angles: a leg out of reach ends short of them.
+    feet = body[:3] + calc_feet(robot.geometry, q) @ rotations(body).T
+    expected = [stroke_of_arrays(body, feet, q, standing, way) for way in WAYS]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 @given(st.floats(0.05, 0.8), st.floats(0.05, 0.8), st.floats(5.0, 15.0))

@@ -64,6 +64,16 @@ def random_monitor(seed: int) -> Monitor:
     return monitor
 
 
+def test_the_port_of_all_margins_shows_the_ports_of_each() -> None:
+    """One after the other, in the rows that its Instant tells, which a log goes by."""
+    monitor = random_monitor(3)
+    monitor.run()
+    together, instant = monitor.read("margins"), monitor.system.instant
+    assert len(together) == sum(instant.sizes) and np.ptp(together) > 0.0
+    for name, rows in instant.rows.items():
+        np.testing.assert_array_equal(together[rows], monitor.read(name))
+
+
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1))
 def test_margins_are_those_of_the_support_polygon(seed: int) -> None:
