@@ -18,7 +18,13 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.diagram import MakeStairClimb
-from drake_quad.stability.capture_point import SWING_BACK, Pendulum, find_pressure_area, push_budget
+from drake_quad.stability.capture_point import (
+    SWING_BACK,
+    Pendulum,
+    find_pressure_area,
+    pressure_reach,
+    push_budget,
+)
 from drake_quad.stability.equilibrium_region import find_region, joint_limits, make_contacts
 from drake_quad.stability.leg_stroke import leg_stroke_left
 from drake_quad.systems.disturbances import Disturbances, Push
@@ -125,10 +131,11 @@ def budgets(
     pendulum = Pendulum(x, y, z, ground=float(places[:, 2].mean()))
     region = find_region(contacts, limits=limits)
     area = find_pressure_area(contacts, pendulum, limits=limits)
-    free = push_budget(region, area, pendulum, way[None])
+    far = pressure_reach(region, area, pendulum, way[None])
+    free = push_budget(region, far, pendulum, way[None])
     # The body goes farther than the centre of mass, whose feet stay: looked after so far.
     legs = leg_stroke_left(robot, R, q, everyone, way[None], 2.0 * free / pendulum.rate)
-    held = push_budget(region, area, pendulum, way[None], legs, swing_back=SWING_BACK)
+    held = push_budget(region, far, pendulum, way[None], legs, swing_back=SWING_BACK)
     return float(free[0]), float(held[0])
 
 

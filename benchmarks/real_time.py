@@ -36,6 +36,7 @@ from drake_quad.systems.stability_monitor import StabilityMonitor
 from drake_quad.systems.state_estimator import StateEstimator
 from drake_quad.systems.tracking_controller import TrackingController
 from drake_quad.systems.transition_planner import TransitionPlanner
+from drake_quad.util.collector import frozen_objects
 
 ASKED_RATIO, ASKED_FACTOR = 2.0, 3.0
 TURN = 1.0  # [s] simulated in a turn
@@ -107,13 +108,14 @@ def take_turns(pair: Pair, *, duration: float, turn: float = TURN) -> Turns:
     count = round(duration / turn)
     wall, cpu = np.zeros((count, 2)), np.zeros((count, 2))
     difference = 0.0
-    for k in range(count):
-        for which in (0, 1) if k % 2 == 0 else (1, 0):
-            begun = time.perf_counter(), time.process_time()
-            simulators[which].AdvanceTo((k + 1) * turn)
-            wall[k, which] = time.perf_counter() - begun[0]
-            cpu[k, which] = time.process_time() - begun[1]
-        difference = max(difference, pair.state_difference())
+    with frozen_objects():  # as in `drake-quad run`
+        for k in range(count):
+            for which in (0, 1) if k % 2 == 0 else (1, 0):
+                begun = time.perf_counter(), time.process_time()
+                simulators[which].AdvanceTo((k + 1) * turn)
+                wall[k, which] = time.perf_counter() - begun[0]
+                cpu[k, which] = time.process_time() - begun[1]
+            difference = max(difference, pair.state_difference())
     return Turns(wall, cpu, difference, turn)
 
 

@@ -23,7 +23,13 @@ from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.loader import load_robot
-from drake_quad.stability.capture_point import Pendulum, directions, find_pressure_area, push_budget
+from drake_quad.stability.capture_point import (
+    Pendulum,
+    directions,
+    find_pressure_area,
+    pressure_reach,
+    push_budget,
+)
 from drake_quad.stability.equilibrium_region import (
     MOST_FORCE,
     Contacts,
@@ -143,7 +149,8 @@ def queries(count: int, *, seed: int = 0) -> dict[str, list[Callable[[], Any]]]:
             return find_region(c, limits=joint_limits(robot, R, q, who)).margin(x, y)
 
         def push(c: Contacts = contacts, body: Pendulum = pendulum, static: Any = static) -> Any:
-            return push_budget(static, find_pressure_area(c, body), body, WAYS)
+            far = pressure_reach(static, find_pressure_area(c, body), body, WAYS)
+            return push_budget(static, far, body, WAYS)
 
         calls: tuple[Callable[[], Any], ...] = (hull, friction, rough, feasible, push)
         for name, call in zip(found, calls, strict=True):

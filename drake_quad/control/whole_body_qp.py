@@ -234,26 +234,20 @@ def _support_sides(places: FloatArray, standing: IntArray) -> FloatArray:
 
 def solve(program: Program) -> FloatArray | None:
     """Solves a finite program (see `has_numbers`); None if it has no solution."""
-    H, g, A, lower, upper, sense = program
-    x = _solve_once(H, g, A, lower, upper, sense)
+    x = _solve_once(program)
     if x is None:
-        soft = sense == SOFT
-        lower, upper = np.where(soft, -NONE, lower), np.where(soft, NONE, upper)
-        x = _solve_once(H, g, A, lower, upper, sense)
+        soft = program.sense == SOFT
+        lower = np.where(soft, -NONE, program.lower)
+        upper = np.where(soft, NONE, program.upper)
+        x = _solve_once(program._replace(lower=lower, upper=upper))
     return x
 
 
-def _solve_once(
-    H: FloatArray,
-    g: FloatArray,
-    A: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
-    sense: IntArray,
-) -> FloatArray | None:
+def _solve_once(program: Program) -> FloatArray | None:
+    H, g, A, lower, upper, sense = program
     x, _, flag, _ = daqp.solve(H, g, A, upper, lower, sense)
-    # What is not finite spoils the sum.
-    return x if flag in SOLVED and isfinite(sum(x.tolist())) else None
+    # What is not finite spoils the sum of squares.
+    return x if flag in SOLVED and isfinite(x.dot(x)) else None
 
 
 @jit
@@ -262,19 +256,15 @@ def has_numbers(program: Program) -> bool:
 
     DAQP takes a nan in a constraint for one that always holds.
     """
-    for part in (program.H, program.A):
-        for row in part:
-            for value in row:
-                if not np.isfinite(value):
-                    return False
-    for value in program.g:
-        if not np.isfinite(value):
-            return False
+    bad = False
+    # Without a way out, so that the processor takes several at a time.
+    for part in (program.H.ravel(), program.A.ravel(), program.g):
+        for value in part:
+            bad |= not abs(value) < np.inf
     for part in (program.lower, program.upper):
         for value in part:
-            if np.isnan(value):
-                return False
-    return True
+            bad |= value != value
+    return not bad
 
 
 @jit

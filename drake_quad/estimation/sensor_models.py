@@ -349,33 +349,27 @@ def add_contact(
     sums[row, SLIP] = max(sums[row, SLIP], slip)
 
 
+# Places in the measured contacts: 1 where a foot bears (4) from 0 on; forces on the feet in W (12)
+# [N]; points where these act, in W (12) [m]; greatest slip of each foot (4) [m/s]; number of
+# contacts of anything but feet, and greatest force there [N].
+FORCES, PLACES, SLIPS, OTHERS, CONTACTS_SIZE = 4, 16, 28, 32, 34
+
+
 @jit
-def conclude(
-    sums: FloatArray,
-    threshold: float,
-    bearing: FloatArray,
-    force: FloatArray,
-    position: FloatArray,
-    slip: FloatArray,
-    others: FloatArray,
-) -> None:
+def conclude(sums: FloatArray, threshold: float, contacts: FloatArray) -> None:
     """Writes what the sums come to; the place of a foot that touches nothing stays.
 
     Args:
         sums: The sums of all contacts, of the shape SUMS.
         threshold: Normal force above which a foot bears [N].
-        bearing: Result (4,): 1 where a foot bears.
-        force: Result (12,): forces on the feet in W [N].
-        position: Result (12,): points where these forces act, in W [m].
-        slip: Result (4,): greatest slip of each foot [m/s].
-        others: Result (2,): number of contacts of anything but feet; greatest force there [N].
+        contacts: Result (CONTACTS_SIZE,), see FORCES and the other places.
     """
     for k in range(4):
         weight = sums[k, WEIGHT]
-        bearing[k] = 1.0 if weight > threshold else 0.0
-        slip[k] = sums[k, SLIP]
+        contacts[k] = 1.0 if weight > threshold else 0.0
+        contacts[SLIPS + k] = sums[k, SLIP]
         for i in range(3):
-            force[3 * k + i] = sums[k, FORCE + i]
+            contacts[FORCES + 3 * k + i] = sums[k, FORCE + i]
             if weight > 1e-9:
-                position[3 * k + i] = sums[k, MOMENT + i] / weight
-    others[0], others[1] = sums[NO_FOOT, 0], sums[NO_FOOT, 1]
+                contacts[PLACES + 3 * k + i] = sums[k, MOMENT + i] / weight
+    contacts[OTHERS], contacts[OTHERS + 1] = sums[NO_FOOT, 0], sums[NO_FOOT, 1]

@@ -10,9 +10,8 @@ from math import ceil
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Context, DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import (
-    Demultiplexer,
     LogVectorOutput,
     Multiplexer,
     VectorLog,
@@ -27,7 +26,7 @@ from drake_quad.simulation.plant import MakeTrueModel, SimulatedPlant
 from drake_quad.stability.margins import MarginEstimator
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.disturbances import Disturbances, PushSource
-from drake_quad.systems.leaf_system import Instant
+from drake_quad.systems.leaf_system import Parts
 from drake_quad.systems.sensors import Imu, JointSensor
 from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
 
@@ -107,15 +106,7 @@ def AddMonitors(
         builder.Connect(plant.get_state_output_port(), contact.GetInputPort("plant_state"))
     builder.Connect(plant.get_state_output_port(), stability.GetInputPort("robot_state"))
     # A margin is of the contacts of its own instant, and not of those last sensed.
-    parts = builder.AddNamedSystem("contact_parts", Demultiplexer(contact.instant.sizes))
-    builder.Connect(contact.instant.port, parts.get_input_port())
-    for name, port in {
-        "contact_state": "contact_state_measured",
-        "foot_contact_position": "foot_contact_position",
-        "foot_force_measured": "foot_force_measured",
-    }.items():
-        part = list(contact.instant.rows).index(name)
-        builder.Connect(parts.get_output_port(part), stability.GetInputPort(port))
+    builder.Connect(contact.parts.port, stability.GetInputPort("contacts"))
     return Monitors(contact, stability)
 
 
@@ -220,10 +211,15 @@ class PortRows(NamedTuple):
 
 
 def find_signal(system: System, name: str) -> PortRows:
-    """The output port `name` of a system; where that is of an Instant, of the port of all of it."""
-    instant: Instant | None = getattr(system, "instant", None)
-    if instant is not None and name in instant.rows:
-        return PortRows(instant.port, instant.rows[name])
+    """The output port `name` of a system; where that is one of Parts, the port of all of them.
+
+    A Diagram that hands on the parts of a system in it hands on the port of all by its name.
+    """
+    inside = system.GetSystems() if isinstance(system, Diagram) else [system]
+    for one in inside:
+        parts: Parts | None = getattr(one, "parts", None)
+        if parts is not None and name in parts.rows:
+            return PortRows(system.GetOutputPort(parts.name), parts.rows[name])
     port = system.GetOutputPort(name)
     return PortRows(port, slice(0, port.size()))
 

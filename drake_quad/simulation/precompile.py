@@ -77,7 +77,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "math.rotations.quaternion_rotation": (_F, _F, _F, _F),
             "control.gait_clock.advance_if_uneventful": (_V, _RM, _I, _F, _F, _V, _F),
             "stability.support_polygon.margin_of_points": (_F, _F, _M),
-            "stability.support_polygon.measure_margins": (_V, _V, _V, _V, _F, _V, _V),
+            "stability.support_polygon.measure_margins": (_V, _V, _V, _V, _F, _V),
             "stability.support_polygon.watch_margins": (
                 _V, _I, types.UniTuple(_F, 3), _B, types.NamedUniTuple(_F, 3, FallLimits),
                 types.UniTuple(_V, 3),
@@ -85,7 +85,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "stability.leg_stroke._strokes": (_M, _F, _T, _M, _M, _M, _BV, _M, _V),
             # sensor_models.add_contact is left to its first call: the versions of Drake differ in
             # which of its arguments may be written to.
-            "estimation.sensor_models.conclude": (_M, _F, _V, _V, _V, _V, _V),
+            "estimation.sensor_models.conclude": (_M, _F, _V),
         },
         "estimator": {
             "math.rotations.yaw_pitch_rotation": (_F, _F),

@@ -161,9 +161,22 @@ def way_out(region: Region, x: float, y: float, ways: FloatArray) -> FloatArray:
     ).min(axis=-1)
 
 
+def pressure_reach(region: Region, area: Region, body: Pendulum, ways: FloatArray) -> FloatArray:
+    """How far the capture point can move until no foot holds it any more, by direction (m,) [m].
+
+    Args:
+        region: The static region over the feet that bear.
+        area: Area from `find_pressure_area` of the same feet and this body.
+        body: The robot.
+        ways: (m, 2) unit vectors in W.
+    """
+    x, y = body.capture
+    return np.minimum(way_out(region, x, y, ways), way_out(area, x, y, ways))
+
+
 def push_budget(
     region: Region,
-    area: Region,
+    far: FloatArray,
     body: Pendulum,
     ways: FloatArray,
     legs: FloatArray | None = None,
@@ -174,7 +187,7 @@ def push_budget(
 
     Args:
         region: The static region over the feet that bear.
-        area: Area from `find_pressure_area` of the same feet and this body.
+        far: Distances (m,) from `pressure_reach` of the same feet, body and ways [m].
         body: The robot.
         ways: (m, 2) unit vectors in W, which way it is pushed.
         legs: (m,) how far the legs let the centre of mass go [m], see `leg_stroke_left`; None:
@@ -182,7 +195,6 @@ def push_budget(
         swing_back: Share of a throw by which the robot may miss its place as it comes back.
     """
     x, y = body.capture
-    far = np.minimum(way_out(region, x, y, ways), way_out(area, x, y, ways))
     thrown = ways @ np.array([x - body.x, y - body.y])  # already, by its own velocity
     if legs is not None:
         far = np.minimum(far, np.maximum(held_back(far + thrown, legs) - thrown, 0.0))

@@ -16,6 +16,7 @@ from drake_quad.stability.capture_point import (
     capture_margin,
     directions,
     find_pressure_area,
+    pressure_reach,
     push_budget,
 )
 from drake_quad.stability.equilibrium_region import (
@@ -117,7 +118,7 @@ class MarginEstimator:
         body = Pendulum(x, y, z, vx, vy, ground)
         region = static_region(contacts)
         area = find_pressure_area(contacts, body)
-        free = push_budget(region, area, body, WAYS)
+        far = pressure_reach(region, area, body, WAYS)
         ahead = WAYS @ (np.array(body.capture) - [x, y])
         legs = leg_stroke_left(
             self.robot,
@@ -125,9 +126,9 @@ class MarginEstimator:
             posture.q,
             standing,
             WAYS,
-            2.0 * (free / body.rate + np.maximum(ahead, 0.0)),
+            2.0 * (far + np.maximum(ahead, 0.0)),
         )
-        budget = push_budget(region, area, body, WAYS, legs, swing_back=SWING_BACK)
+        budget = push_budget(region, far, body, WAYS, legs, swing_back=SWING_BACK)
         weakest = int(np.argmin(budget))
         found[Margins.FRICTION] = region.margin(x, y)
         found[Margins.CAPTURE] = capture_margin(region, area, body)

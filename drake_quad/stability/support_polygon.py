@@ -202,8 +202,7 @@ def measure_margins(
     place: FloatArray,
     force: FloatArray,
     none: float,
-    margin: FloatArray,
-    zmp_margin: FloatArray,
+    margins: FloatArray,
 ) -> float:
     """Margins of the centre of mass and of the centre of pressure; returns the ground's height.
 
@@ -213,8 +212,7 @@ def measure_margins(
         place: Where the feet's forces act in W (12,) [m].
         force: The forces on the feet in W (12,) [N].
         none: Value of a margin where there is none [m].
-        margin: Result (1,) [m].
-        zmp_margin: Result (1,) [m].
+        margins: Result (2,) [m].
 
     Returns:
         The lowest foot's height in W [m] of those that bear; where none does, of all.
@@ -230,11 +228,11 @@ def measure_margins(
         load = force[3 * k + 2]
         x, y, total = x + load * feet[k, 0], y + load * feet[k, 1], total + load
     found = margin_over(com[0], com[1], feet, standing)
-    margin[0] = found if np.isfinite(found) else none
-    zmp_margin[0] = none
+    margins[0] = found if np.isfinite(found) else none
+    margins[1] = none
     if total > LEAST_WEIGHT:
         found = margin_over(x / total, y / total, feet, standing)
-        zmp_margin[0] = found if np.isfinite(found) else none
+        margins[1] = found if np.isfinite(found) else none
     return lowest_bearing if np.isfinite(lowest_bearing) else lowest
 
 

@@ -6,10 +6,10 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import GeometryId
 from pydrake.multibody.plant import ContactModel, ContactResults, MultibodyPlant
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.estimation.sensor_models import NO_FOOT, SUMS, add_contact, conclude
+from drake_quad.estimation.sensor_models import NO_FOOT, PLACES, SUMS, add_contact, conclude
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.systems.leaf_system import (
@@ -17,10 +17,9 @@ from drake_quad.systems.leaf_system import (
     DeclareStateOutput,
     EvalModelContext,
     Instant,
-    Vectors,
 )
 
-# The outputs of one instant, in the order that the kernel takes them, and their sizes.
+# The outputs of one instant and their sizes, where the kernel has them: see sensor_models.PLACES.
 OUTPUTS = {
     "contact_state": 4,
     "foot_force_measured": 12,
@@ -28,7 +27,7 @@ OUTPUTS = {
     "foot_slip_speed": 4,
     "nonfoot_contact": 2,
 }
-STATE, PLACES = 0, 2  # places in OUTPUTS
+BEARING, ACTS = slice(0, 4), slice(PLACES, PLACES + 12)
 
 
 class ContactMonitor(LeafSystem):
@@ -81,17 +80,19 @@ class ContactMonitor(LeafSystem):
         depends = {self._input.ticket(), self.xd_ticket()}
         if self._state_port is not None:
             depends.add(self._state_port.ticket())
-        self.instant = Instant(self, "contacts", OUTPUTS, self._measure, depends)
-        self.DeclareInitializationDiscreteUpdateEvent(self._update)
+        self.parts = Instant(self, "contacts", OUTPUTS, self._measure, depends)
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._update)
+        # Unrestricted updates see the state that a log sees at the same time, before the plant's
+        # step, so that both have one measurement; discrete ones come after that step.
         # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
-    def _update(self, context: Context, state: DiscreteValues) -> None:
-        now = self.instant.Eval(context)
-        state.set_value(self._sensed, now[STATE])
-        state.set_value(self._places, now[PLACES])
+    def _update(self, context: Context, state: State) -> None:
+        now, values = self.parts.Eval(context), state.get_mutable_discrete_state()
+        values.set_value(self._sensed, now[BEARING])
+        values.set_value(self._places, now[ACTS])
 
-    def _measure(self, context: Context, outputs: Vectors) -> None:
+    def _measure(self, context: Context, contacts: FloatArray) -> None:
         results: ContactResults = self._input.Eval(context)
         feet, sums = self._feet, np.zeros(SUMS)
         for k in range(results.num_point_pair_contacts()):
@@ -108,8 +109,8 @@ class ContactMonitor(LeafSystem):
         if self._state_port is not None and results.num_hydroelastic_contacts() > 0:
             self._add_surfaces(results, sums, self._state_port.Eval(context), context)
         # Of a foot that touches nothing the last place known stays.
-        outputs[PLACES][:] = context.get_discrete_state(self._places).value()
-        conclude(sums, self._threshold, *outputs)
+        contacts[ACTS] = context.get_discrete_state(self._places).value()
+        conclude(sums, self._threshold, contacts)
 
     def _add_surfaces(
         self, results: ContactResults, sums: FloatArray, state: FloatArray, context: Context

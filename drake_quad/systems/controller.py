@@ -49,7 +49,8 @@ OUTPUTS = {
     "feet_desired": 12,
     "balance_estimated": BALANCE_SIZE,
 }
-OWN = ("qp_state", "carried_estimated", "friction_estimated")  # exported of one that has them
+# Exported of one that has them.
+OWN = ("qp_state", "carried_estimated", "friction_estimated", "tracking")
 
 
 def MakeController(
@@ -95,6 +96,7 @@ def MakeController(
             of the StateEstimator, if there is a `start`.
         qp_state, carried_estimated, friction_estimated: Outputs of the WholeBodyController, or of
             another that has them.
+        tracking: Output of a TrackingController, for logs.
     """
     layout = make_layout(model, robot)
     builder = DiagramBuilder()

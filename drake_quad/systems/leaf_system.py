@@ -5,6 +5,7 @@ State in a system's Context, never on `self`: two simulations of one Diagram mus
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from pydrake.systems.framework import (
     CacheEntry,
     Context,
     DependencyTicket,
+    DiscreteStateIndex,
     LeafSystem,
     OutputPort,
     ValueProducer,
@@ -70,22 +72,52 @@ def DeclareStateOutput(system: LeafSystem, name: str, value: int | FloatArray) -
     return int(index)
 
 
-Vectors = list[FloatArray]
+class Parts:
+    """Vectors that a system has together, one after the other, with an output port of each name.
 
+    One more port shows them all: a log reads that one, for every port that Python computes costs a
+    log as much as a margin does.
 
-class Instant:
-    """Vectors that a system computes together, of the instant at which they are asked for.
-
-    Each has an output port of its name. One more port shows them all, one after the other: a log
-    reads that one, for every port that Python computes costs a log as much as a margin does.
+    Attributes:
+        name: Name of the port of all of them.
+        port: Port of all of them.
+        rows: Rows of each in it, by the names of their ports.
     """
+
+    name: str
+    port: OutputPort
+    rows: dict[str, slice]
+
+    def _declare_parts(
+        self, system: LeafSystem, read: Callable[[Context], FloatArray], ticket: DependencyTicket
+    ) -> None:
+        """Declares the port of each part, which shows its rows of what `read` returns."""
+
+        def copy(rows: slice, context: Context, output: BasicVector) -> None:
+            output.SetFromVector(read(context)[rows])
+
+        for part, rows in self.rows.items():
+            size = rows.stop - rows.start
+            system.DeclareVectorOutputPort(part, size, partial(copy, rows), {ticket})
+
+
+def _rows_of(sizes: Mapping[str, int]) -> dict[str, slice]:
+    """The rows of vectors of these sizes that follow one another."""
+    ends = accumulate(sizes.values())
+    return {
+        part: slice(end - size, end) for (part, size), end in zip(sizes.items(), ends, strict=True)
+    }
+
+
+class Instant(Parts):
+    """Vectors that a system computes together, of the instant at which they are asked for."""
 
     def __init__(
         self,
         system: LeafSystem,
         name: str,
         sizes: Mapping[str, int],
-        calc: Callable[[Context, Vectors], object],
+        calc: Callable[[Context, FloatArray], object],
         prerequisites: set[DependencyTicket],
     ) -> None:
         """Declares the cache entry and the ports.
@@ -94,40 +126,55 @@ class Instant:
             system: The system that computes them.
             name: Name of the port of all of them.
             sizes: Their lengths by the names of their ports.
-            calc: Computes all of them into the vectors that it is given.
+            calc: Computes all of them into the vector that it is given.
             prerequisites: What they depend on.
         """
-        self.sizes = list(sizes.values())
-        ends = [sum(self.sizes[: k + 1]) for k in range(len(self.sizes))]
-        self.rows = {
-            part: slice(end - size, end)
-            for (part, size), end in zip(sizes.items(), ends, strict=True)
-        }
-
-        # No views of one array: Drake copies the value, and each of its arrays by itself.
+        self.name, self.rows = name, _rows_of(sizes)
+        size = sum(sizes.values())
         self._entry = system.DeclareCacheEntry(
             description="vectors of one instant",
             value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make([np.zeros(n) for n in self.sizes]),
+                allocate=lambda: AbstractValue.Make(np.zeros(size)),
                 calc=lambda context, value: calc(context, value.get_mutable_value()),
             ),
             prerequisites_of_calc=prerequisites,
         )
-        self.port: OutputPort = system.DeclareVectorOutputPort(
-            name, ends[-1], self._copy_all, {self._entry.ticket()}
-        )
-        for index, (part, size) in enumerate(sizes.items()):
-            system.DeclareVectorOutputPort(
-                part, size, partial(self._copy_part, index), {self._entry.ticket()}
-            )
+        ticket = self._entry.ticket()
+        self.port = system.DeclareVectorOutputPort(name, size, self._copy_all, {ticket})
+        self._declare_parts(system, self.Eval, ticket)
 
     def _copy_all(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.concatenate(self.Eval(context)))
+        output.SetFromVector(self.Eval(context))
 
-    def _copy_part(self, index: int, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.Eval(context)[index])
+    def Eval(self, context: Context) -> FloatArray:
+        """Returns the vectors one after the other; they are not to be changed."""
+        vectors: FloatArray = self._entry.EvalAbstract(context).get_value()
+        return vectors
 
-    def Eval(self, context: Context) -> Vectors:
-        """Returns the vectors, in the order of `sizes`; they are not to be changed."""
-        parts: Vectors = self._entry.EvalAbstract(context).get_value()
-        return parts
+
+class StateParts(Parts):
+    """Vectors that are one discrete state together.
+
+    Each group of a state takes time of its own, whenever Drake hands it over or notes its change.
+
+    Attributes:
+        index: Index of the state as a plain number, see DeclareStateOutput.
+    """
+
+    def __init__(self, system: LeafSystem, name: str, first: Mapping[str, FloatArray]) -> None:
+        """Declares the state and the ports.
+
+        Args:
+            system: The system that has them.
+            name: Name of the port of all of them.
+            first: Their first values, by the names of their ports.
+        """
+        self.name = name
+        self.rows = _rows_of({part: len(value) for part, value in first.items()})
+        self.index = DeclareStateOutput(system, name, np.concatenate(list(first.values())))
+        self.port = system.GetOutputPort(name)
+        self._declare_parts(
+            system,
+            lambda context: context.get_discrete_state(self.index).value(),
+            system.discrete_state_ticket(DiscreteStateIndex(self.index)),
+        )

@@ -1,12 +1,13 @@
 """StabilityMonitor: the margins of the whole robot, from the contacts as measured."""
 
-from math import isfinite, isnan
+from math import isfinite
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem, State
 
 from drake_quad.common import FloatArray
+from drake_quad.estimation.sensor_models import CONTACTS_SIZE, FORCES, PLACES, SLIPS
 from drake_quad.robot.state import StateLayout
 from drake_quad.stability.equilibrium_region import AT_REST, HULL
 from drake_quad.stability.margins import (
@@ -27,12 +28,12 @@ from drake_quad.systems.leaf_system import (
     DeclareStateOutput,
     EvalModelContext,
     Instant,
-    Vectors,
 )
 
 FIRST = 1.5  # periods, before which no contact is measured yet
 # The outputs of one instant and their sizes.
 MARGIN_PORTS = {"stability_margin": 1, "zmp_margin": 1, "com_position": 3, "ground_height": 1}
+COM, GROUND = slice(2, 5), 5  # places among them
 NO_SUPPORT = -9.0  # [m] logged instead of -inf where fewer feet than one bear
 
 
@@ -41,9 +42,7 @@ class StabilityMonitor(LeafSystem):
 
     Input ports:
         robot_state: [q; v] of the robot, the truth.
-        contact_state_measured: (4,) 1 where a foot bears.
-        foot_contact_position: (12,) where the feet's forces act, in W [m].
-        foot_force_measured: (12,) the forces on the feet in W [N].
+        contacts: (34,) see ContactMonitor.
     Output ports:
         stability_margin: (1,) static margin of the whole robot's centre of mass over the bearing
             feet [m]; as the four that follow, of the instant at which it is asked for.
@@ -74,53 +73,50 @@ class StabilityMonitor(LeafSystem):
         self._model, self._layout, self._base = model, layout, int(layout.q_base)
         self._limits = FallLimits(float(np.cos(tilt_limit)), height_limit, period)
         self._state_port = self.DeclareVectorInputPort("robot_state", layout.size)
-        self._contact_port = self.DeclareVectorInputPort("contact_state_measured", 4)
-        self._position_port = self.DeclareVectorInputPort("foot_contact_position", 12)
-        self._force_port = self.DeclareVectorInputPort("foot_force_measured", 12)
+        self._contact_port = self.DeclareVectorInputPort("contacts", CONTACTS_SIZE)
         self._least = DeclareStateOutput(self, "least_margins", np.full(2, np.inf))
-        self._recent = int(self.DeclareDiscreteState(np.full(2 * window, np.inf)))
         self._further = DeclareStateOutput(self, "further_margins", np.full(len(Margins), np.nan))
-        # [s] for which the trunk has been tilted, and down.
-        self._fallen = int(self.DeclareDiscreteState(2))
+        # For how long the trunk has been tilted, and down [s]; whether the further margins are
+        # known; the margins of the last ticks, the oldest first [m].
+        self._memory = int(self.DeclareDiscreteState(np.append(np.zeros(3), [np.inf] * 2 * window)))
         # When; then about the centre of mass, angular and linear. Nan until there is one.
         self._momentum = self.DeclareDiscreteState(np.full(7, np.nan))
         self._scratch = DeclareModelContext(self, model)
-        inputs = (self._state_port, self._contact_port, self._position_port, self._force_port)
-        depends = {port.ticket() for port in inputs}
-        self.instant = Instant(self, "margins", MARGIN_PORTS, self._calc_now, depends)
+        depends = {self._state_port.ticket(), self._contact_port.ticket()}
+        self.parts = Instant(self, "margins", MARGIN_PORTS, self._calc_now, depends)
         self._period = period
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Unrestricted, as the contact monitor's.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
         self._gauge = None if gauge is None or gauge.kind == HULL else gauge
         if self._gauge is not None:
-            self.DeclarePeriodicDiscreteUpdateEvent(gauge_period, 0.0, self._measure)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(gauge_period, 0.0, self._gauge_now)
 
-    def _calc_now(self, context: Context, outputs: Vectors) -> None:
-        margin, zmp_margin, com, ground = outputs
+    def _calc_now(self, context: Context, margins: FloatArray) -> None:
         x = self._state_port.Eval(context)
         if not isfinite(x.dot(x)):  # what is not spoils the sum of squares
-            margin[0] = zmp_margin[0] = NO_SUPPORT
-            com[:] = ground[:] = np.nan
+            margins[:2], margins[2:] = NO_SUPPORT, np.nan
             return
         scratch = EvalModelContext(self._scratch, context)
         self._model.SetPositions(scratch, x[: self._layout.num_positions])
+        com, contacts = margins[COM], self._contact_port.Eval(context)
         com[:] = self._model.CalcCenterOfMassPositionInWorld(scratch)
-        ground[0] = measure_margins(
-            com, self._contact_port.Eval(context), self._position_port.Eval(context),
-            self._force_port.Eval(context), NO_SUPPORT, margin, zmp_margin,
-        )  # fmt: skip
+        margins[GROUND] = measure_margins(
+            com, contacts[:4], contacts[PLACES:SLIPS], contacts[FORCES:PLACES], NO_SUPPORT, margins
+        )
 
-    def _update(self, context: Context, state: DiscreteValues) -> EventStatus:
+    def _update(self, context: Context, states: State) -> EventStatus:
         x = self._state_port.Eval(context)
         if not isfinite(x.dot(x)):
             return EventStatus.ReachedTermination(self, "stopped: the robot's state is not finite")
-        margin, zmp_margin, _, ground = self.instant.Eval(context)
-        value = state.get_mutable_value  # begins as a copy of the Context's: the kernel goes on
-        now = (float(margin[0]), float(zmp_margin[0]), float(ground[0]))
+        margin, zmp_margin, *_, ground = self.parts.Eval(context).tolist()
+        state = states.get_mutable_discrete_state()
+        memory = state.get_mutable_value(self._memory)  # begins as the Context's: it goes on
+        fallen, recent = memory[:2], memory[3:]
         known = context.get_time() > FIRST * self._period
-        watch = (value(self._recent), value(self._least), value(self._fallen))
+        watch = (recent, state.get_mutable_value(self._least), fallen)
+        now = (margin, zmp_margin, ground)
         upright = watch_margins(x, self._base, now, known, self._limits, watch)
-        fallen = watch[2]
-        if self._gauge is not None and isnan(state.value(self._further)[0]):
+        if known and self._gauge is not None and not memory[2]:
             self._measure(context, state)  # the first time, as soon as contacts are known
         if fallen[0] > FALL_TIME:
             tilt = np.degrees(np.arccos(max(upright, -1.0)))
@@ -128,6 +124,9 @@ class StabilityMonitor(LeafSystem):
         if fallen[1] > FALL_TIME:
             return EventStatus.ReachedTermination(self, "fell: the trunk is down at its feet")
         return EventStatus.Succeeded()
+
+    def _gauge_now(self, context: Context, state: State) -> None:
+        self._measure(context, state.get_mutable_discrete_state())
 
     def _measure(self, context: Context, state: DiscreteValues) -> None:
         """The margins that take longer, and so are held for a while."""
@@ -142,10 +141,10 @@ class StabilityMonitor(LeafSystem):
         whole = model.CalcSpatialMomentumInWorldAboutPoint(scratch, com)
         momentum = np.concatenate([whole.rotational(), whole.translational()])
         before = context.get_discrete_state(self._momentum).value()
-        robot = self._layout.read(x)
+        robot, contacts = self._layout.read(x), self._contact_port.Eval(context)
         posture = Posture(
-            bearing=self._contact_port.Eval(context),
-            places=self._position_port.Eval(context).reshape(4, 3),
+            bearing=contacts[:4],
+            places=contacts[PLACES:SLIPS].reshape(4, 3),
             com=com,
             com_velocity=momentum[3:] / self._gauge.mass,
             p_WB=robot.p_WB,
@@ -159,3 +158,4 @@ class StabilityMonitor(LeafSystem):
             )
         state.set_value(self._momentum, [t, *momentum])
         state.set_value(self._further, self._gauge.measure(posture, demand))
+        state.get_mutable_value(self._memory)[2] = 1.0

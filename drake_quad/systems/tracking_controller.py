@@ -36,8 +36,19 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
-from drake_quad.systems.leaf_system import DeclareModelContext, DeclareStateOutput, EvalModelContext
+from drake_quad.systems.leaf_system import (
+    DeclareModelContext,
+    DeclareStateOutput,
+    EvalModelContext,
+    StateParts,
+)
 from drake_quad.terrain.course import Course
+
+# Places in a controller's own state: after the kernels' memory the last torques, then the state.
+LAST_STATE = MEMORY_SIZE + 12
+# Rows of what it shows together, of both classes below.
+BODY, FEET, QP = slice(0, 5), slice(5, 17), slice(17, 19)
+PAYLOAD, FRICTION = slice(19, 22), slice(22, 26)
 
 
 class Tick(NamedTuple):
@@ -47,11 +58,15 @@ class Tick(NamedTuple):
         scratch: Context of the model plant, which holds the measured state.
         running: Whether the clock follows the plan.
         work: Tick's results, in the slots of WORK.
+        parts: What is shown together, in the rows BODY to FRICTION; goes on a tick.
+        torque: The last torques to feed forward, leg by leg (12,) [Nm]; goes on a tick.
     """
 
     scratch: Context
     running: bool
     work: Records
+    parts: FloatArray
+    torque: FloatArray
 
 
 class Effort(NamedTuple):
@@ -86,6 +101,8 @@ class TrackingController(LeafSystem):
             the gait clock or behind it where that has just stopped or gone on.
         feet_desired: (12,) foot centres that the plan has now, in W [m].
         balance_estimated: See Balance.
+        tracking: Those that only logs ask for, one after the other: body_desired, feet_desired, and
+            what a subclass has beyond these.
     """
 
     NAME = "tracking_controller"
@@ -124,26 +141,27 @@ class TrackingController(LeafSystem):
         self._contact_port = self.DeclareVectorInputPort("contact_state_measured", 4)
         self._target = DeclareStateOutput(self, "joint_state_desired", 24)
         self._torque = DeclareStateOutput(self, "joint_torque_feedforward", 12)
-        self._body = DeclareStateOutput(self, "body_desired", 5)
-        self._feet = DeclareStateOutput(self, "feet_desired", 12)
         self._balance = DeclareStateOutput(self, "balance_estimated", BALANCE_SIZE)
-        # Not for others: footholds, and the last state that was known.
-        self._memory = int(self.DeclareDiscreteState(MEMORY_SIZE))
+        desired = {"body_desired": np.zeros(5), "feet_desired": np.zeros(12)}
+        self.parts = StateParts(self, "tracking", desired | self._own_parts())
+        # Not for others: the kernels' memory, the last torques, and the last state that was known.
         default = model.GetPositionsAndVelocities(model.CreateDefaultContext())
-        self._last = int(self.DeclareDiscreteState(default))
+        self._memory = int(
+            self.DeclareDiscreteState(np.concatenate([np.zeros(LAST_STATE), default]))
+        )
         self._scratch = DeclareModelContext(self, model, lambda: new_record(WORK))
         self.DeclareInitializationDiscreteUpdateEvent(self._initialize)
         self.DeclarePeriodicDiscreteUpdateEvent(control.period, 0.0, self._update)
-        self._declare_state()
 
     def _stance_stiffness(self) -> float:
         """Share of the joints' stiffness that a loaded leg keeps."""
         return 1.0
 
-    def _declare_state(self) -> None:
-        """Declares what else a subclass has."""
+    def _own_parts(self) -> dict[str, FloatArray]:
+        """The first values of what a subclass shows beyond the ports here, by the ports' names."""
+        return {}
 
-    def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
+    def _calc_torque(self, tick: Tick) -> Effort:
         """The joint torques to feed forward; a subclass has them.
 
         It may change the target in `tick.work`.
@@ -151,7 +169,7 @@ class TrackingController(LeafSystem):
         raise NotImplementedError
 
     def _initialize(self, context: Context, state: DiscreteValues) -> None:
-        last = context.get_discrete_state(self._last).value()
+        last = context.get_discrete_state(self._memory).value()[LAST_STATE:]
         estimated, robot = self._state_port.Eval(context), self._robot
         legs = leg_array(robot.geometry)
         measured = measure(self._layout, legs, robot.foot_radius, estimated, last)
@@ -159,8 +177,8 @@ class TrackingController(LeafSystem):
         balance = np.zeros(BALANCE_SIZE)
         balance[:3] = balance[Balance.BODY : Balance.BODY + 3] = measured.p
         balance[Balance.FEET : Balance.BODY] = feet.ravel()
-        state.set_value(self._memory, new_memory(feet))
-        state.set_value(self._last, measured.state)
+        memory = [new_memory(feet), np.zeros(12), measured.state]
+        state.set_value(self._memory, np.concatenate(memory))
         state.set_value(self._target, np.concatenate([measured.q[order], np.zeros(12)]))
         state.set_value(self._balance, balance)
 
@@ -173,15 +191,17 @@ class TrackingController(LeafSystem):
         )  # fmt: skip
         # `state` begins as a copy of the Context's values: the kernels go on from it in place.
         value = state.get_mutable_value
-        last = value(self._last)
+        memory, parts = value(self._memory), value(self.parts.index)
+        last = memory[LAST_STATE:]
         compute_targets(
-            plan.tables, inputs, self._constants, value(self._memory), last, work, self._ground
+            plan.tables, inputs, self._constants, memory[:MEMORY_SIZE], last, work, self._ground
         )
         self._model.SetPositionsAndVelocities(scratch, last)
-        tick = Tick(scratch, bool(inputs.phase[MODE] == RUN), work)
-        torque, com = self._calc_torque(context, state, tick)
+        running = bool(inputs.phase[MODE] == RUN)
+        tick = Tick(scratch, running, work, parts, memory[MEMORY_SIZE:LAST_STATE])
+        torque, com = self._calc_torque(tick)
         commands = Commands(
-            value(self._target), value(self._torque), value(self._body), value(self._feet),
+            value(self._target), value(self._torque), parts[BODY], parts[FEET],
             value(self._balance),
         )  # fmt: skip
         compute_commands(torque, com, self._constants, work, commands)
@@ -206,7 +226,7 @@ class IkController(TrackingController):
 
     NAME = "ik_controller"
 
-    def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
+    def _calc_torque(self, tick: Tick) -> Effort:
         """Torques (12,) that carry the legs' weight and the standing feet's forces."""
         com = self._model.CalcCenterOfMassPositionInWorld(tick.scratch)
         cx, cy, cz = com.tolist()
@@ -271,22 +291,22 @@ class WholeBodyController(TrackingController):
     def _stance_stiffness(self) -> float:
         return self._control.stance_stiffness
 
-    def _declare_state(self) -> None:
-        self._raw_torque = int(self.DeclareDiscreteState(12))
-        self._qp = DeclareStateOutput(self, "qp_state", 2)
-        self._payload = DeclareStateOutput(self, "carried_estimated", 3)
-        assumed = np.full(4, self._control.friction)
-        self._friction = DeclareStateOutput(self, "friction_estimated", assumed)
+    def _own_parts(self) -> dict[str, FloatArray]:
+        return {
+            "qp_state": np.zeros(2),
+            "carried_estimated": np.zeros(3),
+            "friction_estimated": np.full(4, self._control.friction),
+        }
 
-    def _calc_torque(self, context: Context, state: DiscreteValues, tick: Tick) -> Effort:
-        model, work = self._model, tick.work
+    def _calc_torque(self, tick: Tick) -> Effort:
+        model, work, parts, torque = self._model, tick.work, tick.parts, tick.torque
         M = model.CalcMassMatrix(tick.scratch)
         program, sound, com = plan_forces(
             M, model.CalcBiasTerm(tick.scratch), tick.running, self._constants, work,
-            state.get_mutable_value(self._payload), state.get_mutable_value(self._friction),
+            parts[PAYLOAD], parts[FRICTION],
         )  # fmt: skip
         x = solve(program) if sound else None
-        qp, torque = state.get_mutable_value(self._qp), state.get_mutable_value(self._raw_torque)
+        qp = parts[QP]
         if x is not None:
             torques_of(x, work, torque)
             qp[1] = 0.0

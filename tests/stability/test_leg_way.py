@@ -13,6 +13,7 @@ from drake_quad.stability.capture_point import (
     directions,
     find_pressure_area,
     held_back,
+    pressure_reach,
     push_budget,
     way_out,
 )
@@ -140,11 +141,12 @@ def test_legs_only_take_away_from_the_budget(seed: int) -> None:
     (x, y), (vx, vy) = feet[:, :2].mean(axis=0), rng.uniform(-0.1, 0.1, 2)
     body = Pendulum(x, y, 0.85, vx, vy)
     region, area = find_region(contacts), find_pressure_area(contacts, body)
-    free = push_budget(region, area, body, WAYS)
+    reach = pressure_reach(region, area, body, WAYS)
+    free = push_budget(region, reach, body, WAYS)
     legs = rng.uniform(0.05, 1.0, len(WAYS))
-    held = push_budget(region, area, body, WAYS, legs)
+    held = push_budget(region, reach, body, WAYS, legs)
     assert np.all(held <= free + 1e-12)
-    far = push_budget(region, area, body, WAYS, np.full(len(WAYS), 10.0))
+    far = push_budget(region, reach, body, WAYS, np.full(len(WAYS), 10.0))
     np.testing.assert_allclose(far, free, rtol=1e-12, atol=1e-12)
 
 
@@ -160,7 +162,8 @@ def test_room_around_caps_the_throw(seed: int, share: float) -> None:
     region, area = find_region(contacts), find_pressure_area(contacts, body)
     around = max(region.margin(body.x, body.y), 0.0)
     assert np.all(around <= way_out(region, body.x, body.y, WAYS) + 1e-9)
-    budget = push_budget(region, area, body, WAYS, swing_back=share)
-    free = push_budget(region, area, body, WAYS)
+    reach = pressure_reach(region, area, body, WAYS)
+    budget = push_budget(region, reach, body, WAYS, swing_back=share)
+    free = push_budget(region, reach, body, WAYS)
     np.testing.assert_allclose(budget, np.minimum(free, body.rate * around / share), atol=1e-9)
     assert 0.0 < SWING_BACK < 1.0

@@ -9,6 +9,7 @@ from drake_quad.stability.capture_point import (
     capture_margin,
     directions,
     find_pressure_area,
+    pressure_reach,
     push_budget,
     way_out,
 )
@@ -28,7 +29,8 @@ WAYS = directions(16)
 
 def budget_of(contacts: Contacts, body: Pendulum) -> tuple[np.ndarray, Region]:
     region = find_region(contacts)
-    return push_budget(region, find_pressure_area(contacts, body), body, WAYS), region
+    far = pressure_reach(region, find_pressure_area(contacts, body), body, WAYS)
+    return push_budget(region, far, body, WAYS), region
 
 
 @FEW

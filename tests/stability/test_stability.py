@@ -18,9 +18,9 @@ NONE = -9.0
 
 def judged(com: FloatArray, bearing: FloatArray, feet: FloatArray, force: FloatArray) -> FloatArray:
     """Margin, margin of the centre of pressure, and the ground's height."""
-    margin, zmp = np.zeros(1), np.zeros(1)
-    ground = measure_margins(com, bearing, feet.ravel(), force.ravel(), NONE, margin, zmp)
-    return np.array([margin[0], zmp[0], ground])
+    margins = np.zeros(2)
+    ground = measure_margins(com, bearing, feet.ravel(), force.ravel(), NONE, margins)
+    return np.array([*margins, ground])
 
 
 @given(point, four_feet, standing)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from pydrake.systems.analysis import Simulator
 from rig import (
+    contacts_of,
     course_of,
     fix_inputs,
     flat_course,
@@ -67,8 +68,8 @@ class Monitor:
         if velocity is not None:
             state[model_layout().v_base + 3 : model_layout().v_base + 6] = velocity
         fix_inputs(
-            self.system, self.context, robot_state=state, contact_state_measured=self.bearing,
-            foot_contact_position=places.ravel(), foot_force_measured=np.zeros(12),
+            self.system, self.context, robot_state=state,
+            contacts=contacts_of(self.bearing, places, np.zeros((4, 3))),
         )  # fmt: skip
         self.simulator.AdvanceTo(self.context.get_time() + ticks * PERIOD + 1e-3)
         return read(self.system, self.context, "further_margins")

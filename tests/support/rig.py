@@ -175,6 +175,17 @@ def fix_inputs(system: LeafSystem, context: Context, **values: object) -> None:
         port.FixValue(context, value)
 
 
+def contacts_of(bearing: FloatArray, places: FloatArray, forces: FloatArray) -> FloatArray:
+    """What a ContactMonitor shows on `contacts`, with no slip and nothing but feet touching.
+
+    Args:
+        bearing: 1 where a foot bears (4,).
+        places: Where the feet's forces act in W (4, 3) [m].
+        forces: The forces in W (4, 3) [N].
+    """
+    return np.concatenate([bearing, forces.ravel(), places.ravel(), np.zeros(6)])
+
+
 def read(system: LeafSystem, context: Context, name: str) -> FloatArray:
     """The vector that an output port has now."""
     return np.array(system.GetOutputPort(name).Eval(context))
@@ -183,6 +194,7 @@ def read(system: LeafSystem, context: Context, name: str) -> FloatArray:
 __all__ = [
     "GRAVITY",
     "URL",
+    "contacts_of",
     "course_of",
     "feet_of",
     "fix_inputs",

@@ -6,7 +6,7 @@ from control_rig import com_of
 from hypothesis import given, settings, strategies as st
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
-from rig import fix_inputs, model_layout, model_plant, read, stand_plan, state_of
+from rig import contacts_of, fix_inputs, model_layout, model_plant, read, stand_plan, state_of
 
 from drake_quad.common import FloatArray
 from drake_quad.stability.margins import FALL_TIME
@@ -38,9 +38,7 @@ class Monitor:
             self.system,
             self.context,
             robot_state=self.state,
-            contact_state_measured=self.bearing,
-            foot_contact_position=self.feet.ravel(),
-            foot_force_measured=self.force.ravel(),
+            contacts=contacts_of(self.bearing, self.feet, self.force),
         )
         return self.simulator.AdvanceTo(self.context.get_time() + ticks * PERIOD)
 
@@ -65,12 +63,15 @@ def random_monitor(seed: int) -> Monitor:
 
 
 def test_the_port_of_all_margins_shows_the_ports_of_each() -> None:
-    """One after the other, in the rows that its Instant tells, which a log goes by."""
+    """One after the other, in the rows that its parts tell, which a log goes by."""
     monitor = random_monitor(3)
     monitor.run()
-    together, instant = monitor.read("margins"), monitor.system.instant
-    assert len(together) == sum(instant.sizes) and np.ptp(together) > 0.0
-    for name, rows in instant.rows.items():
+    together, parts = monitor.read("margins"), monitor.system.parts
+    assert np.ptp(together) > 0.0
+    assert sorted(k for rows in parts.rows.values() for k in range(rows.start, rows.stop)) == list(
+        range(len(together))
+    )
+    for name, rows in parts.rows.items():
         np.testing.assert_array_equal(together[rows], monitor.read(name))
 
 
@@ -247,9 +248,7 @@ def test_two_contexts_of_one_monitor_are_two_monitors() -> None:
         a.system,
         context,
         robot_state=moved,
-        contact_state_measured=np.ones(4),
-        foot_contact_position=a.feet.ravel(),
-        foot_force_measured=a.force.ravel(),
+        contacts=contacts_of(np.ones(4), a.feet, a.force),
     )
     other.AdvanceTo(0.02)
     a.run()
