@@ -1,7 +1,7 @@
 """From what was seen to a plan: the map is made of the belief, and of nothing else.
 
 Of `course` and `world` the robot learns nothing here. What it is told is where it stands, that it
-stands on a floor, and how far the ground is level beyond the last step.
+stands on a floor, how far the ground is level beyond the last step, and whether to come back.
 """
 
 import copy
@@ -40,18 +40,19 @@ def blind_scenario(scenario: Scenario) -> Scenario:
     return blind
 
 
-def map_of_sight(sight: Sight, blind: PreparedScenario) -> StairMap:
+def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> StairMap:
     """The map of what was seen.
 
     Args:
+        scenario: The scenario, of whose course the robot is told only whether it is to come back.
         sight: What was seen.
         blind: The robot as it stood and looked.
 
     Raises:
         PlanningError: There is nothing to climb in it.
     """
-    scenario, stance = blind.scenario, blind.stance
-    return make_stair_map(
+    stance = blind.stance
+    found = make_stair_map(
         sight.belief,
         sight.level,
         standing=stance.body[:2],
@@ -60,6 +61,8 @@ def map_of_sight(sight: Sight, blind: PreparedScenario) -> StairMap:
         landing=scenario.perception.landing,
         reach=_reach(robot_stance(blind.settings)),
     )
+    back = [element for element in scenario.course if element.kind == "return"]
+    return replace(found, elements=(*found.elements, *back))
 
 
 def _reach(stance: FloatArray) -> float:
@@ -104,7 +107,7 @@ def plan_on_sight(
         PlanningError: There is nothing to climb, or no plan for it.
         InputError: What is believed is no course.
     """
-    found = map_of_sight(sight, blind)
+    found = map_of_sight(scenario, sight, blind)
     robot = blind.robot
     course = found.course(foot_radius=robot.foot_radius)
     told = scenario_of_map(scenario, found)

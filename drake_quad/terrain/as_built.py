@@ -54,7 +54,7 @@ def find_groups(course: Course) -> list[RiserGroup]:
     """The flights in walking order, those that meet put together."""
     elements = list(dict.fromkeys(box.element for box in course.boxes if "_tread_" in box.name))
     groups: list[RiserGroup] = []
-    for index, lane in enumerate(course.lanes):
+    for index, lane in enumerate(course.outward):
         for k, flight in enumerate(lane.flights):
             element = elements.pop(0)
             before = groups[-1] if groups else None
@@ -362,6 +362,11 @@ def build_as_built(
     groups = find_groups(course)
     if errors == replace(MapErrors(), random=errors.random) or not groups:
         return course
+    if course.returning:
+        turn = course.turns[len(course.outward) - 1]
+        outward = course.without_way_back()
+        built = build_as_built(outward, errors, generator=generator, source=source)
+        return built.with_way_back(turn)
     refuse_slopes(course, groups, source)
     rise, run = _draw(groups, errors, generator)
     breaks = [moved_breaks(lane, i, groups, run, source) for i, lane in enumerate(course.lanes)]

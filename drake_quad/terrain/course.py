@@ -21,7 +21,7 @@ from drake_quad.jit import jit
 from drake_quad.math.rotations import rotation
 from drake_quad.terrain.boxes import Box, Slab, first_overlap, make_box, move_face
 from drake_quad.terrain.elements import DEFAULT_WIDTH, Element, check_elements
-from drake_quad.terrain.lane import EDGE, Flight, Lane, flight_parts
+from drake_quad.terrain.lane import EDGE, Flight, Lane, flight_parts, reverse_lane
 
 
 class Layout:
@@ -32,11 +32,14 @@ class Layout:
         self.turns: list[float] = []
         self.slabs: list[Slab] = []
         self.z = height
+        self.turn_back = 0.0
         self._begin_lane(origin=origin, yaw=yaw, run_in=0.0)
 
     def add(self, index: int, element: Element) -> None:
         """Lays one checked element."""
-        if element.turn:
+        if element.kind == "return":
+            self.turn_back = element.turn
+        elif element.turn:
             self._add_turn(index, element)
         elif element.kind == "stairs":
             self._add_flight(index, element)
@@ -46,8 +49,10 @@ class Layout:
             self._add_stretch(index, element)
 
     def finish(self) -> None:
-        """Ends the last lane where the course ends."""
-        self._end_lane(run_out=0.0)
+        """Ends the last lane where the course ends, or in the middle of what it turns back on."""
+        half = 0.5 * (self._breaks[-1] - self._breaks[-2]) if self.turn_back else 0.0
+        self._breaks[-1] -= half
+        self._end_lane(run_out=half)
 
     def _begin_lane(self, *, origin: FloatArray, yaw: float, run_in: float) -> None:
         self._origin, self._yaw, self._run_in = origin, yaw, run_in
@@ -172,6 +177,7 @@ class Course:
     Attributes:
         lanes: The straight stretches, in walking order.
         turns: The turn at the end of each lane but the last [rad], left positive.
+        returning: How many lanes, the last ones, lead back over the ground of those before.
         boxes: The solids. On the map, boxes of different elements never overlap; only on a
             landing with an oblique turn do boxes of one element overlap, their tops level, and on
             stairs with an overhang or open risers, one over the other.
@@ -180,6 +186,27 @@ class Course:
     lanes: tuple[Lane, ...]
     turns: tuple[float, ...]
     boxes: tuple[Box, ...]
+    returning: int = 0
+
+    @property
+    def outward(self) -> tuple[Lane, ...]:
+        """The lanes without those that lead back."""
+        return self.lanes[: len(self.lanes) - self.returning]
+
+    def without_way_back(self) -> "Course":
+        """The same ground, walked to where the course turns back."""
+        lanes = self.outward
+        return Course(lanes, self.turns[: len(lanes) - 1], self.boxes)
+
+    def with_way_back(self, turn: float) -> "Course":
+        """The same ground, walked back to where the course began.
+
+        Args:
+            turn: The turn at the end, by which the robot turns back [rad], left positive.
+        """
+        back = tuple(reverse_lane(lane) for lane in reversed(self.lanes))
+        turns = (*self.turns, turn, *(-angle for angle in reversed(self.turns)))
+        return Course((*self.lanes, *back), turns, self.boxes, len(back))
 
     @cached_property
     def _tops(self) -> tuple[FloatArray, ...]:
@@ -205,7 +232,7 @@ class Course:
     def nosings(self) -> FloatArray:
         """The nosings (m, 2, 3) in W [m]: of each its right and its left end."""
         ends = []
-        for lane in self.lanes:
+        for lane in self.outward:
             for (s, z), yaw in zip(lane.nosings(), lane.nosing_yaws(), strict=True):
                 half = float(lane.half_widths[lane.interval(s)])
                 aside = half * math.tan(yaw)
@@ -241,7 +268,9 @@ def build_course(
     """Checks the elements and lays them out, one after the other.
 
     A landing of length L with a turn has its pivot at its middle: the lane ends there, and the
-    next lane begins there with the new heading; the landing reaches L/2 along either.
+    next lane begins there with the new heading; the landing reaches L/2 along either. A course
+    that ends with `return` turns in the middle of what is before, and has its lanes once more, the
+    other way round.
 
     Args:
         elements: The course in walking order; first and last a floor or a landing.
@@ -273,7 +302,8 @@ def build_course(
             remedy=f"runs into course[{old.element}]: "
             + _way_out(elements, old.element, new.element),
         )
-    return Course(lanes=tuple(layout.lanes), turns=tuple(layout.turns), boxes=tuple(boxes))
+    course = Course(lanes=tuple(layout.lanes), turns=tuple(layout.turns), boxes=tuple(boxes))
+    return course.with_way_back(layout.turn_back) if layout.turn_back else course
 
 
 def _way_out(elements: Sequence[Element], old: int, new: int) -> str:

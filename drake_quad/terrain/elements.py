@@ -24,6 +24,7 @@ STEPS_MAX = 1000  # of a flight
 RISE_MAX, RUN_MAX = 2.0, 5.0  # [m] of a step: more is a slip of the pen, such as of millimetres
 RUN_MIN = 0.10  # [m]
 FOOT_ROOM = 0.02  # [m] of tread before and behind a foot
+BACK_DEG = 180.0  # by which a robot turns to go back
 STEEPEST = 0.7  # rise over length of a slope: on anything steeper nothing stands by friction
 
 
@@ -50,6 +51,7 @@ FIELDS_OF_KIND: dict[str, tuple[str, ...]] = {
     "block": ("length", "height", "width"),
     "curb": ("going", "height"),
     "slope": ("going", "length", "height", "width"),
+    "return": ("turn_deg",),
 }
 
 
@@ -65,7 +67,7 @@ class Element:
         default="",
         metadata={
             "words": tuple(FIELDS_OF_KIND),
-            TEXT: "`floor`, `stairs`, `landing`, `block`, `curb` or `slope`",
+            TEXT: "`floor`, `stairs`, `landing`, `block`, `curb` or `slope`; `return` at the end",
         },
     )
     length: float | None = number(
@@ -81,7 +83,10 @@ class Element:
         "landing to turn on its `length`",
     )
     turn_deg: float | None = number(
-        None, "deg", "Turn on the landing, left positive, within ±180; not given: straight on"
+        None,
+        "deg",
+        "Turn on the landing, left positive, within ±180; not given: straight on. Of `return` 180, "
+        "which is the default, or -180",
     )
     going: str | None = number(None, "", "`up` or `down`")
     rise: float | None = number(
@@ -123,7 +128,8 @@ class Element:
     @property
     def turn(self) -> float:
         """The angle by which the robot turns on it [rad], left positive."""
-        return math.radians(self.turn_deg or 0.0)
+        default = BACK_DEG if self.kind == "return" else 0.0
+        return math.radians(default if self.turn_deg is None else self.turn_deg)
 
     @property
     def turning_width(self) -> float:
@@ -309,11 +315,30 @@ def check_elements(
     ]
     for checker in checkers:
         checker.check(run_min, turning_space)
+    for checker in checkers[:-1]:
+        if checker.element.kind == "return":
+            raise checker.error("kind", "is where the course ends: nothing may follow it")
+    if checkers[-1].element.kind == "return":
+        _check_return(checkers, turning_space)
+        checkers.pop()
     for checker in (checkers[0], checkers[-1]):
         if checker.element.kind not in LEVEL:
             raise checker.error("kind", "a course begins and ends on a floor or a landing")
     for before, checker in pairwise(checkers):
         _check_edge(before.element, checker)
+
+
+def _check_return(checkers: Sequence["_ElementChecker"], turning_space: float) -> None:
+    """The way back begins in the middle of a floor or a landing that is large enough to turn on."""
+    own = checkers[-1]
+    before = checkers[-2].element if len(checkers) > 1 else None
+    if before is None or before.kind not in LEVEL or before.turn_deg:
+        raise own.error("kind", "must follow a floor or a landing that leads straight on")
+    for field in ("length", "width"):
+        size = getattr(before, field)
+        if size is not None and size < turning_space:
+            remedy = f"too small to turn back on: must be at least {turning_space} m"
+            raise checkers[-2].error(field, remedy)
 
 
 def _check_edge(before: Element, checker: Checker) -> None:
@@ -351,6 +376,10 @@ class _ElementChecker(Checker):
                 raise self.error(name, "must be more than 0 m")
         if kind in ("block", "curb") and self.number("height") > RISE_MAX:
             raise self.error("height", f"must be at most {RISE_MAX:g} m; in metres?")
+        if kind == "return":
+            if self.element.turn_deg is not None and abs(self.number("turn_deg")) != BACK_DEG:
+                raise self.error("turn_deg", f"must be {BACK_DEG:g} or -{BACK_DEG:g} degrees")
+            return
         if kind == "slope" and self.number("height") > STEEPEST * self.number("length"):
             raise self.error("height", f"too steep: at most {STEEPEST:g} of the length")
         if self.element.turn_deg:

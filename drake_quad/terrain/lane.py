@@ -1,5 +1,6 @@
 """A straight stretch of a course as a step profile, and the flights on it."""
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, read_only
 from drake_quad.math.rotations import rotation
 
 
@@ -267,6 +268,46 @@ class Lane:
         """The treads of a flight as (n, 3) rows (s at start, s at end, z) [m]."""
         own = slice(flight.first, flight.last + 1)
         return np.stack([self.breaks[:-1][own], self.breaks[1:][own], self.heights[own]], axis=-1)
+
+
+def reverse_lane(lane: Lane) -> Lane:
+    """The lane walked the other way: from where it ends, back to its origin.
+
+    Every flight has a riser before each of its treads. So the last tread of a flight, level with
+    what follows it, is before the reversed one; as that one's last tread serves a piece of the
+    ground before the flight, as deep as the flight's first tread, or half of that ground.
+    """
+    lengths = np.diff(lane.breaks)
+    ends = lane.heights + lane.gradients * lengths
+    columns = (lengths, ends, 0.0 - lane.gradients, lane.half_widths)
+    numbers = (column[::-1].tolist() for column in columns)
+    pieces = [list(piece) for piece in zip(*numbers, lane.kinds[::-1], strict=True)]
+    count = len(pieces)
+    flights: list[Flight] = []
+    for cut, flight in enumerate(reversed(lane.flights)):
+        level, last = (count - 1 - k + cut for k in (flight.last, flight.first))
+        if pieces[level - 1][-1] != "tread":
+            pieces[level][-1] = pieces[level - 1][-1]
+        length, height, gradient, half_width, kind = pieces[last + 1]
+        deep = min(pieces[last][0], 0.5 * length)
+        tread = [deep, height, gradient, half_width, "tread" if gradient == 0.0 else kind]
+        rest = [length - deep, height + gradient * deep, gradient, half_width, kind]
+        pieces[last + 1 : last + 2] = [tread, rest]
+        going = "down" if flight.going == "up" else "up"
+        flights.append(flight._replace(first=level + 1, last=last + 1, going=going))
+    deep_of, heights, gradients, half_widths, kinds = zip(*pieces, strict=True)
+    return Lane(
+        p_WL=read_only(lane.point(lane.length)),
+        yaw=lane.yaw + math.pi,
+        breaks=read_only(np.concatenate([[0.0], np.cumsum(deep_of)])),
+        heights=read_only(np.array(heights)),
+        gradients=read_only(np.array(gradients)),
+        half_widths=read_only(np.array(half_widths)),
+        kinds=kinds,
+        flights=tuple(flights),
+        run_in=lane.run_out,
+        run_out=lane.run_in,
+    )
 
 
 def without_collinear(

@@ -225,3 +225,19 @@ def test_the_shipped_scenario_climbs_what_it_sees(seed: int) -> None:
     assert result.outcome == "goal_reached", result.reason
     assert result.summary["safety"]["safe"] is True
     assert result.summary["seen"]["count_least"] == result.summary["seen"]["count_true"]
+
+
+def test_a_robot_that_is_told_to_comes_back_down_the_stairs_that_it_saw() -> None:
+    """Half a turn on the landing that it was told of; then down the steps of its own map."""
+    back = "course=[{kind: floor, length: 2.2}, {kind: stairs, going: up, rise: 0.13, run: 0.50, "
+    back += "count: 3}, {kind: landing, length: 3.0}, {kind: return}]"
+    p = prepared(back, "perception.landing=2.5")
+    assert p.sight is not None and not p.sight.refused
+    assert [task.kind for task in p.tasks] == ["stand", "walk", "spin", "walk", "stand"]
+    there, again = p.course.lanes
+    np.testing.assert_array_equal(p.course.nosings(), prepared().course.nosings())
+    assert len(again.flights) == 1 and again.flights[0].going == "down"
+    end = p.plan.plans[-1].end
+    assert end.feet[:, 2].max() < p.course.boxes[0].top + 0.05
+    assert abs(np.remainder(end.body[4] - there.yaw, 2.0 * np.pi) - np.pi) < 1e-6
+    judge_plan(p)
