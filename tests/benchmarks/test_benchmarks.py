@@ -236,3 +236,16 @@ def test_benchmark_of_checks_gives_the_checks_answers(
     )
     assert [row["feasible"] for row in rows] == [True, False]
     assert all(row["wall"] > 0.0 and row["processor"] > 0.0 for row in rows)
+
+
+def test_benchmark_of_robots_times_the_command(load: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A yes and a no in processes of their own; robots that are not installed have no row."""
+    check = load("check")
+    monkeypatch.setitem(check.STEEPEST, "paper_quadruped", (0.1, 0.3))
+    monkeypatch.setattr(check, "TEN", 1)
+    row = check.measure_robot("paper_quadruped")
+    assert row["yes"]["feasible"] and not row["no"]["feasible"]
+    for kind in ("yes", "no", "warm"):
+        assert row[kind]["wall"] > 0.0 and row[kind]["processor"] > 0.0
+    assert "| paper_quadruped | 0.1 × 0.3 m | yes |" in check.robots_table([row])
+    assert check.measure_robot("not_a_robot") is None
