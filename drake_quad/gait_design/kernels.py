@@ -225,27 +225,35 @@ def place_points(
     cp, sp = pose.cosine, pose.sine
     sa, ca = sin(q[0]), cos(q[0])
     x, z = -leg.thigh * sin(q[1]), -leg.thigh * cos(q[1])
-    knee, hip = np.empty(3), np.empty(3)
-    for part in range(2):
-        px, pz = (x, z + leg.raised) if part == 0 else (0.0, leg.raised)
-        bx = leg.x + px
-        by = leg.y + ca * leg.offset - sa * pz
-        bz = leg.z + sa * leg.offset + ca * pz
-        into = knee if part == 0 else hip
-        into[0], into[1] = pose.x + cp * bx + sp * bz, pose.y + by
-        into[2] = pose.z - sp * bx + cp * bz
+    knee_x, knee_y, knee_z = _from_hip(leg, x, z + leg.raised, pose, ca, sa)
+    hip_x, hip_y, hip_z = _from_hip(leg, 0.0, leg.raised, pose, ca, sa)
     c, s = cos(q[1] + q[2]), sin(q[1] + q[2])
     ax, ay, az = cp * c - sp * ca * s, sa * s, -sp * c - cp * ca * s  # the shank's x in W
     for i in range(SHANK):
-        for j in range(3):
-            points[i, j] = knee[j] + SHANK_POINTS[i] * (foot[j] - knee[j])
-        points[i, 0] += offsets[i] * ax
-        points[i, 1] += offsets[i] * ay
-        points[i, 2] += offsets[i] * az
+        share = SHANK_POINTS[i]
+        points[i, 0] = knee_x + share * (foot[0] - knee_x) + offsets[i] * ax
+        points[i, 1] = knee_y + share * (foot[1] - knee_y) + offsets[i] * ay
+        points[i, 2] = knee_z + share * (foot[2] - knee_z) + offsets[i] * az
     for i in range(THIGH):
         share = (i + 1.0) / (THIGH + 1.0)
-        for j in range(3):
-            points[SHANK + i, j] = knee[j] + share * (hip[j] - knee[j])
+        points[SHANK + i, 0] = knee_x + share * (hip_x - knee_x)
+        points[SHANK + i, 1] = knee_y + share * (hip_y - knee_y)
+        points[SHANK + i, 2] = knee_z + share * (hip_z - knee_z)
+
+
+@jit
+def _from_hip(
+    leg: LegConstants, x: float, z: float, pose: Pose, ca: float, sa: float
+) -> tuple[float, float, float]:
+    """A point of a leg's plane in W [m], x ahead of the hip and z above it, abducted by ca, sa."""
+    bx = leg.x + x
+    by = leg.y + ca * leg.offset - sa * z
+    bz = leg.z + sa * leg.offset + ca * z
+    return (
+        pose.x + pose.cosine * bx + pose.sine * bz,
+        pose.y + by,
+        pose.z - pose.sine * bx + pose.cosine * bz,
+    )
 
 
 SURE = 1e-9  # [m] by which a bound may be wrong, for rounding
@@ -291,29 +299,25 @@ def pose_trunk_clearance(
         boxes: The trunk's boxes: one about all the others, then these (1 + K, 2, 3) [m].
         least: Clearance found elsewhere [m].
     """
-    low, high, widest = np.empty(3), np.empty(3), 0.0
-    for axis in range(3):
-        low[axis], high[axis] = points[0, axis], points[0, axis]
-        for i in range(1, SHANK):
-            low[axis], high[axis] = (
-                min(low[axis], points[i, axis]),
-                max(high[axis], points[i, axis]),
-            )
-    for i in range(SHANK):
+    low_x, low_y, low_z = points[0, 0], points[0, 1], points[0, 2]
+    high_x, high_y, high_z, widest = low_x, low_y, low_z, radii[0]
+    for i in range(1, SHANK):
+        low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
+        low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
+        low_z, high_z = min(low_z, points[i, 2]), max(high_z, points[i, 2])
         widest = max(widest, radii[i])
     for k in range(len(boxes)):
-        lower, upper = boxes[k, 0], boxes[k, 1]
-        square = 0.0
-        for axis in range(3):
-            out = max(max(lower[axis] - high[axis], low[axis] - upper[axis]), 0.0)
-            square += out * out
+        x = max(max(boxes[k, 0, 0] - high_x, low_x - boxes[k, 1, 0]), 0.0)
+        y = max(max(boxes[k, 0, 1] - high_y, low_y - boxes[k, 1, 1]), 0.0)
+        z = max(max(boxes[k, 0, 2] - high_z, low_z - boxes[k, 1, 2]), 0.0)
+        square = x * x + y * y + z * z
         if square > 0.0 and sqrt(square) - SURE - widest >= least:
             if k == 0:
                 return least  # no nearer to those within
             continue
         if k == 0:
             continue
-        before = 0.0
+        lower, upper, before = boxes[k, 0], boxes[k, 1], 0.0
         for i in range(SHANK):
             here = point_to_box(points[i], lower, upper)
             least = min(least, here - radii[i])
@@ -347,7 +351,9 @@ def clearance_between_legs(
             x, y = front[i, 0] - rear[j, 0], front[i, 1] - rear[j, 1]
             z = front[i, 2] - rear[j, 2]
             thick = front_radii[i if i < SHANK else 0] + rear_radii[j if j < SHANK else 0]
-            least = min(least, sqrt(x * x + y * y + z * z) - thick)
+            square, most = x * x + y * y + z * z, least + thick + SURE
+            if most > 0.0 and square < most * most:  # most of them are farther, without a root
+                least = min(least, sqrt(square) - thick)
     return least
 
 

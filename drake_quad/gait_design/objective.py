@@ -1,6 +1,7 @@
 """Slacks of candidate gaits on a staircase: reach, joints, torques, margin, clearances."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -95,6 +96,7 @@ def evaluate_candidates(
     return rows
 
 
+@lru_cache(maxsize=8)  # a search asks a thousand times
 def robot_tables(robot: RobotModel, shape: LinkOutline) -> RobotTables:
     """A robot and its outline as the kernels take them."""
     return RobotTables(

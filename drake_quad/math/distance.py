@@ -144,30 +144,19 @@ def _to_step(beside: float, above: float) -> float:
 
 
 @jit
-def ground_distance(
-    s: FloatArray, z: FloatArray, ends: FloatArray, heights: FloatArray
-) -> FloatArray:
-    """Signed distance of points from the ground (N,) [m], negative inside it.
-
-    Args:
-        s: Positions of the points along the profile (N,) [m].
-        z: Heights of the points (N,) [m].
-        ends: Ends of the level stretches along the profile (n + 1,) [m], the outermost infinite.
-        heights: Heights of the stretches (n,) [m].
-    """
-    found = np.empty(len(s))
-    for i in range(len(s)):
-        best = inf
-        for k in range(len(heights)):
-            beside = max(ends[k] - s[i], s[i] - ends[k + 1])
-            if beside > 0.0 and beside >= best:
-                continue
-            best = min(best, _to_step(beside, z[i] - heights[k]))
-        found[i] = best
-    return found
+def _to_ground(s: float, z: float, ends: FloatArray, heights: FloatArray) -> float:
+    """Signed distance of a point from the level stretches of `profile_distance` [m]."""
+    best = inf
+    for k in range(len(heights)):
+        beside = max(ends[k] - s, s - ends[k + 1])
+        if beside > 0.0 and beside >= best:
+            continue
+        best = min(best, _to_step(beside, z - heights[k]))
+    return best
 
 
 FAR = 1.0  # [m]: lines that are farther from any nosing are as good as there
+SURE = 1e-9  # [m] by which a bound may be wrong, for rounding
 
 
 @jit
@@ -202,24 +191,51 @@ def from_nosing(
 
 
 @jit
-def nosing_distance(
-    s: FloatArray, z: FloatArray, ends: FloatArray, heights: FloatArray
+def _to_nosings(
+    p: tuple[float, float], q: tuple[float, float], ends: FloatArray, heights: FloatArray
+) -> float:
+    """Signed distance of the line from p to q from the nearest of all nosings, at most FAR [m]."""
+    least, low, high = FAR, min(p[0], q[0]), max(p[0], q[0])
+    for k in range(len(heights) - 1):
+        beside = max(low - ends[k + 1], ends[k + 1] - high)
+        # Nothing of a line that is not over or below the nosing is nearer than along the profile.
+        if beside > 0.0 and beside - SURE >= least:
+            continue
+        least = min(least, from_nosing(p, q, ends[k + 1], heights[k], heights[k + 1], FAR))
+    return least
+
+
+@jit
+def profile_distance(
+    points: FloatArray,
+    origin: FloatArray,
+    heading: FloatArray,
+    ends: FloatArray,
+    heights: FloatArray,
 ) -> FloatArray:
-    """Signed distance of every line from the nearest nosing of a profile (N, M - 1) [m].
+    """Signed distances of points (N, M, 3) and their lines from a profile [m].
 
     Args:
-        s: Positions along the profile of the points that each row of lines joins (N, M) [m].
-        z: Heights of these points (N, M) [m].
-        ends: Ends of the profile's level stretches (n + 1,) [m].
+        points: Points in W; those of a row are joined by lines, each to the next [m].
+        origin: Where the profile begins in W (2,) [m].
+        heading: Unit vector along the profile in W (2,).
+        ends: Ends of the level stretches along the profile (n + 1,) [m], the outermost infinite.
         heights: Heights of the stretches (n,) [m].
+
+    Returns:
+        (N, 2 M - 1), negative inside the ground: for each row its points' distances from the
+        ground, then those of the lines from the nearest nosing, at most FAR.
     """
-    found = np.full((s.shape[0], s.shape[1] - 1), FAR)
-    for i in range(found.shape[0]):
-        for j in range(found.shape[1]):
-            for k in range(len(heights) - 1):
-                p, q = (s[i, j], z[i, j]), (s[i, j + 1], z[i, j + 1])
-                here = from_nosing(p, q, ends[k + 1], heights[k], heights[k + 1], FAR)
-                found[i, j] = min(found[i, j], here)
+    rows, count = points.shape[0], points.shape[1]
+    found, along = np.empty((rows, 2 * count - 1)), np.empty(count)
+    for i in range(rows):
+        for j in range(count):
+            x, y = points[i, j, 0] - origin[0], points[i, j, 1] - origin[1]
+            along[j] = heading[0] * x + heading[1] * y
+            found[i, j] = _to_ground(along[j], points[i, j, 2], ends, heights)
+        for j in range(count - 1):
+            p, q = (along[j], points[i, j, 2]), (along[j + 1], points[i, j + 1, 2])
+            found[i, count + j] = _to_nosings(p, q, ends, heights)
     return found
 
 

@@ -15,7 +15,7 @@ linear enough in how the body shifts, rises and pitches that a path solved once 
 sides, leaves it (sequential linearisation).
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,9 +24,9 @@ from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.clearance import WEIGHTS, shank_clearance, trunk_clearance
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.motion_plan import calc_feet_in_body, pose_robot
+from drake_quad.planning.motion_plan import calc_feet_in_body
 from drake_quad.planning.stance_margin import Footing, Stances
-from drake_quad.robot.kinematics import solve_legs
+from drake_quad.robot.kinematics import leg_array, pose_legs, solve_legs
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import LEVEL
 from drake_quad.stability.support_polygon import stability_margin
@@ -269,14 +269,18 @@ def reach_left(robot: RobotModel, body: FloatArray, feet: FloatArray) -> FloatAr
         body: (N, 5) poses in W.
         feet: (N, 4, 3) in W [m].
     """
+    return _reach_left(robot, calc_feet_in_body(body, feet))
+
+
+def _reach_left(robot: RobotModel, p_BF: FloatArray) -> FloatArray:
+    """See `reach_left`; the feet are in B."""
     g = robot.geometry
-    p_BF = calc_feet_in_body(body, feet)
     q, _ = solve_legs(g, p_BF)
     v = p_BF - g.p_BH
     plane = v[..., 1] ** 2 + v[..., 2] ** 2 - g.offset**2
     higher = g.raised * (g.raised + 2.0 * np.sqrt(np.maximum(plane, 0.0)))
     distance = np.sqrt(np.maximum(v[..., 0] ** 2 + plane + higher, 0.0))
-    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
+    lower, upper = robot.q_lower.reshape(-1, 3), robot.q_upper.reshape(-1, 3)
     knees = np.stack([lower[:, 2], upper[:, 2]]) * g.knee_sign  # bent that much, if positive
     least, most = np.maximum(knees.min(axis=0), 0.0), np.minimum(knees.max(axis=0), np.pi)
     longest, shortest = (
@@ -314,45 +318,77 @@ def find_limits(
         path: (N, 4) x, y, lift and tilt [m] of the path at the times that the sides will be of.
         shanks: The clearance that shanks are to have; None: they are not looked at.
     """
-
-    def distances(poses: FloatArray, feet: FloatArray) -> FloatArray:
-        """Distance beyond what is to be kept (N, 4, 6), with shanks (N, 4, 21 or 36) [m]."""
-        parts = [reach_left(robot, poses, feet)]
-        if shanks is None:
-            return parts[0]
-        q, _, _ = pose_robot(robot, poses, feet)
-        if shanks.lane is not None:
-            clear = shank_clearance(robot, shanks.lane, poses, feet, q)
-            parts.append(clear * WEIGHTS - shanks.clearance)
-        p_BF = calc_feet_in_body(poses, feet)
-        keep = TRUNK_SHARE * shanks.clearance
-        far = keep + SHANK_NEAR * float(reach.max()) + STEP  # nothing beyond it has a side
-        parts.append(trunk_clearance(robot, p_BF, q, cutoff=far) - keep)
-        return np.concatenate(parts, axis=-1)
-
     reach = robot.geometry.reach
-    distance = distances(body, feet)
+    # From the middle of a shank; nothing beyond it has a side.
+    far = SHANK_NEAR * float(reach.max()) + STEP + float(robot.shank_radii.max())
+    distance = _distances(robot, body, feet, shanks, far)
     if distance.min() >= 0.0:
         return None
     near = np.full(distance.shape[2], SHANK_NEAR)
     near[:LIMITS] = NEAR
     k, leg, which = np.nonzero(distance < reach[:, None] * near)
-    rows, at = np.unique(k, return_inverse=True)
     gradient = np.empty((len(k), 4))
-    for axis in range(4):
-        moved = np.array(body[rows])
-        if axis < 2:
-            moved[:, axis] += STEP
-            moved[:, 2] += STEP * rise[rows, axis]
-        elif axis == 2:
-            moved[:, 2] += STEP
-        else:
-            moved[:, 3] += STEP / tilt_arm(robot)
-        there = distances(moved, feet[rows])[at, leg, which]
-        gradient[:, axis] = (there - distance[k, leg, which]) / STEP
+    for mine in np.unique(leg).tolist():  # where one is near to a limit most others are not
+        near_mine = np.flatnonzero(leg == mine)
+        rows, at = np.unique(k[near_mine], return_inverse=True)
+        alone = _only_leg(robot, mine)
+        for axis in range(4):
+            moved = np.array(body[rows])
+            if axis < 2:
+                moved[:, axis] += STEP
+                moved[:, 2] += STEP * rise[rows, axis]
+            elif axis == 2:
+                moved[:, 2] += STEP
+            else:
+                moved[:, 3] += STEP / tilt_arm(robot)
+            there = _distances(alone, moved, feet[rows, mine : mine + 1], shanks, far)
+            gradient[near_mine, axis] = there[at, 0, which[near_mine]]
+    gradient = (gradient - distance[k, leg, which][:, None]) / STEP
     here = np.einsum("ij,ij->i", gradient, path[k])
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
     worst = np.minimum(distance.min(axis=(0, 1)), 0.0)
     short = -10.0 * float(worst[:LIMITS].min()) - float(np.min(worst[LIMITS:], initial=0.0))
     return LegLimits(k, gradient, keep - distance[k, leg, which] + here, shank, short)
+
+
+def _distances(
+    robot: RobotModel, poses: FloatArray, feet: FloatArray, shanks: Shanks | None, far: float
+) -> FloatArray:
+    """Distance beyond what is to be kept (N, L, 6), with shanks (N, L, 21 or 36) [m].
+
+    Args:
+        robot: The robot, or one of its legs alone.
+        poses: (N, 5) in W.
+        feet: (N, L, 3) in W [m].
+        shanks: The clearance that shanks are to have; None: they are not looked at.
+        far: Distance of a shank's middle from the trunk, beyond what is to be kept, from which on
+            it need not be exact [m].
+    """
+    p_BF = calc_feet_in_body(poses, feet)
+    parts = [_reach_left(robot, p_BF)]
+    if shanks is None:
+        return parts[0]
+    q = pose_legs(leg_array(robot.geometry), np.array(poses, order="C"), np.array(feet, order="C"))
+    if shanks.lane is not None:
+        clear = shank_clearance(robot, shanks.lane, poses, feet, q)
+        parts.append(clear * WEIGHTS - shanks.clearance)
+    keep = TRUNK_SHARE * shanks.clearance
+    cutoff = keep + far - float(robot.shank_radii.max())
+    parts.append(trunk_clearance(robot, p_BF, q, cutoff=cutoff) - keep)
+    return np.concatenate(parts, axis=-1)
+
+
+def _only_leg(robot: RobotModel, leg: int) -> RobotModel:
+    """The robot with one leg, as far as `_distances` asks."""
+    g, one = robot.geometry, slice(leg, leg + 1)
+    lengths = {f.name: getattr(g, f.name)[one] for f in fields(g)}
+    joints = slice(3 * leg, 3 * leg + 3)
+    return replace(
+        robot,
+        geometry=replace(g, **lengths),
+        q_lower=robot.q_lower[joints],
+        q_upper=robot.q_upper[joints],
+        shank_offsets=robot.shank_offsets[one],
+        shank_radii=robot.shank_radii[one],
+    )

@@ -12,9 +12,8 @@ from drake_quad.jit import jit
 from drake_quad.math.distance import (
     PAIRS,
     distance_between_legs,
-    ground_distance,
-    nosing_distance,
     points_to_boxes,
+    profile_distance,
 )
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import PlanSamples, calc_feet_in_body
@@ -31,26 +30,24 @@ def from_ground(lane: Lane, points: FloatArray) -> FloatArray:
 
     Along the lane and upwards; the ground goes on beyond the lane's ends.
     """
-    s, z, ends, heights = _profile(lane, points)
-    return ground_distance(s.ravel(), z.ravel(), ends, heights).reshape(s.shape)
+    return from_course(lane, points[..., None, :])[..., 0]
 
 
 def from_nosings(lane: Lane, points: FloatArray) -> FloatArray:
     """Signed distance of lines that join points (..., M, 3) in W from nosings (..., M - 1) [m]."""
-    s, z, ends, heights = _profile(lane, points)
-    rows = (-1, points.shape[-2])
-    found = nosing_distance(s.reshape(rows), z.reshape(rows), ends, heights)
-    return found.reshape(*s.shape[:-1], rows[1] - 1)
+    return from_course(lane, points)[..., points.shape[-2] :]
 
 
-def _profile(
-    lane: Lane, points: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Points along a lane and upwards, and its level stretches' ends and heights [m]."""
-    s, _ = lane.coordinates(points[..., :2])
+def from_course(lane: Lane, points: FloatArray) -> FloatArray:
+    """Both of points (..., M, 3) in W: `from_ground`, then `from_nosings`, (..., 2 M - 1) [m]."""
     ends = np.concatenate([[-np.inf], np.array(lane.breaks)[1:-1], [np.inf]])
-    z = np.ascontiguousarray(points[..., 2])
-    return np.ascontiguousarray(s), z, ends, np.array(lane.heights, dtype=float)
+    # Copies: kernels are compiled anew for arrays that are read-only.
+    origin, heading, heights = (
+        np.array(values, dtype=float) for values in (lane.p_WL, lane.heading, lane.heights)
+    )
+    rows = np.array(points, order="C").reshape(-1, *points.shape[-2:])
+    found = profile_distance(rows, origin, heading, ends, heights)
+    return found.reshape(*points.shape[:-2], found.shape[1])
 
 
 FAR = 0.1  # [m] from which on a clearance need not be exact
@@ -77,8 +74,8 @@ def shank_clearance(
     across = np.einsum("nij,nlj->nli", R, knee_axes(q))
     middles = shank_middles(robot.shank_offsets, knees, feet, across)
     radii = robot.shank_radii
-    lines = from_nosings(lane, middles) - np.minimum(radii[:, :-1], radii[:, 1:])
-    return np.concatenate([from_ground(lane, middles) - radii, lines], axis=-1)
+    thick = np.concatenate([radii, np.minimum(radii[:, :-1], radii[:, 1:])], axis=1)
+    return from_course(lane, middles) - thick
 
 
 def trunk_clearance(
@@ -171,7 +168,7 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
         + g.p_BH[:, None, None]
     )
     p_W = body[:, None, None, None, :3] + np.einsum("nij,nlkmj->nlkmi", rotations(body), p_B)
-    nearest = np.minimum(from_ground(lane, p_W).min(axis=-1), from_nosings(lane, p_W).min(axis=-1))
+    nearest = from_course(lane, p_W).min(axis=-1)
     return np.asarray((nearest - radii).min(axis=-1))
 
 
@@ -232,8 +229,7 @@ def find_clearance(
         trunk = body[:, None, :3] + np.einsum("nij,kj->nki", R, under)
         legs = shank_clearance(robot, lane, body, s.feet, s.q)
         parts = [(f"the knee or shank of {leg.short}", legs[:, leg.row], WEIGHTS) for leg in LEGS]
-        below = np.concatenate([from_ground(lane, trunk), from_nosings(lane, trunk)], axis=-1)
-        parts.append(("the trunk", below, np.ones(2 * TRUNK_POINTS - 1)))
+        parts.append(("the trunk", from_course(lane, trunk), np.ones(2 * TRUNK_POINTS - 1)))
         for part, away, weight in parts:
             k, point = np.unravel_index(np.argmin(away * weight), away.shape)
             here = float(away[k, point])

@@ -314,3 +314,24 @@ def pose(
         com[n, 1] = body[n, 1] + sy * ahead + cy * my
         com[n, 2] = body[n, 2] - sp * mx + cp * mz
     return q, excess, com
+
+
+@jit
+def pose_legs(legs: FloatArray, body: FloatArray, feet: FloatArray) -> FloatArray:
+    """The joint angles of `pose` alone, to the bit, of any legs (N, L, 3) [rad].
+
+    Args:
+        legs: The legs' constants (L, 8 or more), from `leg_array`.
+        body: (N, 5) poses x, y, z, pitch, yaw of B in W.
+        feet: (N, L, 3) foot centres in W [m].
+    """
+    q = np.empty((len(body), len(legs), 3))
+    for n in range(len(body)):
+        cp, sp, cy, sy = cos(body[n, 3]), sin(body[n, 3]), cos(body[n, 4]), sin(body[n, 4])
+        for k in range(len(legs)):
+            dx, dy = feet[n, k, 0] - body[n, 0], feet[n, k, 1] - body[n, 1]
+            dz = feet[n, k, 2] - body[n, 2]
+            level = cy * dx + sy * dy
+            x, y, z = cp * level - sp * dz, cy * dy - sy * dx, sp * level + cp * dz
+            q[n, k, 0], q[n, k, 1], q[n, k, 2] = solve_leg(leg_row(legs, k), x, y, z)
+    return q

@@ -10,6 +10,7 @@ order (abduction, hip pitch, knee) and zero with the leg straight down.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -125,6 +126,7 @@ def contact_friction(robot: RobotModel, friction: float) -> FloatArray:
     return np.where(np.isnan(own), friction, 2.0 * own * friction / both)
 
 
+@lru_cache(maxsize=8)  # a search asks four thousand times
 def leg_length(robot: RobotModel) -> float:
     """Length of the shortest leg, stretched as far as its knee allows [m]."""
     g = robot.geometry

@@ -104,12 +104,12 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         "plan": {
             "math.curves.sample_body": (_RM, _F, _F),
             "robot.kinematics.pose": (_M, _V, _M, _T),
+            "robot.kinematics.pose_legs": (_M, _M, _T),
             "planning.contact_plan._roll": (_F, _V, _M, _T, _BM, _M, _T),
         },
         "room": {
             "planning.clearance._middles": (_RM, _T, _T, _T),
-            "math.distance.nosing_distance": (_M, _M, _V, _V),
-            "math.distance.ground_distance": (_V, _V, _V, _V),
+            "math.distance.profile_distance": (_T, _V, _V, _V, _V),
             "math.distance.points_to_boxes": (_T, _RT, _F),
             "math.distance.distance_between_legs": (_Q, _RM, _F),
         },

@@ -27,7 +27,13 @@ from drake_quad.gait_design.kernels import (
     pose_trunk_clearance,
 )
 from drake_quad.gait_design.objective import NAMES
-from drake_quad.math.distance import line_over_nosings, line_to_stairs, point_to_stairs
+from drake_quad.math.distance import (
+    FAR,
+    from_nosing,
+    line_over_nosings,
+    line_to_stairs,
+    point_to_stairs,
+)
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.clearance import (
     from_ground,
@@ -244,3 +250,26 @@ def test_the_room_of_shanks_is_of_the_lines_between_their_points_too() -> None:
     told = shank_clearance(robot, lane, body, feet, q)[..., len(SHANK_POINTS) :]
     np.testing.assert_allclose(told, lines - np.minimum(radii[:, :-1], radii[:, 1:]), atol=1e-12)
     assert told.min() < 0.0 < told.max()
+
+
+def test_nosings_that_are_passed_over_are_not_the_nearest() -> None:
+    """Lines near, over and below a flight's nosings: as by looking at every nosing, to the bit."""
+    text = (
+        "course: [{kind: floor, length: 2.0, width: 2.0}, "
+        "{kind: stairs, going: up, rise: 0.2, run: 0.3, count: 8, width: 2.0}, "
+        "{kind: floor, length: 2.0, width: 2.0}]"
+    )
+    (lane,) = course_of(parse_scenario(text, source="t")).lanes
+    points = np.random.default_rng(1).uniform([0.0, -0.1, -0.3], [6.0, 0.1, 2.0], (500, 4, 3))
+    told = from_nosings(lane, points)
+    for row, line in zip(told, points, strict=True):
+        for i in range(3):
+            p, q = ((float(v[0]), float(v[2])) for v in (line[i], line[i + 1]))
+            every = [
+                from_nosing(p, q, float(at), float(low), float(high), FAR)
+                for at, low, high in zip(
+                    lane.breaks[1:-1], lane.heights, lane.heights[1:], strict=False
+                )
+            ]
+            assert row[i] == min(every)
+    assert np.any(told < -0.1) and np.any(told == FAR)

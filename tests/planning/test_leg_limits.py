@@ -109,6 +109,26 @@ def test_a_path_within_the_limits_has_no_sides() -> None:
     assert find_limits(paper_robot(), body, feet, none[:, :2], none) is None
 
 
+def test_one_leg_alone_may_be_at_its_limits() -> None:
+    """The others have no sides; with shanks looked after, and far from all, it has the same."""
+    robot, lane = paper_robot(), stairs_course().lanes[0]
+    (body, feet), path = poses(0, count=3, shift=0.0), np.zeros((3, 4))
+    body[:, 2] += 100.0  # far above any stairs
+    feet[..., 2] += 100.0
+    none = np.zeros((3, 2))
+    q, _, _ = pose_robot(robot, body, feet)
+    lower, upper = np.full((4, 3), -3.1), np.full((4, 3), 3.1)
+    lower[2, 0] = q[0, 2, 0] + 0.1
+    knees = np.sort(robot.geometry.knee_sign[:, None] * np.array([0.0, 3.1]), axis=1)
+    lower[:, 2], upper[:, 2] = knees[:, 0], knees[:, 1]
+    stiff = replace(robot, q_lower=lower.ravel(), q_upper=upper.ravel())
+    alone = find_limits(stiff, body, feet, none, path)
+    both = find_limits(stiff, body, feet, none, path, Shanks(lane, 0.001))
+    assert alone is not None and both is not None
+    np.testing.assert_array_equal(alone.sample, [0, 1, 2])
+    np.testing.assert_array_equal(both.normal[~both.shank], alone.normal)
+
+
 def test_a_path_is_bent_until_legs_keep_their_limits() -> None:
     """Abduction narrower than the usual path's sway: the new one keeps it, and its balance."""
     robot, settings = paper_robot(), PlanSettings()

@@ -17,7 +17,7 @@ from drake_quad.planning.motion_plan import (
     evaluate,
     pose_robot,
 )
-from drake_quad.robot.kinematics import calc_feet
+from drake_quad.robot.kinematics import calc_feet, leg_array, pose_legs
 from drake_quad.stability.support_polygon import stability_margin
 
 PLANS = ("level", "up", "down", "spin", "stand")
@@ -81,6 +81,10 @@ def test_angles_and_centre_of_mass_are_those_of_the_pose(name: str) -> None:
     np.testing.assert_array_equal(q, s.q)
     np.testing.assert_array_equal(com, s.com)
     np.testing.assert_array_equal(excess, s.reach_excess)
+    body, legs = np.array(s.body[:, 0]), leg_array(paper_robot().geometry)
+    np.testing.assert_array_equal(pose_legs(legs, body, np.array(s.feet)), q)
+    alone = pose_legs(legs[2:3], body, np.array(s.feet[:, 2:3]))
+    np.testing.assert_array_equal(alone[:, 0], q[:, 2])
 
 
 @pytest.mark.parametrize("name", PLANS)
