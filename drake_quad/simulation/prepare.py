@@ -76,9 +76,16 @@ def _prepare_seen(scenario: Scenario, *, source: str) -> PreparedScenario:
         planned = plan_on_sight(scenario, blind, sight, source=source)
         judge_plan(planned)
     except DrakeQuadError as error:
-        reason = error.remedy if isinstance(error, InputError) else str(error)
-        return stay(scenario, blind, sight, reason)
+        return stay(scenario, blind, sight, _why_not(error))
     return planned
+
+
+def _why_not(error: DrakeQuadError) -> str:
+    """Why what was seen is not climbed; of a field of the map that cannot be, with its value."""
+    if not isinstance(error, InputError):
+        return str(error)
+    told = f"{error.value:.2f}" if isinstance(error.value, float) else f"{error.value}"
+    return f"{error.field} of the map is {told}: {error.remedy}"
 
 
 def judge_plan(p: PreparedScenario) -> None:

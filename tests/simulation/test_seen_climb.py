@@ -36,6 +36,10 @@ gait: {{swing_clearance: 0.04}}
 controller: {{kind: whole_body, period: 0.002}}
 perception: {{map: seen, look_time: {LOOK}}}
 """
+BACK = (
+    "course=[{kind: floor, length: 2.2}, {kind: stairs, going: up, rise: 0.13, run: 0.50, "
+    "count: 3}, {kind: landing, length: 3.0}, {kind: return}]"
+)
 FLOOR = ["course=[{kind: floor, length: 8.0, width: 4.0}]"]
 
 
@@ -229,9 +233,7 @@ def test_the_shipped_scenario_climbs_what_it_sees(seed: int) -> None:
 
 def test_a_robot_that_is_told_to_comes_back_down_the_stairs_that_it_saw() -> None:
     """Half a turn on the landing that it was told of; then down the steps of its own map."""
-    back = "course=[{kind: floor, length: 2.2}, {kind: stairs, going: up, rise: 0.13, run: 0.50, "
-    back += "count: 3}, {kind: landing, length: 3.0}, {kind: return}]"
-    p = prepared(back, "perception.landing=2.5")
+    p = prepared(BACK, "perception.landing=2.5")
     assert p.sight is not None and not p.sight.refused
     assert [task.kind for task in p.tasks] == ["stand", "walk", "spin", "walk", "stand"]
     there, again = p.course.lanes
@@ -241,3 +243,11 @@ def test_a_robot_that_is_told_to_comes_back_down_the_stairs_that_it_saw() -> Non
     assert end.feet[:, 2].max() < p.course.boxes[0].top + 0.05
     assert abs(np.remainder(end.body[4] - there.yaw, 2.0 * np.pi) - np.pi) < 1e-6
     judge_plan(p)
+
+
+def test_a_landing_too_small_to_turn_on_is_not_climbed_to() -> None:
+    """It stays on its feet, and says which figure of its map is in the way and what it needs."""
+    p = prepared(BACK, "perception.landing=1.2")
+    assert p.sight is not None
+    assert "course[2].length of the map is 0." in p.sight.refused
+    assert "too small to turn back on: must be at least 1.5 m" in p.sight.refused
