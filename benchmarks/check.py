@@ -154,7 +154,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--chart", action="store_true", help="time a chart of 100 cells too")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument(
-        "--robots", nargs="*", metavar="NAME",
+        "--robots", nargs="*", metavar="NAME", choices=list(STEEPEST),
         help="time fresh processes for these robots, or all that are installed, instead",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true")

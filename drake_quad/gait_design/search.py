@@ -59,25 +59,6 @@ THOROUGH = SearchSettings(2, "currenttobest1bin", 0.9, 60)
 SEARCH_SETTINGS = (QUICK, AGAIN, THOROUGH)  # in turn, until one leads to a good gait
 
 
-def latin_hypercube(size: int, dimensions: int, *, seed: int) -> FloatArray:
-    """Points (size, dimensions) of the unit cube, along each axis one in each of `size` slices.
-
-    They are those of `scipy.stats.qmc.LatinHypercube`, to the bit, which takes half a second and
-    more to import.
-
-    Args:
-        size: Number of points.
-        dimensions: Number of axes.
-        seed: Seed of the generator.
-    """
-    (generator,) = np.random.default_rng(seed).spawn(1)
-    within = generator.uniform(size=(size, dimensions))
-    slices = np.tile(np.arange(1, size + 1), (dimensions, 1))
-    for row in slices:
-        generator.shuffle(row)
-    return np.asarray((slices.T - within) / size)
-
-
 def swing_clearance(robot: RobotModel) -> float:
     """Clearance of swing feet from what they pass [m]."""
     return CLEARANCE * min(leg_length(robot), 1.0)
@@ -128,7 +109,7 @@ class Search:
             enough: Ends as soon as no more than that is lacking.
             hopeless: Ends if more than that is lacking when AFTER of it is over.
         """
-        from scipy.optimize import differential_evolution  # a third of a second
+        from scipy.optimize import differential_evolution  # a third of a second, as qmc below
 
         most, generation = GENERATIONS[self._pattern.per_tread], 0
 
@@ -322,9 +303,12 @@ def _search(
         Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)], wanted)
         for p in patterns
     ]
+    from scipy.stats import qmc  # half a second, which runs that design nothing need not wait
+
     lower, upper, _ = candidate_bounds(patterns[0])
-    spread = latin_hypercube(way.members, len(lower), seed=way.seed)
-    first = lower + spread * (upper - lower)
+    first = lower + qmc.LatinHypercube(len(lower), rng=way.seed).random(way.members) * (
+        upper - lower
+    )
     lacks = [float(search(first.T).min()) for search in searches]
     ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
     ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))

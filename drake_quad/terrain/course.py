@@ -177,10 +177,10 @@ class Course:
     Attributes:
         lanes: The straight stretches, in walking order.
         turns: The turn at the end of each lane but the last [rad], left positive.
-        returning: How many lanes, the last ones, lead back over the ground of those before.
         boxes: The solids. On the map, boxes of different elements never overlap; only on a
             landing with an oblique turn do boxes of one element overlap, their tops level, and on
             stairs with an overhang or open risers, one over the other.
+        returning: How many lanes, the last ones, lead back over the ground of those before.
     """
 
     lanes: tuple[Lane, ...]

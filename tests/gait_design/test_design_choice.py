@@ -24,7 +24,6 @@ from drake_quad.gait_design.search import (
     SearchSettings,
     choose_gaits,
     describe_gait,
-    latin_hypercube,
 )
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.terrain.elements import Stairs
@@ -39,16 +38,6 @@ def test_higher_steps_are_never_easier() -> None:
         scores.append(max(d.score for d in choose_gaits(robot, shape(), flights)))
     assert all(a >= b for a, b in pairwise(scores))
     assert scores[0] > 0.5 > 0.0 > scores[-1]
-
-
-def test_first_populations_are_those_of_scipy() -> None:
-    """To the bit: designs are not to change with what is imported."""
-    from scipy.stats import qmc
-
-    for seed in range(10):
-        for size, dimensions in ((40, 7), (60, 9), (3, 1)):
-            theirs = qmc.LatinHypercube(dimensions, rng=seed).random(size)
-            assert np.array_equal(latin_hypercube(size, dimensions, seed=seed), theirs)
 
 
 def test_a_good_gait_comes_before_other_patterns_are_searched(

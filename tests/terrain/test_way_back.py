@@ -34,7 +34,7 @@ def flights(draw: st.DrawFn) -> list[Element]:
     level = Element("landing", length=0.8)
     slope = Element("slope", going="up", length=1.0, height=0.2)
     corner = Element("landing", length=2.0, turn_deg=90.0)
-    between = draw(st.sampled_from([[level], [level, slope, level], [corner]]))
+    between = draw(st.sampled_from([[], [level], [level, slope, level], [corner]]))
     more = [*between, flight()] if draw(st.booleans()) else []
     return [FLOOR, flight(), *more, LANDING, BACK]
 
