@@ -24,6 +24,7 @@ from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.disturbances import Disturbances
+from drake_quad.systems.stability_monitor import StabilityMonitor
 from drake_quad.terrain.drake_geometry import AddCourse, SetContactFriction
 
 TICK = 0.005  # [s]
@@ -204,6 +205,32 @@ def test_a_prepared_scenario_is_wired_as_by_hand() -> None:
         simulator.AdvanceTo(1.3)
         states.append(state_of_plant(made, simulator.get_context()))
     np.testing.assert_array_equal(states[0], states[1])
+
+
+def test_monitors_measure_once_for_the_log_and_for_their_own_update(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Sampled as often as they measure, each measures once a sample: both see the same instant."""
+    counts = {ContactMonitor: 0, StabilityMonitor: 0}
+
+    def count(system: type[LeafSystem], name: str) -> None:
+        own = getattr(system, name)
+
+        def counted(*arguments: object) -> None:
+            counts[system] += 1
+            own(*arguments)
+
+        monkeypatch.setattr(system, name, counted)
+
+    count(ContactMonitor, "_measure")
+    count(StabilityMonitor, "_calc_now")
+    made = make_climb(log_period=TICK)
+    assert made.monitor_period == TICK
+    simulator = Simulator(made.diagram)
+    simulator.AdvanceTo(40 * TICK)
+    samples = made.loggers["margin"].FindLog(simulator.get_context()).num_samples()
+    assert samples == 41
+    assert all(samples <= found <= samples + 3 for found in counts.values()), counts
 
 
 def test_logs_have_one_sample_each_log_period() -> None:
