@@ -97,12 +97,12 @@ def run(text: str, seed: int, contacts: str, *, unitree: bool, limit: float) -> 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "walk.yaml"
         path.write_text(text)
-        fields = [*FIELDS, f"simulation.seed={seed}"]
+        fields = [*FIELDS, f"simulation.seed={seed}", f"sensors.contacts={contacts}"]
         prepared = prepare(load_scenario(str(path), fields))
     clock = ManualClock()
     bus = LoopbackBus(clock.now_ns)
     side, guard = MujocoSide(prepared), DriveGuard()
-    loop = ControlLoop(prepared, bus, clock, contacts=contacts)
+    loop = ControlLoop(prepared, bus, clock)
     period_ns, sequence = round(loop.period * NS), 0
     places: list[list[float]] = []
     while not loop.outcome and loop.time < limit:

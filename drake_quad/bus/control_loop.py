@@ -43,7 +43,6 @@ from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
 STANDS = 1.0  # [s] that it stands before it walks
 REST = 1.0  # [s] that it is damped before it leaves
-CONTACTS = FEET, JOINTS = ("feet", "joints")
 BEARS = 0.01  # of the robot's weight: a foot that bears as much has contact
 PORTS = ("imu_measured", "joint_state_measured", "contact_state_measured")
 
@@ -84,21 +83,16 @@ class BusController:
     Args:
         prepared: The scenario, planned.
         control: Its settings.
-        contacts: `feet`, what the feet's sensors say, or `joints`, felt by the joints' torques.
     """
 
-    def __init__(
-        self,
-        prepared: PreparedScenario,
-        control: ControlSettings,
-        contacts: str = "feet",
-    ) -> None:
+    def __init__(self, prepared: PreparedScenario, control: ControlSettings) -> None:
         robot = prepared.robot
         model = MakeModelPlant(robot.url)
         layout = make_layout(model, robot)
         self._leg_order = layout.actuators  # of the ports' rows, leg by leg
         self._control, self._least = control, BEARS * robot.mass * GRAVITY
-        self._touch = TouchByTorque(robot, layout, model, control) if contacts == JOINTS else None
+        felt = prepared.scenario.sensors.contacts == "joints"
+        self._touch = TouchByTorque(robot, layout, model, control) if felt else None
         self._diagram = MakeController(
             robot=robot,
             course=prepared.course,
@@ -222,7 +216,6 @@ class ControlLoop:
         bus: The controller's end of the bus.
         clock: The loop's clock.
         controller: What walks; a BusController of the scenario unless given.
-        contacts: As of BusController.
         silent: Whether nothing is published (`--dry-run`).
 
     Attributes:
@@ -239,14 +232,13 @@ class ControlLoop:
         clock: Clock,
         *,
         controller: "Walker | None" = None,
-        contacts: str = "feet",
         silent: bool = False,
     ) -> None:
         control = prepared.scenario.controller
         self.period = control.period
         self.limits = safety_limits(prepared.robot, control)
         self._postures = sit_to_stand(prepared.robot, prepared.stance)
-        self.controller: Walker = controller or BusController(prepared, control, contacts)
+        self.controller: Walker = controller or BusController(prepared, control)
         self._bus, self._clock, self._silent = bus, clock, silent
         self._session, self._sequence = new_session(), 0
         self._states, self._commands = StateWatch(self.period), CommandWatch(self._session)

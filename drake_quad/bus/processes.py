@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.bus.control_loop import CONTACTS, FEET, ControlLoop, Event
+from drake_quad.bus.control_loop import ControlLoop, Event
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
 from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, DRIVES_HOLD
@@ -50,14 +50,13 @@ class BusChoice:
     rate: float = 1.0
 
 
-def check_choice(choice: BusChoice, *, named: bool, ready: bool, contacts: str = FEET) -> None:
+def check_choice(choice: BusChoice, *, named: bool, ready: bool) -> None:
     """Refuses what could move a robot unasked, or nothing at all.
 
     Args:
         choice: What was asked for.
         named: Whether the interface was given by a person.
         ready: Whether `--i-am-ready` was.
-        contacts: What tells contacts.
 
     Raises:
         InputError: What is missing, or wrong.
@@ -68,8 +67,6 @@ def check_choice(choice: BusChoice, *, named: bool, ready: bool, contacts: str =
 
     if choice.bus not in BUSES:
         raise fail("bus", choice.bus, f"give {' or '.join(BUSES)}")
-    if contacts not in CONTACTS:
-        raise fail("contacts", contacts, f"give {' or '.join(CONTACTS)}")
     known = [name for _, name in socket.if_nameindex()]
     if choice.interface not in known:
         raise fail("interface", choice.interface, f"this machine has {', '.join(known)}")
@@ -179,7 +176,6 @@ def control(
     tell: Tell,
     dry_run: bool = False,
     fifo: bool = True,
-    contacts: str = FEET,
 ) -> dict[str, Any]:
     """The controller's process, from damping to damping.
 
@@ -190,14 +186,13 @@ def control(
         tell: Told of every change of mode.
         dry_run: Whether it only listens.
         fifo: Whether real-time priority is asked for.
-        contacts: One of CONTACTS.
 
     Returns:
         Outcome, changes of mode, and how well time was kept: what control.json holds.
     """
     clock = WallClock(choice.rate)
     bus = open_bus(choice, clock, prepared, robot=False)
-    loop = ControlLoop(prepared, bus, clock, contacts=contacts, silent=dry_run)
+    loop = ControlLoop(prepared, bus, clock, silent=dry_run)
     tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
          f"domain {choice.domain}: waiting for the robot")  # fmt: skip
     shown, next_look = 0, 0.0
@@ -228,6 +223,7 @@ def control(
         "outcome": loop.outcome,
         "events": [asdict(event) for event in loop.events],
         "bus": asdict(choice),
+        "contacts": prepared.scenario.sensors.contacts,
         "states_lost": loop.lost,
         "ticks_held": loop.holds,
         "largest_step": loop.largest_step,

@@ -42,8 +42,12 @@ def control(
         bool, typer.Option("--i-am-ready", help="A robot may move: it hangs on a hoist, or better.")
     ] = False,
     contacts: Annotated[
-        str, typer.Option(help="Which feet bear: `feet`' sensors, or felt by the `joints`.")
-    ] = "feet",
+        str | None,
+        typer.Option(
+            help="Which feet bear is told by the `feet`'s sensors, or felt by the `joints`; as the "
+            "scenario has it (sensors.contacts) unless given."
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Directory for control.json.")] = None,
     rate: RateOption = 1.0,
     fifo: FifoOption = True,
@@ -62,10 +66,11 @@ def control(
     )
 
     choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
-    check_choice(choice, named=interface is not None, ready=i_am_ready, contacts=contacts)
+    check_choice(choice, named=interface is not None, ready=i_am_ready)
     if out is not None:
         claim(out)
-    prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)
+    fields = [*(overrides or []), *([f"sensors.contacts={contacts}"] if contacts else [])]
+    prepared = prepare_for_bus(scenario, fields, MESSAGES.print)
     with interruptible(MESSAGES) as stop:
         result = run_control(prepared, choice, stop=stop, tell=_tell, dry_run=dry_run, fifo=fifo)
     _leave(result, out, "control.json", as_json=as_json)

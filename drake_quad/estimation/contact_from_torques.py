@@ -33,12 +33,14 @@ class TouchSettings:
         touch: Share of the robot's weight on a foot at which it begins to bear.
         leave: Share at which it bears no more.
         confirm: How long a foot must press so before it is believed [s].
+        confirm_leave: How long it must press less than `leave` before that is believed [s].
     """
 
     time: float = 0.008
     touch: float = 0.03
     leave: float = 0.015
     confirm: float = 0.004
+    confirm_leave: float = 0.012
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -61,10 +63,10 @@ class JointDynamics:
 class TouchMemory:
     """Places in the observer's memory, one flat vector: what a LeafSystem keeps as its state."""
 
-    MOMENTUM, RESIDUAL, FORCE, BEARING, PRESSED, BEGUN = (
-        slice(0, 12), slice(12, 24), slice(24, 36), slice(36, 40), slice(40, 44), 44,
+    MOMENTUM, RESIDUAL, FORCE, BEARING, PRESSED, EASED, BEGUN = (
+        slice(0, 12), slice(12, 24), slice(24, 36), slice(36, 40), slice(40, 44), slice(44, 48), 48,
     )  # fmt: skip
-    SIZE = 45
+    SIZE = 49
 
 
 def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
@@ -97,12 +99,13 @@ def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
     force = memory[m.FORCE].reshape(4, 3)
     force[:] = foot_forces(residual, now.jacobian, force)
     share = force[:, 2] / (mass * GRAVITY)
-    bearing, pressed = memory[m.BEARING], memory[m.PRESSED]
+    bearing, pressed, eased = memory[m.BEARING], memory[m.PRESSED], memory[m.EASED]
     for k in range(4):
         pressed[k] = pressed[k] + period if share[k] > settings.touch else 0.0
+        eased[k] = eased[k] + period if share[k] < settings.leave else 0.0
         if bearing[k] == 0.0 and pressed[k] >= settings.confirm - 1e-9:
             bearing[k] = 1.0
-        elif bearing[k] == 1.0 and share[k] < settings.leave:
+        elif bearing[k] == 1.0 and eased[k] >= settings.confirm_leave - 1e-9:
             bearing[k] = 0.0
 
 

@@ -206,6 +206,28 @@ def draw_joint_errors(noise: JointNoise, generator: np.random.Generator) -> Join
 
 
 @dataclass(frozen=True, eq=False)
+class TorqueErrors:
+    """The errors of the torques that twelve drives measure, in one run.
+
+    Attributes:
+        white: (ROWS, 12) white noise of each sample, leg by leg [Nm], used in a circle.
+    """
+
+    white: FloatArray
+
+    def apply(self, ideal: FloatArray, tick: int) -> FloatArray:
+        """What the drives show (12,) at a tick where they ought to show `ideal` (12,) [Nm]."""
+        return np.asarray(ideal + self.white[tick % ROWS])
+
+
+def draw_torque_errors(deviation: FloatArray, generator: np.random.Generator) -> TorqueErrors:
+    """Draws the errors of torques with these standard deviations, leg by leg (12,) [Nm]."""
+    white = generator.standard_normal((ROWS, 12)) * deviation
+    white.setflags(write=False)
+    return TorqueErrors(white)
+
+
+@dataclass(frozen=True, eq=False)
 class SensorErrors:
     """What the sensors are like, and what their errors are drawn from.
 

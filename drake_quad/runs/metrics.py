@@ -9,7 +9,7 @@ import pyarrow as pa
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
-from drake_quad.runs.event_metrics import recovery_figures, wait_figures
+from drake_quad.runs.event_metrics import recovery_figures, touch_figures, wait_figures
 from drake_quad.runs.pose_metrics import (
     base_error,
     estimate_figures,
@@ -123,6 +123,7 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "recoveries": recovery_figures(c),
         "qp_unsolved": int(c["qp_unsolved"][-1]) if "qp_unsolved" in c else None,
         "estimate": _plain(estimate_figures(c) or {}) or None,
+        "felt": _plain(touch_figures(c) or {}) or None,
         "friction_estimated_min": least_friction(c),
         "carried": _plain(payload_figures(c) or {}) or None,
     }

@@ -28,6 +28,7 @@ FEASIBLE = "Where `monitor.margins` or `gait.margin` is `feasible`"
 KINEMATIC = "In a kinematic replay"
 ESTIMATED = "Where the controller estimates its state (`estimator.kind: ekf`)"
 WHOLE_BODY = "Where `controller.kind` is `whole_body`"
+FELT = "Where the joints feel which feet bear (`sensors.contacts: joints`)"
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,7 @@ SOURCES = (
     Source("deviation", "controller", "estimator_deviation", ESTIMATED),
     Source("slip_estimated", "controller", "foot_slip_estimated", ESTIMATED),
     Source("healthy", "controller", "estimator_healthy", ESTIMATED),
+    Source("felt", "controller", "contact_state_felt", FELT),
     Source("qp_state", "controller", "qp_state", WHOLE_BODY),
     Source("carried", "controller", "carried_estimated", WHOLE_BODY),
     Source("friction", "controller", "friction_estimated", WHOLE_BODY),
@@ -231,6 +233,8 @@ SIGNALS = (
            "slip_estimated", each="leg", kind="bool", where=ESTIMATED),
     Signal("estimator_healthy", "", "True while every sensor's reading is sound", "healthy",
            kind="bool", where=ESTIMATED),
+    Signal("felt", "", "True where the drives' torques tell the controller that the foot bears",
+           "felt", each="leg", kind="bool", where=FELT),
     Signal("qp_unsolved", "", "Programs of the whole-body controller not solved so far",
            "qp_state", kind="int", where=WHOLE_BODY),
     Signal("carried_force", "N", "Upward force that an unknown load needs, as the controller "
@@ -243,15 +247,20 @@ SIGNALS = (
 )  # fmt: skip
 
 
-def sources_of(*, estimated: bool, whole_body: bool, margins: bool) -> list[Source]:
+def sources_of(
+    *, estimated: bool, whole_body: bool, margins: bool, felt: bool = False
+) -> list[Source]:
     """The ports that a simulation logs.
 
     Args:
         estimated: Whether its controller estimates the robot's state.
         whole_body: Whether its controller has a whole-body program.
         margins: Whether margins beyond the hull's are measured.
+        felt: Whether its controller feels by the joints which feet bear.
     """
-    there = {EVERY: True, ESTIMATED: estimated, WHOLE_BODY: whole_body, FRICTION: margins}
+    there = {
+        EVERY: True, ESTIMATED: estimated, WHOLE_BODY: whole_body, FRICTION: margins, FELT: felt
+    }  # fmt: skip
     return [source for source in SOURCES if there[source.where]]
 
 
@@ -326,8 +335,8 @@ SUMMARY = (
            "0.030 m of the shipped robot"),
     Figure("safety.lacks", "", "What was not as `safety.safe` wants it, a few words each", "list"),
     Figure("simulation", "", "`physics` or `kinematic`", "text"),
-    Figure("assumes", "", "What all figures take for granted, in a line: contact flags without "
-           "error, and whose state the controller has", "text"),
+    Figure("assumes", "", "What all figures take for granted, in a line: how the controller "
+           "knows which feet bear, and whose state it has", "text"),
     Figure("simulated_time", "s", "Time simulated"),
     Figure("wall_time", "s", "Time that the simulation took", wall_clock=True),
     Figure("real_time_factor", "", "`simulated_time` over `wall_time`, planning inside the run "
@@ -425,6 +434,15 @@ SUMMARY = (
     Figure("estimate.slips_flagged", "", "How often a foot came to be taken for slipping"),
     Figure("estimate.samples_unhealthy", "samples", "Samples in which a sensor's reading was not "
            "sound"),
+    Figure("felt.touchdowns", "", "How often a foot began to bear that had not borne for 0.05 s; "
+           "`felt` is null where the feet have sensors"),
+    Figure("felt.missed", "", "Touchdowns that the joints did not feel within 0.15 s",
+           shown=Shown("Touchdowns that the joints did not feel", 0)),
+    Figure("felt.false", "", "Touchdowns that they felt where there was none",
+           shown=Shown("Touchdowns felt that were none", 0)),
+    Figure("felt.delay_median", "s", "How much later than it was a touchdown was felt, median; "
+           "null of none", shown=Shown("A touchdown was felt later by, median", 1, "ms")),
+    Figure("felt.delay_percentile_95", "s", "The same, 95th percentile"),
     Figure("qp_unsolved", "", "Programs of the whole-body controller not solved; null of another "
            "controller", shown=Shown("Programs of the controller that were not solved", 0)),
     Figure("contact_friction", "", "Friction coefficient between feet and ground: "

@@ -13,6 +13,8 @@ from drake_quad.estimation.sensor_models import (
     MTI_300,
     ODRI_DRIVE,
     SensorErrors,
+    TorqueErrors,
+    draw_torque_errors,
 )
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.footholds import FootholdPattern
@@ -168,7 +170,7 @@ def _same_heading(a: float, b: float) -> bool:
 
 # Who draws from the seed. Each has a generator of its own, so that what one draws does not
 # depend on another; a new one goes to the end, and the runs of old seeds stay as they are.
-STREAMS = ("world", "imu", "joint_sensor", "depth_camera")
+STREAMS = ("world", "imu", "joint_sensor", "depth_camera", "torque_sensor")
 
 
 def generator_of(scenario: Scenario, stream: str) -> np.random.Generator:
@@ -188,6 +190,14 @@ def sensor_errors(scenario: Scenario) -> SensorErrors | None:
         imu_generator=generator_of(scenario, "imu"),
         joint_generator=generator_of(scenario, "joint_sensor"),
     )
+
+
+def torque_errors(scenario: Scenario, robot: RobotModel) -> TorqueErrors | None:
+    """What the torque sensors are like; None if the feet have sensors of their own."""
+    if scenario.sensors.contacts == "feet":
+        return None
+    share = scenario.sensors.torque_noise if scenario.sensors.noise == "realistic" else 0.0
+    return draw_torque_errors(share * robot.effort, generator_of(scenario, "torque_sensor"))
 
 
 def world_of(scenario: Scenario, course: Course, *, source: str = "scenario") -> Course:

@@ -296,12 +296,26 @@ class EstimatorConfig:
 
 @dataclass
 class SensorsConfig:
-    """The sensors that an estimator reads."""
+    """The sensors that an estimator reads, and those that tell which feet bear."""
 
     noise: str = choice(
         "realistic",
         ("none", "realistic"),
         "Noise of the sensors: that of real units, drawn by the seed",
+    )
+    contacts: str = choice(
+        "feet",
+        ("feet", "joints"),
+        "What tells the controller which feet bear: `feet`, sensors in them, without error; "
+        "`joints`, the drives' torques, by a momentum observer, for robots whose feet have no "
+        "sensors or unreliable ones ([how](bus.md#feet-felt-by-the-joints))",
+    )
+    torque_noise: float = number(
+        0.005,
+        "of the limit",
+        "With `contacts: joints` and realistic noise: standard deviation of each measured torque, "
+        "a share of its joint's torque limit",
+        within(0.0, 0.2),
     )
 
 

@@ -15,19 +15,20 @@ from pydrake.systems.primitives import Gain
 
 from drake_quad.common import FloatArray
 from drake_quad.control.settings import ControlSettings
-from drake_quad.estimation.sensor_models import SensorErrors
+from drake_quad.estimation.sensor_models import SensorErrors, TorqueErrors
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.runs.schema import sources_of
-from drake_quad.scenario.build import sensor_errors
+from drake_quad.scenario.build import sensor_errors, torque_errors
 from drake_quad.simulation.instruments import (
     AddLoggers,
     AddMonitors,
     AddPushes,
     AddSensors,
+    AddTorqueSensor,
     PartLogger,
     find_signal,
     velocities_at_rest,
@@ -40,6 +41,7 @@ from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.stability.equilibrium_region import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.disturbances import Delay, Disturbances
+from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 from drake_quad.terrain.course import Course
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
@@ -172,6 +174,7 @@ def MakeStairClimb(
     world: Course | None = None,
     disturbances: Disturbances | None = None,
     sensors: SensorErrors | None = None,
+    torques: TorqueErrors | None = None,
     visualize: Visualize | None = None,
     tracking: str | MakeTracking | None = None,
 ) -> StairClimb:
@@ -192,6 +195,7 @@ def MakeStairClimb(
         disturbances: What the controller is not told; none if not given.
         sensors: Sensors from which the controller estimates its state; it is told its state if
             None.
+        torques: Torque sensors by which the controller feels which feet bear; it is told if None.
         visualize: Function that adds viewers to the Diagram.
         tracking: Controller of one's own, as for MakeController.
     """
@@ -209,6 +213,7 @@ def MakeStairClimb(
         disturbances=disturbances,
     )
     plant, scene_graph, instance, layout = simulated
+    model = MakeModelPlant(robot.url)
     controller = builder.AddNamedSystem(
         "controller",
         MakeController(
@@ -217,9 +222,10 @@ def MakeStairClimb(
             settings=settings,
             mission=mission,
             control=control,
-            model=MakeModelPlant(robot.url),
+            model=model,
             start=None if sensors is None else stance,
             tracking=tracking,
+            feel=torques is not None,
         ),
     )
     monitors = AddMonitors(
@@ -250,6 +256,12 @@ def MakeStairClimb(
             period=control.period,
         )
         initial |= velocities_at_rest(start[layout.q_joints])
+    if torques is not None:
+        standing = TorqueDynamics(robot, layout, model).standing_torque(start)
+        initial["joint_torque_measured"] = standing
+        senses["joint_torque_measured"] = AddTorqueSensor(
+            builder, simulated, errors=torques, initial=standing, period=control.period
+        )
     ConnectSenses(
         builder,
         controller,
@@ -279,6 +291,7 @@ def MakeStairClimb(
         estimated=sensors is not None,
         whole_body=controller.HasOutputPort("qp_state"),
         margins=margins != HULL,
+        felt=torques is not None,
     )
     signals = {log.name: find_signal(systems[log.system], log.port) for log in logged}
     loggers = AddLoggers(builder, signals, log_period)
@@ -326,6 +339,7 @@ def stair_climb_of(
         world=preparation.world,
         disturbances=preparation.disturbances,
         sensors=sensor_errors(scenario),
+        torques=torque_errors(scenario, preparation.robot),
         visualize=visualize,
         tracking=tracking,
     )

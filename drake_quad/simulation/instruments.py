@@ -19,7 +19,7 @@ from pydrake.systems.primitives import (
 )
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.estimation.sensor_models import SensorErrors
+from drake_quad.estimation.sensor_models import SensorErrors, TorqueErrors
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.simulation.plant import MakeTrueModel, SimulatedPlant
@@ -27,7 +27,7 @@ from drake_quad.stability.margins import MarginEstimator
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.disturbances import Disturbances, PushSource
 from drake_quad.systems.leaf_system import Parts
-from drake_quad.systems.sensors import Imu, JointSensor
+from drake_quad.systems.sensors import Imu, JointSensor, TorqueSensor
 from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
 
 GAUGE_PERIOD = 0.1  # [s] between measurements of the margins that take longer
@@ -161,6 +161,38 @@ def AddSensors(
         "imu_measured": imu.GetOutputPort("imu_measured"),
         "joint_state_measured": joints.GetOutputPort("joint_state_measured"),
     }
+
+
+def AddTorqueSensor(
+    builder: DiagramBuilder,
+    simulated: SimulatedPlant,
+    *,
+    errors: TorqueErrors,
+    initial: FloatArray,
+    period: float,
+) -> OutputPort:
+    """Adds the sensors of the drives' torques.
+
+    Args:
+        builder: Builder that holds the plant.
+        simulated: The plant.
+        errors: The sensors' errors.
+        initial: (12,) what they show until their first sample, leg by leg [Nm].
+        period: Period of the samples [s].
+
+    Returns:
+        Their output.
+    """
+    sensor = builder.AddNamedSystem(
+        "torque_sensor",
+        TorqueSensor(layout=simulated.layout, errors=errors, initial=initial, period=period),
+    )
+    builder.Connect(
+        simulated.plant.get_net_actuation_output_port(simulated.instance),
+        sensor.GetInputPort("net_actuation"),
+    )
+    port: OutputPort = sensor.GetOutputPort("joint_torque_measured")
+    return port
 
 
 def velocities_at_rest(q: FloatArray) -> dict[str, FloatArray]:

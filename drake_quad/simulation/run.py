@@ -106,6 +106,8 @@ def assumptions_of(scenario: Scenario) -> str:
     if scenario.simulation.mode == "kinematic":
         return "that the robot is where its plan has it: nothing was measured"
     flags = "contact flags without error"
+    if scenario.sensors.contacts == "joints":
+        flags = "joints without friction, which feel the feet's contacts"
     if scenario.perception.map == "seen":
         flags = f"a start whose place is known, a level landing that is told, {flags}"
     if scenario.estimator.kind == "truth":

@@ -19,6 +19,7 @@ from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.systems.gait_scheduler import GaitScheduler
+from drake_quad.systems.joint_contact_estimator import JointContactEstimator
 from drake_quad.systems.state_estimator import StateEstimator
 from drake_quad.systems.tracking_controller import (
     IkController,
@@ -64,6 +65,7 @@ def MakeController(
     start: Stance | None = None,
     tracking: str | MakeTracking | None = None,
     planned: Sequence[MotionPlan] = (),
+    feel: bool = False,
 ) -> Diagram:
     """Returns the controller as a Diagram of its own.
 
@@ -79,12 +81,14 @@ def MakeController(
         tracking: The controller that turns the plan into joint commands: one of KINDS by its name,
             or a function that makes one; `control.kind` if None.
         planned: The mission's plans, made beforehand, as TransitionPlanner takes them.
+        feel: Whether it feels by the joints' torques which feet bear, instead of being told.
 
     Raises:
         InputError: No such name, or a system without the ports of a TrackingController.
 
     Input ports:
-        contact_state_measured: (4,) 1 where a foot bears.
+        contact_state_measured: (4,) 1 where a foot bears, unless it feels that.
+        joint_torque_measured: (12,) of the TorqueSensor, if it feels which feet bear.
         imu_measured: (6,) of the Imu, if there is a `start`.
         joint_state_measured: (24,) of the JointSensor, if there is a `start`.
         robot_state_estimated: [q; v] in the order of `model`, if there is no `start`.
@@ -97,6 +101,7 @@ def MakeController(
         qp_state, carried_estimated, friction_estimated: Outputs of the WholeBodyController, or of
             another that has them.
         tracking: Output of a TrackingController, for logs.
+        contact_state_felt: Output of the JointContactEstimator, if there is one.
     """
     layout = make_layout(model, robot)
     builder = DiagramBuilder()
@@ -131,13 +136,19 @@ def MakeController(
     _check_ports(follower)
     _Wire(builder, scheduler, planner, follower)
     contact_users: list[LeafSystem] = [scheduler, follower]
+    state_users: list[LeafSystem] = [planner, follower]
+    if feel:
+        touch = JointContactEstimator(
+            robot=robot, layout=layout, model=model, period=control.period
+        )
+        state_users.append(builder.AddSystem(touch))
     if start is None:
-        _ExportInput(builder, "robot_state_estimated", (planner, follower))
+        _ExportInput(builder, "robot_state_estimated", state_users)
     else:
         estimator = builder.AddNamedSystem(
             "state_estimator", _MakeEstimator(robot, layout, start, control)
         )
-        for system in (planner, follower):
+        for system in state_users:
             builder.Connect(
                 estimator.GetOutputPort("robot_state_estimated"),
                 system.GetInputPort("robot_state_estimated"),
@@ -147,7 +158,14 @@ def MakeController(
             _ExportInput(builder, name, (estimator,))
         for name in ESTIMATES:
             builder.ExportOutput(estimator.GetOutputPort(name), name)
-    _ExportInput(builder, "contact_state_measured", contact_users)
+    if feel:
+        felt = touch.GetOutputPort("contact_state_measured")
+        for user in contact_users:
+            builder.Connect(felt, user.GetInputPort("contact_state_measured"))
+        _ExportInput(builder, "joint_torque_measured", (touch,))
+        builder.ExportOutput(felt, "contact_state_felt")
+    else:
+        _ExportInput(builder, "contact_state_measured", contact_users)
     for system, names in (
         (
             follower,

@@ -55,6 +55,22 @@ class TorqueDynamics:
             momentum=mass @ v, velocity_terms=change - h[joints], torque=torque, jacobian=jacobian
         ), mass
 
+    def standing_torque(self, state: FloatArray) -> FloatArray:
+        """Torques that hold the robot still with a quarter of its weight on each foot.
+
+        Args:
+            state: [q; v].
+
+        Returns:
+            Leg by leg (12,) [Nm].
+        """
+        scratch, read = self._model.CreateDefaultContext(), self._layout.read(state)
+        self._model.SetPositionsAndVelocities(scratch, state)
+        gravity = self._model.CalcGravityGeneralizedForces(scratch)[self._joints]
+        jacobian = read.R_WB @ calc_jacobians(self._robot.geometry, read.q)
+        feet = 0.25 * self._robot.mass * GRAVITY * jacobian[:, 2].ravel()
+        return np.asarray(-gravity - feet)
+
 
 class JointContactEstimator(LeafSystem):
     """Feels the ground with the joints, for robots without reliable sensors in their feet.

@@ -1,9 +1,9 @@
-"""The sensors: an IMU on the trunk, and the joints' encoders."""
+"""The sensors: an IMU on the trunk, the joints' encoders, and the torques of their drives."""
 
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from drake_quad.common import GRAVITY
+from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.sensor_models import (
     IDEAL_IMU,
     IDEAL_JOINTS,
@@ -11,6 +11,7 @@ from drake_quad.estimation.sensor_models import (
     ImuNoise,
     JointErrors,
     JointNoise,
+    TorqueErrors,
     draw_imu_errors,
     draw_joint_errors,
     sense_imu,
@@ -113,3 +114,42 @@ class JointSensor(LeafSystem):
             self._input.Eval(context), self._places, tick, self._errors.tables,
             state.get_mutable_value(self._measured),
         )  # fmt: skip
+
+
+class TorqueSensor(LeafSystem):
+    """What the twelve drives measure of their own torques.
+
+    Input ports:
+        net_actuation: (12,) torques that the drives give, in the plant's actuator order [Nm].
+    Output ports:
+        joint_torque_measured: (12,) torques [Nm]; leg by leg (FL, FR, RL, RR), abduction, hip
+            pitch, knee.
+    """
+
+    def __init__(
+        self,
+        *,
+        layout: StateLayout,
+        errors: TorqueErrors,
+        initial: FloatArray,
+        period: float = 0.002,
+    ) -> None:
+        """Declares ports and state.
+
+        Args:
+            layout: The state's layout, which has the actuators' order.
+            errors: The errors of the drives in this run.
+            initial: (12,) what it shows until its first sample, leg by leg [Nm].
+            period: Period of the samples [s].
+        """
+        super().__init__()
+        self.set_name("torque_sensor")
+        self._period, self._errors, self._order = period, errors, layout.actuators
+        self._input = self.DeclareVectorInputPort("net_actuation", 12)
+        self._measured = DeclareStateOutput(self, "joint_torque_measured", initial)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        tick = round(context.get_time() / self._period)
+        torque = self._input.Eval(context)[self._order]
+        state.set_value(self._measured, self._errors.apply(torque, tick))

@@ -29,10 +29,10 @@ def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) 
     A tick of each side after the other, by a clock of the test's: the same whatever else the
     machine does. Standing up is quicker here than a robot's.
     """
-    prepared, clock = short_walk(tmp_path), ManualClock()
+    prepared, clock = short_walk(tmp_path, contacts), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     robot = RobotLoop(SimulatedRobot(prepared), bus, clock)
-    loop = ControlLoop(prepared, bus, clock, contacts=contacts)
+    loop = ControlLoop(prepared, bus, clock)
     loop.limits = replace(loop.limits, fold_time=0.6, rise_time=1.0)
     low, walked = robot.robot.base[2], 0
     legs_lifted = 0.0

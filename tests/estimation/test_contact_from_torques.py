@@ -65,6 +65,26 @@ def test_a_foot_lifts_and_lands_with_hysteresis() -> None:
     assert seen == [True, False, False, True, True, False]
 
 
+@given(st.integers(1, 20))
+def test_a_foot_that_eases_for_a_moment_bears_on(periods: int) -> None:
+    """Less than `leave` is believed only after `confirm_leave`: a noisy sample lifts no foot."""
+    memory, momentum = np.zeros(TouchMemory.SIZE), np.zeros(12)
+    standing = -np.einsum("kji,kj->ki", JACOBIAN, np.tile([0, 0, MASS * GRAVITY], (4, 1))).ravel()
+    weight = MASS * GRAVITY
+
+    def below() -> bool:
+        return bool(memory[TouchMemory.FORCE][2] < SETTINGS.leave * weight)
+
+    for _ in range(60):
+        step(memory, momentum, 0.25 * standing)
+    eased = 0
+    for _ in range(periods):
+        step(memory, momentum, np.zeros(12))
+        eased = eased + 1 if below() else 0
+    bears = bool(memory[TouchMemory.BEARING][0])
+    assert bears == (eased * PERIOD < SETTINGS.confirm_leave - 1e-9)
+
+
 def test_a_stretched_leg_keeps_its_force() -> None:
     """Where a leg's Jacobian is singular the force is that of before, not a huge one."""
     singular = np.tile(np.diag([0.3, 0.25, 1e-4]), (4, 1, 1))

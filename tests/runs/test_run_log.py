@@ -91,7 +91,7 @@ def full_table() -> pa.Table:
     times, found = logs()
     n = len(times)
     more = {"state_estimated": model_layout().size, "deviation": 9, "slip_estimated": 4,
-            "healthy": 1, "qp_state": 2, "carried": 3, "friction": 4,
+            "healthy": 1, "felt": 4, "qp_state": 2, "carried": 3, "friction": 4,
             "further_margins": 6, "nonfoot_depth": 1, "foot_depth": 4,
             "least_margins": 2}  # fmt: skip
     counted = {k: np.arange(n * size, dtype=float).reshape(n, size) for k, size in more.items()}
@@ -113,7 +113,7 @@ def test_the_log_has_the_columns_of_the_schema() -> None:
 def test_what_is_not_estimated_or_learned_has_no_columns() -> None:
     """A controller that is told its state, and has no program, logs none of either."""
     missing = set(full_table().column_names) - set(table().column_names)
-    assert {"base_estimated_yaw", "FL_slip_estimated", "qp_unsolved", "carried_force"} <= missing
+    assert {"base_estimated_yaw", "FL_felt", "qp_unsolved", "carried_force"} <= missing
     assert set(table().column_names) < set(full_table().column_names)
 
 

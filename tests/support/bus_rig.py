@@ -35,11 +35,16 @@ mission:
 
 
 @cache
-def short_walk(folder: Path) -> PreparedScenario:
-    """The short walk, planned once for each folder that its file is written in."""
+def short_walk(folder: Path, contacts: str = "feet") -> PreparedScenario:
+    """The short walk, planned once for each folder that its file is written in.
+
+    Args:
+        folder: Where the file is written.
+        contacts: The scenario's `sensors.contacts`.
+    """
     path = folder / "short_walk.yaml"
     path.write_text(SHORT_WALK)
-    return prepare(load_scenario(str(path), list(FIELDS)))
+    return prepare(load_scenario(str(path), [*FIELDS, f"sensors.contacts={contacts}"]))
 
 
 class Pacing:
