@@ -15,7 +15,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
 from drake_quad.bus.messages import CommandMessage, StateMessage
-from drake_quad.bus.postures import safety_limits, sit_to_stand
+from drake_quad.bus.postures import lower, safety_limits, sit_to_stand
 from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
 from drake_quad.bus.safety import (
@@ -35,6 +35,7 @@ from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
+from drake_quad.scenario.build import touch_settings
 from drake_quad.simulation.instruments import velocities_at_rest
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
@@ -91,8 +92,8 @@ class BusController:
         layout = make_layout(model, robot)
         self._leg_order = layout.actuators  # of the ports' rows, leg by leg
         self._control, self._least = control, BEARS * robot.mass * GRAVITY
-        felt = prepared.scenario.sensors.contacts == "joints"
-        self._touch = TouchByTorque(robot, layout, model, control) if felt else None
+        feel = touch_settings(prepared.scenario)
+        self._touch = None if feel is None else TouchByTorque(robot, layout, model, control, feel)
         self._diagram = MakeController(
             robot=robot,
             course=prepared.course,
@@ -186,13 +187,15 @@ class TouchByTorque:
         layout: Layout of its state.
         model: The robot without ground.
         control: Controller whose period is read.
+        settings: How the observer listens.
     """
 
     def __init__(
         self, robot: RobotModel, layout: StateLayout, model: MultibodyPlant,
-        control: ControlSettings,
+        control: ControlSettings, settings: TouchSettings,
     ) -> None:  # fmt: skip
         self._robot, self._layout, self._period = robot, layout, control.period
+        self._settings = settings
         self._dynamics = TorqueDynamics(robot, layout, model)
         self._scratch = model.CreateDefaultContext()
         self._memory = np.zeros(TouchMemory.SIZE)
@@ -204,7 +207,7 @@ class TouchByTorque:
         x[self._layout.q_joints], x[self._layout.v_joints] = state.position, state.velocity
         period = periods * self._period
         now, self._mass = self._dynamics.calc(self._scratch, self._mass, x, state.effort, period)
-        observe(self._memory, now, self._robot.mass, period, TouchSettings())
+        observe(self._memory, now, self._robot.mass, period, self._settings)
         return self._memory[TouchMemory.BEARING].copy()
 
 
@@ -239,6 +242,7 @@ class ControlLoop:
         self.limits = safety_limits(prepared.robot, control)
         self._postures = sit_to_stand(prepared.robot, prepared.stance)
         self.controller: Walker = controller or BusController(prepared, control)
+        self._robot, self._bearing = prepared.robot, self.controller.bearing
         self._bus, self._clock, self._silent = bus, clock, silent
         self._session, self._sequence = new_session(), 0
         self._states, self._commands = StateWatch(self.period), CommandWatch(self._session)
@@ -286,6 +290,10 @@ class ControlLoop:
         if memory.mode == SafetyMode.WALKING:
             for state in fresh:
                 self.controller.take(state)
+        request = self._request(memory.mode, now)
+        if request == Request.SIT and memory.mode == SafetyMode.STANDING:
+            self._postures = lower(self._robot, self.told.q, self._states.up)
+            self._bearing = self.told.torque
         known = Known(
             time=now,
             q=None if newest is None else newest.position,
@@ -293,16 +301,14 @@ class ControlLoop:
             up=self._states.up,
             age=(begun - self._states.received_ns) / NS if newest is not None else np.inf,
             fault=fault,
-            request=self._request(memory.mode, now),
+            request=request,
             wanted=self.controller.wanted()
             if memory.mode == SafetyMode.WALKING and fresh
             else None,
             ended=self.controller.ended,
         )
         before = self.told
-        self._memory, self.told = advance(
-            memory, known, self.limits, self._postures, self.controller.bearing
-        )
+        self._memory, self.told = advance(memory, known, self.limits, self._postures, self._bearing)
         self.holds += self._memory.holding
         if self.told.stiffness > 0.0:
             self.largest_step = max(self.largest_step, float(np.abs(self.told.q - before.q).max()))

@@ -81,6 +81,17 @@ def check_choice(choice: BusChoice, *, named: bool, ready: bool) -> None:
         raise fail("rate", choice.rate, "a robot keeps time: give 1")
 
 
+def load_for_bus(name: str, fields: list[str]) -> Scenario:
+    """The scenario with FIELDS set, as far as no design fills them in, and then a person's own.
+
+    Raises:
+        InputError: As of `load_scenario`.
+    """
+    estimated = [field for field in FIELDS if not field.startswith("controller.")]
+    scenario: Scenario = load_scenario(name, [*estimated, *fields])
+    return scenario if scenario.design == "auto" else load_scenario(name, [*FIELDS, *fields])
+
+
 def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> PreparedScenario:
     """The scenario read, planned, and its kernels compiled.
 
@@ -93,7 +104,7 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
         InputError: It cannot be run on a bus.
         PlanningError: It has no plan.
     """
-    scenario: Scenario = load_scenario(name, [*FIELDS, *fields])
+    scenario = load_for_bus(name, fields)
     if scenario.estimator.kind != "ekf":
         raise InputError(
             source=name, field="estimator.kind", value=scenario.estimator.kind,

@@ -226,6 +226,8 @@ def hold(m: FloatArray, p_BF: FloatArray, k: int, s: Record) -> None:
         for j in range(ERRORS):
             P[j, d] = P[j, E_POSITION + i]
         P[d, d] += s.foot_noise**2
+        if i == 2:
+            P[d, d] += s.foot_sink**2
 
 
 @jit

@@ -42,6 +42,36 @@ from drake_quad.estimation.filter_state import (
 from drake_quad.estimation.prediction import predict
 from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.rotations import multiply, rotation_exp, write_quaternion
+from drake_quad.terrain.course import top_at
+
+
+@jit
+def correct_by(m: FloatArray, h: FloatArray, y: float, noise: float, gate: float) -> None:
+    """Corrects the memory by one measurement, unless it is farther off than it can be.
+
+    Args:
+        m: The filter's memory.
+        h: What the measurement changes by with each error (ERRORS,).
+        y: The estimate less what is measured.
+        noise: Variance of the measurement.
+        gate: Greatest squared Mahalanobis distance that is believed.
+    """
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    column, delta = np.empty(ERRORS), np.empty(ERRORS)
+    S = noise
+    for a in range(ERRORS):
+        column[a] = 0.0
+        for b in range(ERRORS):
+            column[a] += P[a, b] * h[b]
+    for a in range(ERRORS):
+        S += h[a] * column[a]
+    if y * y / S > gate:
+        return
+    for a in range(ERRORS):
+        delta[a] = column[a] * y / S
+        for b in range(ERRORS):
+            P[a, b] -= column[a] * column[b] / S
+    retract(m, delta)
 
 
 @jit
@@ -55,9 +85,7 @@ def level_start(m: FloatArray, s: Record) -> None:
     if m[FIRM] + m[FIRM + 1] + m[FIRM + 2] + m[FIRM + 3] < 3.5:
         return
     m[LEVELLED] = 1.0
-    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
-    noise = s.level_start**2
-    sign, h, column, delta = np.empty(4), np.empty(ERRORS), np.empty(ERRORS), np.empty(ERRORS)
+    sign, h = np.empty(4), np.empty(ERRORS)
     # Orthonormal contrasts, so that their noises are independent: front, left, and diagonal.
     for contrast in range(3):
         for k in range(4):
@@ -71,20 +99,41 @@ def level_start(m: FloatArray, s: Record) -> None:
             h[0] += sign[k] * m[d + 1]
             h[1] -= sign[k] * m[d]
             h[E_FEET + 3 * k + 2] = sign[k]
-        S = noise
-        for a in range(ERRORS):
-            column[a] = 0.0
-            for b in range(ERRORS):
-                column[a] += P[a, b] * h[b]
-        for a in range(ERRORS):
-            S += h[a] * column[a]
-        if y * y / S > s.gate:
-            continue  # not level after all
-        for a in range(ERRORS):
-            delta[a] = column[a] * y / S
-            for b in range(ERRORS):
-                P[a, b] -= column[a] * column[b] / S
-        retract(m, delta)
+        correct_by(m, h, y, s.level_start**2, s.gate)  # beyond it they are not level after all
+
+
+CLEAR_OF_EDGES = 0.02  # [m] around a foot that is level on the map, or its height is not counted on
+
+
+@jit
+def stand_on_map(m: FloatArray, k: int, tops: FloatArray, radius: float, s: Record) -> None:
+    """Leg k's foot, firm from this tick on, stands as high as the map has the ground there.
+
+    Without it every foot that is set down adds what it sinks in as it is loaded, and the height
+    drifts. Where an edge is near, or the ground slopes, the map is not asked: which side of the
+    edge the foot is on is as uncertain as its place.
+
+    Args:
+        m: The filter's memory.
+        k: Index of the leg.
+        tops: The map, see `terrain.course.top_at`.
+        radius: Radius of the feet [m].
+        s: The settings, a record of the type SETTINGS.
+    """
+    d = FEET + 3 * k
+    x, y = m[d], m[d + 1]
+    height, gx, gy = top_at(tops, x, y)
+    if not isfinite(height) or gx != 0.0 or gy != 0.0:
+        return
+    for side in range(4):
+        dx = CLEAR_OF_EDGES if side < 2 else -CLEAR_OF_EDGES
+        dy = CLEAR_OF_EDGES if side % 2 == 0 else -CLEAR_OF_EDGES
+        beside, _, _ = top_at(tops, x + dx, y + dy)
+        if beside != height:
+            return
+    h = np.zeros(ERRORS)
+    h[0], h[1], h[E_FEET + 3 * k + 2] = y, -x, 1.0  # as in `level_start`
+    correct_by(m, h, m[d + 2] - radius - height, s.map_height**2, s.gate)
 
 
 # Beyond these a reading is a fault, not a motion; the filter's own numbers stay far from overflow.
@@ -106,7 +155,7 @@ Estimates = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]  #
 
 
 @jit
-def step(m: FloatArray, readings: Readings, model: Record) -> bool:
+def step(m: FloatArray, readings: Readings, model: Record, tops: FloatArray) -> bool:
     """One tick, in place in the memory `m` (SIZE,); returns whether the estimate is healthy.
 
     A reading that is not sound is left out: without the IMU the last estimate holds and grows
@@ -118,6 +167,7 @@ def step(m: FloatArray, readings: Readings, model: Record) -> bool:
             angles [rad], then joint speeds [rad/s], leg by leg (24,); 1 for each foot that bears,
             else 0 (4,).
         model: A record of the type MODEL.
+        tops: The map, see `terrain.course.top_at`; none (0, 10) if there is none.
     """
     imu, joints, contacts = readings
     legs, radius, dt, s = model.legs, model.radius, model.dt, model.settings
@@ -141,10 +191,15 @@ def step(m: FloatArray, readings: Readings, model: Record) -> bool:
         roll(m, gyro, joints, dt, radius)
         copy_vector(m[ANGLES : ANGLES + 12], joints[:12])
         if contacts_sound:
-            p_BF, v_BF = np.empty((4, 3)), np.empty((4, 3))
+            p_BF, v_BF, held = np.empty((4, 3)), np.empty((4, 3)), np.empty(4)
             feet_in_body(legs, joints, p_BF, v_BF)
+            copy_vector(held, m[FIRM : FIRM + 4])
             track_contacts(m, p_BF, v_BF, contacts, dt, s)
             level_start(m, s)
+            if s.map_height > 0.0:
+                for k in range(4):
+                    if m[FIRM + k] > held[k]:
+                        stand_on_map(m, k, tops, radius, s)
             gated = correct(m, p_BF, contacts, s)
             for k in range(4):
                 if gated[k] > 0.5:
@@ -222,20 +277,27 @@ def write_deviation(m: FloatArray, out: FloatArray) -> None:
 
 
 @jit
-def run_filter(m: FloatArray, readings: Readings, models: NDArray[np.void], out: Estimates) -> None:
+def run_filter(
+    m: FloatArray,
+    readings: Readings,
+    models: NDArray[np.void],
+    tops: FloatArray,
+    out: Estimates,
+) -> None:
     """`step`, then all outputs, in one call.
 
     Args:
         m: The filter's memory; goes on a tick.
         readings: Readings as for `step`.
         models: The filter's constants, see `filter_model`.
+        tops: The map, as for `step`.
         out: Results: the state [q; v], which stays as it was until the filter has started; the
             standard deviations (9,) of `write_deviation`; the bias of the rate [rad/s] and of the
             specific force [m/s^2] (6,); 1 for each foot that slipped (4,); 1 if healthy (1,).
     """
     x, deviation, bias, slip, healthy = out
     model = models[0]
-    healthy[0] = 1.0 if step(m, readings, model) else 0.0
+    healthy[0] = 1.0 if step(m, readings, model, tops) else 0.0
     write_deviation(m, deviation)
     copy_vector(bias, m[GYRO_BIAS : ACCEL_BIAS + 3])
     copy_vector(slip, m[SLIP : SLIP + 4])

@@ -55,6 +55,9 @@ class EstimatorSettings:
         lost_velocity: Deviation of the velocity from which the estimate is not healthy [m/s].
         level_start: Deviation of the ground's height under the feet where the robot is put [m];
             0 if the ground there is not known to be level.
+        foot_sink: Deviation of what a foot sinks in, or gives, once it is loaded [m].
+        map_height: Deviation of the ground's height from the map's, where a foot comes to stand
+            [m]; 0 if no map is counted on.
     """
 
     gyro_density: float = 2.0e-4
@@ -79,6 +82,8 @@ class EstimatorSettings:
     accel_range: float = 196.0
     lost_velocity: float = 0.3
     level_start: float = 0.0
+    foot_sink: float = 0.0
+    map_height: float = 0.0
 
 
 DEFAULT_SETTINGS = EstimatorSettings()

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.errors import InputError
+from drake_quad.estimation.contact_from_torques import TouchSettings
 from drake_quad.estimation.sensor_models import (
     IDEAL_IMU,
     IDEAL_JOINTS,
@@ -190,6 +191,13 @@ def sensor_errors(scenario: Scenario) -> SensorErrors | None:
         imu_generator=generator_of(scenario, "imu"),
         joint_generator=generator_of(scenario, "joint_sensor"),
     )
+
+
+def touch_settings(scenario: Scenario) -> TouchSettings | None:
+    """How the joints feel which feet bear; None if the feet have sensors of their own."""
+    load = scenario.sensors.touch_load
+    felt = scenario.sensors.contacts == "joints"
+    return TouchSettings(touch=load, leave=0.5 * load) if felt else None
 
 
 def torque_errors(scenario: Scenario, robot: RobotModel) -> TorqueErrors | None:

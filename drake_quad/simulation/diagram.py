@@ -15,6 +15,7 @@ from pydrake.systems.primitives import Gain
 
 from drake_quad.common import FloatArray
 from drake_quad.control.settings import ControlSettings
+from drake_quad.estimation.contact_from_torques import TouchSettings
 from drake_quad.estimation.sensor_models import SensorErrors, TorqueErrors
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task
@@ -22,7 +23,7 @@ from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.runs.schema import sources_of
-from drake_quad.scenario.build import sensor_errors, torque_errors
+from drake_quad.scenario.build import sensor_errors, torque_errors, touch_settings
 from drake_quad.simulation.instruments import (
     AddLoggers,
     AddMonitors,
@@ -174,6 +175,7 @@ def MakeStairClimb(
     world: Course | None = None,
     disturbances: Disturbances | None = None,
     sensors: SensorErrors | None = None,
+    feel: TouchSettings | None = None,
     torques: TorqueErrors | None = None,
     visualize: Visualize | None = None,
     tracking: str | MakeTracking | None = None,
@@ -195,7 +197,8 @@ def MakeStairClimb(
         disturbances: What the controller is not told; none if not given.
         sensors: Sensors from which the controller estimates its state; it is told its state if
             None.
-        torques: Torque sensors by which the controller feels which feet bear; it is told if None.
+        feel: How the controller feels which feet bear; it is told by sensors in them if None.
+        torques: Errors of the torques by which it feels that; wanted if `feel` is given.
         visualize: Function that adds viewers to the Diagram.
         tracking: Controller of one's own, as for MakeController.
     """
@@ -225,7 +228,7 @@ def MakeStairClimb(
             model=model,
             start=None if sensors is None else stance,
             tracking=tracking,
-            feel=torques is not None,
+            feel=feel,
         ),
     )
     monitors = AddMonitors(
@@ -256,7 +259,8 @@ def MakeStairClimb(
             period=control.period,
         )
         initial |= velocities_at_rest(start[layout.q_joints])
-    if torques is not None:
+    if feel is not None:
+        assert torques is not None
         standing = TorqueDynamics(robot, layout, model).standing_torque(start)
         initial["joint_torque_measured"] = standing
         senses["joint_torque_measured"] = AddTorqueSensor(
@@ -291,7 +295,7 @@ def MakeStairClimb(
         estimated=sensors is not None,
         whole_body=controller.HasOutputPort("qp_state"),
         margins=margins != HULL,
-        felt=torques is not None,
+        felt=feel is not None,
     )
     signals = {log.name: find_signal(systems[log.system], log.port) for log in logged}
     loggers = AddLoggers(builder, signals, log_period)
@@ -339,6 +343,7 @@ def stair_climb_of(
         world=preparation.world,
         disturbances=preparation.disturbances,
         sensors=sensor_errors(scenario),
+        feel=touch_settings(scenario),
         torques=torque_errors(scenario, preparation.robot),
         visualize=visualize,
         tracking=tracking,

@@ -90,7 +90,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         "estimator": {
             "math.rotations.yaw_pitch_rotation": (_F, _F),
             "estimation.filter.run_filter": (
-                _V, types.UniTuple(_V, 3), model, types.UniTuple(_V, 5),
+                _V, types.UniTuple(_V, 3), model, _M, types.UniTuple(_V, 5),
             ),
             "estimation.sensor_models.sense_imu": (
                 _V, _I, _I, _V, _I, types.Tuple((_RM, _RM, _V, _F)), _V,

@@ -12,6 +12,7 @@ from drake_quad.control.ports import BALANCE_SIZE
 from drake_quad.control.push_recovery import Reflex
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError
+from drake_quad.estimation.contact_from_torques import TouchSettings
 from drake_quad.estimation.filter_state import EstimatorSettings
 from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
@@ -30,6 +31,8 @@ from drake_quad.systems.transition_planner import TransitionPlanner
 from drake_quad.terrain.course import Course
 
 LEVEL_START = 0.002  # [m]: courses begin with a level floor or landing
+FOOT_SINK = 0.0015  # [m]: a rubber foot, or ground, that gives by a millimetre or two
+MAP_HEIGHT = 0.005  # [m]: treads of one flight differ by so much (IBC: 9.5 mm at most)
 ESTIMATES = (
     "robot_state_estimated",
     "estimator_deviation",
@@ -65,7 +68,7 @@ def MakeController(
     start: Stance | None = None,
     tracking: str | MakeTracking | None = None,
     planned: Sequence[MotionPlan] = (),
-    feel: bool = False,
+    feel: TouchSettings | None = None,
 ) -> Diagram:
     """Returns the controller as a Diagram of its own.
 
@@ -81,7 +84,7 @@ def MakeController(
         tracking: The controller that turns the plan into joint commands: one of KINDS by its name,
             or a function that makes one; `control.kind` if None.
         planned: The mission's plans, made beforehand, as TransitionPlanner takes them.
-        feel: Whether it feels by the joints' torques which feet bear, instead of being told.
+        feel: How it feels by the joints' torques which feet bear; it is told that if None.
 
     Raises:
         InputError: No such name, or a system without the ports of a TrackingController.
@@ -137,16 +140,16 @@ def MakeController(
     _Wire(builder, scheduler, planner, follower)
     contact_users: list[LeafSystem] = [scheduler, follower]
     state_users: list[LeafSystem] = [planner, follower]
-    if feel:
+    if feel is not None:
         touch = JointContactEstimator(
-            robot=robot, layout=layout, model=model, period=control.period
+            robot=robot, layout=layout, model=model, period=control.period, settings=feel
         )
         state_users.append(builder.AddSystem(touch))
     if start is None:
         _ExportInput(builder, "robot_state_estimated", state_users)
     else:
         estimator = builder.AddNamedSystem(
-            "state_estimator", _MakeEstimator(robot, layout, start, control)
+            "state_estimator", _MakeEstimator(robot, layout, start, control, course)
         )
         for system in state_users:
             builder.Connect(
@@ -158,7 +161,7 @@ def MakeController(
             _ExportInput(builder, name, (estimator,))
         for name in ESTIMATES:
             builder.ExportOutput(estimator.GetOutputPort(name), name)
-    if feel:
+    if feel is not None:
         felt = touch.GetOutputPort("contact_state_measured")
         for user in contact_users:
             builder.Connect(felt, user.GetInputPort("contact_state_measured"))
@@ -241,7 +244,7 @@ def _ExportInput(builder: DiagramBuilder, name: str, systems: Sequence[LeafSyste
 
 
 def _MakeEstimator(
-    robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings
+    robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings, course: Course
 ) -> StateEstimator:
     q, _, _ = pose_robot(robot, start.body[None], start.feet[None])
     return StateEstimator(
@@ -251,6 +254,9 @@ def _MakeEstimator(
         yaw=float(start.body[4]),
         pitch=float(start.body[3]),
         q=q.reshape(12),
-        settings=EstimatorSettings(level_start=LEVEL_START),
+        settings=EstimatorSettings(
+            level_start=LEVEL_START, foot_sink=FOOT_SINK, map_height=MAP_HEIGHT
+        ),
         period=control.period,
+        course=course,
     )

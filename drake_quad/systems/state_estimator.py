@@ -14,12 +14,14 @@ from drake_quad.estimation.filter_state import (
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareStateOutput
+from drake_quad.terrain.course import Course, box_tops
 
 
 class StateEstimator(LeafSystem):
     """A contact-aided invariant extended Kalman filter; see docs/estimation.md.
 
-    Place and heading are as good as the start is known: nothing the robot feels shows them.
+    Place and heading are as good as the start is known: nothing the robot feels shows them. Height
+    is the map's, where there is one.
 
     Input ports:
         imu_measured: (6,) rate [rad/s] and specific force [m/s^2] in B.
@@ -46,6 +48,7 @@ class StateEstimator(LeafSystem):
         q: FloatArray | None = None,
         settings: EstimatorSettings = DEFAULT_SETTINGS,
         period: float = 0.002,
+        course: Course | None = None,
     ) -> None:
         """Puts the robot at its known start.
 
@@ -58,12 +61,14 @@ class StateEstimator(LeafSystem):
             q: (12,) joint angles that the state has until the first reading [rad]; zero if None.
             settings: What the filter assumes.
             period: Period of the filter, and of the IMU [s].
+            course: The map, on whose heights the feet come to stand; none is counted on if None.
         """
         super().__init__()
         self.set_name("state_estimator")
         self._model = filter_model(
             robot, settings, radius=robot.foot_radius, period=period, layout=layout
         )
+        self._tops = np.zeros((0, 10)) if course is None else box_tops(course)
         angles = np.zeros(12) if q is None else np.asarray(q, dtype=np.float64).reshape(12)
         memory = initial_memory(settings, np.asarray(p_WB, dtype=np.float64), yaw, pitch, angles)
         deviation = np.zeros(9)
@@ -93,4 +98,4 @@ class StateEstimator(LeafSystem):
         value = state.get_mutable_value
         imu, joints, contacts = [port.Eval(context) for port in self._inputs]
         out = tuple(value(index) for index in self._outputs)
-        run_filter(value(self._memory), (imu, joints, contacts), self._model, out)
+        run_filter(value(self._memory), (imu, joints, contacts), self._model, self._tops, out)

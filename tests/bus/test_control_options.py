@@ -7,6 +7,7 @@ from command import drake_quad, refused
 
 from drake_quad.bus import processes
 from drake_quad.cli.bus import control
+from drake_quad.errors import InputError
 from drake_quad.simulation.prepare import PreparedScenario
 
 WALK = """
@@ -44,6 +45,18 @@ def test_the_loop_gets_what_tells_contacts(
     with pytest.raises(Begun):
         control(str(path), contacts=option)
     assert begun == [expected]
+
+
+@pytest.mark.parametrize("design", ["auto", "given"])
+def test_a_designed_gait_keeps_its_own_period(design: str, tmp_path: Path) -> None:
+    """A bus has the state estimated in any case; a period is set only where no design sets it."""
+    path = tmp_path / "walk.yaml"
+    path.write_text(WALK + f"robot: {{model: paper_quadruped}}\ndesign: {design}\n")
+    scenario = processes.load_for_bus(str(path), [])
+    assert scenario.estimator.kind == "ekf" and scenario.design == design
+    assert (scenario.controller.period == 0.002) == (design == "given")
+    with pytest.raises(InputError, match=r"controller\.period"):
+        processes.load_for_bus(str(path), ["design=auto", "controller.period=0.002"])
 
 
 def test_contacts_that_nothing_tells_are_refused(tmp_path: Path) -> None:

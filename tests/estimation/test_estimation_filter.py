@@ -198,3 +198,64 @@ def test_readings_that_fail_do_not_spoil_the_rest() -> None:
     assert found.healthy[900:1300].all() and found.healthy[-200:].all()
     assert np.abs(found.position - motion.position).max() < 0.01
     assert np.abs(found.velocity[-1] - motion.velocity[-1]).max() < 5e-3
+
+
+ON_MAP = EstimatorSettings(foot_sink=0.0015, map_height=0.005, initial_position=0.01)
+
+
+def top(height: float, *, half: float = 100.0, gradient: float = 0.0) -> np.ndarray:
+    """A map of one square about W's origin, as `box_tops` gives it."""
+    return np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half, height, gradient]])
+
+
+@pytest.mark.parametrize("offset", [0.008, -0.008])
+def test_height_is_the_maps_where_feet_are_set_down(offset: float) -> None:
+    """Put down 8 mm too high or too low in its own belief, the robot finds its height by its map.
+
+    Without a map nothing shows it. Place and heading stay as they were: a level map does not tell
+    them.
+    """
+    motion = crawl(6)
+    imu, joints, _ = readings(motion)
+    start = motion.position[0] + [0.0, 0.0, offset]
+    height = float(motion.feet[0, 0, 2])  # of points that stand on the ground
+    blind = estimate(motion, imu, joints, settings=ON_MAP, p_WB=start)
+    told = estimate(motion, imu, joints, settings=ON_MAP, p_WB=start, tops=top(height))
+    assert abs(blind.position[-1, 2] - motion.position[-1, 2]) > 0.95 * abs(offset)
+    assert abs(told.position[-1, 2] - motion.position[-1, 2]) < 0.2 * abs(offset)
+    assert np.abs(told.position[-1, :2] - motion.position[-1, :2]).max() < 2e-3
+    assert told.deviation[-1, 8] < blind.deviation[-1, 8]
+
+
+@pytest.mark.parametrize(
+    "tops",
+    [
+        top(0.0, half=1e-3),  # nowhere under a foot
+        top(0.0, gradient=0.01),  # a slope
+        top(-1.0),  # farther off than any tread
+    ],
+    ids=["off the map", "slope", "another floor"],
+)
+def test_a_map_that_cannot_be_meant_is_not_counted_on(tops: np.ndarray) -> None:
+    """Off the map, on a slope, or a metre off, the estimate is that without a map, to the bit."""
+    motion = crawl(2)
+    imu, joints, _ = readings(motion)
+    tops = tops.copy()
+    tops[0, 8] += motion.feet[0, 0, 2]
+    blind = estimate(motion, imu, joints, settings=ON_MAP)
+    told = estimate(motion, imu, joints, settings=ON_MAP, tops=tops)
+    np.testing.assert_array_equal(told.position, blind.position)
+
+
+def test_the_map_is_not_asked_beside_an_edge() -> None:
+    """Where the ground steps within 20 mm of a foot, its height does not go into the estimate."""
+    motion = crawl(2)
+    imu, joints, _ = readings(motion)
+    height = float(motion.feet[0, 0, 2])
+    landed = np.unique(motion.feet[motion.contacts > 0.5][:, 0].round(6))
+    # Curbs of 5 mm that begin 10 mm ahead of each place where a foot ever is.
+    curbs = [[1.0, 0.0, 0.0, 1.0, x + 0.03, 0.0, 0.02, 100.0, height + 0.005, 0.0] for x in landed]
+    tops = np.concatenate([top(height), np.array(curbs)])
+    blind = estimate(motion, imu, joints, settings=ON_MAP)
+    told = estimate(motion, imu, joints, settings=ON_MAP, tops=tops)
+    np.testing.assert_array_equal(told.position, blind.position)

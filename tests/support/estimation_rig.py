@@ -26,7 +26,7 @@ from drake_quad.estimation.sensor_models import (
     imu_increments,
 )
 from drake_quad.planning.motion_plan import pose_robot
-from drake_quad.robot.kinematics import leg_array
+from drake_quad.robot.kinematics import calc_feet, leg_array
 
 DT = 0.002
 
@@ -54,6 +54,13 @@ class Motion:
     def rotation(self) -> FloatArray:
         """R_WB (N, 3, 3)."""
         return np.array([model_layout().read(x).R_WB for x in self.states])
+
+    @property
+    def feet(self) -> FloatArray:
+        """The feet's centres in W (N, 4, 3) [m]."""
+        reads = [model_layout().read(x) for x in self.states]
+        geometry = paper_robot().geometry
+        return np.array([r.p_WB + calc_feet(geometry, r.q) @ r.R_WB.T for r in reads])
 
     def moved(self, *, yaw: float, shift: FloatArray) -> "Motion":
         """The same motion elsewhere: turned about W's z [rad], then shifted (3,) [m]."""
@@ -245,8 +252,12 @@ def estimate(
     radius: float = 0.0,
     yaw: float | None = None,
     p_WB: FloatArray | None = None,
+    tops: FloatArray | None = None,
 ) -> Estimate:
-    """Runs the filter over readings, from the motion's own start unless told another."""
+    """Runs the filter over readings, from the motion's own start unless told another.
+
+    `tops` is the map that it has, none unless given.
+    """
     settings = settings or EstimatorSettings()
     R = motion.rotation[0]
     memory = initial_memory(
@@ -261,8 +272,9 @@ def estimate(
         0
     ]
     rows, deviations, healthy = [], [], []
+    tops = np.zeros((0, 10)) if tops is None else tops
     for k in range(len(imu)):
-        sound = step(memory, (imu[k], joints[k], feet[k]), model)
+        sound = step(memory, (imu[k], joints[k], feet[k]), model, tops)
         deviation = np.zeros(9)
         write_deviation(memory, deviation)
         rows.append(memory[:COVARIANCE].copy())

@@ -1,0 +1,132 @@
+"""A robot's own MJCF walks, and on stairs, under our controller, which knows its messages alone.
+
+    python -m benchmarks.bus_mjcf go2 --mjcf go2.xml --seeds 10
+
+The robot's side is MuJoCo with the file given: its masses, joint friction and feet, 2 ms steps. The
+controller's robot is the one that drake_quad knows by its name, which is another file. In lock
+step, a tick of one side after a tick of the other, through the bytes of Unitree's LowState and
+LowCmd; the state is estimated, and the feet felt by the joints (`--contacts feet`: sensed).
+"""
+
+import argparse
+import json
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from benchmarks.mjcf_robot import MjcfSide
+from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.messages import CommandMessage, StateMessage
+from drake_quad.bus.processes import joint_map, load_for_bus
+from drake_quad.bus.real_time import NS, ManualClock
+from drake_quad.bus.robot_bus import LoopbackBus
+from drake_quad.bus.robot_side import DriveGuard
+from drake_quad.bus.unitree_messages import (
+    decode_low_cmd,
+    decode_low_state,
+    encode_low_cmd,
+    encode_low_state,
+)
+from drake_quad.simulation.prepare import PreparedScenario, prepare
+
+SCENARIO = """
+description: A walk, and stairs up and down, over a bus
+robot: {{model: {robot}}}
+design: auto
+course:
+  - {{kind: floor, length: {floor}, width: 2.0}}
+"""
+STAIRS = """\
+  - {{kind: stairs, going: up, rise: {rise}, run: {run}, count: {count}}}
+  - {{kind: landing, length: 1.6}}
+  - {{kind: stairs, going: down, rise: {rise}, run: {run}, count: {count}}}
+  - {{kind: floor, length: 1.5}}
+"""
+START = "start: {distance: 0.8}\n"
+
+
+class UnitreeBytes(LoopbackBus):
+    """A bus within the process on which every message goes through Unitree's bytes."""
+
+    def __init__(self, prepared: PreparedScenario, clock: ManualClock) -> None:
+        super().__init__(clock.now_ns)
+        self._joints = joint_map(prepared.robot)
+
+    def publish_state(self, state: StateMessage) -> None:
+        """Sends a LowState."""
+        come = decode_low_state(encode_low_state(state, self._joints), 0, self._joints)
+        assert come.message is not None and not come.fault
+        super().publish_state(come.message)
+
+    def publish_command(self, command: CommandMessage) -> None:
+        """Sends a LowCmd; a writer's number and a sequence are DDS's own."""
+        come = decode_low_cmd(
+            encode_low_cmd(command, self._joints), 0, self._joints,
+            session=command.session, sequence=command.sequence,
+        )  # fmt: skip
+        assert come.message is not None and not come.fault
+        super().publish_command(replace(come.message, time_ns=command.time_ns))
+
+
+def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
+    """One run, from damped to damped."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "walk.yaml"
+        path.write_text(text)
+        fields = [f"simulation.seed={seed}", f"sensors.contacts={given.contacts}", *given.set]
+        prepared = prepare(load_for_bus(str(path), fields))
+    clock = ManualClock()
+    bus = UnitreeBytes(prepared, clock)
+    side, guard = MjcfSide(mjcf, prepared, friction=given.friction), DriveGuard()
+    loop = ControlLoop(prepared, bus, clock)
+    period_ns, sequence = round(loop.period * NS), 0
+    places: list[list[float]] = []
+    while not loop.outcome and loop.time < given.limit:
+        side.advance(guard.judge(bus, clock.now_ns()), guard.command)
+        sequence += 1
+        bus.publish_state(side.sense(1, sequence, round(side.time * NS), guard.drives))
+        loop.tick()
+        if len(loop.events) > len(places):
+            places.append(side.base.round(3).tolist())
+        clock.sleep_until(clock.now_ns() + period_ns)
+    return {
+        "robot": prepared.robot.name,
+        "seed": seed,
+        "contacts": given.contacts,
+        "outcome": loop.outcome or f"not at the goal after {given.limit:g} s",
+        "touched": sorted(side.others),
+        "trunk": places,
+        "end": side.base.round(3).tolist(),
+        "seconds": round(loop.time, 1),
+        "largest_step": round(loop.largest_step, 4),
+        "events": [f"{e.time:.1f} {e.mode} {e.reason}".strip() for e in loop.events],
+    }
+
+
+def main() -> None:
+    """Prints a line of JSON a run."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("robot", help="robot by its name, as drake_quad knows it")
+    parser.add_argument("--mjcf", type=Path, required=True, help="the robot's own MJCF")
+    parser.add_argument("--floor", type=float, default=3.3, help="length before the stairs [m]")
+    parser.add_argument("--rise", type=float, default=0.10)
+    parser.add_argument("--run", type=float, default=0.30)
+    parser.add_argument("--count", type=int, default=4, help="steps; 0: the floor alone")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--contacts", choices=("feet", "joints"), default="joints")
+    parser.add_argument("--friction", type=float, default=0.6)
+    parser.add_argument("--limit", type=float, default=900.0)
+    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
+    given = parser.parse_args()
+    text = SCENARIO.format(robot=given.robot, floor=given.floor)
+    if given.count:
+        text += STAIRS.format(rise=given.rise, run=given.run, count=given.count)
+    text += START
+    for seed in range(given.first, given.first + given.seeds):
+        print(json.dumps(run(text, given.mjcf, seed, given)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
