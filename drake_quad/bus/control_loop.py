@@ -220,12 +220,14 @@ class ControlLoop:
         clock: The loop's clock.
         controller: What walks; a BusController of the scenario unless given.
         silent: Whether nothing is published (`--dry-run`).
+        session: Its number as a sender; a new one unless given.
 
     Attributes:
         mode: What the safety machine does.
         events: The changes of mode so far.
         outcome: `goal_reached`, or why not; empty while it goes on.
         told: What the drives were last told.
+        session: Its number as a sender.
     """
 
     def __init__(
@@ -236,6 +238,7 @@ class ControlLoop:
         *,
         controller: "Walker | None" = None,
         silent: bool = False,
+        session: int | None = None,
     ) -> None:
         control = prepared.scenario.controller
         self.period = control.period
@@ -244,9 +247,9 @@ class ControlLoop:
         self.controller: Walker = controller or BusController(prepared, control)
         self._robot, self._bearing = prepared.robot, self.controller.bearing
         self._bus, self._clock, self._silent = bus, clock, silent
-        self._session, self._sequence = new_session(), 0
-        self._states, self._commands = StateWatch(self.period), CommandWatch(self._session)
-        self._start_ns = clock.now_ns()
+        self.session, self._sequence = new_session() if session is None else session, 0
+        self._states, self._commands = StateWatch(self.period), CommandWatch(self.session)
+        self._start_ns = self._now_ns = clock.now_ns()
         self._memory = initial_safety_memory(self.limits, 0.0)
         self.told = self._memory.told
         self.events: list[Event] = []
@@ -273,8 +276,8 @@ class ControlLoop:
 
     @property
     def time(self) -> float:
-        """Time since the loop began [s]."""
-        return (self._clock.now_ns() - self._start_ns) / NS
+        """From when the loop began to its last tick [s]."""
+        return (self._now_ns - self._start_ns) / NS
 
     def stop(self, reason: str) -> None:
         """Damps the robot at the next tick, and ends once it has rested so."""
@@ -282,7 +285,7 @@ class ControlLoop:
 
     def tick(self) -> None:
         """One tick."""
-        begun = self._clock.now_ns()
+        begun = self._now_ns = self._clock.now_ns()
         fresh, fault = self._states.take(self._bus.receive_states())
         fault = fault or self._commands.take(self._bus.receive_commands())
         newest = self._states.newest
@@ -335,7 +338,7 @@ class ControlLoop:
         self._sequence += 1
         self._bus.publish_command(
             CommandMessage(
-                self._session, self._sequence, self._clock.now_ns(), int(self.mode),
+                self.session, self._sequence, self._clock.now_ns(), int(self.mode),
                 state_sequence, told.q, told.v, told.torque, np.full(12, told.stiffness),
                 np.full(12, told.damping),
             )

@@ -3,10 +3,12 @@
 import socket
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from drake_quad.bus.bus_log import BusRecorder, write_bus_log
 from drake_quad.bus.control_loop import ControlLoop, Event
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
@@ -187,6 +189,7 @@ def control(
     tell: Tell,
     dry_run: bool = False,
     fifo: bool = True,
+    record: Path | None = None,
 ) -> dict[str, Any]:
     """The controller's process, from damping to damping.
 
@@ -197,13 +200,18 @@ def control(
         tell: Told of every change of mode.
         dry_run: Whether it only listens.
         fifo: Whether real-time priority is asked for.
+        record: File for a log of all that came and was answered; see `bus_log`.
 
     Returns:
         Outcome, changes of mode, and how well time was kept: what control.json holds.
     """
     clock = WallClock(choice.rate)
     bus = open_bus(choice, clock, prepared, robot=False)
-    loop = ControlLoop(prepared, bus, clock, silent=dry_run)
+    recorder = None if record is None else BusRecorder(bus, clock)
+    if recorder is None:
+        loop = ControlLoop(prepared, bus, clock, silent=dry_run)
+    else:
+        loop = ControlLoop(prepared, recorder, recorder, silent=dry_run)
     tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
          f"domain {choice.domain}: waiting for the robot")  # fmt: skip
     shown, next_look = 0, 0.0
@@ -212,6 +220,8 @@ def control(
         nonlocal shown, next_look
         if stop():
             loop.stop("interrupted")
+            if recorder is not None:
+                recorder.note_stop("interrupted")
         loop.tick()
         for event in loop.events[shown:]:
             tell(_line(event))
@@ -230,6 +240,8 @@ def control(
             given_up = _each_period(clock, loop.period, tick)
     finally:
         bus.close()
+        if recorder is not None and record is not None:
+            write_bus_log(record, prepared, recorder.events, loop.session)
     return {
         "outcome": loop.outcome,
         "events": [asdict(event) for event in loop.events],

@@ -1,4 +1,4 @@
-"""The commands of a robot's bus: `control`, a controller's side, and `simulate`, a robot's."""
+"""The commands of a robot's bus: `control`, a controller's side, `simulate`, a robot's; replays."""
 
 import json
 from pathlib import Path
@@ -12,6 +12,7 @@ from drake_quad.cli.common import (
     ScenarioArgument,
     SetOption,
     claim,
+    claim_file,
     interruptible,
 )
 from drake_quad.errors import InputError
@@ -49,6 +50,13 @@ def control(
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Directory for control.json.")] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="MCAP file for all that came and was answered, which `bus-replay` runs again; it "
+            "is kept in memory until the end, 1 MB a second."
+        ),
+    ] = None,
     rate: RateOption = 1.0,
     fifo: FifoOption = True,
     overrides: SetOption = None,
@@ -69,10 +77,12 @@ def control(
     check_choice(choice, named=interface is not None, ready=i_am_ready)
     if out is not None:
         claim(out)
+    claim_file(record, "--record")
     fields = [*(overrides or []), *([f"sensors.contacts={contacts}"] if contacts else [])]
     prepared = prepare_for_bus(scenario, fields, MESSAGES.print)
     with interruptible(MESSAGES) as stop:
-        result = run_control(prepared, choice, stop=stop, tell=_tell, dry_run=dry_run, fifo=fifo)
+        result = run_control(prepared, choice, stop=stop, tell=_tell, dry_run=dry_run, fifo=fifo,
+                             record=record)  # fmt: skip
     _leave(result, out, "control.json", as_json=as_json)
     raise typer.Exit(0 if result["outcome"] == "goal_reached" else 1)
 
@@ -123,6 +133,29 @@ def simulate(
             tell=_tell, fifo=fifo,
         )  # fmt: skip
     _leave(result, out, "robot.json", as_json=as_json)
+
+
+def bus_replay(
+    log: Annotated[Path, typer.Argument(help="MCAP file that `control --record` has written.")],
+    *,
+    as_json: JsonOption = False,
+) -> None:
+    """Give a controller again all that came over a bus, and compare what it answers.
+
+    Exit status 1 if a command is another than it was, to the bit.
+    """
+    from drake_quad.bus.bus_log import read_bus_log, replay_bus_log
+
+    found = replay_bus_log(read_bus_log(log))
+    if as_json:
+        print(json.dumps(found))
+    elif found["same"]:
+        print(f"{found['commands']} commands, {found['duration']:.1f} s: all the same to the bit")
+    elif found["commands"] == 0:
+        print("no command is in this log, or the controller asks for something else at once")
+    else:
+        print(f"the same until command {found['first_difference']} of {found['commands']}")
+    raise typer.Exit(0 if found["same"] else 1)
 
 
 def _wrong(option: str, value: object, remedy: str) -> InputError:

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from drake_quad import __version__
-from drake_quad.cli.bus import control, simulate
+from drake_quad.cli.bus import bus_replay, control, simulate
 from drake_quad.cli.common import make_streams_last
 from drake_quad.cli.robots import chart, check, inspect
 from drake_quad.cli.runs import export, plan, replay, report, run, scenarios
@@ -65,6 +65,7 @@ for command in (
     scenarios,
     control,
     simulate,
+    bus_replay,
 ):
     app.command()(command)
 

@@ -1,0 +1,308 @@
+"""What came to a controller over a bus, when it looked, and what it answered: kept, and run again.
+
+A log is MCAP. It holds, in their order, all that the controller's loop asked of its clock and of
+its bus, and its answers; given these again the loop goes the same way, with the same commands to
+the bit. It is kept in memory while the loop runs, some 0.5 MB a second, and written at its end.
+"""
+
+import json
+from base64 import b64decode, b64encode
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.messages import (
+    CommandMessage,
+    Received,
+    StateMessage,
+    decode_command,
+    decode_state,
+    encode_command,
+    encode_state,
+)
+from drake_quad.bus.real_time import NS, Clock
+from drake_quad.bus.robot_bus import RobotBus
+from drake_quad.errors import InputError
+from drake_quad.scenario.load import parse_scenario, scenario_text
+from drake_quad.simulation.prepare import PreparedScenario, prepare
+from drake_quad.util.files import write_whole
+
+NOW, STATES, COMMANDS, ANSWER, STOP = "/now", "/states", "/commands", "/answer", "/stop"
+TOPICS = (NOW, STATES, COMMANDS, ANSWER, STOP)
+SCENARIO, HEADER = "scenario.yaml", "header.json"  # attachments
+LARGEST = 2**31  # [bytes] of a file that is read
+
+Event = tuple[str, Any]
+
+
+class BusRecorder:
+    """A clock and a bus that note all that is asked of them, and what they say.
+
+    Args:
+        bus: Bus that is used.
+        clock: Clock that is used.
+    """
+
+    def __init__(self, bus: RobotBus, clock: Clock) -> None:
+        self._bus, self._clock = bus, clock
+        self.events: list[Event] = []
+
+    def now_ns(self) -> int:
+        """The time [ns]."""
+        now = self._clock.now_ns()
+        self.events.append((NOW, now))
+        return now
+
+    def sleep_until(self, time_ns: int) -> None:
+        """Waits; what is asked for next says how long it was."""
+        self._clock.sleep_until(time_ns)
+
+    def publish_state(self, state: StateMessage) -> None:
+        """A controller sends none."""
+        self._bus.publish_state(state)
+
+    def publish_command(self, command: CommandMessage) -> None:
+        """Sends a command."""
+        self._bus.publish_command(command)
+        self.events.append((ANSWER, encode_command(command)))
+
+    def receive_states(self) -> list[Received[StateMessage]]:
+        """The states since the last call."""
+        found = self._bus.receive_states()
+        self.events.append((STATES, found))
+        return found
+
+    def receive_commands(self) -> list[Received[CommandMessage]]:
+        """The commands since the last call."""
+        found = self._bus.receive_commands()
+        self.events.append((COMMANDS, found))
+        return found
+
+    def note_stop(self, reason: str) -> None:
+        """Notes that the loop is told to stop before its next tick."""
+        self.events.append((STOP, reason))
+
+    def close(self) -> None:
+        """Closes the bus."""
+        self._bus.close()
+
+
+def _plain(topic: str, value: Any) -> Any:
+    """An event's value as JSON has it."""
+    if topic == ANSWER:
+        return b64encode(value).decode()
+    if topic not in (STATES, COMMANDS):
+        return value
+    encode = encode_state if topic == STATES else encode_command
+    return [
+        [one.time_ns, one.fault,
+         None if one.message is None else b64encode(encode(one.message)).decode()]
+        for one in value
+    ]  # fmt: skip
+
+
+def _event(topic: str, plain: Any) -> Event:
+    """The event that was written so."""
+    if topic == ANSWER:
+        return topic, b64decode(plain)
+    if topic not in (STATES, COMMANDS):
+        return topic, plain
+    decode: Any = decode_state if topic == STATES else decode_command
+    return topic, [
+        Received(None if data is None else decode(b64decode(data), time).message, time, fault)
+        for time, fault, data in plain
+    ]
+
+
+def write_bus_log(
+    path: Path, prepared: PreparedScenario, events: list[Event], session: int
+) -> None:
+    """Writes a log.
+
+    Args:
+        path: The file.
+        prepared: Scenario of the loop.
+        events: Events of a BusRecorder.
+        session: The loop's number as a sender.
+
+    Raises:
+        InputError: The package `mcap` is not installed, or the file cannot be written.
+    """
+    try:
+        from mcap.writer import CompressionType, Writer
+    except ImportError:
+        remedy = "needs the package mcap: pip install 'drake_quad[mcap]'"
+        raise InputError(source="--record", field="mcap", value=str(path), remedy=remedy) from None
+
+    def write(to: Path) -> None:
+        with to.open("wb") as file:
+            writer = Writer(file, compression=CompressionType.ZSTD)
+            writer.start(profile="", library="drake_quad")
+            schema = writer.register_schema("drake_quad.BusEvent", "jsonschema", b"{}")
+            channels = {topic: writer.register_channel(topic, "json", schema) for topic in TOPICS}
+            now = 0
+            for k, (topic, value) in enumerate(events):
+                now = value if topic == NOW else now
+                data = json.dumps(_plain(topic, value), separators=(",", ":")).encode()
+                writer.add_message(channels[topic], now, data, now, k)
+            text = scenario_text(prepared.scenario).encode()
+            writer.add_attachment(0, 0, SCENARIO, "application/yaml", text)
+            header = json.dumps({"session": session}).encode()
+            writer.add_attachment(0, 0, HEADER, "application/json", header)
+            writer.finish()
+
+    write_whole(path, write, option="--record")
+
+
+@dataclass(frozen=True, eq=False)
+class BusLog:
+    """A log as it was read.
+
+    Attributes:
+        scenario: Text of the scenario.
+        session: The loop's number as a sender.
+        events: All that it asked and answered, in order.
+    """
+
+    scenario: str
+    session: int
+    events: list[Event]
+
+
+def read_bus_log(path: Path) -> BusLog:
+    """Reads a log.
+
+    Raises:
+        InputError: It is none.
+    """
+
+    def fail(remedy: str) -> InputError:
+        return InputError(source=str(path), field="bus log", value=path.name, remedy=remedy)
+
+    try:
+        from mcap.reader import make_reader
+    except ImportError:
+        raise fail("needs the package mcap: pip install 'drake_quad[mcap]'") from None
+    if not path.is_file() or path.stat().st_size > LARGEST:
+        raise fail("give a file that `control --record` has written")
+    try:
+        with path.open("rb") as file:
+            reader = make_reader(file)
+            kept = {one.name: one.data for one in reader.iter_attachments()}
+            found = [
+                (message.sequence, _event(channel.topic, json.loads(message.data)))
+                for _, channel, message in reader.iter_messages(topics=TOPICS)
+            ]
+        text, session = kept[SCENARIO].decode(), int(json.loads(kept[HEADER])["session"])
+    except Exception as problem:  # of the reader's own kinds, and of a file that is another's
+        raise fail(f"is no log that `control --record` has written: {problem!r}"[:200]) from None
+    return BusLog(text, session, [event for _, event in sorted(found, key=lambda one: one[0])])
+
+
+class _Over(Exception):  # noqa: N818  nothing went wrong
+    """The log is at its end, or the loop asks for something else than it did."""
+
+
+class BusReplay:
+    """A clock and a bus that say again what they said; answers are compared.
+
+    Args:
+        log: The log.
+
+    Attributes:
+        compared: How many commands were compared.
+        different: Number of the first that is another to the bit; None if there is none.
+    """
+
+    def __init__(self, log: BusLog) -> None:
+        self._events = [event for event in log.events if event[0] != STOP]
+        self._stops: dict[int, str] = {}  # by how many of these events come before
+        before = 0
+        for topic, value in log.events:
+            if topic == STOP:
+                self._stops[before] = value
+            before += topic != STOP
+        self._next = 0
+        self.compared = 0
+        self.different: int | None = None
+
+    @property
+    def stop_due(self) -> str:
+        """Why the loop was told to stop before this tick; empty if it was not."""
+        return self._stops.get(self._next, "")
+
+    def _again(self, topic: str) -> Any:
+        """What was said next, to a question of this topic.
+
+        Raises:
+            _Over: There is no more, or something else was asked then.
+        """
+        if self._next == len(self._events):
+            raise _Over
+        asked, value = self._events[self._next]
+        if asked != topic:
+            self.different = self.compared if self.different is None else self.different
+            raise _Over
+        self._next += 1
+        return value
+
+    def now_ns(self) -> int:
+        """The time [ns]."""
+        return int(self._again(NOW))
+
+    def sleep_until(self, time_ns: int) -> None:
+        """Does not wait."""
+
+    def publish_state(self, state: StateMessage) -> None:
+        """A controller sends none."""
+
+    def publish_command(self, command: CommandMessage) -> None:
+        """Compares the command with the one that was sent."""
+        before = self._again(ANSWER)
+        if self.different is None and encode_command(command) != before:
+            self.different = self.compared
+        self.compared += 1
+
+    def receive_states(self) -> list[Received[StateMessage]]:
+        """The states that came then."""
+        found: list[Received[StateMessage]] = self._again(STATES)
+        return found
+
+    def receive_commands(self) -> list[Received[CommandMessage]]:
+        """The commands that came then."""
+        found: list[Received[CommandMessage]] = self._again(COMMANDS)
+        return found
+
+    def close(self) -> None:
+        """Has nothing to close."""
+
+
+def replay_bus_log(log: BusLog) -> dict[str, Any]:
+    """Gives the log to a loop made anew, and compares what it answers.
+
+    Returns:
+        `commands`, how many were compared; `same`, whether all of them, and there are some, are the
+        same to the bit; `first_difference`, the number of the first that is not, or None;
+        `duration` of the log [s].
+
+    Raises:
+        InputError: Its scenario cannot be run here.
+        PlanningError: Its scenario has no plan.
+    """
+    prepared = prepare(parse_scenario(log.scenario, source=SCENARIO), source=SCENARIO)
+    replay = BusReplay(log)
+    with suppress(_Over):
+        loop = ControlLoop(prepared, replay, replay, session=log.session)
+        while not loop.outcome:
+            if replay.stop_due:
+                loop.stop(replay.stop_due)
+            loop.tick()
+    times = [value for topic, value in log.events if topic == NOW]
+    return {
+        "commands": replay.compared,
+        "same": replay.different is None and replay.compared > 0,
+        "first_difference": replay.different,
+        "duration": (times[-1] - times[0]) / NS if times else 0.0,
+    }
