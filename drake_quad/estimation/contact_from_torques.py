@@ -32,15 +32,19 @@ class TouchSettings:
         time: Time constant of the residual, 1 / K [s].
         touch: Share of the robot's weight on a foot at which it begins to bear.
         leave: Share at which it bears no more.
-        confirm: How long a foot must press so before it is believed [s].
+        confirm: How long a foot must press with `touch` before it is believed [s]; with a multiple
+            of it, by so much shorter: what tells is the impulse.
         confirm_leave: How long it must press less than `leave` before that is believed [s].
+        hold: How long a foot that was felt to land bears at the least [s]: the controller begins to
+            load it then, and presses less for a moment than the leg did that came down.
     """
 
     time: float = 0.008
-    touch: float = 0.03
-    leave: float = 0.015
-    confirm: float = 0.004
+    touch: float = 0.02
+    leave: float = 0.005
+    confirm: float = 0.02
     confirm_leave: float = 0.012
+    hold: float = 0.12
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -63,10 +67,10 @@ class JointDynamics:
 class TouchMemory:
     """Places in the observer's memory, one flat vector: what a LeafSystem keeps as its state."""
 
-    MOMENTUM, RESIDUAL, FORCE, BEARING, PRESSED, EASED, BEGUN = (
-        slice(0, 12), slice(12, 24), slice(24, 36), slice(36, 40), slice(40, 44), slice(44, 48), 48,
-    )  # fmt: skip
-    SIZE = 49
+    MOMENTUM, RESIDUAL, FORCE = slice(0, 12), slice(12, 24), slice(24, 36)
+    BEARING, PRESSED, EASED, HELD = slice(36, 40), slice(40, 44), slice(44, 48), slice(48, 52)
+    BEGUN = 52
+    SIZE = 53
 
 
 def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
@@ -100,13 +104,16 @@ def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
     force[:] = foot_forces(residual, now.jacobian, force)
     share = force[:, 2] / (mass * GRAVITY)
     bearing, pressed, eased = memory[m.BEARING], memory[m.PRESSED], memory[m.EASED]
+    held = memory[m.HELD]
     for k in range(4):
-        pressed[k] = pressed[k] + period if share[k] > settings.touch else 0.0
+        times = share[k] / settings.touch
+        pressed[k] = pressed[k] + period * times if times > 1.0 else 0.0
         eased[k] = eased[k] + period if share[k] < settings.leave else 0.0
+        held[k] = held[k] + period if bearing[k] == 1.0 else 0.0
         if bearing[k] == 0.0 and pressed[k] >= settings.confirm - 1e-9:
             bearing[k] = 1.0
-        elif bearing[k] == 1.0 and eased[k] >= settings.confirm_leave - 1e-9:
-            bearing[k] = 0.0
+        elif bearing[k] == 1.0 and held[k] >= settings.hold - 1e-9:
+            bearing[k] = 0.0 if eased[k] >= settings.confirm_leave - 1e-9 else 1.0
 
 
 def foot_forces(residual: FloatArray, jacobian: FloatArray, before: FloatArray) -> FloatArray:

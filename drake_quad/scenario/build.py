@@ -197,7 +197,7 @@ def touch_settings(scenario: Scenario) -> TouchSettings | None:
     """How the joints feel which feet bear; None if the feet have sensors of their own."""
     load = scenario.sensors.touch_load
     felt = scenario.sensors.contacts == "joints"
-    return TouchSettings(touch=load, leave=0.5 * load) if felt else None
+    return TouchSettings(touch=load, leave=0.25 * load) if felt else None
 
 
 def torque_errors(scenario: Scenario, robot: RobotModel) -> TorqueErrors | None:

@@ -311,10 +311,10 @@ class SensorsConfig:
         "sensors or unreliable ones ([how](bus.md#feet-felt-by-the-joints))",
     )
     touch_load: float = number(
-        0.03,
+        0.02,
         "of the weight",
         "With `contacts: joints`: load that has to be felt on a foot before it counts as bearing; "
-        "with less than half of it a foot has lifted. Joints with much friction need more",
+        "with less than a quarter of it a foot has lifted. Joints with much friction need more",
         within(0.005, 0.2),
     )
     torque_noise: float = number(

@@ -58,8 +58,8 @@ def test_a_foot_lifts_and_lands_with_hysteresis() -> None:
     memory, momentum = np.zeros(TouchMemory.SIZE), np.zeros(12)
     standing = -np.einsum("kji,kj->ki", JACOBIAN, np.tile([0, 0, MASS * GRAVITY], (4, 1)))
     seen = []
-    for share in (0.25, 0.005, 0.02, 0.25, 0.02, 0.005):
-        for _ in range(60):
+    for share in (0.25, 0.002, 0.012, 0.25, 0.012, 0.002):
+        for _ in range(100):
             step(memory, momentum, share * standing.ravel())  # at rest: drives hold what pushes
         seen.append(bool(memory[TouchMemory.BEARING][0]))
     assert seen == [True, False, False, True, True, False]
@@ -75,7 +75,7 @@ def test_a_foot_that_eases_for_a_moment_bears_on(periods: int) -> None:
     def below() -> bool:
         return bool(memory[TouchMemory.FORCE][2] < SETTINGS.leave * weight)
 
-    for _ in range(60):
+    for _ in range(round(SETTINGS.hold / PERIOD) + 60):
         step(memory, momentum, 0.25 * standing)
     eased = 0
     for _ in range(periods):
@@ -83,6 +83,22 @@ def test_a_foot_that_eases_for_a_moment_bears_on(periods: int) -> None:
         eased = eased + 1 if below() else 0
     bears = bool(memory[TouchMemory.BEARING][0])
     assert bears == (eased * PERIOD < SETTINGS.confirm_leave - 1e-9)
+
+
+def test_a_foot_that_has_landed_bears_for_a_while() -> None:
+    """Felt to land and then not felt at all, it bears for `hold`, to two periods, and no longer."""
+    memory, momentum = np.zeros(TouchMemory.SIZE), np.zeros(12)
+    standing = -np.einsum("kji,kj->ki", JACOBIAN, np.tile([0, 0, MASS * GRAVITY], (4, 1))).ravel()
+    for share, ticks in ((0.0, 120), (0.1, 10)):
+        for _ in range(ticks):
+            step(memory, momentum, share * standing)
+    assert memory[TouchMemory.BEARING][0] == 1.0
+    landed = round(memory[TouchMemory.HELD][0] / PERIOD)
+    bore = landed
+    while memory[TouchMemory.BEARING][0] == 1.0:
+        step(memory, momentum, np.zeros(12))
+        bore += 1
+    assert abs(bore * PERIOD - SETTINGS.hold) <= 2 * PERIOD
 
 
 def test_a_stretched_leg_keeps_its_force() -> None:
