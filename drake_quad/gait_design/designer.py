@@ -41,6 +41,7 @@ from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_out
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.terrain.course import Course
+from drake_quad.terrain.elements import TURNING_SPACE
 
 Fields = dict[str, dict[str, float | int | str]]
 
@@ -161,6 +162,7 @@ def design_scenario(
     nearest: bool = True,
     thorough: bool = True,
     robot: RobotModel | None = None,
+    turning_space: float = TURNING_SPACE,
 ) -> Designed:
     """Designs the gait for a scenario's robot and course.
 
@@ -175,13 +177,16 @@ def design_scenario(
         nearest: Whether to say which rise would work if this one does not; it takes a while.
         thorough: Whether to look for a good gait. If not, any that a quick search finds will do.
         robot: The scenario's, if it is at hand: to read it takes a while, too.
+        turning_space: Length and width of the smallest landing that it may turn on [m].
 
     Raises:
         InputError: If robot or course cannot be used.
         PlanningError: If no gait climbs it: what is short by how much, and what would work.
     """
     robot = robot or load_robot(scenario.robot.model)
-    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    course = course_of(
+        scenario, source=source, foot_radius=robot.foot_radius, turning_space=turning_space
+    )
     stepped = copy.deepcopy(scenario)
     stepped.gait.deep_tread = round(DEEP * leg_length(robot), 3)
     if len(flights_of(course, stepped.gait.deep_tread)) == len(flights_of(course)):

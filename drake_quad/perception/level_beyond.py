@@ -6,6 +6,9 @@ A count of steps is known from an image only where something is seen in the plac
 Here that is the ground itself, at the height of the last tread: strips across the climb are looked
 at one after the other, until one has another height, or several have no pixels. (Rows of an image
 that grazes the ground are farther apart than strips are.)
+
+Treads are seen over a width that is the nearer one's. Ground beyond them is farther away, and a
+camera sees more of it to the sides: so where a robot turns its width is looked at by itself.
 """
 
 from typing import NamedTuple
@@ -25,8 +28,13 @@ OFF = 0.35  # of a rise, by which a strip's height may differ from the last trea
 MOST_OFF = 0.05  # [m]
 MOST_SLOPE = float(np.tan(np.radians(1.2)))  # of what is level: of the camera's attitude, 4 sigma
 BEGIN = 0.15  # [m] beyond the nosing: where that is told too near, nearer pixels are the riser's
-INSET = 0.05  # [m] of the treads' sides that is left out
+INSET = 0.05  # [m] of the treads' sides, and of the ground's to turn on, that is left out
 RUNS = 1.5  # a next riser would be seen within so many runs beyond the last nosing
+AROUND = 0.3  # [m] ahead of and behind the place to turn on, within which its width is looked at
+WIDEST = 3.0  # [m] to each side, beyond which nobody looks
+CELL = 0.1  # [m] of a side of the cells that are looked at there
+FEW_PIXELS = 3  # of a cell
+SHARE = 0.9  # of a row of cells, and of their pixels, that are to be level
 
 
 class Level(NamedTuple):
@@ -36,15 +44,37 @@ class Level(NamedTuple):
         length: How far it is level [m].
         ends_flight: Whether that is so far that a next riser would have been seen.
         below_view: How many nosings of the flight lie below the image, nearer than it shows.
+        right: Where the ground to turn on is seen to be level, across the climb as a belief's
+            `right` is: the right end [m].
+        left: The left end [m]; both 0 where it is not seen.
     """
 
     length: float
     ends_flight: bool
     below_view: int = 0
+    right: float = 0.0
+    left: float = 0.0
+
+
+def turning_place(belief: StairBelief, landing: float) -> float:
+    """How far beyond the last nosing a robot turns: in the middle of the landing that is told [m].
+
+    A landing begins where the last tread ends.
+
+    Args:
+        belief: The flight.
+        landing: How far the ground is level beyond the last nosing [m].
+    """
+    return 0.5 * (landing + belief.run)
 
 
 def level_beyond(
-    depth: NDArray[np.floating], model: CameraModel, pose: CameraPose, belief: StairBelief
+    depth: NDArray[np.floating],
+    model: CameraModel,
+    pose: CameraPose,
+    belief: StairBelief,
+    *,
+    landing: float,
 ) -> Level:
     """Looks how far the ground beyond the last nosing is level, and whether the first is in view.
 
@@ -54,6 +84,7 @@ def level_beyond(
         model: Intrinsics.
         pose: Pose of the camera when it was taken.
         belief: The flight up that it shows.
+        landing: How far the ground is told to be level beyond the last nosing [m].
     """
     along = belief.direction
     aside = np.array([-along[1], along[0]])
@@ -63,7 +94,11 @@ def level_beyond(
     s, lateral = flat @ along - float(belief.places[-1]), flat @ aside
     mine = (s > 0.0) & (lateral > belief.right + INSET) & (lateral < belief.left - INSET)
     length = _level_length(s[mine], p_W[mine, 2], belief)
-    return Level(length, length >= RUNS * belief.run, steps_below_view(model, pose, belief))
+    right, left = _level_sides(
+        s, lateral, p_W[:, 2], belief, middle=turning_place(belief, landing), length=length
+    )
+    below_view = steps_below_view(model, pose, belief)
+    return Level(length, length >= RUNS * belief.run, below_view, right, left)
 
 
 def steps_below_view(model: CameraModel, pose: CameraPose, belief: StairBelief) -> int:
@@ -84,7 +119,7 @@ def steps_below_view(model: CameraModel, pose: CameraPose, belief: StairBelief) 
 
 def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief) -> float:
     """How far from the nosing points at `s` (n,) and heights `z` (n,) go on at its height [m]."""
-    height, off = float(belief.heights[-1]), min(OFF * belief.rise, MOST_OFF)
+    height = float(belief.heights[-1])
     strip = (s / STRIP).astype(int)
     order = np.argsort(strip, kind="stable")
     strip, z = strip[order], z[order]
@@ -95,8 +130,59 @@ def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief) -> float:
         if past - first < LEAST_PIXELS:
             empty += 1
             continue
-        allowed = off + MOST_SLOPE * (k - 0.5) * STRIP
-        if abs(np.median(z[first:past]) - height) > allowed:
+        if abs(np.median(z[first:past]) - height) > _allowed((k - 0.5) * STRIP, belief):
             break
         length, empty = k * STRIP, 0
     return length
+
+
+def _allowed(s: float, belief: StairBelief) -> float:
+    """By how much level ground may be off the last tread's height, `s` beyond its nosing [m]."""
+    return min(OFF * belief.rise, MOST_OFF) + MOST_SLOPE * s
+
+
+def _level_sides(
+    s: FloatArray,
+    lateral: FloatArray,
+    z: FloatArray,
+    belief: StairBelief,
+    *,
+    middle: float,
+    length: float,
+) -> tuple[float, float]:
+    """From where to where across the climb the ground about the place to turn on is level [m].
+
+    Cells are looked at row by row, from the climb's line outwards, until one row is not seen
+    throughout, or not level throughout. What is beyond `length` nobody has seen.
+
+    Args:
+        s: How far beyond the last nosing points are, (n,) [m].
+        lateral: How far to the left of the climb's line, (n,) [m].
+        z: Their heights in W, (n,) [m].
+        belief: The flight.
+        middle: The place to turn on, beyond the last nosing [m].
+        length: How far the ground is level [m].
+    """
+    begin, cells = middle - AROUND, int((min(middle + AROUND, length) - middle + AROUND) / CELL)
+    if cells < 1:
+        return 0.0, 0.0
+    mine = (s >= begin) & (s < begin + cells * CELL) & (np.abs(lateral) < WIDEST)
+    rows = 2 * round(WIDEST / CELL)
+    row = np.minimum(((lateral[mine] + WIDEST) / CELL).astype(int), rows - 1)
+    cell = np.minimum(((s[mine] - begin) / CELL).astype(int), cells - 1)
+    off = np.abs(z[mine] - belief.heights[-1]) > _allowed(middle, belief)
+    every = np.zeros((rows, cells))
+    wrong = np.zeros(rows)
+    np.add.at(every, (row, cell), 1.0)
+    np.add.at(wrong, row, off)
+    seen = np.mean(every >= FEW_PIXELS, axis=1)
+    good = (seen >= SHARE) & (wrong <= (1.0 - SHARE) * every.sum(axis=1))
+    ends = [0, 0]
+    for side, way in enumerate((range(rows // 2 - 1, -1, -1), range(rows // 2, rows))):
+        for k in way:
+            if not good[k]:
+                break
+            ends[side] += 1
+    # A cell that the ground's edge divides may still count.
+    right, left = (max(CELL * count - INSET, 0.0) for count in ends)
+    return -right, left

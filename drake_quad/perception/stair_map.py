@@ -17,7 +17,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
 from drake_quad.terrain.course import Course, build_course
-from drake_quad.terrain.elements import DEFAULT_THICKNESS, WIDTH_MIN, Element
+from drake_quad.terrain.elements import DEFAULT_THICKNESS, TURNING_SPACE, WIDTH_MIN, Element
 
 SOURCE = "the map of what was seen"
 
@@ -37,6 +37,7 @@ class StairMap:
         height_errors: The same of each height, (n,) [m].
         error_place: How far a riser may be off within half a stance's width of the lane [m].
         error_height: How far a tread may be off in height [m].
+        turning_space: Length and width of the smallest landing that the robot may turn on [m].
     """
 
     elements: tuple[Element, ...]
@@ -49,6 +50,7 @@ class StairMap:
     height_errors: FloatArray
     error_place: float
     error_height: float
+    turning_space: float = TURNING_SPACE
 
     def __post_init__(self) -> None:
         for name in ("origin", "places", "heights", "place_errors", "height_errors"):
@@ -65,7 +67,7 @@ class StairMap:
         """
         return lay_map(
             self.elements, origin=self.origin, yaw=self.yaw, floor=self.floor,
-            foot_radius=foot_radius,
+            foot_radius=foot_radius, turning_space=self.turning_space,
         )  # fmt: skip
 
     def describe(self) -> dict[str, Any]:
@@ -75,7 +77,10 @@ class StairMap:
             for element in self.elements
         ]
         origin = [float(x) for x in self.origin]
-        return {"origin": origin, "yaw": self.yaw, "floor": self.floor, "elements": elements}
+        return {
+            "origin": origin, "yaw": self.yaw, "floor": self.floor, "elements": elements,
+            "turning_space": self.turning_space,
+        }  # fmt: skip
 
 
 def lay_map(
@@ -85,11 +90,12 @@ def lay_map(
     yaw: float,
     floor: float,
     foot_radius: float,
+    turning_space: float,
 ) -> Course:
     """A map's elements as a course; the arguments are StairMap's and its `course`'s."""
     return build_course(
         elements, start_height=floor, origin=(float(origin[0]), float(origin[1])), yaw=yaw,
-        foot_radius=foot_radius, source=SOURCE,
+        foot_radius=foot_radius, turning_space=turning_space, source=SOURCE,
     )  # fmt: skip
 
 
@@ -103,7 +109,7 @@ def course_of_description(told: Mapping[str, Any], *, foot_radius: float) -> Cou
     origin = np.array(told["origin"], dtype=float).reshape(2)
     return lay_map(
         elements, origin=origin, yaw=float(told["yaw"]), floor=float(told["floor"]),
-        foot_radius=foot_radius,
+        foot_radius=foot_radius, turning_space=float(told.get("turning_space", TURNING_SPACE)),
     )  # fmt: skip
 
 
@@ -132,6 +138,7 @@ def make_stair_map(
     behind: float,
     landing: float,
     reach: float,
+    turning_space: float = TURNING_SPACE,
 ) -> StairMap:
     """The map of the flight up that was seen.
 
@@ -145,6 +152,7 @@ def make_stair_map(
         landing: How far the ground is level beyond the last nosing [m]. What of it was not seen is
             taken for granted.
         reach: How far from the lane's middle line feet are put down [m].
+        turning_space: Length and width of the smallest landing that the robot may turn on [m].
 
     Raises:
         PlanningError: There is nothing to climb, or not all of the flight was seen.
@@ -166,7 +174,7 @@ def make_stair_map(
     runs = [*np.diff(places).tolist(), belief.run]
     rises = np.diff(np.concatenate([[floor], heights])).tolist()
     lateral = float(offset @ aside)
-    width = 2.0 * min(belief.left + lateral, -(belief.right + lateral))
+    width = _width_about(lateral, belief.right, belief.left)
     if width < WIDTH_MIN:
         raise PlanningError(
             f"only {max(width, 0.0):.2f} m of the treads are seen about the way ahead, and "
@@ -174,6 +182,7 @@ def make_stair_map(
         )
     if landing <= belief.run:
         raise PlanningError(f"the {landing:g} m of landing that are told are shorter than a tread")
+    beyond = 0.0 if level is None else _width_about(lateral, level.right, level.left)
     is_open, overhang = (belief.is_open or None), None
     if belief.overhang > belief.estimate("overhang").half_width:
         overhang = belief.overhang
@@ -187,7 +196,7 @@ def make_stair_map(
     elements = (
         Element(kind="floor", length=float(places[0]), width=max(width, 2.0 * reach)),
         stairs,
-        Element(kind="landing", length=landing - belief.run, width=width),
+        Element(kind="landing", length=landing - belief.run, width=max(width, beyond)),
     )
     aside_sigma = reach * belief.sigma("yaw")
     return StairMap(
@@ -201,4 +210,16 @@ def make_stair_map(
         height_errors=NORMAL_95 * belief.height_sigmas[1:],
         error_place=float(NORMAL_95 * np.hypot(belief.place_sigmas, aside_sigma).max()),
         error_height=float(NORMAL_95 * belief.height_sigmas[1:].max()),
+        turning_space=turning_space,
     )
+
+
+def _width_about(lateral: float, right: float, left: float) -> float:
+    """Width about the lane of what is seen from `right` to `left` of the climb's line [m].
+
+    Args:
+        lateral: How far the climb's line is to the left of the lane's [m].
+        right: The right end, left positive [m].
+        left: The left end [m].
+    """
+    return 2.0 * min(left + lateral, -(right + lateral))

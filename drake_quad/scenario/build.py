@@ -27,12 +27,17 @@ from drake_quad.scenario.config import PushConfig, Scenario
 from drake_quad.systems.disturbances import Disturbances, Push, Vector
 from drake_quad.terrain.as_built import MapErrors, build_as_built
 from drake_quad.terrain.course import Course, build_course
+from drake_quad.terrain.elements import TURNING_SPACE
 
 AT_PIVOT = 1e-6  # [m] a walk that ends this near to a lane's end ends there
 
 
 def course_of(
-    scenario: Scenario, *, source: str = "scenario", foot_radius: float = 0.035
+    scenario: Scenario,
+    *,
+    source: str = "scenario",
+    foot_radius: float = 0.035,
+    turning_space: float = TURNING_SPACE,
 ) -> Course:
     """The scenario's course, laid out.
 
@@ -40,11 +45,14 @@ def course_of(
         scenario: Scenario whose `course` is read, and nothing else.
         source: Name of the file, for errors.
         foot_radius: Radius of the robot's feet [m], for the shortest tread that can bear it.
+        turning_space: Length and width of the smallest landing that it may turn on [m].
 
     Raises:
         InputError: A field that no course can have, or a course that runs into itself.
     """
-    return build_course(scenario.course, source=source, foot_radius=foot_radius)
+    return build_course(
+        scenario.course, source=source, foot_radius=foot_radius, turning_space=turning_space
+    )
 
 
 def plan_settings(scenario: Scenario) -> PlanSettings:

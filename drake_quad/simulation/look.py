@@ -170,7 +170,9 @@ def look_around(prepared: PreparedScenario) -> Sight:
     if belief is not None and belief.going_up:
         X_BC = mount_of(perception)
         pose = pose_at_capture(image, X_BC.rotation().matrix(), X_BC.translation())
-        level = level_beyond(image.depth, model_of(prepared.scenario), pose, belief)
+        level = level_beyond(
+            image.depth, model_of(prepared.scenario), pose, belief, landing=perception.landing
+        )
     return Sight(
         belief=belief,
         stamp=report.stamp,

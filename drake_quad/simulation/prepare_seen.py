@@ -17,6 +17,7 @@ from drake_quad.perception.stair_map import StairMap, describe_belief, make_stai
 from drake_quad.planning.body_reference import robot_stance
 from drake_quad.planning.mission import check_mission, plan_mission
 from drake_quad.planning.problem import derive_mission
+from drake_quad.planning.turning_room import check_turning_width, least_turning_space
 from drake_quad.scenario.build import plan_settings
 from drake_quad.scenario.config import MissionElement, Scenario, WorldConfig
 from drake_quad.simulation.prepared import PreparedScenario
@@ -60,6 +61,7 @@ def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> S
         behind=scenario.start.distance,
         landing=scenario.perception.landing,
         reach=_reach(robot_stance(blind.settings)),
+        turning_space=least_turning_space(blind.robot),
     )
     back = [element for element in scenario.course if element.kind == "return"]
     return replace(found, elements=(*found.elements, *back))
@@ -112,13 +114,18 @@ def plan_on_sight(
     course = found.course(foot_radius=robot.foot_radius)
     told = scenario_of_map(scenario, found)
     if told.design == "auto":
-        told = design_scenario(told, source=source, nearest=False, robot=robot).scenario
+        told = design_scenario(
+            told, source=source, nearest=False, robot=robot, turning_space=found.turning_space
+        ).scenario
     settings = plan_settings(told)
     first, *others = derive_mission(course, settings)
     look = replace(first, name=LOOK, duration=scenario.perception.look_time)
     tasks = (look, *others)
     plan = plan_mission(robot, course, settings, tasks, blind.stance)
     check_mission(robot, plan, uniform_body=settings.uniform_body)
+    for task, motion in zip(tasks, plan.plans, strict=True):
+        if task.kind == "spin":
+            check_turning_width(robot, motion, course.lanes[task.lane])
     return replace(
         blind,
         scenario=with_gait(scenario, told),

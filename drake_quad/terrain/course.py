@@ -20,7 +20,12 @@ from drake_quad.errors import InputError
 from drake_quad.jit import jit
 from drake_quad.math.rotations import rotation
 from drake_quad.terrain.boxes import Box, Slab, first_overlap, make_box, move_face
-from drake_quad.terrain.elements import DEFAULT_WIDTH, Element, check_elements
+from drake_quad.terrain.elements import (
+    DEFAULT_WIDTH,
+    TURNING_SPACE,
+    Element,
+    check_elements,
+)
 from drake_quad.terrain.lane import EDGE, Flight, Lane, flight_parts, reverse_lane
 
 
@@ -262,7 +267,7 @@ def build_course(
     origin: tuple[float, float] = (0.0, 0.0),
     yaw: float = 0.0,
     foot_radius: float = 0.035,
-    turning_space: float = 1.5,
+    turning_space: float = TURNING_SPACE,
     source: str = "course",
 ) -> Course:
     """Checks the elements and lays them out, one after the other.

@@ -18,6 +18,7 @@ from drake_quad.util.schema import TEXT, FieldBound, number
 
 DEFAULT_WIDTH = 2.0  # [m] of an element without a width, but for a landing to turn on
 WIDTH_MIN = 0.8  # [m] on anything narrower no stance of a robot that climbs stairs fits
+TURNING_SPACE = 1.5  # [m] to turn on, of courses that are read before the robot is
 DEFAULT_THICKNESS = 0.04  # [m] of a tread that reaches out, or lies over an open riser
 LONGEST = 1000.0  # [m] of a stretch of the course, and of all of it
 STEPS_MAX = 1000  # of a flight
@@ -297,7 +298,7 @@ def check_elements(
     *,
     source: str = "course",
     foot_radius: float = 0.035,
-    turning_space: float = 1.5,
+    turning_space: float = TURNING_SPACE,
 ) -> None:
     """Raises `InputError` at the first field that no course can have.
 

@@ -1,5 +1,7 @@
 """How far it is level beyond the last nosing, seen by an ideal camera and by a D435."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -14,20 +16,36 @@ from drake_quad.perception.depth_noise import (
     add_noise,
     draw_camera_errors,
 )
-from drake_quad.perception.level_beyond import Level, level_beyond, steps_below_view
+from drake_quad.perception.level_beyond import (
+    AROUND,
+    Level,
+    level_beyond,
+    steps_below_view,
+    turning_place,
+)
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_tracker import CameraPose
 
 MODEL = D435.model.decimated(2)
 HEIGHT, PITCH = 1.08, 30.0
 RISE, RUN, FIRST = 0.14, 0.4, 0.9
+LANDING = 2.0  # [m] that is told
 
 
-def seen_level(count: int, told: int, *, noise: StereoNoise, landing: float = 2.0) -> Level:
+def seen_level(
+    count: int,
+    told: int,
+    *,
+    noise: StereoNoise,
+    landing: float = 2.0,
+    sides: tuple[float, float] = (0.8, 0.8),
+    beside: Sequence[Sequence[float]] = (),
+) -> Level:
     """What is seen beyond nosing `told` of a flight of `count` steps, the last one a landing."""
     places = FIRST + RUN * np.arange(count, dtype=np.float64)
     heights = RISE * np.arange(count + 1, dtype=np.float64)
-    boxes = build_boxes(places, heights, beyond=landing)
+    boxes = build_boxes(places, heights, left=sides[0], right=sides[1], beyond=landing)
+    boxes = np.vstack([boxes, np.array(beside).reshape(-1, 6)])
     scene = Scene("up", places, heights, 0.0, 0.0, (0.8, 0.8), boxes)
     generator = np.random.default_rng(3)
     errors = draw_camera_errors(noise, D435, MODEL, generator)
@@ -37,7 +55,8 @@ def seen_level(count: int, told: int, *, noise: StereoNoise, landing: float = 2.
         exact, noise=noise, errors=errors, camera=D435, model=MODEL, generator=generator
     )
     pose = CameraPose(R_LC, np.array([0.0, 0.0, HEIGHT]))
-    return level_beyond(depth, MODEL, pose, belief_of(places[:told], heights[: told + 1]))
+    told_of = belief_of(places[:told], heights[: told + 1])
+    return level_beyond(depth, MODEL, pose, told_of, landing=LANDING)
 
 
 def belief_of(places: FloatArray, heights: FloatArray) -> StairBelief:
@@ -81,3 +100,33 @@ def test_steps_below_the_image_are_counted() -> None:
 def test_nothing_is_claimed_of_what_nobody_sees() -> None:
     """A last tread above the camera shows no ground beyond its nosing."""
     assert seen_level(9, 9, noise=IDEAL_DEPTH)[:2] == (0.0, False)
+
+
+@pytest.mark.parametrize("noise", [IDEAL_DEPTH, STEREO_NOISE])
+@pytest.mark.parametrize("sides", [(0.8, 0.8), (1.1, 0.6), (0.45, 1.0)])
+def test_the_ground_to_turn_on_is_as_wide_as_it_is(
+    noise: StereoNoise, sides: tuple[float, float]
+) -> None:
+    """Never wider than it is by half a cell, nor narrower than by two; left is left."""
+    found = seen_level(3, 3, noise=noise, sides=sides)
+    assert sides[0] - 0.2 <= found.left <= sides[0] + 0.05
+    assert sides[1] - 0.2 <= -found.right <= sides[1] + 0.05
+
+
+def test_what_stands_beside_the_place_to_turn_on_ends_it() -> None:
+    """A block 0.3 m high, beyond the treads told, on the left is no ground; the right is as was."""
+    n, left, sides = 3, 0.85, (1.2, 0.8)
+    middle = FIRST + (n - 1) * RUN + turning_place(belief_of(np.ones(n), np.ones(n + 1)), LANDING)
+    top = n * RISE + 0.3
+    block = (middle - AROUND, left, 0.0, middle + AROUND, sides[0], top)
+    free, blocked = (
+        seen_level(n, n, noise=IDEAL_DEPTH, sides=sides, beside=beside) for beside in ((), (block,))
+    )
+    assert blocked.left <= left + 0.05 < free.left
+    assert blocked.right == free.right
+
+
+def test_ground_to_turn_on_that_nobody_sees_has_no_width() -> None:
+    """Where the landing ends before it, and where a last tread is above the camera."""
+    assert seen_level(3, 3, noise=IDEAL_DEPTH, landing=0.6)[3:] == (0.0, 0.0)
+    assert seen_level(9, 9, noise=IDEAL_DEPTH)[3:] == (0.0, 0.0)

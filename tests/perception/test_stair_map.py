@@ -75,6 +75,20 @@ def test_the_map_is_no_wider_than_what_was_seen_about_the_lane() -> None:
         assert seen.right - 1e-9 <= lateral.min() and lateral.max() <= seen.left + 1e-9
 
 
+def test_the_landing_is_as_wide_as_it_was_seen_about_the_lane() -> None:
+    """Wider than the treads if it was, on the side that was seen less; else as wide as they."""
+    wide = Level(2.0, ends_flight=True, right=-1.5, left=1.3)
+    seen = belief()
+    lane = made(seen, wide).course(foot_radius=0.02).lanes[0]
+    aside = np.array([-along(seen)[1], along(seen)[0]])
+    offset = float((seen.origin - STANDING) @ aside)
+    assert lane.half_widths[-1] == pytest.approx(min(1.3 + offset, 1.5 - offset))
+    assert lane.half_widths[-2] == pytest.approx(min(0.7 + offset, 0.9 - offset))
+    narrow = made(seen, Level(2.0, ends_flight=True, right=-0.2, left=0.2))
+    widths = narrow.course(foot_radius=0.02).lanes[0].half_widths
+    assert widths[-1] == widths[-2] == lane.half_widths[-2]
+
+
 def test_the_plan_allows_for_the_widest_interval() -> None:
     """Places' half intervals are 1.96 deviations, and the yaw's errs where feet are put down."""
     seen = belief()

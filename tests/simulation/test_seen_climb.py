@@ -250,4 +250,4 @@ def test_a_landing_too_small_to_turn_on_is_not_climbed_to() -> None:
     p = prepared(BACK, "perception.landing=1.2")
     assert p.sight is not None
     assert "course[2].length of the map is 0." in p.sight.refused
-    assert "too small to turn back on: must be at least 1.5 m" in p.sight.refused
+    assert "too small to turn back on: must be at least 1.24 m" in p.sight.refused
