@@ -20,6 +20,7 @@ from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.elements import DEFAULT_THICKNESS, TURNING_SPACE, WIDTH_MIN, Element
 
 SOURCE = "the map of what was seen"
+LEAST_OVERHANG = 0.003  # [m]; a map has risers straight under their nosings up to there
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +185,7 @@ def make_stair_map(
         raise PlanningError(f"the {landing:g} m of landing that are told are shorter than a tread")
     beyond = 0.0 if level is None else _width_about(lateral, level.right, level.left)
     is_open, overhang = (belief.is_open or None), None
-    if belief.overhang > belief.estimate("overhang").half_width:
+    if belief.overhang > max(LEAST_OVERHANG, belief.estimate("overhang").half_width):
         overhang = belief.overhang
     thickness = None
     if is_open or overhang:

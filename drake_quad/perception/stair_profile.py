@@ -101,14 +101,15 @@ def meet(
         3 i + TREAD, 3 i + FOOT_OF_RISER, 3 i + FACE, or NOTHING.
     """
     over = theta[2 * n + 1 + OVERHANG]
-    slabs = is_open > 0.5 or over > 0.002
     for i in range(1, n + 1):
         s, low, high = theta[i - 1], theta[n + i - 1], theta[n + i]
         y = m * s
         if y < low:
             return 3 * (i - 1)
         if up > 0.5 and y <= high:
-            if not slabs or y >= high - thickness:
+            # Without an overhang both parts of a riser are one plane, and still told apart: so its
+            # pixels say that there is none, and a fit does not go to and fro to the prior's.
+            if y >= high - thickness:
                 return 3 * i + FACE
             if is_open > 0.5:
                 return NOTHING
@@ -189,9 +190,8 @@ def accumulate(
             beside = meet(
                 m + (width if side == 0 else -width), theta, n, up, is_open, thickness, last
             )
-            if beside == surface:
-                continue
-            if beside < 0 or abs(inverse_depth(beside, c, z, theta, n) - p) > 6.0 * sigma[k]:
+            # A block across the line where two surfaces meet is on neither, near as they may be.
+            if beside != surface:
                 clear = False
         if not clear:
             continue
