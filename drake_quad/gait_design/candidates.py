@@ -74,6 +74,8 @@ class CandidateBatch:
 
     def take(self, which: BoolArray) -> "CandidateBatch":
         """Those candidates of which `which` (C,) is true."""
+        if which.all():
+            return self
         arrays = {f.name: getattr(self, f.name) for f in fields(self)}
         return replace(self, **{k: v[which] for k, v in arrays.items() if np.ndim(v) == 1})
 
@@ -222,36 +224,69 @@ def make_cycle(
         stance_length: Distance between front and rear feet on level ground [m]; None is the
             pattern's.
     """
-    pattern, beta = grid.pattern, grid.duty_factor
-    # Places a tread: on level ground places are alike. And as many cycles as it takes until all
-    # feet stand alike on other treads.
-    per = 1 if stairs.rise == 0.0 else pattern.per_tread
-    cycles = per // gcd(per, pattern.treads)
-    beats = [(c, leg) for c in range(cycles) for leg in WAVE_ORDER]
-    at = np.concatenate([c + LIFT_OFF[leg] + PHASES * (1.0 - beta) for c, leg in beats])
-    body = _body(grid, stairs, at, per)
-    ahead = np.repeat([-SIGNS[leg.row, 0] for _, leg in beats], len(PHASES))
-    body[..., 0] += grid.surge[:, None] * ahead
+    pattern = grid.pattern
+    beats = _lay_beats(pattern, stairs, grid.duty_factor, clearance)
+    body = _body(grid, stairs, beats.at, _places(pattern, stairs))
+    body[..., 0] += grid.surge[:, None] * beats.ahead
     lift = 0.0 if stairs.rise >= 0.0 else grid.lift_down[:, None]
     body[..., 2] = stairs.line(body[..., 0]) + grid.height[:, None] + lift
 
-    swings = np.repeat([[leg == other for _, other in beats] for leg in LEGS], len(PHASES), axis=1)
-    steps = [[c + (LIFT_OFF[leg] < LIFT_OFF[other]) for c, other in beats] for leg in LEGS]
-    first = np.array([[pattern.first(leg)] for leg in LEGS])
-    begin = first + pattern.treads * np.repeat(steps, len(PHASES), axis=1)  # places, (4, N)
-    along, up = _ways(stairs, begin, begin + pattern.treads * swings, per, clearance)
+    along = beats.along
     if stance_length is not None:
-        along += 0.5 * SIGNS[:, :1] * (stance_length - pattern.stance * stairs.run)
-    feet = np.empty((len(grid), len(at), 4, 3))
+        along = along + 0.5 * SIGNS[:, :1] * (stance_length - pattern.stance * stairs.run)
+    feet = np.empty((len(grid), len(beats.at), 4, 3))
     feet[..., 0] = along.T
     if stairs.rise != 0.0:
         phase = grid.phase(stairs.run, up=stairs.rise > 0.0, foot_radius=foot_radius)
         feet[..., 0] += phase[:, None, None]
     half = 0.5 * grid.stagger * np.array([-1.0, -1.0, 1.0, 1.0])
     feet[..., 1] = SIGNS[:, 1] * (0.5 * grid.width[:, None] + half)[:, None, :]
-    feet[..., 2] = up.T + foot_radius
+    feet[..., 2] = beats.up.T + foot_radius
+    return Cycle(body, feet, beats.swing, beats.landed)
+
+
+class _Beats(NamedTuple):
+    """What all candidates of a pattern have alike on a staircase, at N moments.
+
+    Attributes:
+        at: When they are (N,) [cycles].
+        ahead: 1 where a rear leg swings, -1 where a front leg does (N,).
+        along: How far along the stairs the feet are, before the candidates' own phases (4, N) [m].
+        up: How high the feet are (4, N) [m].
+        swing: See Cycle.
+        landed: See Cycle.
+    """
+
+    at: FloatArray
+    ahead: FloatArray
+    along: FloatArray
+    up: FloatArray
+    swing: FloatArray
+    landed: IntArray
+
+
+def _places(pattern: FootholdPattern, stairs: Staircase) -> int:
+    """Places a tread: on level ground places are alike."""
+    return 1 if stairs.rise == 0.0 else pattern.per_tread
+
+
+@lru_cache(maxsize=64)  # a search asks a thousand times; nobody writes into what it has
+def _lay_beats(
+    pattern: FootholdPattern, stairs: Staircase, duty_factor: float, clearance: float
+) -> _Beats:
+    """Lays as many cycles as it takes until all feet stand alike on other treads."""
+    per = _places(pattern, stairs)
+    cycles = per // gcd(per, pattern.treads)
+    beats = [(c, leg) for c in range(cycles) for leg in WAVE_ORDER]
+    at = np.concatenate([c + LIFT_OFF[leg] + PHASES * (1.0 - duty_factor) for c, leg in beats])
+    ahead = np.repeat([-SIGNS[leg.row, 0] for _, leg in beats], len(PHASES))
+    swings = np.repeat([[leg == other for _, other in beats] for leg in LEGS], len(PHASES), axis=1)
+    steps = [[c + (LIFT_OFF[leg] < LIFT_OFF[other]) for c, other in beats] for leg in LEGS]
+    first = np.array([[pattern.first(leg)] for leg in LEGS])
+    begin = first + pattern.treads * np.repeat(steps, len(PHASES), axis=1)  # places, (4, N)
+    along, up = _ways(stairs, begin, begin + pattern.treads * swings, per, clearance)
     swing = np.repeat([float(leg.row) for _, leg in beats], len(PHASES))
-    return Cycle(body, feet, swing, _landed(cycles))
+    return _Beats(at, ahead, along, up, swing, _landed(cycles))
 
 
 def _body(grid: CandidateBatch, stairs: Staircase, at: FloatArray, per: int) -> FloatArray:

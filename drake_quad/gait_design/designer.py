@@ -19,6 +19,7 @@ from drake_quad.gait_design.plan_candidates import (
     TOUCHES,
     Designed,
     Gait,
+    doubt_gait,
     plan_any,
     plan_design,
     plan_gaits,
@@ -264,7 +265,10 @@ def _design_for(
                     plan_design, design=design, robot=robot, shape=shape, course=course,
                     source=source,
                 )  # fmt: skip
-                yield Gait(design.score, filled, plan)
+                doubt = partial(
+                    doubt_gait, design=design, robot=robot, course=course, source=source
+                )
+                yield Gait(design.score, filled, plan, doubt)
 
     leg = leg_length(robot)
     if not thorough:

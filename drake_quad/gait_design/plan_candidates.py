@@ -2,12 +2,13 @@
 
 import copy
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import inf
 
 from drake_quad.errors import PlanningError
+from drake_quad.gait_design.doubts import find_doubt
 from drake_quad.gait_design.search import Design
 from drake_quad.planning.clearance import (
     Clearance,
@@ -132,6 +133,33 @@ def plan_design(
     return Designed(scenario, design, mission, margin if margin < inf else 0.0, room, torque)
 
 
+SURE = 0.6  # score on endless stairs from which on a gait is planned at once
+SHANKS = 0.5  # of their clearance wanted: a gait that is short of more would hardly be fair
+
+
+def doubt_gait(
+    scenario: Scenario, *, design: Design, robot: RobotModel, course: Course, source: str
+) -> PlanningError | None:
+    """Why a scenario will hardly have a plan that is not poor; None if nothing speaks against it.
+
+    Args:
+        scenario: With the design's fields filled in.
+        design: The gait, and the slacks wanted of it.
+        robot: The scenario's.
+        course: The scenario's course.
+        source: What an error names.
+    """
+    if design.score >= SURE:
+        return None
+    fair = POOR * GOOD_MARGIN * scenario.body.margin_desired
+    return find_doubt(
+        robot, course, plan_settings(scenario), mission_of(scenario, course, source=source),
+        start=scenario.start.distance,
+        margin=max(fair, LEFT_OVER * scenario.controller.lift_off_margin),
+        shanks=SHANKS * design.wanted["legs"],
+    )  # fmt: skip
+
+
 def _refuse_waiting(scenario: Scenario, task: str, margin: float) -> None:
     """Refuses a plan by which the gait clock would wait at a lift-off, and then stop.
 
@@ -176,11 +204,13 @@ class Gait:
         score: Its score on endless stairs.
         scenario: Scenario in full, with the body as high as the design has it.
         plan: Makes a `Designed` of such a scenario; see `plan_design`, whose `beat` it takes.
+        doubt: Says why there will hardly be a plan, see `doubt_gait`.
     """
 
     score: float
     scenario: Scenario
     plan: Callable[..., Designed | None]
+    doubt: Callable[[Scenario], PlanningError | None] = lambda _: None
 
     def lower(self, depth: float, like: Scenario) -> Scenario:
         """Like a scenario, with the body so much lower than in this one's [m]."""
@@ -195,7 +225,7 @@ class Lowering:
     At a flight's ends, and as it sways, the body is not quite where it is on endless stairs: legs
     that are then too short are long enough for a body that is lower. Of a poor plan the next lower
     one is tried, too; below one that is refused then there is none. Nor is there after so many
-    plans by which parts touch.
+    plans by which parts touch. Heights that are doubtful are put off.
 
     Attributes:
         refused: Why the first plan was refused that was.
@@ -211,6 +241,7 @@ class Lowering:
         """
         self._gait, self._leg, self._touches = gait, leg, touches
         self._heights = list(LOWER)
+        self._put_off: list[float] | None = []  # None: no height is put off any more
         self._planned = self._touched = 0
         self._tried = gait.scenario
         self.refused: PlanningError | None = None
@@ -220,14 +251,23 @@ class Lowering:
         """Whether no lower body is to be tried."""
         return not self._heights
 
+    def take_up(self) -> None:
+        """Has the heights tried that were put off."""
+        self._heights, self._put_off = self._put_off or [], None
+
     def plan(self, best: Designed | None) -> Designed | None:
-        """The better one of what there is already and of the next plan.
+        """The better one of what there is already and of the next plan; or the height is put off.
 
         Args:
             best: What there is already.
         """
+        share = self._heights.pop(0)
         # With how slow a higher body had to be: so will it.
-        self._tried = self._gait.lower(self._heights.pop(0) * self._leg, self._tried)
+        lower = self._gait.lower(share * self._leg, self._tried)
+        if self._put_off is not None and self._gait.doubt(lower) is not None:
+            self._put_off.append(share)
+            return best
+        self._tried = lower
         try:
             best = _or_slower(self._tried, partial(self._gait.plan, beat=best)) or best
         except PlanningError as error:
@@ -252,8 +292,8 @@ def plan_gaits(
 ) -> tuple[Designed | None, PlanningError | None]:
     """The best of what there was and of gaits: each as high as it can be, and then all lower.
 
-    Lower bodies are tried only where there is no fair plan. A gait of which no more can be hoped
-    for than there is already is not tried.
+    Lower bodies are tried only where there is no fair plan, and doubtful ones after all others. A
+    gait of which no more can be hoped for than there is already is not tried.
 
     Args:
         gaits: Gaits to be planned; no more are drawn than are tried.
@@ -273,6 +313,16 @@ def plan_gaits(
         best = tried[-1].plan(best)
         if best is not None and taken(best):
             break
+    best = _lower_all(tried, best)
+    if best is None or best.quality < POOR:
+        for lowering in tried:
+            lowering.take_up()
+        best = _lower_all(tried, best)
+    return best, next((t.refused for t in tried if t.refused is not None), None)
+
+
+def _lower_all(tried: Sequence[Lowering], best: Designed | None) -> Designed | None:
+    """The better one of what there is already and of lower bodies, until one's plan is fair."""
     while best is None or best.quality < POOR:
         left = [lowering for lowering in tried if not lowering.done]
         if not left:
@@ -281,11 +331,13 @@ def plan_gaits(
             best = lowering.plan(best)
             if best is not None and best.quality >= POOR:
                 break
-    return best, next((t.refused for t in tried if t.refused is not None), None)
+    return best
 
 
 def plan_any(gaits: Iterable[Gait], leg: float) -> tuple[Designed | None, PlanningError | None]:
     """The first plan that there is: of all gaits with bodies as high as they can be, then lower.
+
+    Doubtful ones are left out.
 
     Args:
         gaits: Gaits to be planned; no more are drawn than are tried.
@@ -302,6 +354,9 @@ def plan_any(gaits: Iterable[Gait], leg: float) -> tuple[Designed | None, Planni
                 seen.append(gait)
             try:
                 lower = gait.lower(share * leg, gait.scenario)
+                doubt = gait.doubt(lower)
+                if doubt is not None:
+                    raise doubt
                 return _or_slower(lower, partial(gait.plan, beat=None)), refused
             except PlanningError as error:
                 refused = refused or error

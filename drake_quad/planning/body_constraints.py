@@ -321,7 +321,7 @@ def find_limits(
     reach = robot.geometry.reach
     # From the middle of a shank; nothing beyond it has a side.
     far = SHANK_NEAR * float(reach.max()) + STEP + float(robot.shank_radii.max())
-    distance = _distances(robot, body, feet, shanks, far)
+    distance = limit_distances(robot, body, feet, shanks, far)
     if distance.min() >= 0.0:
         return None
     near = np.full(distance.shape[2], SHANK_NEAR)
@@ -341,7 +341,7 @@ def find_limits(
                 moved[:, 2] += STEP
             else:
                 moved[:, 3] += STEP / tilt_arm(robot)
-            there = _distances(alone, moved, feet[rows, mine : mine + 1], shanks, far)
+            there = limit_distances(alone, moved, feet[rows, mine : mine + 1], shanks, far)
             gradient[near_mine, axis] = there[at, 0, which[near_mine]]
     gradient = (gradient - distance[k, leg, which][:, None]) / STEP
     here = np.einsum("ij,ij->i", gradient, path[k])
@@ -352,7 +352,7 @@ def find_limits(
     return LegLimits(k, gradient, keep - distance[k, leg, which] + here, shank, short)
 
 
-def _distances(
+def limit_distances(
     robot: RobotModel, poses: FloatArray, feet: FloatArray, shanks: Shanks | None, far: float
 ) -> FloatArray:
     """Distance beyond what is to be kept (N, L, 6), with shanks (N, L, 21 or 36) [m].
@@ -380,7 +380,7 @@ def _distances(
 
 
 def _only_leg(robot: RobotModel, leg: int) -> RobotModel:
-    """The robot with one leg, as far as `_distances` asks."""
+    """The robot with one leg, as far as `limit_distances` asks."""
     g, one = robot.geometry, slice(leg, leg + 1)
     lengths = {f.name: getattr(g, f.name)[one] for f in fields(g)}
     joints = slice(3 * leg, 3 * leg + 3)
