@@ -2,13 +2,14 @@
 
 A log is MCAP. It holds, in their order, all that the controller's loop asked of its clock and of
 its bus, and its answers; given these again the loop goes the same way, with the same commands to
-the bit. It is kept in memory while the loop runs, some 0.5 MB a second, and written at its end.
+the bit. It is kept in memory while the loop runs, some 1 MB a second, and written at its end.
 """
 
 import json
 from base64 import b64decode, b64encode
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -116,6 +117,17 @@ def _event(topic: str, plain: Any) -> Event:
     ]
 
 
+def check_recording(path: Path) -> None:
+    """Sees that a log could be written, before a robot moves for it.
+
+    Raises:
+        InputError: The package `mcap` is not installed.
+    """
+    if find_spec("mcap") is None:
+        remedy = "needs the package mcap: pip install 'drake_quad[mcap]'"
+        raise InputError(source="--record", field="mcap", value=str(path), remedy=remedy)
+
+
 def write_bus_log(
     path: Path, prepared: PreparedScenario, events: list[Event], session: int
 ) -> None:
@@ -128,13 +140,9 @@ def write_bus_log(
         session: The loop's number as a sender.
 
     Raises:
-        InputError: The package `mcap` is not installed, or the file cannot be written.
+        InputError: The file cannot be written.
     """
-    try:
-        from mcap.writer import CompressionType, Writer
-    except ImportError:
-        remedy = "needs the package mcap: pip install 'drake_quad[mcap]'"
-        raise InputError(source="--record", field="mcap", value=str(path), remedy=remedy) from None
+    from mcap.writer import CompressionType, Writer
 
     def write(to: Path) -> None:
         with to.open("wb") as file:

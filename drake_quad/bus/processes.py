@@ -28,7 +28,8 @@ from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 BUSES = ("lcm", "unitree")
 LATE = 0.1  # [s] behind, beyond which a loop gives up catching up
-FIELDS = ("estimator.kind=ekf", "controller.period=0.002")  # before what a person sets
+ESTIMATED = ("estimator.kind=ekf",)  # before what a person sets
+FIELDS = (*ESTIMATED, "controller.period=0.002")  # where no design sets the period
 DRIVES = {DRIVES_DAMP: "damping", DRIVES_FOLLOW: "following", DRIVES_HOLD: "holding"}
 
 Tell = Callable[[str], None]
@@ -89,8 +90,7 @@ def load_for_bus(name: str, fields: list[str]) -> Scenario:
     Raises:
         InputError: As of `load_scenario`.
     """
-    estimated = [field for field in FIELDS if not field.startswith("controller.")]
-    scenario: Scenario = load_scenario(name, [*estimated, *fields])
+    scenario: Scenario = load_scenario(name, [*ESTIMATED, *fields])
     return scenario if scenario.design == "auto" else load_scenario(name, [*FIELDS, *fields])
 
 
@@ -208,10 +208,7 @@ def control(
     clock = WallClock(choice.rate)
     bus = open_bus(choice, clock, prepared, robot=False)
     recorder = None if record is None else BusRecorder(bus, clock)
-    if recorder is None:
-        loop = ControlLoop(prepared, bus, clock, silent=dry_run)
-    else:
-        loop = ControlLoop(prepared, recorder, recorder, silent=dry_run)
+    loop = ControlLoop(prepared, recorder or bus, recorder or clock, silent=dry_run)
     tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
          f"domain {choice.domain}: waiting for the robot")  # fmt: skip
     shown, next_look = 0, 0.0

@@ -66,6 +66,7 @@ def control(
 
     No robot has walked by it yet: see docs/bus.md before any.
     """
+    from drake_quad.bus.bus_log import check_recording
     from drake_quad.bus.processes import (
         BusChoice,
         check_choice,
@@ -78,6 +79,8 @@ def control(
     if out is not None:
         claim(out)
     claim_file(record, "--record")
+    if record is not None:
+        check_recording(record)
     fields = [*(overrides or []), *([f"sensors.contacts={contacts}"] if contacts else [])]
     prepared = prepare_for_bus(scenario, fields, MESSAGES.print)
     with interruptible(MESSAGES) as stop:

@@ -3,21 +3,13 @@
 from pathlib import Path
 
 import pytest
+from bus_rig import SHORT_WALK
 from command import drake_quad, refused
 
 from drake_quad.bus import processes
 from drake_quad.cli.bus import control
 from drake_quad.errors import InputError
 from drake_quad.simulation.prepare import PreparedScenario
-
-WALK = """
-description: Standing for a while
-course:
-  - {kind: floor, length: 4.0, width: 2.0}
-start: {distance: 1.0}
-mission:
-  - {kind: stand, duration: 0.2}
-"""
 
 
 @pytest.mark.parametrize(
@@ -30,7 +22,7 @@ def test_the_loop_gets_what_tells_contacts(
 ) -> None:  # fmt: skip
     """`--contacts` goes before the scenario's own, and reaches the loop; without it that holds."""
     path = tmp_path / "walk.yaml"
-    path.write_text(WALK + f"sensors: {{contacts: {of_the_scenario}}}\n")
+    path.write_text(SHORT_WALK + f"sensors: {{contacts: {of_the_scenario}}}\n")
     begun: list[str] = []
 
     class Begun(Exception):  # noqa: N818  nothing went wrong
@@ -51,7 +43,7 @@ def test_the_loop_gets_what_tells_contacts(
 def test_a_designed_gait_keeps_its_own_period(design: str, tmp_path: Path) -> None:
     """A bus has the state estimated in any case; a period is set only where no design sets it."""
     path = tmp_path / "walk.yaml"
-    path.write_text(WALK + f"robot: {{model: paper_quadruped}}\ndesign: {design}\n")
+    path.write_text(SHORT_WALK + f"robot: {{model: paper_quadruped}}\ndesign: {design}\n")
     scenario = processes.load_for_bus(str(path), [])
     assert scenario.estimator.kind == "ekf" and scenario.design == design
     assert (scenario.controller.period == 0.002) == (design == "given")
@@ -63,3 +55,14 @@ def test_contacts_that_nothing_tells_are_refused(tmp_path: Path) -> None:
     """One line with field, value and what there is, before any bus is opened."""
     line = refused(drake_quad("control", "flat_walk", "--contacts", "hands", cwd=tmp_path))
     assert "sensors.contacts" in line and "hands" in line and "joints" in line
+
+
+def test_a_log_that_could_not_be_written_is_refused_before_a_robot_moves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without the package mcap, `--record` is refused with how to get it; no bus is opened."""
+    monkeypatch.setattr("drake_quad.bus.bus_log.find_spec", lambda _: None)
+    monkeypatch.setattr(processes, "open_bus", lambda *_, **__: pytest.fail("a bus was opened"))
+    with pytest.raises(InputError, match=r"drake_quad\[mcap\]"):
+        control("flat_walk", record=tmp_path / "bus.mcap")
+    assert not (tmp_path / "bus.mcap").exists()
