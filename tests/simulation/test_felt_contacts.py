@@ -5,6 +5,7 @@ import pytest
 
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.diagram import stair_climb_of
 from drake_quad.simulation.prepare import prepare
 from drake_quad.simulation.run import simulate
 
@@ -26,7 +27,11 @@ def test_a_robot_that_feels_with_its_joints_climbs_two_steps(state: str) -> None
     flags are not the sensed ones.
     """
     scenario = load_scenario("case_study", [*CLIMB, f"estimator.kind={state}"])
-    result = simulate(prepare(scenario))
+    prepared = prepare(scenario)
+    controller = stair_climb_of(prepared).diagram.GetSubsystemByName("controller")
+    assert controller.HasInputPort("joint_torque_measured")
+    assert not controller.HasInputPort("contact_state_measured")
+    result = simulate(prepared)
     summary = result.summary
     assert summary["outcome"] == "goal_reached", summary["reason"]
     felt = summary["felt"]

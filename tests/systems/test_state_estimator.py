@@ -5,9 +5,11 @@ import pytest
 from estimation_rig import DT
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
-from rig import GRAVITY, fix_inputs, model_layout, paper_robot, read
+from rig import GRAVITY, fix_inputs, flat_course, model_layout, paper_robot, read
 
 from drake_quad.common import FloatArray
+from drake_quad.estimation.filter_state import EstimatorSettings
+from drake_quad.robot.kinematics import calc_feet
 from drake_quad.systems.state_estimator import StateEstimator
 
 Q = np.tile([0.0, 0.7, -1.4], 4)
@@ -52,6 +54,26 @@ def test_robot_at_rest_stays_where_it_was_put() -> None:
     np.testing.assert_allclose(alone.read(), before, atol=1e-9)
     assert alone.read("estimator_healthy") == [1.0]
     assert alone.read("foot_slip_estimated").tolist() == [0.0] * 4
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_height_comes_from_the_course_where_there_is_one(known: bool) -> None:
+    """A robot that believes itself 8 mm above its map comes down to it; without one it stays."""
+    robot = paper_robot()
+    feet = calc_feet(robot.geometry, Q.reshape(4, 3))[:, 2]
+    start = float(robot.foot_radius - feet.mean()) + 0.008
+    system = StateEstimator(
+        robot=robot, layout=model_layout(), p_WB=np.array([2.0, 0.0, start]), yaw=0.0, q=Q,
+        settings=EstimatorSettings(initial_position=0.02, map_height=0.005),
+        course=flat_course() if known else None,
+    )  # fmt: skip
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    fix_inputs(system, context, **REST)
+    simulator.AdvanceTo(0.5)
+    state = read(system, context, "robot_state_estimated")
+    off = model_layout().read(state).p_WB[2] - (start - 0.008)
+    assert abs(off) < 0.002 if known else off == pytest.approx(0.008, abs=1e-4)
 
 
 def test_first_state_is_the_known_start() -> None:
