@@ -29,6 +29,8 @@ class TorqueDynamics:
     def __init__(self, robot: RobotModel, layout: StateLayout, model: MultibodyPlant) -> None:
         self._robot, self._layout, self._model = robot, layout, model
         self._joints = layout.v_joints - layout.num_positions
+        joints = [model.GetJointByName(name) for name in robot.joint_names]
+        self._damping = np.array([joint.default_damping() for joint in joints])
 
     def calc(
         self, scratch: Context, mass_before: FloatArray, state: FloatArray, torque: FloatArray,
@@ -48,11 +50,12 @@ class TorqueDynamics:
         v = state[layout.num_positions :]
         mass = np.ascontiguousarray(model.CalcMassMatrix(scratch)[joints])
         h = model.CalcBiasTerm(scratch) - model.CalcGravityGeneralizedForces(scratch)
+        h = h[joints] + self._damping * v[joints]  # the bias term is without it
         change = (mass - mass_before) @ v / period if mass_before.any() else np.zeros(12)
         read = layout.read(state)
         jacobian = read.R_WB @ calc_jacobians(self._robot.geometry, read.q)
         return JointDynamics(
-            momentum=mass @ v, velocity_terms=change - h[joints], torque=torque, jacobian=jacobian
+            momentum=mass @ v, velocity_terms=change - h, torque=torque, jacobian=jacobian
         ), mass
 
     def standing_torque(self, state: FloatArray) -> FloatArray:

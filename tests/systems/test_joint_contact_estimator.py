@@ -1,13 +1,15 @@
 """JointContactEstimator alone, through its ports and its own Context."""
 
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
 from drake_quad.common import GRAVITY
+from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings, observe
 from drake_quad.robot.kinematics import calc_jacobians
-from drake_quad.robot.loader import MakeModelPlant, load_robot
+from drake_quad.robot.loader import AddRobot, MakeModelPlant, load_robot
 from drake_quad.robot.state import make_layout
-from drake_quad.systems.joint_contact_estimator import JointContactEstimator
+from drake_quad.systems.joint_contact_estimator import JointContactEstimator, TorqueDynamics
 
 
 def test_a_robot_that_hangs_still_feels_what_its_drives_hold() -> None:
@@ -40,3 +42,38 @@ def test_a_robot_that_hangs_still_feels_what_its_drives_hold() -> None:
     # State is the Context's: another has nothing of it.
     other = Simulator(system).get_mutable_context()
     assert np.array_equal(bearing.Eval(other), np.ones(4))
+
+
+def test_damping_of_the_joints_is_not_felt_as_ground() -> None:
+    """A robot that falls with its legs swinging and damped feels no force on any foot."""
+    robot = load_robot("package://drake_quad_models/paper_quadruped.urdf")
+    falling, model = MultibodyPlant(0.0005), MultibodyPlant(0.0)
+    for plant in (falling, model):
+        AddRobot(plant, robot.url)
+        for name in robot.joint_names:
+            plant.GetJointByName(name).set_default_damping(1.0)
+        plant.Finalize()
+    layout = make_layout(model, robot)
+    simulator = Simulator(falling)
+    context = simulator.get_mutable_context()
+    state = np.zeros(layout.size)
+    state[layout.q_base] = 1.0
+    state[layout.q_joints] = np.tile([0.1, 0.9, -1.6], 4)
+    state[layout.v_joints] = np.tile([0.0, 2.0, 3.0], 4)
+    falling.SetPositionsAndVelocities(context, state)
+    falling.get_actuation_input_port().FixValue(context, np.zeros(12))
+
+    dynamics, scratch = TorqueDynamics(robot, layout, model), model.CreateDefaultContext()
+    memory, period = np.zeros(TouchMemory.SIZE), 0.001
+    mass = np.zeros((12, model.num_velocities()))
+    largest = 0.0
+    for step in range(80):
+        simulator.AdvanceTo(step * period)
+        state = falling.GetPositionsAndVelocities(context)
+        now, mass = dynamics.calc(scratch, mass, state, np.zeros(12), period)
+        observe(memory, now, robot.mass, period, TouchSettings())
+        if step >= 60:  # what was taken to stand has been forgotten by then
+            largest = max(largest, np.abs(memory[TouchMemory.FORCE]).max())
+    speeds = state[layout.v_joints].reshape(4, 3)[:, 2]
+    assert np.abs(speeds).min() > 0.3  # the damping is still at work
+    assert largest < 0.002 * robot.mass * GRAVITY
