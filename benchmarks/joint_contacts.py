@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.estimation.contact_from_torques import (
+    DriveGains,
     TouchMemory,
     TouchSettings,
     compare_touchdowns,
@@ -40,16 +41,19 @@ def measure(
     """
     robot, layout, log = run.robot, run.layout, run.log
     model = MakeModelPlant(robot.url)
-    scratch, dynamics = model.CreateDefaultContext(), TorqueDynamics(robot, layout, model)
+    # The log's torques are those after a command, at the beginning of a tooth: no mean is sought.
+    gains = DriveGains(kp=0.0, kd=0.0, period=0.002)
+    scratch = model.CreateDefaultContext()
+    dynamics = TorqueDynamics(robot, layout, model, gains=gains)
     states = np.hstack([run.positions, run.velocities])
     torque = log.numbers([f"tau_{name}" for name in robot.joint_names])
     torque = torque + noise * robot.effort * np.random.default_rng(seed).normal(size=torque.shape)
     real = log.numbers([f"{leg}_bearing" for leg in ("FL", "FR", "RL", "RR")]) > 0.5
     period = float(np.median(np.diff(log.t)))
-    memory, mass = np.zeros(TouchMemory.SIZE), np.zeros((12, model.num_velocities()))
+    memory, before = np.zeros(TouchMemory.SIZE), np.zeros(dynamics.memory_shape)
     felt = np.zeros_like(real)
     for k in range(len(log.t)):
-        now, mass = dynamics.calc(scratch, mass, states[k], torque[k], period)
+        now, before = dynamics.calc(scratch, before, states[k], torque[k], period)
         observe(memory, now, robot.mass, period, settings)
         felt[k] = memory[TouchMemory.BEARING] > 0.5
     found = compare_touchdowns(log.t, real, felt)

@@ -39,7 +39,7 @@ from drake_quad.scenario.build import touch_settings
 from drake_quad.simulation.instruments import velocities_at_rest
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
-from drake_quad.systems.joint_contact_estimator import TorqueDynamics
+from drake_quad.systems.joint_contact_estimator import TorqueDynamics, drive_gains
 
 MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
 STANDS = 1.0  # [s] that it stands before it walks
@@ -196,17 +196,21 @@ class TouchByTorque:
     ) -> None:  # fmt: skip
         self._robot, self._layout, self._period = robot, layout, control.period
         self._settings = settings
-        self._dynamics = TorqueDynamics(robot, layout, model)
+        self._dynamics = TorqueDynamics(
+            robot, layout, model, gains=drive_gains(control), friction=robot.joint_friction
+        )
         self._scratch = model.CreateDefaultContext()
         self._memory = np.zeros(TouchMemory.SIZE)
-        self._mass = np.zeros((12, layout.size - layout.num_positions))
+        self._before = np.zeros(self._dynamics.memory_shape)
 
     def feel(self, estimate: FloatArray, state: StateMessage, periods: int) -> FloatArray:
         """Which feet bear (4,), so many periods after the last call."""
         x = np.array(estimate)
         x[self._layout.q_joints], x[self._layout.v_joints] = state.position, state.velocity
         period = periods * self._period
-        now, self._mass = self._dynamics.calc(self._scratch, self._mass, x, state.effort, period)
+        now, self._before = self._dynamics.calc(
+            self._scratch, self._before, x, state.effort, period
+        )
         observe(self._memory, now, self._robot.mass, period, self._settings)
         return self._memory[TouchMemory.BEARING].copy()
 

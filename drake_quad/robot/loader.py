@@ -2,6 +2,7 @@
 
 import hashlib
 import logging
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
@@ -13,15 +14,16 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 
+from drake_quad.common import read_only
 from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
 from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
 from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
-from drake_quad.robot.importer.sanitize import HEAVY, links_with_friction
+from drake_quad.robot.importer.sanitize import HEAVY, joint_friction_text, links_with_friction
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
-from drake_quad.robot.importer.xml_io import read_xml
+from drake_quad.robot.importer.xml_io import floats, read_xml
 from drake_quad.robot.model import RobotModel
 from drake_quad.util.files import MOST_MESH, MOST_TEXT, check_given, read_given, user_path
 
@@ -65,11 +67,14 @@ def load_robot(url: str | Path) -> RobotModel:
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     instance = _parse(plant, file)
     plant.Finalize()
-    frictional = links_with_friction(read_xml(find_source(file).found.path, url))
+    root = read_xml(find_source(file).found.path, url)
+    frictional = links_with_friction(root)
     robot = read_model(
         plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
     )
-    return replace(robot, source=url)
+    friction = {joint.get("name"): joint_friction_text(joint) for joint in root.findall("joint")}
+    values = [(floats(friction.get(name)) or [0.0])[0] for name in robot.joint_names]
+    return replace(robot, source=url, joint_friction=read_only(np.array(values)))
 
 
 def normal_form(url: str) -> str:
@@ -160,11 +165,14 @@ def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:
     parser.package_map().AddPackageXml(
         str(resources.files("drake_quad_models").joinpath("package.xml"))
     )
+    # Of a file that the importer wrote Drake would warn that it simulates no friction in joints.
+    said = quiet() if _is_imported(file) else nullcontext()
     try:
-        if "://" in file:
-            models = parser.AddModels(url=file)
-        else:
-            models = parser.AddModels(str(user_path(file).resolve()))
+        with said:
+            if "://" in file:
+                models = parser.AddModels(url=file)
+            else:
+                models = parser.AddModels(str(user_path(file).resolve()))
     except PARSER_ERRORS as error:
         raise refuse(f"cannot be read as a robot: {parser_reason(error, [], {})}") from None
     if len(models) != 1:

@@ -84,6 +84,8 @@ class RobotModel:
             in the middle of a ball of `foot_radius` that holds the foot and touches its end.
         foot_friction: Coulomb's coefficient (dynamic) that the robot's file states for each foot in
             Drake's own tags (4,); nan where it states none, as nearly all.
+        joint_friction: Coulomb friction of the joints as the robot's file states it (12,) [Nm]; 0
+            where it states none. Drake simulates none.
         source: Argument of `load_robot`: a name, a URL or a file. Empty for other robots.
     """
 
@@ -111,6 +113,7 @@ class RobotModel:
     trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))
     foot_friction: FloatArray = field(default_factory=lambda: np.full(4, np.nan))
+    joint_friction: FloatArray = field(default_factory=lambda: np.zeros(12))
     source: str = ""
 
 

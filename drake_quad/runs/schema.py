@@ -434,7 +434,7 @@ SUMMARY = (
     Figure("estimate.slips_flagged", "", "How often a foot came to be taken for slipping"),
     Figure("estimate.samples_unhealthy", "samples", "Samples in which a sensor's reading was not "
            "sound"),
-    Figure("felt.touchdowns", "", "How often a foot began to bear that had not borne for 0.05 s; "
+    Figure("felt.touchdowns", "", "How often a foot began to bear that had not borne for 0.15 s; "
            "`felt` is null where the feet have sensors"),
     Figure("felt.missed", "", "Touchdowns that the joints did not feel within 0.15 s",
            shown=Shown("Touchdowns that the joints did not feel", 0)),

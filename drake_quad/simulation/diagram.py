@@ -42,7 +42,7 @@ from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.stability.equilibrium_region import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.disturbances import Delay, Disturbances
-from drake_quad.systems.joint_contact_estimator import TorqueDynamics
+from drake_quad.systems.joint_contact_estimator import TorqueDynamics, drive_gains
 from drake_quad.terrain.course import Course
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
@@ -261,7 +261,8 @@ def MakeStairClimb(
         initial |= velocities_at_rest(start[layout.q_joints])
     if feel is not None:
         assert torques is not None
-        standing = TorqueDynamics(robot, layout, model).standing_torque(start)
+        dynamics = TorqueDynamics(robot, layout, model, gains=drive_gains(control))
+        standing = dynamics.standing_torque(start)
         initial["joint_torque_measured"] = standing
         senses["joint_torque_measured"] = AddTorqueSensor(
             builder, simulated, errors=torques, initial=standing, period=control.period

@@ -1,20 +1,30 @@
 """JointContactEstimator: which feet bear, by the joints' torques alone."""
 
+import math
+
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.control.settings import ControlSettings
 from drake_quad.estimation.contact_from_torques import (
+    DriveGains,
     JointDynamics,
     TouchMemory,
     TouchSettings,
     observe,
+    torque_ripple,
 )
 from drake_quad.robot.kinematics import calc_jacobians
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareModelContext, DeclareStateOutput, EvalModelContext
+
+
+def drive_gains(control: ControlSettings) -> DriveGains:
+    """The drives' gains under a controller."""
+    return DriveGains(kp=control.kp, kd=control.kd, period=control.period)
 
 
 class TorqueDynamics:
@@ -24,25 +34,41 @@ class TorqueDynamics:
         robot: The robot.
         layout: Layout of its state.
         model: The robot without ground.
+        gains: Gains of the drives.
+        friction: Coulomb friction of the joints (12,) [Nm]; none unless given, as in Drake.
+
+    Attributes:
+        memory_shape: Shape of what `calc` keeps from one period to the next.
     """
 
-    def __init__(self, robot: RobotModel, layout: StateLayout, model: MultibodyPlant) -> None:
-        self._robot, self._layout, self._model = robot, layout, model
+    def __init__(
+        self,
+        robot: RobotModel,
+        layout: StateLayout,
+        model: MultibodyPlant,
+        *,
+        gains: DriveGains,
+        friction: FloatArray | None = None,
+    ) -> None:
+        self._robot, self._layout, self._model, self._gains = robot, layout, model, gains
+        self.memory_shape = (12, model.num_velocities() + 1)
         self._joints = layout.v_joints - layout.num_positions
         joints = [model.GetJointByName(name) for name in robot.joint_names]
+        self._friction = np.zeros(12) if friction is None else friction
         self._damping = np.array([joint.default_damping() for joint in joints])
 
     def calc(
-        self, scratch: Context, mass_before: FloatArray, state: FloatArray, torque: FloatArray,
+        self, scratch: Context, before: FloatArray, state: FloatArray, torque: FloatArray,
         period: float,
     ) -> tuple[JointDynamics, FloatArray]:  # fmt: skip
-        """The dynamics at a state, and the mass matrix's joint rows there (12, 18).
+        """The dynamics at a state, and what is to be kept of it for the next.
 
         Args:
             scratch: A Context of the model, to compute in.
-            mass_before: The mass matrix's joint rows a period ago; zeros if there is none.
+            before: What was kept a period ago, `memory_shape`: the mass matrix's joint rows, and
+                the joints' speeds; zeros if there is none.
             state: [q; v].
-            torque: Torque of each drive, leg by leg (12,) [Nm].
+            torque: Torque of each drive at the end of the period, leg by leg (12,) [Nm].
             period: Since then [s].
         """
         model, layout, joints = self._model, self._layout, self._joints
@@ -51,12 +77,17 @@ class TorqueDynamics:
         mass = np.ascontiguousarray(model.CalcMassMatrix(scratch)[joints])
         h = model.CalcBiasTerm(scratch) - model.CalcGravityGeneralizedForces(scratch)
         h = h[joints] + self._damping * v[joints]  # the bias term is without it
-        change = (mass - mass_before) @ v / period if mass_before.any() else np.zeros(12)
+        now, speed = np.column_stack([mass, v[joints]]), v[joints]
+        change, ripple = np.zeros(12), np.zeros(12)
+        if before.any():
+            change = (mass - before[:, :-1]) @ v / period
+            ripple = torque_ripple(speed, before[:, -1], self._gains)
         read = layout.read(state)
         jacobian = read.R_WB @ calc_jacobians(self._robot.geometry, read.q)
         return JointDynamics(
-            momentum=mass @ v, velocity_terms=change - h, torque=torque, jacobian=jacobian
-        ), mass
+            momentum=mass @ v, velocity_terms=change - h, torque=torque + ripple,
+            jacobian=jacobian, doubt=self._friction + np.abs(ripple),
+        ), now  # fmt: skip
 
     def standing_torque(self, state: FloatArray) -> FloatArray:
         """Torques that hold the robot still with a quarter of its weight on each foot.
@@ -79,7 +110,8 @@ class JointContactEstimator(LeafSystem):
     """Feels the ground with the joints, for robots without reliable sensors in their feet.
 
     See `drake_quad.estimation.contact_from_torques`. It takes the drives' torques as exact, and
-    the model's masses: friction in the joints and an unknown load are felt as forces on the feet.
+    the model's masses: friction in the joints, of which Drake simulates none, and an unknown load
+    are felt as forces on the feet.
 
     Input ports:
         robot_state_estimated: [q; v] of the robot.
@@ -95,6 +127,7 @@ class JointContactEstimator(LeafSystem):
         robot: RobotModel,
         layout: StateLayout,
         model: MultibodyPlant,
+        gains: DriveGains,
         period: float = 0.002,
         settings: TouchSettings | None = None,
     ) -> None:
@@ -104,6 +137,7 @@ class JointContactEstimator(LeafSystem):
             robot: The robot.
             layout: Layout of its state.
             model: The robot without ground.
+            gains: Gains of the drives.
             period: Period of the observer [s].
             settings: How it listens; its defaults unless given.
         """
@@ -111,25 +145,25 @@ class JointContactEstimator(LeafSystem):
         self.set_name("joint_contact_estimator")
         self._robot, self._period = robot, period
         self._settings = settings or TouchSettings()
-        self._dynamics = TorqueDynamics(robot, layout, model)
+        self._dynamics = TorqueDynamics(robot, layout, model, gains=gains)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._torque_port = self.DeclareVectorInputPort("joint_torque_measured", 12)
         self._bearing = DeclareStateOutput(self, "contact_state_measured", np.ones(4))
         weight = [0.0, 0.0, 0.25 * robot.mass * GRAVITY]
         self._force = DeclareStateOutput(self, "foot_force_estimated", np.tile(weight, 4))
         self._memory = int(self.DeclareDiscreteState(TouchMemory.SIZE))
-        self._mass = int(self.DeclareDiscreteState(12 * (layout.size - layout.num_positions)))
+        self._before = int(self.DeclareDiscreteState(math.prod(self._dynamics.memory_shape)))
         self._scratch = DeclareModelContext(self, model)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        before = context.get_discrete_state(self._mass).value().reshape(12, -1)
-        now, mass = self._dynamics.calc(
-            EvalModelContext(self._scratch, context), before, self._state_port.Eval(context),
-            self._torque_port.Eval(context), self._period,
+        before = context.get_discrete_state(self._before).value()
+        now, kept = self._dynamics.calc(
+            EvalModelContext(self._scratch, context), before.reshape(self._dynamics.memory_shape),
+            self._state_port.Eval(context), self._torque_port.Eval(context), self._period,
         )  # fmt: skip
         memory = state.get_mutable_value(self._memory)
         observe(memory, now, self._robot.mass, self._period, self._settings)
-        state.set_value(self._mass, mass.ravel())
+        state.set_value(self._before, kept.ravel())
         state.set_value(self._bearing, memory[TouchMemory.BEARING])
         state.set_value(self._force, memory[TouchMemory.FORCE])

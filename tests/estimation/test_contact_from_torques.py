@@ -5,12 +5,14 @@ from hypothesis import given, strategies as st
 
 from drake_quad.common import GRAVITY
 from drake_quad.estimation.contact_from_torques import (
+    DriveGains,
     JointDynamics,
     TouchMemory,
     TouchSettings,
     compare_touchdowns,
     foot_forces,
     observe,
+    torque_ripple,
 )
 
 MASS, PERIOD = 20.0, 0.002
@@ -119,3 +121,54 @@ def test_touchdowns_are_paired_missed_and_false() -> None:
     found = compare_touchdowns(times, real, felt)
     assert (found.touchdowns, found.missed, found.false) == (2, 1, 1)
     assert np.allclose(found.delays, [0.01])
+
+
+def test_a_foot_that_bounces_lands_once_and_one_felt_in_the_air_is_false() -> None:
+    """Felt throughout a bounce, nothing is missed; felt in a swing, however soon, it is false."""
+    times = np.linspace(0.0, 3.99, 400)
+    real, felt = np.ones((400, 4), dtype=bool), np.ones((400, 4), dtype=bool)
+    real[50:100, 0], felt[50:100, 0] = False, False
+    real[103:113, 0] = False  # off again for 0.1 s
+    real[200:260, 1], felt[200:209, 1], felt[215:260, 1] = False, False, False
+    found = compare_touchdowns(times, real, felt)
+    assert (found.touchdowns, found.missed, found.false) == (2, 0, 1)
+    assert np.allclose(found.delays, [0.0, 0.0])
+
+
+@given(
+    st.lists(st.floats(-8.0, 8.0), min_size=12, max_size=12),
+    st.floats(10.0, 2000.0),
+    st.integers(1, 8),
+)
+def test_the_mean_torque_is_within_the_doubt_however_often_a_drive_looks(
+    speeds: list[float], kp: float, looks: int
+) -> None:
+    """At a constant speed, of a drive that looks 1 to 8 times a period; exactly so of two."""
+    speed, gains = np.array(speeds), DriveGains(kp=kp, kd=3.0, period=PERIOD)
+    moments = PERIOD * np.arange(looks) / looks  # from the command on
+    torques = -kp * np.outer(moments, speed)
+    ripple = torque_ripple(speed, speed, gains)
+    error = torques.mean(axis=0) - (torques[-1] + ripple)
+    assert np.all(np.abs(error) <= np.abs(ripple) + 1e-9 * kp)
+    if looks == 2:
+        assert np.allclose(error, 0.0, atol=1e-9 * kp)
+
+
+@given(st.floats(0.0, 0.05), st.floats(0.0, 0.05))
+def test_a_push_that_friction_may_feign_is_no_touchdown(push: float, friction: float) -> None:
+    """A foot lands if it is pressed with more than `touch` beyond what its joints may feign."""
+    memory, weight = np.zeros(TouchMemory.SIZE), MASS * GRAVITY
+    vertical = np.linalg.solve(JACOBIAN[0], [0.0, 0.0, 1.0])
+    doubt = np.zeros(12)
+    doubt[2] = friction * weight / abs(vertical[2])
+    legs = np.einsum("kji,kj->ki", JACOBIAN, np.tile([0.0, 0.0, push * weight], (4, 1))).ravel()
+    for torque, ticks in ((np.zeros(12), 200), (-legs, 200)):
+        for _ in range(ticks):
+            now = JointDynamics(
+                momentum=np.zeros(12), velocity_terms=np.zeros(12), torque=torque,
+                jacobian=JACOBIAN, doubt=doubt,
+            )  # fmt: skip
+            observe(memory, now, MASS, PERIOD, SETTINGS)
+    beyond = push - friction - SETTINGS.touch
+    if abs(beyond) > 1e-4:
+        assert bool(memory[TouchMemory.BEARING][0]) == (beyond > 0.0)

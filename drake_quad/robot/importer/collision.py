@@ -17,6 +17,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_quad.common import FloatArray
 from drake_quad.robot.importer.legs import points_of
 from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink, NormalRobot
+from drake_quad.robot.importer.parse import quiet
 from drake_quad.robot.importer.raw_robot import ASSUMED, REPAIRED, GeometryInstance, Note
 
 THINNEST = 0.005  # [m] radius of a capsule that stands for a mesh
@@ -192,7 +193,8 @@ def thighs_inside_trunk(urdf: Path, robot: NormalRobot) -> list[str]:
     """
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
-    Parser(plant).AddModels(str(urdf))
+    with quiet():  # Drake warns of joints' friction, which it does not simulate
+        Parser(plant).AddModels(str(urdf))
     plant.Finalize()
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()

@@ -254,7 +254,8 @@ def _add_joints(root: ET.Element, robot: NormalRobot, leg: NormalLeg) -> None:
         limits = {"lower": leg.limits.lower[k], "upper": leg.limits.upper[k]}
         limits |= {"effort": leg.limits.effort[k], "velocity": leg.limits.speed[k]}
         ET.SubElement(joint, "limit", {key: repr(float(v)) for key, v in limits.items()})
-        ET.SubElement(joint, "dynamics", damping=repr(hinge.damping), friction="0")
+        ET.SubElement(joint, "dynamics", damping=repr(hinge.damping),
+                      friction=repr(hinge.friction))  # fmt: skip
         drive = ET.SubElement(root, "transmission", name=f"{hinge.name}_drive")
         ET.SubElement(drive, "type").text = "transmission_interface/SimpleTransmission"
         ET.SubElement(

@@ -140,6 +140,7 @@ class RevoluteJoint:
         effort: Torque limit [Nm]; inf if not given.
         speed: Speed limit [rad/s]; inf if not given.
         damping: Damping of the joint [Nm s/rad].
+        friction: Coulomb friction of the joint [Nm]; 0 if not given.
         rotor_inertia: Inertia of the drive's rotor, before the gear [kg m²].
         gear_ratio: Gear ratio of the drive.
     """
@@ -152,6 +153,7 @@ class RevoluteJoint:
     effort: float
     speed: float
     damping: float
+    friction: float
     rotor_inertia: float
     gear_ratio: float
 

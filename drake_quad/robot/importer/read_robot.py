@@ -22,7 +22,7 @@ from drake_quad.robot.importer.raw_robot import (
     RigidGroup,
     RigidMass,
 )
-from drake_quad.robot.importer.sanitize import Drive
+from drake_quad.robot.importer.sanitize import Cleaned, Drive
 
 NO_INERTIA = 1e-10  # [m²] per mass: rounding, when masses at points are added up
 
@@ -60,7 +60,7 @@ def read_robot(
         trunk_name=tree.body(tree.root).name(),
         legs=tuple(
             RawLeg(
-                hinges=tuple(_hinge(tree, context, i, cleaned.drives) for i in leg),  # type: ignore[arg-type]
+                hinges=tuple(_hinge(tree, context, i, cleaned) for i in leg),  # type: ignore[arg-type]
                 groups=tuple(_group(parsed, tree, context, i, movers) for i in leg),  # type: ignore[arg-type]
             )
             for leg in found
@@ -115,9 +115,10 @@ def _scoped(plant: MultibodyPlant, part: RigidBody | Joint) -> str:
     return f"{plant.GetModelInstanceName(part.model_instance())}::{part.name()}"
 
 
-def _hinge(tree: Tree, context: Context, body: int, drives: dict[str, Drive]) -> RevoluteJoint:
+def _hinge(tree: Tree, context: Context, body: int, cleaned: Cleaned) -> RevoluteJoint:
     """The joint that carries `body`."""
     joint, line = tree.joint_to[body], axis_of(tree, context, body)
+    drives = cleaned.drives
     drive = drives.get(_scoped(tree.plant, joint), drives.get(joint.name(), Drive()))
     return RevoluteJoint(
         name=joint.name(),
@@ -128,6 +129,7 @@ def _hinge(tree: Tree, context: Context, body: int, drives: dict[str, Drive]) ->
         effort=drive.effort,
         speed=float(joint.velocity_upper_limit()),
         damping=float(joint.default_damping()),
+        friction=cleaned.joint_friction.get(joint.name(), 0.0),
         rotor_inertia=drive.rotor_inertia,
         gear_ratio=drive.gear_ratio,
     )

@@ -48,6 +48,7 @@ class Cleaned:
         included: Every file that was included, as often as it was.
         massless: Links that have no mass whatever Drake reads, `model::link`.
         frictional: Links whose collision shapes state a friction of Drake's kind.
+        joint_friction: Coulomb friction of the joints by name, where the file has it [Nm].
     """
 
     root: ET.Element
@@ -62,6 +63,7 @@ class Cleaned:
     included: list[Path] = field(default_factory=list)
     massless: set[str] = field(default_factory=set)
     frictional: set[str] = field(default_factory=set)
+    joint_friction: dict[str, float] = field(default_factory=dict)
 
     def refuse(self, field: str, value: Any, remedy: str) -> InputError:
         """The error that names the file, a field of it, its value and what would be right."""
@@ -375,9 +377,28 @@ def links_with_friction(root: ET.Element) -> set[str]:
     return {link.get("name", "") for link in root.iter("link") if states_friction(link)}
 
 
+MOST_JOINT_FRICTION = 1000.0  # [Nm]
+
+
+def joint_friction_text(joint: ET.Element) -> str | None:
+    """What a joint of a URDF, SDF or MJCF says of its Coulomb friction [Nm]; None for nothing."""
+    dynamics = joint.find("dynamics")
+    if dynamics is not None:
+        return dynamics.get("friction")
+    return joint.get("frictionloss", joint.findtext("axis/dynamics/friction"))
+
+
 def read_friction(c: Cleaned) -> None:
-    """Remembers which links state their friction, and notes a friction that is not used."""
+    """Remembers which links and joints state their friction, and notes what is not used."""
     c.frictional |= links_with_friction(c.root)
+    for joint in c.root.iter("joint"):
+        name, text = joint.get("name", ""), joint_friction_text(joint)
+        found = c.strictly(text, f"{name}: friction")
+        if found and not 0.0 <= found[0] <= MOST_JOINT_FRICTION:
+            remedy = f"must be a number from 0 to {MOST_JOINT_FRICTION:g} [Nm]"
+            raise c.refuse(f"{name}: friction", text, remedy)
+        if found and found[0] > 0.0:
+            c.joint_friction[name] = found[0]
     mjcf = c.root.tag == "mujoco"
     if any(e.get("friction") for e in c.root.iter("geom")) if mjcf else _has_others(c.root):
         whose = "MuJoCo's" if mjcf else "ODE's"
