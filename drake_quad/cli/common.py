@@ -163,8 +163,9 @@ def _writing(path: Path, option: str) -> Iterator[None]:
 def make_report(directory: Path, err: Console) -> None:
     """Writes report.html and scene.lcmlog of a finished run."""
     with err.status("writing report.html and scene.lcmlog"):
-        dq.write_report(directory)
-        dq.write_scene_log(directory)
+        run = dq.load_run(directory)
+        dq.write_report(run)
+        dq.write_scene_log(run)
 
 
 class Lasting:

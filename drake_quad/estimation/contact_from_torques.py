@@ -210,12 +210,13 @@ class TouchFigures:
 
 def compare_touchdowns(
     times: FloatArray, real: BoolArray, felt: BoolArray, *, swing: float = 0.15,
-    still: float = 0.05, window: float = 0.15,
+    still: float = 0.05, brush: float = 0.02, window: float = 0.15,
 ) -> TouchFigures:  # fmt: skip
     """Compares touchdowns felt with those that were.
 
-    A touchdown is where a foot begins to bear that has not borne for `swing`: one that bounces has
-    landed once. Felt too early by more than `window`, it is both missed and false.
+    A touchdown is where a foot begins to bear, for `brush` at least, that has not borne for
+    `swing`: one that bounces has landed once, one that brushes a riser has not. Felt too early by
+    more than `window`, a touchdown is both missed and false.
 
     Args:
         times: Times of the samples (N,) [s].
@@ -224,12 +225,13 @@ def compare_touchdowns(
         swing: How long a foot must have been off the ground before [s].
         still: How long a foot must not have been felt before, for it to be felt landing; as long
             a bounce must last for its end to excuse that [s].
+        brush: How long a foot must bear for it to be more than a brush against a riser [s].
         window: How far apart the two may be to be the same [s].
     """
     count = missed = false = 0
     delays: list[float] = []
     for foot in range(real.shape[1]):
-        landed = _landings(times, real[:, foot], swing)
+        landed = _landings(times, _lasting(times, real[:, foot], brush), swing)
         noticed = _landings(times, felt[:, foot], still)
         bounced = [t for t in _landings(times, real[:, foot], still) if t not in landed]
         count += len(landed)
@@ -247,7 +249,19 @@ def compare_touchdowns(
     return TouchFigures(count, missed, false, tuple(delays))
 
 
+def _lasting(times: FloatArray, bears: BoolArray, least: float) -> BoolArray:
+    """The same without what lasts less than `least`, but for what goes on at the end."""
+    starts = np.flatnonzero(np.diff(bears.astype(np.int8), prepend=0) > 0)
+    ends = np.flatnonzero(np.diff(bears.astype(np.int8)) < 0) + 1
+    kept = bears.copy()
+    for start, end in zip(starts, ends, strict=False):
+        if times[end] - times[start] < least - 1e-9:
+            kept[start:end] = False
+    return kept
+
+
 def _landings(times: FloatArray, bears: BoolArray, still: float) -> list[float]:
+    """When a foot begins to bear that has not for `still`."""
     changes = np.flatnonzero(np.diff(bears.astype(np.int8)))
     found, left = [], None
     for k in changes:

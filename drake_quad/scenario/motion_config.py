@@ -314,7 +314,8 @@ class SensorsConfig:
         0.02,
         "of the weight",
         "With `contacts: joints`: load that has to be felt on a foot before it counts as bearing; "
-        "with less than a quarter of it a foot has lifted. Joints with much friction need more",
+        "with less than a quarter of it a foot has lifted. On a bus what the joints' friction may "
+        "feign, as the robot's file states it, is added to it",
         within(0.005, 0.2),
     )
     torque_noise: float = number(

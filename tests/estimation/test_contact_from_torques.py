@@ -124,11 +124,12 @@ def test_touchdowns_are_paired_missed_and_false() -> None:
 
 
 def test_a_foot_that_bounces_lands_once_and_one_felt_in_the_air_is_false() -> None:
-    """Felt throughout a bounce, nothing is missed; felt in a swing, however soon, it is false."""
+    """A bounce and a brush against a riser miss nothing; felt in a swing, however soon: false."""
     times = np.linspace(0.0, 3.99, 400)
     real, felt = np.ones((400, 4), dtype=bool), np.ones((400, 4), dtype=bool)
     real[50:100, 0], felt[50:100, 0] = False, False
     real[103:113, 0] = False  # off again for 0.1 s
+    real[240, 1] = True  # against a riser
     real[200:260, 1], felt[200:209, 1], felt[215:260, 1] = False, False, False
     found = compare_touchdowns(times, real, felt)
     assert (found.touchdowns, found.missed, found.false) == (2, 0, 1)

@@ -103,7 +103,7 @@ def test_arrays_cannot_be_written_to() -> None:
     arrays = [getattr(robot, f.name) for f in dataclasses.fields(robot)]
     arrays += [getattr(robot.geometry, f.name) for f in dataclasses.fields(robot.geometry)]
     found = [a for a in arrays if isinstance(a, np.ndarray)]
-    assert len(found) == 21
+    assert len(found) == 22
     assert not any(a.flags.writeable for a in found)
 
 
