@@ -103,6 +103,7 @@ class BusController:
             model=model,
             start=prepared.stance,
             planned=prepared.plan.plans,
+            foot_give=prepared.scenario.estimator.foot_give,
         )
         q, _, _ = pose_robot(robot, prepared.stance.body[None], prepared.stance.feet[None])
         self._rest = velocities_at_rest(q.reshape(12)) | {"contact_state_measured": np.ones(4)}

@@ -292,6 +292,14 @@ class EstimatorConfig:
         "`truth`: the controller has the simulated state itself; `ekf`: what it estimates from its "
         "sensors",
     )
+    foot_give: float = number(
+        0.0,
+        "m",
+        "How much foot and ground give under load, as `ekf` knows it: a foot rolls as one whose "
+        "radius is smaller by that. Unknown, 4 mm of 22 mm are 1 % of the way",
+        not_negative(),
+        within(0.0, 0.02),
+    )
 
 
 @dataclass

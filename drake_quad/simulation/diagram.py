@@ -177,6 +177,7 @@ def MakeStairClimb(
     sensors: SensorErrors | None = None,
     feel: TouchSettings | None = None,
     torques: TorqueErrors | None = None,
+    foot_give: float = 0.0,
     visualize: Visualize | None = None,
     tracking: str | MakeTracking | None = None,
 ) -> StairClimb:
@@ -199,6 +200,7 @@ def MakeStairClimb(
             None.
         feel: How the controller feels which feet bear; it is told by sensors in them if None.
         torques: Errors of the torques by which it feels that; wanted if `feel` is given.
+        foot_give: How much foot and ground give under load, as the estimator knows it [m].
         visualize: Function that adds viewers to the Diagram.
         tracking: Controller of one's own, as for MakeController.
     """
@@ -229,6 +231,7 @@ def MakeStairClimb(
             start=None if sensors is None else stance,
             tracking=tracking,
             feel=feel,
+            foot_give=foot_give,
         ),
     )
     monitors = AddMonitors(
@@ -346,6 +349,7 @@ def stair_climb_of(
         sensors=sensor_errors(scenario),
         feel=touch_settings(scenario),
         torques=torque_errors(scenario, preparation.robot),
+        foot_give=scenario.estimator.foot_give,
         visualize=visualize,
         tracking=tracking,
     )

@@ -69,6 +69,7 @@ def MakeController(
     tracking: str | MakeTracking | None = None,
     planned: Sequence[MotionPlan] = (),
     feel: TouchSettings | None = None,
+    foot_give: float = 0.0,
 ) -> Diagram:
     """Returns the controller as a Diagram of its own.
 
@@ -85,6 +86,7 @@ def MakeController(
             or a function that makes one; `control.kind` if None.
         planned: The mission's plans, made beforehand, as TransitionPlanner takes them.
         feel: How it feels by the joints' torques which feet bear; it is told that if None.
+        foot_give: How much foot and ground give under load, as its estimator knows it [m].
 
     Raises:
         InputError: No such name, or a system without the ports of a TrackingController.
@@ -154,7 +156,7 @@ def MakeController(
         _ExportInput(builder, "robot_state_estimated", state_users)
     else:
         estimator = builder.AddNamedSystem(
-            "state_estimator", _MakeEstimator(robot, layout, start, control, course)
+            "state_estimator", _MakeEstimator(robot, layout, start, control, course, foot_give)
         )
         for system in state_users:
             builder.Connect(
@@ -249,8 +251,9 @@ def _ExportInput(builder: DiagramBuilder, name: str, systems: Sequence[LeafSyste
 
 
 def _MakeEstimator(
-    robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings, course: Course
-) -> StateEstimator:
+    robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings,
+    course: Course, foot_give: float,
+) -> StateEstimator:  # fmt: skip
     q, _, _ = pose_robot(robot, start.body[None], start.feet[None])
     return StateEstimator(
         robot=robot,
@@ -264,4 +267,5 @@ def _MakeEstimator(
         ),
         period=control.period,
         course=course,
+        foot_give=foot_give,
     )

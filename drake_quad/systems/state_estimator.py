@@ -49,6 +49,7 @@ class StateEstimator(LeafSystem):
         settings: EstimatorSettings = DEFAULT_SETTINGS,
         period: float = 0.002,
         course: Course | None = None,
+        foot_give: float = 0.0,
     ) -> None:
         """Puts the robot at its known start.
 
@@ -62,11 +63,13 @@ class StateEstimator(LeafSystem):
             settings: What the filter assumes.
             period: Period of the filter, and of the IMU [s].
             course: The map, on whose heights the feet come to stand; none is counted on if None.
+            foot_give: How much foot and ground give under load: a foot rolls as one whose radius is
+                smaller by that, and its middle is lower by it [m].
         """
         super().__init__()
         self.set_name("state_estimator")
         self._model = filter_model(
-            robot, settings, radius=robot.foot_radius, period=period, layout=layout
+            robot, settings, radius=robot.foot_radius - foot_give, period=period, layout=layout
         )
         self._tops = np.zeros((0, 10)) if course is None else box_tops(course)
         angles = np.zeros(12) if q is None else np.asarray(q, dtype=np.float64).reshape(12)

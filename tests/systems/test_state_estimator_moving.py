@@ -44,11 +44,14 @@ class Robot:
 
 @cache
 def robot(
-    *, noisy: bool = False, seed: int = 1, friction: float = 0.8, rolls: bool = True
-) -> Robot:
+    *, noisy: bool = False, seed: int = 1, friction: float = 0.8, rolls: bool = True,
+    foot_give: float = 0.0, smaller: float = 0.0,
+) -> Robot:  # fmt: skip
     builder = DiagramBuilder()
     config = MultibodyPlantConfig(
-        time_step=0.001, contact_model="point", discrete_contact_approximation="lagged"
+        time_step=0.001,
+        contact_model="point",
+        discrete_contact_approximation="lagged",
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     instance = AddRobot(plant, URL)
@@ -57,6 +60,7 @@ def robot(
     for index in plant.GetJointActuatorIndices(instance):
         plant.get_joint_actuator(index).set_controller_gains(PdControllerGains(p=4000.0, d=160.0))
     layout, model = make_layout(plant, paper_robot()), paper_robot()
+    model = replace(model, foot_radius=model.foot_radius - smaller)
     if not rolls:
         model = replace(model, foot_radius=0.0)
     inspector = scene_graph.model_inspector()
@@ -96,6 +100,7 @@ def robot(
             yaw=float(stance.body[4]),
             pitch=float(stance.body[3]),
             q=angles.reshape(12),
+            foot_give=foot_give,
         ),
     )
     senses["contact_state_measured"] = monitor.GetOutputPort("contact_state_measured")
@@ -224,6 +229,19 @@ def test_feet_roll(sideways: bool) -> None:
         for rolls in (True, False)
     )
     assert wrong > 5e-4 and right < 0.5 * wrong
+
+
+def test_a_foot_that_gives_rolls_as_a_smaller_one() -> None:
+    """A filter that knows that feet give by 8 mm has the estimates of one for smaller feet.
+
+    The plant's feet do not give, so it is off as the other is.
+    """
+    gives, smaller, right = (
+        Stance(robot(foot_give=give, smaller=less)).run(0.3).run(0.8, sink(0.2)).estimates
+        for give, less in ((0.008, 0.0), (0.0, 0.008), (0.0, 0.0))
+    )
+    assert np.array_equal(gives, smaller)
+    assert np.abs(gives - right).max() > 1e-3
 
 
 @pytest.mark.parametrize("seed", [1, 2])
