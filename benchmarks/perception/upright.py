@@ -1,11 +1,14 @@
 """How well intervals hold that a camera held upright gives of flights like `studies/unmapped.yaml`.
 
     python -m benchmarks.perception.upright --looks 100 --seed 700
+    python -m benchmarks.perception.upright --looks 100 --seed 700 --attitude 0.56 --told 0.56
 
 Each look draws a flight as that study does (3 to 6 steps of 0.10 to 0.18 m by 0.28 to 0.50 m,
 turned by up to 5 degrees), how far ahead of the camera it begins (0.16 to 1.36 m), the camera's
 height (0.97 m, to 10 mm) and a D435's errors. Images are rendered exactly, at the full resolution,
 with the noise in the camera's own rows and columns. It takes a second a look, and needs no Drake.
+With `--attitude` the robot's estimate of its attitude errs about both level axes by so many
+degrees (one standard deviation), of which the fit is told `--told`.
 """
 
 import argparse
@@ -49,9 +52,21 @@ def draw_flight(generator: np.random.Generator) -> Scene:
 
 
 def look(
-    generator: np.random.Generator, noise: StereoNoise = STEREO_NOISE
+    generator: np.random.Generator,
+    noise: StereoNoise = STEREO_NOISE,
+    *,
+    attitude: float = 0.0,
+    told: float = 0.0,
 ) -> tuple[Scene, StairBelief | None]:
-    """A drawn flight, and what one image of it tells."""
+    """A drawn flight, and what one image of it tells.
+
+    Args:
+        generator: The source of what is random.
+        noise: The camera's errors.
+        attitude: Deviation of the error of the estimated roll and pitch [rad]. The feet are where
+            the estimate has them: the robot turns about the camera, so that its place is right.
+        told: The deviation that the estimate is told to have [rad].
+    """
     scene = draw_flight(generator)
     height = HEIGHT + 0.01 * float(generator.standard_normal())
     errors = draw_camera_errors(noise, D435, D435.model, generator)
@@ -62,8 +77,14 @@ def look(
         generator=generator,
     )  # fmt: skip
     tracker = StairTracker(model=MODEL, accuracy=stereo_accuracy(D435.disparity_scale()))
-    pose = CameraPose(R_LC, np.array([0.0, 0.0, height]))
-    return scene, tracker.update(np.ascontiguousarray(np.rot90(depth)), pose, feet=FEET)
+    R_WL = np.eye(3)  # W as the estimate has it, from W as it is
+    if attitude > 0.0:
+        roll, pitch = (float(x) for x in attitude * generator.standard_normal(2))
+        R_WL = rotation_exp(roll, pitch, 0.0)
+    place = np.array([0.0, 0.0, height])
+    pose = CameraPose(R_WL @ R_LC, place, np.array([told, told, 0.0]))
+    feet = (FEET - place) @ R_WL.T + place
+    return scene, tracker.update(np.ascontiguousarray(np.rot90(depth)), pose, feet=feet)
 
 
 def errors_of(scene: Scene, belief: StairBelief) -> Looks:
@@ -83,12 +104,14 @@ def errors_of(scene: Scene, belief: StairBelief) -> Looks:
     return found
 
 
-def study(looks: int, seed: int) -> tuple[Looks, int, int]:
+def study(
+    looks: int, seed: int, *, attitude: float = 0.0, told: float = 0.0
+) -> tuple[Looks, int, int]:
     """All looks of a seed: errors and deviations, how many were found, how many over-claimed."""
     rows: Looks = defaultdict(list)
     found = over = 0
     for i in range(looks):
-        scene, belief = look(np.random.default_rng([seed, i]))
+        scene, belief = look(np.random.default_rng([seed, i]), attitude=attitude, told=told)
         if belief is None:
             continue
         found += 1
@@ -103,8 +126,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--looks", type=int, default=100)
     parser.add_argument("--seed", type=int, default=700)
+    parser.add_argument("--attitude", type=float, default=0.0, help="degrees")
+    parser.add_argument("--told", type=float, default=0.0, help="degrees")
     asked = parser.parse_args(arguments)
-    rows, found, over = study(asked.looks, asked.seed)
+    attitude, told = (float(np.radians(angle)) for angle in (asked.attitude, asked.told))
+    rows, found, over = study(asked.looks, asked.seed, attitude=attitude, told=told)
     table = []
     for name in QUANTITIES:
         error, sigma = np.array(rows[name]).T

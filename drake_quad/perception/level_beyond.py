@@ -26,7 +26,8 @@ LEAST_PIXELS = 30  # of a strip
 MOST_EMPTY = 4  # strips one after the other
 OFF = 0.35  # of a rise, by which a strip's height may differ from the last tread's
 MOST_OFF = 0.05  # [m]
-MOST_SLOPE = float(np.tan(np.radians(1.2)))  # of what is level: of the camera's attitude, 4 sigma
+MOST_TILT = float(np.radians(1.2))  # [rad] of what is level: of the camera's mounting, 4 sigma
+TILTS = 4.0  # deviations of the robot's attitude, by which what is level may be tilted as well
 BEGIN = 0.15  # [m] beyond the nosing: where that is told too near, nearer pixels are the riser's
 INSET = 0.05  # [m] of the treads' sides, and of the ground's to turn on, that is left out
 RUNS = 1.5  # a next riser would be seen within so many runs beyond the last nosing
@@ -82,7 +83,7 @@ def level_beyond(
         depth: The image that the belief is of: distances along the optical axis [m], (height,
             width); 0 where there is none.
         model: Intrinsics.
-        pose: Pose of the camera when it was taken.
+        pose: Pose of the camera when it was taken, and how well its tilt is known.
         belief: The flight up that it shows.
         landing: How far the ground is told to be level beyond the last nosing [m].
     """
@@ -93,9 +94,11 @@ def level_beyond(
     flat = p_W[:, :2] - belief.origin
     s, lateral = flat @ along - float(belief.places[-1]), flat @ aside
     mine = (s > 0.0) & (lateral > belief.right + INSET) & (lateral < belief.left - INSET)
-    length = _level_length(s[mine], p_W[mine, 2], belief)
+    slope = float(np.tan(np.hypot(MOST_TILT, TILTS * pose.tilt_sigma)))
+    length = _level_length(s[mine], p_W[mine, 2], belief, slope)
+    middle = turning_place(belief, landing)
     right, left = _level_sides(
-        s, lateral, p_W[:, 2], belief, middle=turning_place(belief, landing), length=length
+        s, lateral, p_W[:, 2], belief, middle=middle, length=length, slope=slope
     )
     below_view = steps_below_view(model, pose, belief)
     return Level(length, length >= RUNS * belief.run, below_view, right, left)
@@ -117,7 +120,7 @@ def steps_below_view(model: CameraModel, pose: CameraPose, belief: StairBelief) 
     return int(np.count_nonzero((ahead <= 0.0) | (row > model.height - 1)))
 
 
-def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief) -> float:
+def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief, slope: float) -> float:
     """How far from the nosing points at `s` (n,) and heights `z` (n,) go on at its height [m]."""
     height = float(belief.heights[-1])
     strip = (s / STRIP).astype(int)
@@ -130,15 +133,15 @@ def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief) -> float:
         if past - first < LEAST_PIXELS:
             empty += 1
             continue
-        if abs(np.median(z[first:past]) - height) > _allowed((k - 0.5) * STRIP, belief):
+        if abs(np.median(z[first:past]) - height) > _allowed((k - 0.5) * STRIP, belief, slope):
             break
         length, empty = k * STRIP, 0
     return length
 
 
-def _allowed(s: float, belief: StairBelief) -> float:
+def _allowed(s: float, belief: StairBelief, slope: float) -> float:
     """By how much level ground may be off the last tread's height, `s` beyond its nosing [m]."""
-    return min(OFF * belief.rise, MOST_OFF) + MOST_SLOPE * s
+    return min(OFF * belief.rise, MOST_OFF) + slope * s
 
 
 def _level_sides(
@@ -149,6 +152,7 @@ def _level_sides(
     *,
     middle: float,
     length: float,
+    slope: float,
 ) -> tuple[float, float]:
     """From where to where across the climb the ground about the place to turn on is level [m].
 
@@ -162,6 +166,7 @@ def _level_sides(
         belief: The flight.
         middle: The place to turn on, beyond the last nosing [m].
         length: How far the ground is level [m].
+        slope: By how much what is level may seem to slope.
     """
     begin, cells = middle - AROUND, int((min(middle + AROUND, length) - middle + AROUND) / CELL)
     if cells < 1:
@@ -170,7 +175,7 @@ def _level_sides(
     rows = 2 * round(WIDEST / CELL)
     row = np.minimum(((lateral[mine] + WIDEST) / CELL).astype(int), rows - 1)
     cell = np.minimum(((s[mine] - begin) / CELL).astype(int), cells - 1)
-    off = np.abs(z[mine] - belief.heights[-1]) > _allowed(middle, belief)
+    off = np.abs(z[mine] - belief.heights[-1]) > _allowed(middle, belief, slope)
     every = np.zeros((rows, cells))
     wrong = np.zeros(rows)
     np.add.at(every, (row, cell), 1.0)

@@ -1,11 +1,11 @@
 """Stairs kept in view: a search where none are known, then a fit from the last belief per image."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, read_only
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.depth_frame import DepthAccuracy, DepthFrame, prepare_frame
 from drake_quad.perception.stair_belief import StairBelief
@@ -31,6 +31,7 @@ SEED = 20260  # chooses the points that a search looks at: the same image gives 
 FOOT_SIGMA = 0.005  # [m] deviation of a foot's height over the camera, from the legs' kinematics
 FOOT_PLACE_SIGMA = 0.01  # [m] the same of its place along the climb
 CONTRADICTED = 4.0  # deviations between a foot's height and what was believed
+KNOWN = read_only(np.zeros(3))  # deviations of what is known without error
 
 # Deviations of a single image's fit are multiplied by these. Fitted by
 # `python -m benchmarks.perception.stairs --calibrate` on seed 1000, 72 scenes,
@@ -48,10 +49,20 @@ class CameraPose:
     Attributes:
         R_WC: Attitude of the camera frame in W, (3, 3).
         p_WC: Place of the camera in W, (3,) [m].
+        turn_sigmas: Deviations of the attitude about W's axes, as whoever estimates the robot's
+            state has them, (3,) [rad]. The mounting's error is the camera's, see DepthAccuracy.
+        place_sigmas: Deviations of the place along W's axes, (3,) [m].
     """
 
     R_WC: FloatArray
     p_WC: FloatArray
+    turn_sigmas: FloatArray = field(default_factory=lambda: KNOWN)
+    place_sigmas: FloatArray = field(default_factory=lambda: KNOWN)
+
+    @property
+    def tilt_sigma(self) -> float:
+        """Deviation of the attitude about level axes [rad]: of the worse one."""
+        return float(np.max(self.turn_sigmas[:2]))
 
     @property
     def heading(self) -> float:
@@ -78,11 +89,14 @@ def make_belief(
 ) -> StairBelief:
     """The belief in W of stairs that were fitted in L.
 
+    What the pose's heading and place may be off by, no image of stairs can tell: it is added. Its
+    tilt is not, for the fit has allowed for it.
+
     Args:
         found: The stairs.
         pose: Pose of the camera.
         stamp: Time of the image [s].
-        tilt: Deviation of the camera's heading, which no image of stairs can tell [rad].
+        tilt: Deviation of the camera's heading on the robot [rad].
         passed: How many steps lie before those that were fitted.
         factors: What deviations are multiplied by; `FACTORS` unless told.
     """
@@ -100,7 +114,7 @@ def make_belief(
         M[base + 3, base + RUN] = 1.0
     rise, run = (float(x) for x in (M @ fit.theta)[base + 2 :])
     covariance = (M @ fit.covariance @ M.T) * max(1.0, fit.spread) ** 2
-    covariance[base, base] += tilt**2
+    covariance[base, base] += tilt**2 + float(pose.turn_sigmas[2]) ** 2
     scale = (FACTORS if factors is None else factors)["up" if fit.shape.up else "down"]
     by = np.array(
         [scale["place"]] * n
@@ -108,17 +122,22 @@ def make_belief(
         + [scale[name] for name in ("yaw", "overhang", "rise", "run")]
     )
     at_most = None if found.at_most is None else passed + found.at_most
+    yaw = float(np.remainder(fit.other(YAW) + pose.heading + np.pi, 2.0 * np.pi) - np.pi)
+    covariance *= np.outer(by, by)
+    x, y, z = pose.place_sigmas
+    covariance[:n, :n] += (np.cos(yaw) * x) ** 2 + (np.sin(yaw) * y) ** 2
+    covariance[n:base, n:base] += z**2
     return StairBelief(
         stamp=stamp,
         origin=pose.p_WC[:2],
         passed=passed,
         places=fit.places,
         heights=fit.heights + pose.p_WC[2],
-        yaw=float(np.remainder(fit.other(YAW) + pose.heading + np.pi, 2.0 * np.pi) - np.pi),
+        yaw=yaw,
         overhang=fit.other(OVERHANG),
         rise=rise,
         run=run,
-        covariance=covariance * np.outer(by, by),
+        covariance=covariance,
         count_least=passed + n,
         count_most=at_most,
         is_open=fit.shape.is_open,
@@ -189,7 +208,7 @@ class StairTracker:
 
         Args:
             depth: Distances along the optical axis [m], (height, width); 0, inf or nan where none.
-            pose: Pose of the camera when the image was taken.
+            pose: Pose of the camera when the image was taken, and how well it is known.
             stamp: That time [s].
             last: The belief before; without one the stairs are searched for.
             feet: Points in W where feet stand, (k, 3) [m]; those farthest ahead tell the floor, and
@@ -198,7 +217,10 @@ class StairTracker:
         Returns:
             The belief; None where nothing speaks for stairs.
         """
-        frame = prepare_frame(depth, self._model, pose.R_LC, self._accuracy, rows=self._rows)
+        # The fit is free to tilt the camera by what its mounting and the robot's attitude allow.
+        tilt = float(np.hypot(self._accuracy.tilt, pose.tilt_sigma))
+        accuracy = replace(self._accuracy, tilt=tilt)
+        frame = prepare_frame(depth, self._model, pose.R_LC, accuracy, rows=self._rows)
         priors = replace(self._priors, floor=self._floor(pose, feet))
         if last is not None:
             tracked = self._track(frame, priors, pose, last, feet)

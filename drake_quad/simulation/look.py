@@ -126,6 +126,10 @@ def AddEyes(
         else told.GetOutputPort("robot_state_estimated")
     )
     builder.Connect(state, pose.GetInputPort("robot_state_estimated"))
+    if told is not None:
+        builder.Connect(
+            told.GetOutputPort("estimator_deviation"), eyes.GetInputPort("estimator_deviation")
+        )
     for source, output, sink, port in (
         (pose, "base_pose_estimated", eyes, "base_pose_estimated"),
         (eyes, "depth_measured", estimator, "depth_measured"),

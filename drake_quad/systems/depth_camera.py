@@ -1,6 +1,6 @@
 """A depth camera: Drake renders what it sees, and this adds its errors and its delay."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -31,6 +31,7 @@ from drake_quad.perception.depth_noise import (
 
 RENDERER = "depth_camera"
 NEAREST_RENDERED = 0.02  # [m]
+POSE_TOLD = read_only(np.zeros(6))  # deviations of a pose without error
 
 
 @dataclass(frozen=True)
@@ -42,11 +43,14 @@ class DepthImage:
         depth: Distances along the optical axis [m], (height, width); 0 where there is none.
         base_pose: The robot's base in W as it was estimated then: quaternion (w, x, y, z) and
             place [m], (7,).
+        base_deviation: Standard deviations of that pose: of the base's turn about W's axes [rad],
+            then of its place [m], (6,); zeros of a pose that is told.
     """
 
     stamp: float
     depth: FloatArray
     base_pose: FloatArray
+    base_deviation: FloatArray = field(default_factory=lambda: POSE_TOLD)
 
 
 NO_IMAGE = DepthImage(-np.inf, read_only(np.zeros((1, 1))), read_only(np.eye(7)[0]))
@@ -59,6 +63,9 @@ class DepthCamera(LeafSystem):
         depth_image: ImageDepth32F, the truth, from an RgbdSensor.
         base_pose_estimated: (7,) quaternion (w, x, y, z) and place of the base in W [m], as the
             state estimator has it; it is kept with the image that is taken at the time.
+        estimator_deviation: (9,) standard deviations of that state, as StateEstimator tells them:
+            of the orientation [rad], the velocity [m/s] and the place [m]. Unconnected if the pose
+            is told without error.
     Output ports:
         depth_measured: DepthImage, the newest that has arrived; one of stamp -inf before the first.
 
@@ -101,6 +108,7 @@ class DepthCamera(LeafSystem):
             "depth_image", AbstractValue.Make(ImageDepth32F())
         )
         self._pose = self.DeclareVectorInputPort("base_pose_estimated", 7)
+        self._deviation = self.DeclareVectorInputPort("estimator_deviation", 9)
         self._taken = self.DeclareAbstractState(AbstractValue.Make(NO_IMAGE))
         self._arrived = self.DeclareAbstractState(AbstractValue.Make(NO_IMAGE))
         self.DeclareStateOutputPort("depth_measured", self._arrived)
@@ -128,8 +136,12 @@ class DepthCamera(LeafSystem):
         )
         if self._portrait:
             depth = np.ascontiguousarray(np.rot90(depth))
+        told = POSE_TOLD
+        if self._deviation.HasValue(context):
+            deviation = self._deviation.Eval(context)
+            told = read_only(np.concatenate([deviation[:3], deviation[6:]]))
         taken = DepthImage(
-            context.get_time(), read_only(depth), read_only(self._pose.Eval(context))
+            context.get_time(), read_only(depth), read_only(self._pose.Eval(context)), told
         )
         state.get_mutable_abstract_state(self._taken).set_value(taken)
         if self._at_once:
@@ -191,7 +203,7 @@ def AddDepthCamera(
         latency: Time from an image to its arrival [s].
 
     Returns:
-        The camera, whose port `base_pose_estimated` is left to connect.
+        The camera, whose ports `base_pose_estimated` and `estimator_deviation` are left to connect.
 
     Raises:
         MachineError: This machine cannot render.

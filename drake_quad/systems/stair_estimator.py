@@ -29,7 +29,10 @@ class StairReport:
 
 
 def pose_at_capture(image: DepthImage, R_BC: FloatArray, p_BC: FloatArray) -> CameraPose:
-    """Where the camera is believed to have been when it took an image.
+    """Where the camera is believed to have been when it took an image, and how well that is known.
+
+    The camera is ahead of the base, so where the base's attitude errs, the camera's place does.
+    Errors of attitude and place are taken to be independent; the mounting's own error is not in it.
 
     Args:
         image: The image.
@@ -38,7 +41,10 @@ def pose_at_capture(image: DepthImage, R_BC: FloatArray, p_BC: FloatArray) -> Ca
     """
     w, x, y, z = (float(value) for value in image.base_pose[:4])
     R_WB = np.array(quaternion_rotation(w, x, y, z))
-    return CameraPose(R_WB @ R_BC, image.base_pose[4:] + R_WB @ p_BC)
+    lever, turn, place = R_WB @ p_BC, image.base_deviation[:3], image.base_deviation[3:]
+    by_turn = np.cross(np.diag(turn), lever)  # of the lever's end, for the turn about each axis
+    place_sigmas = np.sqrt(place**2 + np.sum(by_turn**2, axis=0))
+    return CameraPose(R_WB @ R_BC, image.base_pose[4:] + lever, turn, place_sigmas)
 
 
 class StairEstimator(LeafSystem):

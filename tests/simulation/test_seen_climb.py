@@ -134,6 +134,42 @@ def test_the_run_stands_as_it_stood_when_it_looked() -> None:
         assert np.array_equal(a, b)
 
 
+def test_a_robot_that_estimates_its_state_looks_from_where_it_believes_to_stand() -> None:
+    """An image keeps the estimated pose, not the true one, with the deviations of the estimate.
+
+    And with the plan of the climb, whose map is another one, the stand is the same to the bit.
+    """
+    p = prepared("estimator.kind=ekf")
+    alone = prepare(blind_scenario(scenario("estimator.kind=ekf")), source="test")
+    before = PreparedScenario(**{**vars(alone), "world": p.world})
+
+    def eyes(builder: DiagramBuilder, _: MultibodyPlant, scene_graph: SceneGraph) -> None:
+        AddEyes(builder, scene_graph, before)
+
+    climb = stair_climb_of(before, visualize=eyes)
+    simulator = Simulator(climb.diagram)
+    simulator.AdvanceTo(0.3)
+    at_capture = climb.plant.GetMyContextFromRoot(simulator.get_context())
+    true = climb.plant.GetPositions(at_capture)[:7]
+    controller = climb.diagram.GetSubsystemByName("controller")
+    estimate = controller.GetMyContextFromRoot(simulator.get_context())
+    believed = controller.GetOutputPort("robot_state_estimated").Eval(estimate)[:7]
+    deviation = controller.GetOutputPort("estimator_deviation").Eval(estimate)
+    simulator.AdvanceTo(0.38)  # the image of 0.3 s has arrived
+    camera = climb.diagram.GetSubsystemByName("depth_camera")
+    seen = camera.GetMyContextFromRoot(simulator.get_context())
+    image = camera.GetOutputPort("depth_measured").Eval(seen)
+    assert image.stamp == pytest.approx(0.3)
+    assert np.abs(image.base_pose - believed).max() < 1e-4 < np.abs(image.base_pose - true).max()
+    assert image.base_deviation == pytest.approx([*deviation[:3], *deviation[6:]], rel=0.01)
+    assert image.base_deviation[:2].min() > np.radians(0.05)
+
+    times = np.array([0.05, 0.2, LOOK - 0.01])
+    looking = states(stair_climb_of(before, visualize=eyes), times)
+    for a, b in zip(looking, states(stair_climb_of(p), times), strict=True):
+        assert np.array_equal(a, b)
+
+
 def test_stairs_right_ahead_are_seen_by_a_camera_held_upright() -> None:
     """0.9 m ahead of the body the first riser is below the view of one held level: it is refused.
 

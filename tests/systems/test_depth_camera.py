@@ -49,6 +49,21 @@ def test_an_image_arrives_after_the_latency_with_its_own_stamp_and_pose() -> Non
     assert np.allclose(port.Eval(context).depth, 1.5)
 
 
+def test_an_image_keeps_how_well_the_pose_was_known_when_it_was_taken() -> None:
+    """Turn and place of the nine deviations, those of the image's time; zeros if none are told."""
+    camera, simulator = alone(IDEAL_DEPTH)
+    port, context = camera.GetOutputPort("depth_measured"), simulator.get_mutable_context()
+    simulator.AdvanceTo(0.05)
+    assert np.array_equal(port.Eval(context).base_deviation, np.zeros(6))
+    deviation = camera.GetInputPort("estimator_deviation")
+    deviation.FixValue(context, np.arange(9.0))
+    simulator.AdvanceTo(0.12)
+    deviation.FixValue(context, np.zeros(9))
+    simulator.AdvanceTo(0.15)
+    assert port.Eval(context).stamp == pytest.approx(0.1)
+    assert port.Eval(context).base_deviation.tolist() == [0.0, 1.0, 2.0, 6.0, 7.0, 8.0]
+
+
 def test_noise_is_of_the_size_told_and_the_same_for_the_same_seed() -> None:
     """At 1.5 m 0.08 px are some 8 mm; two cameras of one seed agree to the bit."""
     images = []

@@ -9,7 +9,7 @@ from drake_quad.common import read_only
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import stereo_accuracy
 from drake_quad.systems.depth_camera import DepthImage
-from drake_quad.systems.stair_estimator import StairEstimator
+from drake_quad.systems.stair_estimator import StairEstimator, pose_at_capture
 
 MODEL = D435.model.decimated(2)
 R_BC = level_rotation(pitch=np.radians(35.0))
@@ -73,3 +73,16 @@ def test_stairs_in_an_image_become_a_belief_in_the_world() -> None:
     assert abs(seen.belief.heights[1] - 1.15) < 0.004
     simulator.AdvanceTo(0.11)  # the same image again is no news
     assert port.Eval(context) is seen or port.Eval(context).stamp == 0.0
+
+
+def test_the_cameras_pose_is_known_as_well_as_the_bases() -> None:
+    """A turn of the base moves a camera 0.6 m ahead and 0.2 m above, each axis by its lever."""
+    turn, place = np.array([2e-3, 3e-3, 1e-3]), np.array([4e-3, 5e-3, 6e-3])
+    base = read_only(np.array([1.0, 0.0, 0.0, 0.0, 2.0, 3.0, 0.75]))
+    image = DepthImage(0.0, read_only(np.zeros((1, 1))), base, np.concatenate([turn, place]))
+    pose = pose_at_capture(image, R_BC, np.array([0.6, 0.0, 0.2]))
+    assert np.array_equal(pose.turn_sigmas, turn) and pose.tilt_sigma == 3e-3
+    moved = [0.2 * turn[1], np.hypot(0.2 * turn[0], 0.6 * turn[2]), 0.6 * turn[1]]
+    assert np.allclose(pose.place_sigmas, np.hypot(place, moved))
+    told = pose_at_capture(DepthImage(0.0, image.depth, base), R_BC, np.array([0.6, 0.0, 0.2]))
+    assert not np.any(told.turn_sigmas) and not np.any(told.place_sigmas)
