@@ -28,7 +28,10 @@ OFF = 0.35  # of a rise, by which a strip's height may differ from the last trea
 MOST_OFF = 0.05  # [m]
 MOST_TILT = float(np.radians(1.2))  # [rad] of what is level: of the camera's mounting, 4 sigma
 TILTS = 4.0  # deviations of the robot's attitude, by which what is level may be tilted as well
-BEGIN = 0.15  # [m] beyond the nosing: where that is told too near, nearer pixels are the riser's
+# Where a nosing is told too near, or pixels are farther than they say (0.1 px at 4 m is 80 mm),
+# pixels just beyond it are its riser's. A next riser would be a run beyond it.
+BEGIN = 0.15  # [m] beyond the nosing, at least
+BEGIN_RUNS = 0.5  # the same in runs
 INSET = 0.05  # [m] of the treads' sides, and of the ground's to turn on, that is left out
 RUNS = 1.5  # a next riser would be seen within so many runs beyond the last nosing
 AROUND = 0.3  # [m] ahead of and behind the place to turn on, within which its width is looked at
@@ -36,6 +39,7 @@ WIDEST = 3.0  # [m] to each side, beyond which nobody looks
 CELL = 0.1  # [m] of a side of the cells that are looked at there
 FEW_PIXELS = 3  # of a cell
 SHARE = 0.9  # of a row of cells, and of their pixels, that are to be level
+MOST_UNSEEN = 1  # rows of cells one after the other
 
 
 class Level(NamedTuple):
@@ -126,7 +130,7 @@ def _level_length(s: FloatArray, z: FloatArray, belief: StairBelief, slope: floa
     strip = (s / STRIP).astype(int)
     order = np.argsort(strip, kind="stable")
     strip, z = strip[order], z[order]
-    k, length, empty = round(BEGIN / STRIP), 0.0, 0
+    k, length, empty = round(max(BEGIN, BEGIN_RUNS * belief.run) / STRIP), 0.0, 0
     while empty <= MOST_EMPTY:
         first, past = np.searchsorted(strip, (k, k + 1))
         k += 1
@@ -156,8 +160,10 @@ def _level_sides(
 ) -> tuple[float, float]:
     """From where to where across the climb the ground about the place to turn on is level [m].
 
-    Cells are looked at row by row, from the climb's line outwards, until one row is not seen
-    throughout, or not level throughout. What is beyond `length` nobody has seen.
+    Cells are looked at row by row, from the climb's line outwards, until one row is not level
+    throughout, or two rows are not seen throughout. A hole of the image may take the pixels of a
+    single row, so what is no wider than that and gives no depth is overlooked. What is beyond
+    `length` nobody has seen.
 
     Args:
         s: How far beyond the last nosing points are, (n,) [m].
@@ -180,14 +186,15 @@ def _level_sides(
     wrong = np.zeros(rows)
     np.add.at(every, (row, cell), 1.0)
     np.add.at(wrong, row, off)
-    seen = np.mean(every >= FEW_PIXELS, axis=1)
-    good = (seen >= SHARE) & (wrong <= (1.0 - SHARE) * every.sum(axis=1))
+    seen = np.mean(every >= FEW_PIXELS, axis=1) >= SHARE
+    level = wrong <= (1.0 - SHARE) * every.sum(axis=1)
     ends = [0, 0]
     for side, way in enumerate((range(rows // 2 - 1, -1, -1), range(rows // 2, rows))):
-        for k in way:
-            if not good[k]:
+        for count, k in enumerate(way, start=1):
+            if seen[k] and level[k]:
+                ends[side] = count
+            elif not level[k] or count > ends[side] + MOST_UNSEEN:
                 break
-            ends[side] += 1
     # A cell that the ground's edge divides may still count.
     right, left = (max(CELL * count - INSET, 0.0) for count in ends)
     return -right, left

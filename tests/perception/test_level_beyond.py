@@ -40,8 +40,14 @@ def seen_level(
     landing: float = 2.0,
     sides: tuple[float, float] = (0.8, 0.8),
     beside: Sequence[Sequence[float]] = (),
+    holes: Sequence[tuple[float, float]] = (),
+    off: float = 0.0,
 ) -> Level:
-    """What is seen beyond nosing `told` of a flight of `count` steps, the last one a landing."""
+    """What is seen beyond nosing `told` of a flight of `count` steps, the last one a landing.
+
+    Of the ground between each two of `holes`, from side to side, there is no pixel. Nosings are
+    told `off` farther than they are [m].
+    """
     places = FIRST + RUN * np.arange(count, dtype=np.float64)
     heights = RISE * np.arange(count + 1, dtype=np.float64)
     boxes = build_boxes(places, heights, left=sides[0], right=sides[1], beyond=landing)
@@ -55,7 +61,10 @@ def seen_level(
         exact, noise=noise, errors=errors, camera=D435, model=MODEL, generator=generator
     )
     pose = CameraPose(R_LC, np.array([0.0, 0.0, HEIGHT]))
-    told_of = belief_of(places[:told], heights[: told + 1])
+    p_W = MODEL.deproject(depth) @ R_LC.T + pose.p_WC
+    for right, left in holes:
+        depth[(p_W[..., 0] > places[-1]) & (p_W[..., 1] > right) & (p_W[..., 1] < left)] = 0.0
+    told_of = belief_of(places[:told] + off, heights[: told + 1])
     return level_beyond(depth, MODEL, pose, told_of, landing=LANDING)
 
 
@@ -82,6 +91,13 @@ def test_a_riser_that_the_fit_missed_is_no_landing(noise: StereoNoise, told: int
     """Where one more step follows it is level to its riser at most: no end is claimed."""
     found = seen_level(told + 1, told, noise=noise)
     assert found.length <= RUN + 0.1 and not found.ends_flight
+
+
+@pytest.mark.parametrize("off", [-0.18, -0.1, 0.1])
+def test_a_flight_ends_or_goes_on_wherever_its_last_nosing_is_told(off: float) -> None:
+    """Told too near by nearly half a run, a landing is one, and a riser that was missed is none."""
+    assert seen_level(4, 4, noise=IDEAL_DEPTH, off=off).ends_flight
+    assert not seen_level(5, 4, noise=IDEAL_DEPTH, off=off).ends_flight
 
 
 def test_steps_below_the_image_are_counted() -> None:
@@ -124,6 +140,19 @@ def test_what_stands_beside_the_place_to_turn_on_ends_it() -> None:
     )
     assert blocked.left <= left + 0.05 < free.left
     assert blocked.right == free.right
+
+
+@pytest.mark.parametrize("noise", [IDEAL_DEPTH, STEREO_NOISE])
+def test_a_hole_of_the_image_does_not_end_the_ground_and_a_wider_one_does(
+    noise: StereoNoise,
+) -> None:
+    """Without pixels over 0.1 m the ground is as wide as it was; over 0.25 m it ends there."""
+    whole, pierced, torn = (
+        seen_level(3, 3, noise=noise, sides=(0.8, 0.8), holes=holes)
+        for holes in ((), ((0.3, 0.4), (-0.4, -0.3)), ((0.28, 0.53),))
+    )
+    assert (pierced.right, pierced.left) == (whole.right, whole.left)
+    assert torn.left < 0.3 and torn.right == whole.right
 
 
 def test_ground_to_turn_on_that_nobody_sees_has_no_width() -> None:
