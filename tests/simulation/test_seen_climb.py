@@ -258,10 +258,11 @@ def test_the_shipped_scenario_asks_for_a_map_that_is_seen() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1])
-def test_the_shipped_scenario_climbs_what_it_sees(seed: int) -> None:
-    """To the landing, safely, on stairs that nobody has told."""
-    result = simulate(load_scenario("unmapped", [f"simulation.seed={seed}"]))
+@pytest.mark.parametrize(("seed", "state"), [(0, "truth"), (1, "truth"), (0, "ekf")])
+def test_the_shipped_scenario_climbs_what_it_sees(seed: int, state: str) -> None:
+    """Up, half a turn and down, safely, on stairs that nobody has told; on estimated state too."""
+    overrides = [f"simulation.seed={seed}", f"estimator.kind={state}"]
+    result = simulate(load_scenario("unmapped", overrides))
     assert result.outcome == "goal_reached", result.reason
     assert result.summary["safety"]["safe"] is True
     assert result.summary["seen"]["count_least"] == result.summary["seen"]["count_true"]
