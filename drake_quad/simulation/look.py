@@ -80,7 +80,8 @@ def AddEyes(
 ) -> StairEstimator:
     """Adds the depth camera on the trunk, and the estimator that looks at its images.
 
-    They take the state that the controller takes: the true one, or what it estimates.
+    They take the state that the controller takes, the true one or what it estimates, and the
+    contacts that it takes, those of sensors in the feet or what it feels by the joints.
 
     Args:
         builder: Builder that holds plant, controller and contact monitor by these names.
@@ -130,11 +131,17 @@ def AddEyes(
         builder.Connect(
             told.GetOutputPort("estimator_deviation"), eyes.GetInputPort("estimator_deviation")
         )
+    felt = controller.HasOutputPort("contact_state_felt")
+    contacts = (
+        controller.GetOutputPort("contact_state_felt")
+        if felt
+        else monitor.GetOutputPort("contact_state_measured")
+    )
+    builder.Connect(contacts, estimator.GetInputPort("contacts"))
     for source, output, sink, port in (
         (pose, "base_pose_estimated", eyes, "base_pose_estimated"),
         (eyes, "depth_measured", estimator, "depth_measured"),
         (pose, "feet_estimated", estimator, "feet"),
-        (monitor, "contact_state_measured", estimator, "contacts"),
     ):
         builder.Connect(source.GetOutputPort(output), sink.GetInputPort(port))
     return estimator

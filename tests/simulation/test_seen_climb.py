@@ -170,6 +170,21 @@ def test_a_robot_that_estimates_its_state_looks_from_where_it_believes_to_stand(
         assert np.array_equal(a, b)
 
 
+@pytest.mark.parametrize("felt", [False, True])
+def test_the_eyes_take_the_contacts_that_the_controller_takes(felt: bool) -> None:
+    """Where feet have no sensors, what looks at stairs has what the joints feel, and no more."""
+    overrides = ["sensors.contacts=joints"] if felt else []
+    before = prepare(blind_scenario(scenario(*overrides)), source="test")
+
+    def eyes(builder: DiagramBuilder, _: MultibodyPlant, scene_graph: SceneGraph) -> None:
+        AddEyes(builder, scene_graph, before)
+
+    diagram = stair_climb_of(before, visualize=eyes).diagram
+    port = diagram.GetSubsystemByName("stair_estimator").GetInputPort("contacts")
+    source, _ = diagram.connection_map()[port.get_system(), port.get_index()]
+    assert source.get_name() == ("controller" if felt else "contact_monitor")
+
+
 def test_stairs_right_ahead_are_seen_by_a_camera_held_upright() -> None:
     """0.9 m ahead of the body the first riser is below the view of one held level: it is refused.
 
