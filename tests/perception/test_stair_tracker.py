@@ -125,8 +125,8 @@ def test_tracking_follows_the_camera_past_steps() -> None:
 def test_an_attitude_that_is_an_estimate_may_be_off_by_its_deviation(off: float) -> None:
     """Pitch off by 1 deg and known to 0.56: nosings to 3 mm of an exact image; by 12 mm if untold.
 
-    0.56 deg is what the filter errs by where nobody tells it that it stands on level ground. The
-    fit takes the tilt from the image, if it may; else it puts the stairs where they are not.
+    The filter errs by up to 0.56 deg where nobody tells it that it stands on level ground. The fit
+    takes the tilt from the image, if it may; else it puts the stairs where they are not.
     """
     scene = flight(rise=0.15, run=0.30, first=0.8, count=5)
     image, true = look(scene, height=0.95, pitch=35.0, noise=IDEAL_DEPTH)
