@@ -173,10 +173,16 @@ def round_recording(page: str) -> str:
     Nobody sees so little move; and what is rounded ends in zeros, of which packing makes nothing.
     """
 
-    def keyframe(found: re.Match[bytes]) -> bytes:
-        cells = np.frombuffer(found[0], dtype=[("mark", "S1"), ("value", ">f8")]).copy()
+    def keyframes(raw: bytes) -> bytes:
+        places = [found.span() for found in _KEYFRAME.finditer(raw)]
+        numbers = b"".join(raw[start:end] for start, end in places)
+        cells = np.frombuffer(numbers, dtype=[("mark", "S1"), ("value", ">f8")]).copy()
         cells["value"] = np.round(cells["value"] / FINEST) * FINEST
-        return cells.tobytes()
+        rounded, fresh, at = bytearray(raw), cells.tobytes(), 0
+        for start, end in places:
+            rounded[start:end] = fresh[at : at + end - start]
+            at += end - start
+        return bytes(rounded)
 
     def recording(found: re.Match[str]) -> str:
         try:
@@ -185,7 +191,7 @@ def round_recording(page: str) -> str:
             return found[0]
         if not raw.startswith(_RECORDING):
             return found[0]
-        return base64.b64encode(_KEYFRAME.sub(keyframe, raw)).decode()
+        return base64.b64encode(keyframes(raw)).decode()
 
     return _BASE64.sub(recording, page)
 

@@ -43,6 +43,7 @@ class ReplayScene:
         plant: The robot, the course, and a ball for the robot's centre of mass.
         robot: The robot in it.
         com: The ball.
+        p_WScm: Where the whole robot's centre of mass is, a row a sample (N, 3) [m].
     """
 
     run: RecordedRun
@@ -51,11 +52,12 @@ class ReplayScene:
     plant: MultibodyPlant
     robot: ModelInstanceIndex
     com: RigidBody
+    p_WScm: FloatArray
 
     def show(self, sample: int, *, time: float) -> None:
         """Moves the robot to a sample of the log, and publishes it as of `time` [s]."""
         context = self.plant.GetMyMutableContextFromRoot(self.context)
-        p_WScm = self.run.log.vector("com")[sample]
+        p_WScm = self.p_WScm[sample]
         if np.all(np.isfinite(p_WScm)):
             self.plant.SetFloatingBaseBodyPoseInWorldFrame(
                 context, self.com, RigidTransform(p_WScm)
@@ -78,7 +80,8 @@ def MakeReplayScene(run: RecordedRun, add_viewer: AddViewer) -> ReplayScene:
     add_viewer(builder, scene_graph)
     diagram = builder.Build()
     diagram.set_name("replay")
-    return ReplayScene(run, diagram, diagram.CreateDefaultContext(), plant, robot, com)
+    context, p_WScm = diagram.CreateDefaultContext(), run.log.vector("com")
+    return ReplayScene(run, diagram, context, plant, robot, com, p_WScm)
 
 
 def frame_samples(t: FloatArray, fps: float) -> list[int]:
