@@ -25,6 +25,7 @@ ORDER = (
     "gait",
     "planning",
     "certificate",
+    "infeasibility",
     "control",
     "systems",
     "scenario",
@@ -48,6 +49,7 @@ ALGORITHMS = {
     "control",
     "estimation",
     "certificate",
+    "infeasibility",
     "gait_design",
     "perception",
 }

@@ -60,7 +60,7 @@ def test_a_no_shows_the_question_and_its_reason() -> None:
     robot = replace(paper_robot(), name=NASTY)
     check = Feasibility(Scenario(), None, "legs & knees", {}, robot, Stairs(0.17, 0.29, 7))
     html = check._repr_html_()
-    assert ESCAPED in html and NASTY not in html and "no: legs &amp; knees" in html
+    assert ESCAPED in html and NASTY not in html and "no plan was found: legs &amp; knees" in html
     assert "7 steps of 0.17 m on treads of 0.29 m" in html and "margin" not in html
 
 

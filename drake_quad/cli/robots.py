@@ -104,6 +104,10 @@ def check(
     save: Annotated[
         Path | None, typer.Option(help="File to write the designed scenario into.")
     ] = None,
+    proof: Annotated[
+        Path | None,
+        typer.Option(help="File to write the proof into, if it is proven that there is no climb."),
+    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="File to draw the climb into (.svg, .png or .pdf).")
     ] = None,
@@ -120,7 +124,8 @@ def check(
 ) -> None:
     """Can this robot climb these stairs? Designs a gait, and plans it up and down in full.
 
-    A no comes with its reason first; to find the nearest stairs that work takes minutes more.
+    Where no plan is found it looks for a proof that no gait climbs these stairs. If there is none
+    either, the answer is unknown. To find the nearest stairs that work takes minutes more.
     """
     asked = dq.CheckRequest(
         robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin, width=width,
@@ -128,6 +133,7 @@ def check(
     )  # fmt: skip
     console, said = Console(), False
     claim_file(save, "--save")
+    claim_file(proof, "--proof")
     claim_file(picture, "--picture")
     if curve is not None:
         claim(curve, "--curve")
@@ -140,8 +146,8 @@ def check(
 
     with MESSAGES.status("designing a gait") as status:
         told = dq.run_check(
-            asked, save=save, picture=picture, curve=curve, nearest=nearest, first=say,
-            note=status.update,
+            asked, save=save, proof=proof, picture=picture, curve=curve, nearest=nearest,
+            first=say, note=status.update,
         )  # fmt: skip
     if as_json:
         print(json.dumps(told))
@@ -209,7 +215,7 @@ LEVEL_DEG = 0.05  # of pitch, below which a body is called level
 
 def print_check(told: dict[str, Any], console: Console) -> None:
     """Prints the answer, the gait, and what is left of each limit."""
-    colour = "green" if told["feasible"] else "red"
+    colour = {"yes": "green", "no": "red"}.get(told["verdict"], "yellow")
     if told["feasible"] and told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]:
         colour = "yellow"
     first, rest = told["answer"].split(": ", 1)
@@ -227,6 +233,8 @@ def print_check(told: dict[str, Any], console: Console) -> None:
 def print_next(told: dict[str, Any], console: Console) -> None:
     """Prints what would work instead, where it is known, and what to do next."""
     console.print()
+    if told["proof"]:
+        console.print(Text(f"the proof: {told['proof']} (scripts/check_no.py checks it)"))
     if told["sought"]:
         console.print(Text(f"Nearest: {dq.near_words(told)}."), soft_wrap=True)
     if told.get("curve"):
@@ -371,7 +379,10 @@ def print_chart(told: dict[str, Any], directory: Path, console: Console) -> None
     colour, total = "green" if works else "red", len(told["rises"]) * len(told["runs"])
     looked = "" if told["complete"] else f", of which {len(cells)} were looked at"
     climbs = f"{told['name']} climbs {len(works)} of {total} stairs"
-    console.print(Text.assemble((climbs, f"bold {colour}"), looked))
+    proven = sum(cell["proven"] for cell in cells)
+    unknown = len(cells) - len(works) - proven
+    rest = f"; no gait climbs {proven}, which is proven; {unknown} are unknown"
+    console.print(Text.assemble((climbs, f"bold {colour}"), looked, rest), soft_wrap=True)
     table = Table("run", "highest rise", "margin", "what is in the way above", box=None)
     for run in told["runs"]:
         here = [cell for cell in cells if cell["run"] == run]

@@ -103,6 +103,7 @@ class Cell:
         treads: Number of treads in a gait cycle; None if there is no plan.
         limit: What is in the way, one of `check_report.LIMITS`; empty if nothing is.
         reason: What is in the way, in a sentence.
+        proven: Whether it is proven that no statically stable gait climbs them.
     """
 
     rise: float
@@ -112,6 +113,7 @@ class Cell:
     treads: int | None
     limit: str
     reason: str
+    proven: bool = False
 
 
 @dataclass(frozen=True)
@@ -169,7 +171,8 @@ def judge_cell(model: str, count: int, rise: float, run: float) -> Cell:
         return Cell(rise, run, None, None, None, "plan", f"run {run:g} m: {error.remedy}")
     found = check.designed
     if found is None:
-        return Cell(rise, run, None, None, None, limit_of(check, load_robot(model)), check.reason)
+        limit, proven = limit_of(check, load_robot(model)), check.proof is not None
+        return Cell(rise, run, None, None, None, limit, check.reason, proven)
     treads = found.scenario.gait.treads
     return Cell(rise, run, found.margin, found.quality, treads, "", "")
 

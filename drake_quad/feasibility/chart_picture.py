@@ -29,7 +29,7 @@ LETTERS = {
     "plan": "P",
 }
 HATCHES = {"reach": "//", "joints": "\\\\", "torque": "xx", "margin": "--", "legs": "||"}
-COLOURS, GREY, MARK = "YlGn", "#dddddd", "#b3261e"
+COLOURS, GREY, PROVEN, MARK = "YlGn", "#dddddd", "#9a9a9a", "#b3261e"
 LONE = 0.05  # [m] width or height of a cell that has no neighbour
 SHADES = 8  # colours of the scale of margins
 
@@ -91,7 +91,7 @@ def draw_chart(chart: StairChart) -> Figure:
 def _draw_cell(
     ax: Axes, cell: Cell, size: tuple[float, float], scale: matplotlib.cm.ScalarMappable
 ) -> None:
-    """One cell: its margin in mm and colour, or grey with the letter of what is in the way."""
+    """One cell: its margin in mm and colour, or grey (darker if proven) with a letter of what is in the way."""
     (wide, high), hatch = size, None
     corner = cell.run - 0.5 * wide, cell.rise - 0.5 * high
     if cell.margin is not None:
@@ -99,7 +99,7 @@ def _draw_cell(
         dark = float(np.dot(face[:3], [0.3, 0.59, 0.11])) < 0.5
         text, look = f"{1e3 * cell.margin:.0f}", {"color": "white" if dark else INK}
     else:
-        face, hatch = GREY, HATCHES.get(cell.limit)
+        face, hatch = PROVEN if cell.proven else GREY, HATCHES.get(cell.limit)
         text, look = LETTERS.get(cell.limit, "?"), {"color": INK, "fontweight": "bold"}
     ax.add_patch(Rectangle(corner, wide, high, fc=face, ec="white", lw=0.8, hatch=hatch))
     # In a corner, away from most marks and their names.
@@ -128,6 +128,8 @@ def _legend(figure: Figure, chart: StairChart) -> None:
         for limit, words in chart.limits.items()
         if limit in here
     ]
+    if any(cell.proven for cell in chart.cells):
+        handles.append(Patch(fc=PROVEN, ec="white", label="no gait climbs these: proven"))
     handles.append(Line2D([], [], marker="D", color="white", mec=MARK, mew=1.6, ms=6,
                           label="stairs by common rules"))  # fmt: skip
     figure.legend(handles=handles, loc="outside lower left", ncols=3, frameon=False, fontsize=8.5)

@@ -15,6 +15,8 @@ from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
 from drake_quad.gait_design.speed_curve import SpeedCurve, trace_curve
 from drake_quad.gait_design.tempo_search import ENOUGH, Wish, quicken
+from drake_quad.infeasibility.boxes import ClimbClass
+from drake_quad.infeasibility.proof import InfeasibilityProof, prove_infeasible
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
@@ -92,6 +94,18 @@ class Feasibility:
     def feasible(self) -> bool:
         """Whether there is a gait."""
         return self.designed is not None
+
+    @cached_property
+    def proof(self) -> InfeasibilityProof | None:
+        """A proof that the flight cannot be climbed by any statically stable gait of its class.
+
+        None if there is a plan, if the question was about a course, or if no proof is found: then
+        nothing is known.
+        """
+        if self.feasible or self.stairs is None or self.robot is None:
+            return None
+        flight = self.stairs
+        return prove_infeasible(self.robot, ClimbClass(flight.rise, flight.run, flight.count))
 
     @property
     def plan(self) -> MissionPlan | None:
@@ -200,7 +214,7 @@ class Feasibility:
 
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""
-        rows = [("answer", "yes" if self.feasible else f"no: {self.reason}")]
+        rows = [("answer", "yes" if self.feasible else f"no plan was found: {self.reason}")]
         if self.stairs is not None:
             flight = f"{self.stairs.count} steps of {self.stairs.rise:g} m"
             rows.insert(0, ("stairs", f"{flight} on treads of {self.stairs.run:g} m"))

@@ -1,5 +1,6 @@
 """The answer to `check` as plain values, and the work that gives it."""
 
+import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,7 +17,9 @@ from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.tempo import tread_way
 from drake_quad.gait_design.tempo_search import PREFER, Wish
 from drake_quad.planning.motion_plan import evaluate
-from drake_quad.robot.loader import load_robot
+from drake_quad.infeasibility.boxes import ClimbClass
+from drake_quad.infeasibility.proof import InfeasibilityProof, proof_record
+from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.load import save_scenario
 from drake_quad.simulation.precompile import DESIGN, precompiling
@@ -85,6 +88,8 @@ def feasibility_report(
     on_course = {} if designed is None else _on_course(designed, robot)
     report = {
         "feasible": check.feasible,
+        "verdict": "yes" if check.feasible else "unknown",
+        "proof": None,
         "robot": source,
         "name": robot.name,
         "asked": asked,
@@ -210,8 +215,16 @@ def _stairs(asked: dict[str, Any]) -> str:
     return f"{asked['count']} steps of {asked['rise']:g} m on treads of {asked['run']:g} m"
 
 
+def with_proof(report: dict[str, Any], proof: InfeasibilityProof | None) -> dict[str, Any]:
+    """The answer once a proof that there is no climb was looked for; None if none was found."""
+    if proof is None:
+        return report
+    report = report | {"verdict": "no"}
+    return report | {"answer": _answer(report)}
+
+
 def _answer(report: dict[str, Any]) -> str:
-    """The answer in a line: yes with its margin, or no with what is in the way."""
+    """The answer in a line: yes with its margin, a proven no, or what was in the way of a plan."""
     asked = report["asked"]
     stairs = _stairs(asked)
     if report["feasible"]:
@@ -228,7 +241,14 @@ def _answer(report: dict[str, Any]) -> str:
             f"{1e3 * plan['margin']:.0f} mm{little}{strong}{quick}"
         )
     why = f"({LIMITS[report['limit']]}): {report['reason']}"
-    return f"No: {report['name']} does not walk {stairs} {why}"
+    if report["verdict"] == "no":
+        pitch, roll = np.degrees(ClimbClass.pitch), np.degrees(ClimbClass.roll)
+        return (
+            f"No, and proven: no statically stable gait takes {report['name']} up {stairs} with its "
+            f"trunk pitched by at most {pitch:.0f}°, and by {roll:.0f}° in roll and heading; what was "
+            f"in the way of a plan {why}"
+        )
+    return f"Unknown: no plan was found for {report['name']} on {stairs} {why}"
 
 
 def _how_quick(pace: dict[str, Any] | None) -> str:
@@ -287,6 +307,7 @@ def run_check(
     asked: CheckRequest,
     *,
     save: Path | None = None,
+    proof: Path | None = None,
     picture: Path | None = None,
     curve: Path | None = None,
     nearest: bool = True,
@@ -298,6 +319,7 @@ def run_check(
     Args:
         asked: The question.
         save: Where to write the designed scenario, if there is one.
+        proof: Where to write the proof that there is no climb, if one is found.
         picture: Where to draw the climb, if there is one.
         curve: Directory to write the curve of speed against margin into, if there is a gait.
         nearest: Whether to look for the nearest stairs that it climbs, if not these; it takes a
@@ -349,7 +371,13 @@ def run_check(
     usual = asdict(Wish())
     question |= {k: v for k, v in asdict(asked.wish).items() if v != usual[k]}
     report = feasibility_report(check, robot, source=asked.robot, asked=question)
+    report = with_proof(report, check.proof)
     first(report)
+    if check.proof is not None and proof is not None:
+        record = proof_record(check.proof, robot, file_digest=robot_digest(asked.robot))
+        text = json.dumps(record) + "\n"
+        write_whole(proof, lambda to: to.write_text(text, encoding="utf-8"), option="--proof")
+        report["proof"] = str(proof)
     if not check.feasible and asked.scenario is None and nearest:
         report = with_nearest(report, check.nearest(note))
     if check.designed is not None and save is not None:

@@ -153,6 +153,8 @@ def _reachable(
         dz: Interval = (height - hz[1], height - hz[0])
         nearest = np.where((dz[0] <= 0.0) & (dz[1] >= 0.0), 0.0, np.minimum(abs(dz[0]), abs(dz[1])))
         within = nearest <= reach + SLACK
+        if not np.any(within):
+            continue
         half = np.sqrt(np.maximum(reach**2 - nearest**2, 0.0)) + SLACK
         near, far = _hanging(robot.rise[leg], reach, dz, turn)
         start, end = places_on(climb, robot.foot_radius, level)

@@ -163,8 +163,16 @@ def halve(boxes: FloatArray, axis: np.ndarray[Any, np.dtype[np.intp]]) -> FloatA
     return np.concatenate([lower, upper])
 
 
-def proof_record(proof: InfeasibilityProof, robot: RobotModel) -> dict[str, Any]:
-    """A proof as plain values, with the robot's numbers that it follows from and its own hash."""
+def proof_record(
+    proof: InfeasibilityProof, robot: RobotModel, *, file_digest: str = ""
+) -> dict[str, Any]:
+    """A proof as plain values, with the robot's numbers that it follows from and its own hash.
+
+    Args:
+        proof: The proof.
+        robot: The robot that it is about.
+        file_digest: Digest of the robot's file, which tells files apart.
+    """
     g = robot.geometry
     record = {
         "format": FORMAT,
@@ -172,6 +180,7 @@ def proof_record(proof: InfeasibilityProof, robot: RobotModel) -> dict[str, Any]
         "claim": "no statically stable climb of the class exists",
         "robot": {
             "name": robot.name,
+            "file_digest": file_digest,
             "trunk": robot.trunk,
             "joints": list(robot.joint_names),
             "hips": g.p_BH.tolist(),

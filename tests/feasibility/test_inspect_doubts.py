@@ -73,7 +73,7 @@ def test_what_is_hardly_meant_is_told_in_one_line(tmp_path: Path, case: str) -> 
     assert all(word in line for word in words), line
     console = Console(width=300, record=True, file=io.StringIO())
     print_robot(told, console)
-    answer = {"answer": "No: it does not", "feasible": False, "slacks": {}}
+    answer = {"answer": "Unknown: no plan", "verdict": "unknown", "feasible": False, "slacks": {}}
     print_check({**answer, "doubts": all_doubts(robot)}, console)
     assert console.export_text().count(f"doubtful: {line}") == 2
 
