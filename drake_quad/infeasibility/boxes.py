@@ -78,22 +78,22 @@ def close_boxes(
 ) -> FloatArray:
     """For each box (N, 2, 3) the code of a reason that no pose in it works (N,), or OPEN."""
     reasons = np.full(len(boxes), OPEN)
-    turn = _Turned(climb, boxes)
+    turn = TurnedBoxes(climb, boxes)
     low, high = np.full(len(boxes), np.inf), np.full(len(boxes), -np.inf)
     for leg in range(FEET):
         above = bool(moment.above >> leg & 1)
-        first, last = _reachable(robot, climb, boundary, leg, above=above, turn=turn)
+        first, last = reachable_places(robot, climb, boundary, leg, above=above, turn=turn)
         reasons[(first > last) & (reasons == OPEN)] = LEG_REASONS[leg]
         if leg != moment.mover:
             low, high = np.minimum(low, first), np.maximum(high, last)
     com = turn.x_of((robot.com_lower, robot.com_upper))
     outside = (com[1] < low - SLACK) | (com[0] > high + SLACK)
     reasons[outside & (reasons == OPEN)] = SUPPORT
-    reasons[_trunk_inside(robot, climb, turn) & (reasons == OPEN)] = TRUNK
+    reasons[trunk_inside(robot, climb, turn) & (reasons == OPEN)] = TRUNK
     return reasons
 
 
-class _Turned:
+class TurnedBoxes:
     """Boxes of poses with the intervals of the rotation's first and third row.
 
     R_WB = Rz(yaw) Ry(pitch) Rx(roll), so that its rows are, with s and c for sine and cosine,
@@ -139,8 +139,8 @@ class _Turned:
         return total
 
 
-def _reachable(
-    robot: RobotBounds, climb: ClimbClass, boundary: int, leg: int, *, above: bool, turn: _Turned
+def reachable_places(
+    robot: RobotBounds, climb: ClimbClass, boundary: int, leg: int, *, above: bool, turn: TurnedBoxes
 ) -> Interval:
     """Least and greatest x of foot centres that a leg may reach on its side; inf, -inf if none."""
     hip = robot.hips[leg]
@@ -166,7 +166,7 @@ def _reachable(
     return first, last
 
 
-def _hanging(rise: float, reach: float, dz: Interval, turn: _Turned) -> Interval:
+def _hanging(rise: float, reach: float, dz: Interval, turn: TurnedBoxes) -> Interval:
     """Bounds of x from hip to foot for feet that are at most `rise` above their hip in B.
 
     B's z axis is (ux, uy, uz) in W, and ux dx + uy dy + uz dz <= rise, where |dy| <= reach.
@@ -181,7 +181,7 @@ def _hanging(rise: float, reach: float, dz: Interval, turn: _Turned) -> Interval
     return low - SLACK, high + SLACK
 
 
-def _trunk_inside(robot: RobotBounds, climb: ClimbClass, turn: _Turned) -> BoolArray:
+def trunk_inside(robot: RobotBounds, climb: ClimbClass, turn: TurnedBoxes) -> BoolArray:
     """Whether a point under the trunk is inside the stairs at all poses of a box (N,)."""
     inside = np.zeros(len(turn.x[0]), dtype=bool)
     for point in robot.trunk:
