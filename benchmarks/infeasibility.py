@@ -5,9 +5,10 @@
     python -m benchmarks.infeasibility --columns
 
 For each robot that is installed: the lowest rise for which bisection finds a proof, to 5 mm, on
-flights of four steps, with the time of the last search that found one and of the last that did not. `--plans`
-looks for the highest rise with a plan too, to 10 mm, with quick searches. `--columns` asks instead in
-how many columns of the chart (runs of 0.22 to 0.40 m) a rise of 0.30 m is proven impossible.
+flights of four steps, with the time of the last search that found one and of the last that did
+not. `--plans` looks for the highest rise with a plan too, to 10 mm, with quick searches.
+`--columns` asks instead in how many columns of the chart (runs of 0.22 to 0.40 m) a rise of 0.30
+m is proven impossible.
 """
 
 import argparse

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from certificate_reading import require
 from numpy.typing import NDArray
-from pydrake.geometry import SceneGraph, SceneGraphInspector, Sphere
+from pydrake.geometry import Box, Capsule, Cylinder, SceneGraph, SceneGraphInspector, Sphere
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
@@ -57,7 +57,8 @@ def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Reco
     }
     require(set(robot["joints"]) <= set(efforts), "joints without actuators have no torque limit")
     mass, com = rigid(plant, context, trunk)
-    return {
+    more = {"trunk_box": box_of(plant, inspector, trunk)} if "trunk_box" in robot else {}
+    return more | {
         "hips": hips,
         "offsets": axles[:, 1],
         "raised": axles[:, 2],
@@ -74,6 +75,25 @@ def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Reco
         "link_masses": np.reshape([m for m, _ in links], (4, 3)),
         "link_coms": np.reshape([c for _, c in links], (4, 3, 3)),
     }
+
+
+def box_of(plant: MultibodyPlant, inspector: SceneGraphInspector, trunk: RigidBody) -> Floats:
+    """Least and greatest coordinates of the boxes around a body's collision geometries (2, 3)."""
+    corners = []
+    for g in plant.GetCollisionGeometriesForBody(trunk):
+        shape = inspector.GetShape(g)
+        require(isinstance(shape, Box | Sphere | Cylinder | Capsule), "a trunk of simple shapes")
+        if isinstance(shape, Box):
+            half = 0.5 * np.array(shape.size())
+        else:
+            radius = shape.radius()
+            ends = radius if isinstance(shape, Capsule | Sphere) else 0.0
+            length = 0.0 if isinstance(shape, Sphere) else shape.length()
+            half = np.array([radius, radius, 0.5 * length + ends])
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        corners += [inspector.GetPoseInFrame(g).multiply(s * half) for s in signs]
+    require(corners, "a trunk without collision geometry has no box of its own")
+    return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
 
 
 def default_positions(plant: MultibodyPlant) -> Floats:

@@ -98,7 +98,9 @@ def test_a_no_says_why_and_what_would_work() -> None:
     answer = hopeless()
     assert not answer.feasible and answer.reason and answer.plan is None
     nearest = answer.nearest()
-    assert nearest is not None and nearest.rise < 0.2 and "no plan was found: " in answer._repr_html_()
+    assert (
+        nearest is not None and nearest.rise < 0.2 and "no plan was found: " in answer._repr_html_()
+    )
 
 
 def test_a_robot_is_called_as_it_was_asked_for() -> None:

@@ -91,7 +91,7 @@ def draw_chart(chart: StairChart) -> Figure:
 def _draw_cell(
     ax: Axes, cell: Cell, size: tuple[float, float], scale: matplotlib.cm.ScalarMappable
 ) -> None:
-    """One cell: its margin in mm and colour, or grey (darker if proven) with a letter of what is in the way."""
+    """One cell: its margin in mm and colour, or grey (darker if proven) with a letter."""
     (wide, high), hatch = size, None
     corner = cell.run - 0.5 * wide, cell.rise - 0.5 * high
     if cell.margin is not None:

@@ -16,9 +16,9 @@ from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.tempo import tread_way
 from drake_quad.gait_design.tempo_search import PREFER, Wish
-from drake_quad.planning.motion_plan import evaluate
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof, proof_record
+from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.load import save_scenario
@@ -244,9 +244,9 @@ def _answer(report: dict[str, Any]) -> str:
     if report["verdict"] == "no":
         pitch, roll = np.degrees(ClimbClass.pitch), np.degrees(ClimbClass.roll)
         return (
-            f"No, and proven: no statically stable gait takes {report['name']} up {stairs} with its "
-            f"trunk pitched by at most {pitch:.0f}°, and by {roll:.0f}° in roll and heading; what was "
-            f"in the way of a plan {why}"
+            f"No, and proven: no statically stable gait takes {report['name']} up {stairs} with "
+            f"its trunk pitched by at most {pitch:.0f}°, and by {roll:.0f}° in roll and heading; "
+            f"what was in the way of a plan {why}"
         )
     return f"Unknown: no plan was found for {report['name']} on {stairs} {why}"
 

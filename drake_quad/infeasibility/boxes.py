@@ -1,11 +1,11 @@
 """Interval bounds that close a box of trunk poses at one moment of a climb.
 
 A pose is x and z of B's origin in the world [m] and the pitch [rad], where x is along the flight,
-z is up, and x = 0 at the first riser; roll and yaw lie anywhere in intervals of the class. y does not
-matter, as stairs are as wide as one likes. Bounds are those of interval arithmetic (Moore, Kearfott and
-Cloud, *Introduction to Interval Analysis*, SIAM 2009), in plain floats: a box is closed only if a
-condition is violated by more than `SLACK`, which is thousands of times the rounding errors of the
-few sums and products that it takes.
+z is up, and x = 0 at the first riser; roll and yaw lie anywhere in intervals of the class. y does
+not matter, as stairs are as wide as one likes. Bounds are those of interval arithmetic (Moore,
+Kearfott and Cloud, *Introduction to Interval Analysis*, SIAM 2009), in plain floats: a box is
+closed only if a condition is violated by more than `SLACK`, which is thousands of times the
+rounding errors of the few sums and products that it takes.
 """
 
 from dataclasses import dataclass
@@ -49,8 +49,7 @@ def root_box(robot: RobotBounds, climb: ClimbClass, boundary: int) -> FloatArray
     """Least and greatest x, z and pitch (2, 3) of all poses of a mixed moment.
 
     Some foot is at x <= edge and z <= boundary * rise + radius, another one at x >= edge and
-    z >= (boundary + 1) rise + radius, and all are within reach of hips that are within a distance of
-    B's origin.
+    z >= (boundary + 1) rise + radius, and all are within reach of hips that are near B's origin.
     """
     far = float(np.max(robot.reach) + np.max(np.linalg.norm(robot.hips, axis=-1))) + 1e-3
     edge, low = boundary * climb.run, boundary * climb.rise + robot.foot_radius
@@ -108,7 +107,10 @@ class TurnedBoxes:
         nearest = np.where((least <= 0.0) & (most >= 0.0), 0.0, np.minimum(abs(least), abs(most)))
         cp: Interval = (np.cos(np.maximum(abs(least), abs(most))), np.cos(nearest))
         one = np.ones(len(boxes))
-        sr, cr = (-np.sin(climb.roll) * one, np.sin(climb.roll) * one), (np.cos(climb.roll) * one, one)
+        sr, cr = (
+            (-np.sin(climb.roll) * one, np.sin(climb.roll) * one),
+            (np.cos(climb.roll) * one, one),
+        )
         sy, cy = (-np.sin(climb.yaw) * one, np.sin(climb.yaw) * one), (np.cos(climb.yaw) * one, one)
         self.row_x = (
             times(cy, cp),
@@ -140,7 +142,13 @@ class TurnedBoxes:
 
 
 def reachable_places(
-    robot: RobotBounds, climb: ClimbClass, boundary: int, leg: int, *, above: bool, turn: TurnedBoxes
+    robot: RobotBounds,
+    climb: ClimbClass,
+    boundary: int,
+    leg: int,
+    *,
+    above: bool,
+    turn: TurnedBoxes,
 ) -> Interval:
     """Least and greatest x of foot centres that a leg may reach on its side; inf, -inf if none."""
     hip = robot.hips[leg]

@@ -1,17 +1,18 @@
 """The moments that every climb has to pass, whatever the gait.
 
-Levels are 0 (the floor), 1 to n - 1 (the treads) and n (the landing). A boundary k lies between the
-levels up to k and those above it. Each standing foot is on one side of it, so that the feet's sides
-make one of sixteen states. A climb begins with all feet below and ends with all above. One foot moves
-at a time, so that it is a path along the edges of a four-dimensional cube of states.
+Levels are 0 (the floor), 1 to n - 1 (the treads) and n (the landing). A boundary k lies between
+the levels up to k and those above it. Each standing foot is on one side of it, so that the feet's
+sides make one of sixteen states. A climb begins with all feet below and ends with all above. One
+foot moves at a time, so that it is a path along the edges of a four-dimensional cube of states.
 
-An edge moves foot i while the three others stand on their sides. The robot must hold itself on these
-three as foot i leaves its place on one side, and again as it reaches its place on the other. Each of
-these two moments is a `Moment`. If one of them is impossible the edge is, in both directions. If so
-many moments are impossible that no path of edges is left, there is no climb.
+An edge moves foot i while the three others stand on their sides. The robot must hold itself on
+these three as foot i leaves its place on one side, and again as it reaches its place on the
+other. Each of these two moments is a `Moment`. If one of them is impossible the edge is, in both
+directions. If so many moments are impossible that no path of edges is left, there is no climb.
 
-The same argument is a cut in the graph of stances and transitions of multi-contact planners (Hauser,
-Bretl, Latombe, Harada and Wilcox, *Motion planning for legged robots on varied terrain*, IJRR 2008).
+The same argument is a cut in the graph of stances and transitions of multi-contact planners
+(Hauser, Bretl, Latombe, Harada and Wilcox, *Motion planning for legged robots on varied terrain*,
+IJRR 2008).
 """
 
 from collections.abc import Collection, Iterator

@@ -1,7 +1,7 @@
 """Proofs that no statically stable climb exists: the search for one, and its record.
 
-The claim, for a robot and a flight up of `count` steps: there is no motion from all four feet on the
-floor to all four on the landing in which, at every time,
+The claim, for a robot and a flight up of `count` steps: there is no motion from all four feet on
+the floor to all four on the landing in which, at every time,
 
 - at least three feet stand, and the fourth stands or moves: one foot moves at a time;
 - a standing foot's centre is above the tread (floor, landing) that it stands on, a foot's radius
@@ -13,15 +13,15 @@ floor to all four on the landing in which, at every time,
 - the line under the trunk, in the middle of its width, is not inside the stairs;
 - pitch, roll and yaw of the trunk are at most those of `ClimbClass`, to both sides.
 
-Everything else is free: gait, order and timing, footholds, lateral positions, the trunk's height and
-path. Torque, friction, collisions of legs, and the way that a foot swings are not used. So a proof is
-about much more than the gaits that this program plans, and it is found only for rises that are much
-higher; where there is none, nothing follows.
+Everything else is free: gait, order and timing, footholds, lateral positions, the trunk's height
+and path. Torque, friction, collisions of legs, and the way that a foot swings are not used. So a
+proof is about much more than the gaits that this program plans, and it is found only for rises
+that are much higher; where there is none, nothing follows.
 
-The proof is a boundary between two levels, and moments that are impossible there and without which
-there is no way past it (`climb.py`). For each of these moments a tree halves the box of all the trunk's
-poses until interval bounds close every part (`boxes.py`); branch and bound as in Moore, Kearfott and
-Cloud (2009). `scripts/check_no.py` verifies the record without this package.
+The proof is a boundary between two levels, and moments that are impossible there and without
+which there is no way past it (`climb.py`). For each of these moments a tree halves the box of all
+the trunk's poses until interval bounds close every part (`boxes.py`); branch and bound as in
+Moore, Kearfott and Cloud (2009). `scripts/check_no.py` verifies the record without this package.
 """
 
 import hashlib
@@ -128,7 +128,7 @@ def refute_moment(
     looked = 0
     if boxes[0, 0, 1] > boxes[0, 1, 1]:
         return ()  # no feet reach from one side to the other: there are no poses at all
-    grids = [np.linspace(*ends, n) for ends, n in zip(boxes[0].T, GRID, strict=True)]
+    grids = [np.linspace(low, high, n) for low, high, n in zip(*boxes[0], GRID, strict=True)]
     poses = np.stack(np.meshgrid(*grids), axis=-1).reshape(-1, 3)
     points = np.stack([poses, poses], axis=1)
     if np.any(close_boxes(bounds, climb, boundary, moment, points) == OPEN):

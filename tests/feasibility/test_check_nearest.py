@@ -65,7 +65,9 @@ def test_the_command_prints_a_no_while_it_still_looks(
     ) -> object:
         first(told)
         printed = capsys.readouterr().out
-        assert printed.startswith("Unknown: ") and "a reason" in printed and "Nearest" not in printed
+        assert (
+            printed.startswith("Unknown: ") and "a reason" in printed and "Nearest" not in printed
+        )
         return with_nearest(told, Stairs(0.2, 0.3, 7))
 
     monkeypatch.setattr(dq, "run_check", looks)
@@ -112,7 +114,10 @@ def test_no_names_what_is_short_and_the_nearest_stairs() -> None:
     rise, run = told["nearest"]["rise"], told["nearest"]["run"]
     assert 0.1 < rise < 1.2 and run == RUN
     assert check_flight(URL, Stairs(rise, run, COUNT)).feasible
-    assert told["answer"].startswith(("Unknown: ", "No, and proven: ")) and f"{rise:g} m" in told["answer"]
+    assert (
+        told["answer"].startswith(("Unknown: ", "No, and proven: "))
+        and f"{rise:g} m" in told["answer"]
+    )
     assert LIMITS[told["limit"]] in told["answer"]
     assert told["answer"].count("would work") == 1 and "quick search" not in told["answer"]
 

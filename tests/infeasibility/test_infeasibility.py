@@ -116,7 +116,7 @@ def test_a_place_that_a_foot_reaches_is_within_its_bounds(
 def test_a_trunk_that_is_clear_somewhere_in_a_box_does_not_close_it(
     x: float, z: float, angles: tuple[float, float, float], size: float
 ) -> None:
-    """A box is closed only if the line under the trunk is inside the stairs at each of its poses."""
+    """A box is closed only if the line under the trunk is inside at each of its poses."""
     bounds, climb = bounds_of(paper_robot()), ClimbClass(0.2, 0.3, 4)
     under = bounds.trunk @ rotation(*angles).T + [x, 0.0, z]
     level = np.clip(np.floor(under[:, 0] / climb.run) + 1.0, 0.0, climb.count)
@@ -169,9 +169,7 @@ def test_a_climb_passes_all_of_its_moments() -> None:
 
 
 def test_a_proof_has_a_tree_for_each_moment_that_it_needs() -> None:
-    """None is spare, each level of a tree has two boxes for each that is halved before, and all
-    boxes are closed.
-    """
+    """None is spare; a tree has two boxes for each that is halved, and all boxes are closed."""
     found = proof()
     refuted = {one.moment for one in found.refutations}
     assert find_way(refuted) is None and found.boxes > 0

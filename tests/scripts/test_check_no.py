@@ -1,4 +1,4 @@
-"""The checker of proofs of infeasibility: accepts proofs, refuses what was changed, shares no code."""
+"""The checker of proofs that there is no climb: accepts them, and refuses what was changed."""
 
 import ast
 import json
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from infeasibility_rig import SCRIPTS, checker, record, refusal
+from infeasibility_rig import SCRIPTS, record, refusal
 from test_check_certificate import change, numbers_of
 
 TAMPERED = 1000
@@ -145,7 +145,6 @@ def test_what_is_accepted_after_a_change_is_a_proof_of_its_own() -> None:
         if changed == record() or refusal(changed, hashed=False) is not None:
             continue
         accepted += 1
-        # The shape of the tree is the same: a reason in the place of a reason, which holds as well.
-        assert letter in "abcdst" and text[at] in "abcdst" or (letter in "xzp" and text[at] in "xzp")
+        # The tree's shape is the same: a reason stands for a reason, which holds as well.
+        assert (letter in "xzp") == (text[at] in "xzp")
     assert accepted < 60
-    assert checker().MOST > 0
