@@ -9,7 +9,10 @@ from hypothesis import given, settings, strategies as st
 from infeasibility_rig import COUNT, HIGH, RUN, proof
 from rig import URL, paper_robot, with_raised
 
+from benchmarks.check import STEEPEST
 from drake_quad.common import FloatArray
+from drake_quad.errors import InputError
+from drake_quad.feasibility.check import Feasibility
 from drake_quad.infeasibility.boxes import (
     OPEN,
     ClimbClass,
@@ -23,6 +26,7 @@ from drake_quad.infeasibility.climb import ABOVE, BELOW, FEET, Moment, edges, fi
 from drake_quad.infeasibility.proof import AXES, prove_infeasible
 from drake_quad.infeasibility.robot_bounds import bounds_of
 from drake_quad.robot.kinematics import calc_com, calc_feet
+from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.elements import Stairs
 
@@ -127,34 +131,57 @@ def test_a_trunk_that_is_clear_somewhere_in_a_box_does_not_close_it(
         assert not trunk_inside(bounds, climb, TurnedBoxes(climb, box[None]))[0]
 
 
-@pytest.mark.parametrize("stairs", [Stairs(0.12, 0.32, 2), Stairs(0.2, 0.3, 4)])
-def test_nothing_of_a_plan_is_refuted(stairs: Stairs) -> None:
-    """At every lift-off and touchdown of a plan its own pose is left open, at every boundary."""
-    check = asked(URL, stairs)
-    assert check.plan is not None and check.scenario.course[0].length is not None
-    robot, start = paper_robot(), float(check.scenario.course[0].length)
-    assert prove_infeasible(robot, ClimbClass(stairs.rise, stairs.run, stairs.count)) is None
+def refuted_poses(robot: RobotModel, check: Feasibility) -> tuple[int, int]:
+    """Poses of a plan at lift-offs and touchdowns on its way up: all, and those that are refuted.
+
+    Each counts once for every boundary of the flight that its feet are on both sides of.
+    """
+    stairs, plan = check.stairs, check.plan
+    assert plan is not None and stairs is not None
+    start = float(check.scenario.course[0].length or 0.0)
     bounds, climb = bounds_of(robot), ClimbClass(stairs.rise, stairs.run, stairs.count)
-    phases = [(plan, p) for plan in check.plan.plans for p in plan.contacts.phases]
-    seen, up = 0, False
-    for plan, phase in phases:
+    seen, refuted, up = 0, 0, False
+    for task, phase in [(part, p) for part in plan.plans for p in part.contacts.phases]:
         if phase.step is None or up:
             continue
+        mover = int(np.flatnonzero(~phase.standing)[0])
         for t in (phase.start, phase.end):
-            body = plan.body.samples(np.array([t]))[0, 0]
-            feet = plan.contacts.feet_at(np.array([t]))[0][0]
+            body = task.body.samples(np.array([t]))[0, 0]
+            feet = task.contacts.feet_at(np.array([t]))[0][0]
             levels = np.round((feet[:, 2] - robot.foot_radius) / stairs.rise)
             pose = np.array([body[0] - start, body[2], body[3]])
             for boundary in range(stairs.count):
                 above = sum(1 << leg for leg in range(FEET) if levels[leg] > boundary)
-                mover = int(np.flatnonzero(~phase.standing)[0])
-                moment = Moment(above, mover)
-                if moment.mixed:
-                    box = np.stack([pose, pose])[None]
-                    assert close_boxes(bounds, climb, boundary, moment, box)[0] == OPEN
+                if Moment(above, mover).mixed:
+                    box, moment = np.stack([pose, pose])[None], Moment(above, mover)
                     seen += 1
+                    refuted += close_boxes(bounds, climb, boundary, moment, box)[0] != OPEN
             up = bool(np.all(levels == stairs.count))
-    assert up and seen > 10
+    assert up  # the whole flight was looked at
+    return seen, refuted
+
+
+@pytest.mark.parametrize("stairs", [Stairs(0.12, 0.32, 2), Stairs(0.2, 0.3, 4)])
+def test_nothing_of_a_plan_is_refuted(stairs: Stairs) -> None:
+    """At every lift-off and touchdown of a plan its own pose is left open, at every boundary."""
+    climb = ClimbClass(stairs.rise, stairs.run, stairs.count)
+    assert prove_infeasible(paper_robot(), climb) is None
+    seen, refuted = refuted_poses(paper_robot(), asked(URL, stairs))
+    assert seen > 10 and refuted == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(STEEPEST))
+def test_nothing_of_the_steepest_plans_is_refuted(name: str) -> None:
+    """Of each robot that is installed, on its steepest flight that the documents tell of."""
+    try:
+        robot = load_robot(name)
+    except InputError:
+        pytest.skip(f"{name} is not installed")
+    stairs = Stairs(*STEEPEST[name], 4)
+    assert prove_infeasible(robot, ClimbClass(stairs.rise, stairs.run, 4)) is None
+    seen, refuted = refuted_poses(robot, asked(name, stairs))
+    assert seen > 10 and refuted == 0
 
 
 def test_a_climb_passes_all_of_its_moments() -> None:
