@@ -24,13 +24,12 @@ the trunk's poses until interval bounds close every part (`boxes.py`); branch an
 Moore, Kearfott and Cloud (2009). `scripts/check_no.py` verifies the record without this package.
 """
 
-import hashlib
-import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
+from drake_quad.certificate.certify import digest
 from drake_quad.common import FloatArray
 from drake_quad.infeasibility.boxes import OPEN, ClimbClass, close_boxes, root_box
 from drake_quad.infeasibility.climb import FEET, Moment, find_way
@@ -210,10 +209,3 @@ def proof_record(
         ],
     }
     return {**record, "sha256": digest(record)}
-
-
-def digest(record: dict[str, Any]) -> str:
-    """The hash of a record's content; its own hash, if it has one, is left out."""
-    content = {k: v for k, v in record.items() if k != "sha256"}
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()

@@ -17,7 +17,7 @@ TAMPERED = 1000
 
 def rehashed(changed: dict[str, Any]) -> dict[str, Any]:
     """The record with the hash of what is in it."""
-    from drake_quad.infeasibility.proof import digest
+    from drake_quad.certificate.certify import digest
 
     return {**changed, "sha256": digest(changed)}
 
