@@ -180,7 +180,7 @@ def test_nothing_of_the_steepest_plans_is_refuted(name: str) -> None:
         pytest.skip(f"{name} is not installed")
     stairs = Stairs(*STEEPEST[name], 4)
     assert prove_infeasible(robot, ClimbClass(stairs.rise, stairs.run, 4)) is None
-    seen, refuted = refuted_poses(robot, asked(name, stairs))
+    seen, refuted = refuted_poses(robot, asked(name, stairs, thorough=False))
     assert seen > 10 and refuted == 0
 
 
