@@ -149,6 +149,9 @@ def check(
             asked, save=save, proof=proof, picture=picture, curve=curve, nearest=nearest,
             first=say, note=status.update,
         )  # fmt: skip
+    if proof is not None and told["proof"] is None:
+        why = "there is a plan" if told["feasible"] else "no proof was found"
+        MESSAGES.print(Text(f"{proof} is not written: {why}"), soft_wrap=True)
     if as_json:
         print(json.dumps(told))
     else:

@@ -22,7 +22,6 @@ from drake_quad.common import FloatArray
 from drake_quad.robot.model import RobotModel
 
 TRUNK_POINTS = 13  # points of the line under the trunk
-LEGS = ("FL", "FR", "RL", "RR")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -76,6 +77,21 @@ def test_the_command_prints_a_no_while_it_still_looks(
     assert end.value.exit_code == 1
     printed = capsys.readouterr().out
     assert "Unknown: " not in printed and "Nearest: 0.2 m on treads of 0.3 m would work." in printed
+
+
+def test_a_proof_that_was_not_found_is_told_and_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Asked for a proof where none is found, the command says that it writes no file."""
+    check = Feasibility(Scenario(), None, "a reason", {"slacks": dict.fromkeys(NAMES, -1.0)})
+    asked = {"rise": 0.3, "run": 0.3, "count": 7}
+    told = feasibility_report(check, paper_robot(), source=URL, asked=asked)
+    monkeypatch.setattr(dq, "run_check", lambda *_, **__: told)
+    wanted = tmp_path / "no.json"
+    with pytest.raises(typer.Exit):
+        cli_robots.check(URL, proof=wanted)
+    assert f"{wanted.name} is not written: no proof was found" in capsys.readouterr().err
+    assert not wanted.exists()
 
 
 @pytest.mark.parametrize("near", [Stairs(0.2, 0.3, 7), None])
