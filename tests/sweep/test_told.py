@@ -36,7 +36,8 @@ def plan(name: str, _: Console) -> None:
 
 def check(name: str, console: Console) -> None:
     asked = {"rise": 0.1, "run": 0.3, "count": 4}
-    told = {"feasible": False, "answer": f"No: {name} does not", "slacks": {}, "robot": name,
+    told = {"feasible": False, "verdict": "unknown", "proof": None, "slacks": {}, "robot": name,
+            "answer": f"Unknown: no plan for {name}",
             "sought": True, "nearest": None, "picture": name, "asked": asked,
             "doubts": [name]}  # fmt: skip
     print_check(told, console)
