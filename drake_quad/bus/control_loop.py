@@ -39,7 +39,7 @@ from drake_quad.scenario.build import touch_settings
 from drake_quad.simulation.instruments import velocities_at_rest
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
-from drake_quad.systems.joint_contact_estimator import TorqueDynamics, drive_gains
+from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 
 MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
 STANDS = 1.0  # [s] that it stands before it walks
@@ -198,7 +198,7 @@ class TouchByTorque:
         self._robot, self._layout, self._period = robot, layout, control.period
         self._settings = settings
         self._dynamics = TorqueDynamics(
-            robot, layout, model, gains=drive_gains(control), friction=robot.joint_friction
+            robot, layout, model, control=control, friction=robot.joint_friction
         )
         self._scratch = model.CreateDefaultContext()
         self._memory = np.zeros(TouchMemory.SIZE)

@@ -31,7 +31,7 @@ class TouchSettings:
     Attributes:
         time: Time constant of the residual, 1 / K [s].
         touch: Share of the robot's weight on a foot at which it begins to bear, beyond what the
-            torques' doubt may feign.
+            torques' uncertainty comes to at the foot.
         leave: Share at which it bears no more.
         confirm: How long a foot must press with `touch` before it is believed [s]; with a multiple
             of it, by so much shorter: what tells is the impulse.
@@ -57,49 +57,38 @@ class JointDynamics:
         velocity_terms: Joint torques of Ṁ v - h (12,) [Nm].
         torque: Torque of each drive (12,) [Nm].
         jacobian: Jacobian of each foot in W against its own leg's joints (4, 3, 3) [m].
-        doubt: By how much what moves the joints may be off these torques, either way (12,) [Nm]:
-            friction, and what the torques' ripple is not known by.
+        uncertainty: By how much what moves the joints may be off these torques, either way (12,)
+            [Nm]: friction, and what is not known of the torques' ripple.
     """
 
     momentum: FloatArray
     velocity_terms: FloatArray
     torque: FloatArray
     jacobian: FloatArray
-    doubt: FloatArray = field(default_factory=lambda: np.zeros(12))
+    uncertainty: FloatArray = field(default_factory=lambda: np.zeros(12))
 
 
-@dataclass(frozen=True)
-class DriveGains:
-    """What the drives make of their commands: τ = τ_fed + kp (q_d - q) + kd (v_d - v).
-
-    Attributes:
-        kp: Proportional gain [Nm/rad].
-        kd: Derivative gain [Nm s/rad].
-        period: How long a command holds [s].
-    """
-
-    kp: float
-    kd: float
-    period: float
-
-
-def torque_ripple(speed: FloatArray, speed_before: FloatArray, gains: DriveGains) -> FloatArray:
+def torque_ripple(
+    speed: FloatArray, speed_before: FloatArray, *, kp: float, kd: float, period: float
+) -> FloatArray:
     """A quarter of what the drives' torques fall by while a command holds (12,) [Nm].
 
-    A joint moves on between two commands, and the angle that its drive wants does not: the torque
-    runs like a sawtooth. What is measured just before the next command is the end of a tooth. The
-    mean is above it by half of the tooth if the drive looks at its joint all the time, and by
-    nothing if it looks once; a quarter is right for twice, and a quarter off at the most. Of a
-    B2's knee, which lifts with 3.7 rad/s at 1560 Nm/rad, that is 3 Nm: 1 % of the robot's weight
-    at its foot.
+    A drive gives τ_fed + kp (q_d - q) + kd (v_d - v). Its joint moves on between two commands, and
+    q_d does not: the torque runs like a sawtooth, and what is measured just before the next
+    command is its lowest point. The mean is above that by half of the fall if the drive computes
+    its torque continuously, by a quarter if twice for each command, by nothing if once: with a
+    quarter the mean is off by another quarter at the most. Of a B2's knee, which lifts with
+    3.7 rad/s at 1560 Nm/rad, a quarter is 3 Nm: 1 % of the robot's weight at its foot.
 
     Args:
         speed: The joints' speeds at the end of the period (12,) [rad/s].
         speed_before: Their speeds at its beginning (12,) [rad/s].
-        gains: The drives'.
+        kp: Proportional gain of the drives [Nm/rad].
+        kd: Their derivative gain [Nm s/rad].
+        period: How long a command holds [s].
     """
-    moved = 0.5 * (speed + speed_before) * gains.period
-    return 0.25 * (gains.kp * moved + gains.kd * (speed - speed_before))
+    moved = 0.5 * (speed + speed_before) * period
+    return 0.25 * (kp * moved + kd * (speed - speed_before))
 
 
 class TouchMemory:
@@ -139,15 +128,15 @@ def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
     )
     memory[m.MOMENTUM], memory[m.RESIDUAL] = now.momentum, residual
     force = memory[m.FORCE].reshape(4, 3)
-    force[:] = foot_forces(residual, now.jacobian, force)
+    force[:], uncertain = foot_forces(residual, now.jacobian, force, now.uncertainty)
     share = force[:, 2] / (mass * GRAVITY)
     # A leg that comes down is held up by its joints' friction, as if the ground pressed on it; to
     # one that lifts friction is a pull, and it leaves as if there were none.
-    doubt = _vertical_doubt(now) / (mass * GRAVITY)
+    surely = share - uncertain / (mass * GRAVITY)
     bearing, pressed, eased = memory[m.BEARING], memory[m.PRESSED], memory[m.EASED]
     held = memory[m.HELD]
     for k in range(4):
-        times = (share[k] - doubt[k]) / settings.touch
+        times = surely[k] / settings.touch
         pressed[k] = pressed[k] + period * times if times > 1.0 else 0.0
         eased[k] = eased[k] + period if share[k] < settings.leave else 0.0
         held[k] = held[k] + period if bearing[k] == 1.0 else 0.0
@@ -157,19 +146,10 @@ def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
             bearing[k] = 0.0 if eased[k] >= settings.confirm_leave - 1e-9 else 1.0
 
 
-def _vertical_doubt(now: JointDynamics) -> FloatArray:
-    """What the torques' doubt may feign of each foot's vertical force, at most (4,) [N]."""
-    doubt = np.zeros(4)
-    for k in range(4) if now.doubt.any() else ():
-        s = np.linalg.svd(now.jacobian[k], compute_uv=False)
-        if s[2] > WELL_CONDITIONED * s[0]:
-            vertical = np.linalg.solve(now.jacobian[k], [0.0, 0.0, 1.0])
-            doubt[k] = np.abs(vertical) @ now.doubt[3 * k : 3 * k + 3]
-    return doubt
-
-
-def foot_forces(residual: FloatArray, jacobian: FloatArray, before: FloatArray) -> FloatArray:
-    """The forces on the feet in W (4, 3) [N] that the legs' residuals are of.
+def foot_forces(
+    residual: FloatArray, jacobian: FloatArray, before: FloatArray, uncertainty: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The forces on the feet that the legs' residuals are of, and how uncertain the vertical is.
 
     A leg stretched out cannot tell what pushes along it: there its force stays as it was.
 
@@ -177,13 +157,19 @@ def foot_forces(residual: FloatArray, jacobian: FloatArray, before: FloatArray) 
         residual: J^T f of the joints, leg by leg (12,) [Nm].
         jacobian: Jacobian of each foot in W (4, 3, 3) [m].
         before: The forces a period ago (4, 3) [N].
+        uncertainty: By how much each residual may be off, either way (12,) [Nm].
+
+    Returns:
+        The forces in W (4, 3) [N], and by how much their vertical parts may be off (4,) [N]: by
+        nothing that is known where the force stays as it was.
     """
-    force = np.array(before)
-    for k in range(4):
-        s = np.linalg.svd(jacobian[k], compute_uv=False)
-        if s[2] > WELL_CONDITIONED * s[0]:
-            force[k] = np.linalg.solve(jacobian[k].T, residual[3 * k : 3 * k + 3])
-    return force
+    sizes = np.linalg.svd(jacobian, compute_uv=False)
+    told = sizes[:, 2] > WELL_CONDITIONED * sizes[:, 0]
+    force, uncertain = np.array(before), np.zeros(4)
+    inverse = np.linalg.inv(jacobian[told])
+    force[told] = np.einsum("kji,kj->ki", inverse, residual.reshape(4, 3)[told])
+    uncertain[told] = np.sum(np.abs(inverse[:, :, 2]) * uncertainty.reshape(4, 3)[told], axis=1)
+    return force, uncertain
 
 
 # ------------------------------------------------------------------------------------------------
@@ -232,21 +218,27 @@ def compare_touchdowns(
     delays: list[float] = []
     for foot in range(real.shape[1]):
         landed = _landings(times, _lasting(times, real[:, foot], brush), swing)
-        noticed = _landings(times, felt[:, foot], still)
         bounced = [t for t in _landings(times, real[:, foot], still) if t not in landed]
+        noticed = _landings(times, felt[:, foot], still)
+        late, rest = _pair(landed, noticed, window)
         count += len(landed)
-        taken: set[int] = set()
-        for excused, places in ((False, landed), (True, bounced)):
-            for t in places:
-                near = [(abs(n - t), i) for i, n in enumerate(noticed) if i not in taken]
-                if near and min(near)[0] <= window:
-                    taken.add(min(near)[1])
-                    if not excused:
-                        delays.append(noticed[min(near)[1]] - t)
-                elif not excused:
-                    missed += 1
-        false += len(noticed) - len(taken)
+        missed += len(landed) - len(late)
+        delays += late
+        false += len(_pair(bounced, rest, window)[1])
     return TouchFigures(count, missed, false, tuple(delays))
+
+
+def _pair(
+    places: list[float], noticed: list[float], window: float
+) -> tuple[list[float], list[float]]:
+    """How much later each place was noticed, of those that were; and what was noticed besides."""
+    late, rest = [], list(noticed)
+    for t in places:
+        nearest = min(rest, key=lambda n: abs(n - t), default=np.inf)
+        if abs(nearest - t) <= window:
+            late.append(nearest - t)
+            rest.remove(nearest)
+    return late, rest
 
 
 def _lasting(times: FloatArray, bears: BoolArray, least: float) -> BoolArray:

@@ -42,7 +42,7 @@ from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.stability.equilibrium_region import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.disturbances import Delay, Disturbances
-from drake_quad.systems.joint_contact_estimator import TorqueDynamics, drive_gains
+from drake_quad.systems.joint_contact_estimator import standing_torque
 from drake_quad.terrain.course import Course
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
@@ -264,8 +264,7 @@ def MakeStairClimb(
         initial |= velocities_at_rest(start[layout.q_joints])
     if feel is not None:
         assert torques is not None
-        dynamics = TorqueDynamics(robot, layout, model, gains=drive_gains(control))
-        standing = dynamics.standing_torque(start)
+        standing = standing_torque(robot, layout, model, start)
         initial["joint_torque_measured"] = standing
         senses["joint_torque_measured"] = AddTorqueSensor(
             builder, simulated, errors=torques, initial=standing, period=control.period

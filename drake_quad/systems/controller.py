@@ -20,7 +20,7 @@ from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.systems.gait_scheduler import GaitScheduler
-from drake_quad.systems.joint_contact_estimator import JointContactEstimator, drive_gains
+from drake_quad.systems.joint_contact_estimator import JointContactEstimator
 from drake_quad.systems.state_estimator import StateEstimator
 from drake_quad.systems.tracking_controller import (
     IkController,
@@ -147,8 +147,7 @@ def MakeController(
             robot=robot,
             layout=layout,
             model=model,
-            gains=drive_gains(control),
-            period=control.period,
+            control=control,
             settings=feel,
         )
         state_users.append(builder.AddSystem(touch))

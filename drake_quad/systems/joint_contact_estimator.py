@@ -9,7 +9,6 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.estimation.contact_from_torques import (
-    DriveGains,
     JointDynamics,
     TouchMemory,
     TouchSettings,
@@ -22,9 +21,27 @@ from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareModelContext, DeclareStateOutput, EvalModelContext
 
 
-def drive_gains(control: ControlSettings) -> DriveGains:
-    """The drives' gains under a controller."""
-    return DriveGains(kp=control.kp, kd=control.kd, period=control.period)
+def standing_torque(
+    robot: RobotModel, layout: StateLayout, model: MultibodyPlant, state: FloatArray
+) -> FloatArray:
+    """Torques that hold the robot still with a quarter of its weight on each foot.
+
+    Args:
+        robot: The robot.
+        layout: Layout of its state.
+        model: The robot without ground.
+        state: [q; v].
+
+    Returns:
+        Leg by leg (12,) [Nm].
+    """
+    scratch, read = model.CreateDefaultContext(), layout.read(state)
+    model.SetPositionsAndVelocities(scratch, state)
+    joints = layout.v_joints - layout.num_positions
+    gravity = model.CalcGravityGeneralizedForces(scratch)[joints]
+    jacobian = read.R_WB @ calc_jacobians(robot.geometry, read.q)
+    feet = 0.25 * robot.mass * GRAVITY * jacobian[:, 2].ravel()
+    return np.asarray(-gravity - feet)
 
 
 class TorqueDynamics:
@@ -34,7 +51,7 @@ class TorqueDynamics:
         robot: The robot.
         layout: Layout of its state.
         model: The robot without ground.
-        gains: Gains of the drives.
+        control: Controller whose gains the drives have, and whose commands they hold.
         friction: Coulomb friction of the joints (12,) [Nm]; none unless given, as in Drake.
 
     Attributes:
@@ -47,10 +64,10 @@ class TorqueDynamics:
         layout: StateLayout,
         model: MultibodyPlant,
         *,
-        gains: DriveGains,
+        control: ControlSettings,
         friction: FloatArray | None = None,
     ) -> None:
-        self._robot, self._layout, self._model, self._gains = robot, layout, model, gains
+        self._robot, self._layout, self._model, self._control = robot, layout, model, control
         self.memory_shape = (12, model.num_velocities() + 1)
         self._joints = layout.v_joints - layout.num_positions
         joints = [model.GetJointByName(name) for name in robot.joint_names]
@@ -81,29 +98,14 @@ class TorqueDynamics:
         change, ripple = np.zeros(12), np.zeros(12)
         if before.any():
             change = (mass - before[:, :-1]) @ v / period
-            ripple = torque_ripple(speed, before[:, -1], self._gains)
+            c = self._control
+            ripple = torque_ripple(speed, before[:, -1], kp=c.kp, kd=c.kd, period=c.period)
         read = layout.read(state)
         jacobian = read.R_WB @ calc_jacobians(self._robot.geometry, read.q)
         return JointDynamics(
             momentum=mass @ v, velocity_terms=change - h, torque=torque + ripple,
-            jacobian=jacobian, doubt=self._friction + np.abs(ripple),
+            jacobian=jacobian, uncertainty=self._friction + np.abs(ripple),
         ), now  # fmt: skip
-
-    def standing_torque(self, state: FloatArray) -> FloatArray:
-        """Torques that hold the robot still with a quarter of its weight on each foot.
-
-        Args:
-            state: [q; v].
-
-        Returns:
-            Leg by leg (12,) [Nm].
-        """
-        scratch, read = self._model.CreateDefaultContext(), self._layout.read(state)
-        self._model.SetPositionsAndVelocities(scratch, state)
-        gravity = self._model.CalcGravityGeneralizedForces(scratch)[self._joints]
-        jacobian = read.R_WB @ calc_jacobians(self._robot.geometry, read.q)
-        feet = 0.25 * self._robot.mass * GRAVITY * jacobian[:, 2].ravel()
-        return np.asarray(-gravity - feet)
 
 
 class JointContactEstimator(LeafSystem):
@@ -127,8 +129,7 @@ class JointContactEstimator(LeafSystem):
         robot: RobotModel,
         layout: StateLayout,
         model: MultibodyPlant,
-        gains: DriveGains,
-        period: float = 0.002,
+        control: ControlSettings,
         settings: TouchSettings | None = None,
     ) -> None:
         """Declares ports and state.
@@ -137,15 +138,14 @@ class JointContactEstimator(LeafSystem):
             robot: The robot.
             layout: Layout of its state.
             model: The robot without ground.
-            gains: Gains of the drives.
-            period: Period of the observer [s].
+            control: Controller that it serves, with whose period it listens.
             settings: How it listens; its defaults unless given.
         """
         super().__init__()
         self.set_name("joint_contact_estimator")
-        self._robot, self._period = robot, period
+        self._robot, self._period = robot, control.period
         self._settings = settings or TouchSettings()
-        self._dynamics = TorqueDynamics(robot, layout, model, gains=gains)
+        self._dynamics = TorqueDynamics(robot, layout, model, control=control)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._torque_port = self.DeclareVectorInputPort("joint_torque_measured", 12)
         self._bearing = DeclareStateOutput(self, "contact_state_measured", np.ones(4))
@@ -154,7 +154,7 @@ class JointContactEstimator(LeafSystem):
         self._memory = int(self.DeclareDiscreteState(TouchMemory.SIZE))
         self._before = int(self.DeclareDiscreteState(math.prod(self._dynamics.memory_shape)))
         self._scratch = DeclareModelContext(self, model)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(control.period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         before = context.get_discrete_state(self._before).value()

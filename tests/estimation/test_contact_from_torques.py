@@ -5,7 +5,6 @@ from hypothesis import given, strategies as st
 
 from drake_quad.common import GRAVITY
 from drake_quad.estimation.contact_from_torques import (
-    DriveGains,
     JointDynamics,
     TouchMemory,
     TouchSettings,
@@ -107,7 +106,7 @@ def test_a_stretched_leg_keeps_its_force() -> None:
     """Where a leg's Jacobian is singular the force is that of before, not a huge one."""
     singular = np.tile(np.diag([0.3, 0.25, 1e-4]), (4, 1, 1))
     before = np.full((4, 3), 7.0)
-    assert np.array_equal(foot_forces(np.ones(12), singular, before), before)
+    assert np.array_equal(foot_forces(np.ones(12), singular, before, np.ones(12))[0], before)
 
 
 def test_touchdowns_are_paired_missed_and_false() -> None:
@@ -141,17 +140,17 @@ def test_a_foot_that_bounces_lands_once_and_one_felt_in_the_air_is_false() -> No
     st.floats(10.0, 2000.0),
     st.integers(1, 8),
 )
-def test_the_mean_torque_is_within_the_doubt_however_often_a_drive_looks(
-    speeds: list[float], kp: float, looks: int
+def test_the_mean_torque_is_within_its_uncertainty_however_often_it_is_computed(
+    speeds: list[float], kp: float, times: int
 ) -> None:
-    """At a constant speed, of a drive that looks 1 to 8 times a period; exactly so of two."""
-    speed, gains = np.array(speeds), DriveGains(kp=kp, kd=3.0, period=PERIOD)
-    moments = PERIOD * np.arange(looks) / looks  # from the command on
+    """At a constant speed, of drives that compute it 1 to 8 times a period; exactly so of 2."""
+    speed = np.array(speeds)
+    moments = PERIOD * np.arange(times) / times  # from the command on
     torques = -kp * np.outer(moments, speed)
-    ripple = torque_ripple(speed, speed, gains)
+    ripple = torque_ripple(speed, speed, kp=kp, kd=3.0, period=PERIOD)
     error = torques.mean(axis=0) - (torques[-1] + ripple)
     assert np.all(np.abs(error) <= np.abs(ripple) + 1e-9 * kp)
-    if looks == 2:
+    if times == 2:
         assert np.allclose(error, 0.0, atol=1e-9 * kp)
 
 
@@ -160,14 +159,14 @@ def test_a_push_that_friction_may_feign_is_no_touchdown(push: float, friction: f
     """A foot lands if it is pressed with more than `touch` beyond what its joints may feign."""
     memory, weight = np.zeros(TouchMemory.SIZE), MASS * GRAVITY
     vertical = np.linalg.solve(JACOBIAN[0], [0.0, 0.0, 1.0])
-    doubt = np.zeros(12)
-    doubt[2] = friction * weight / abs(vertical[2])
+    uncertainty = np.zeros(12)
+    uncertainty[2] = friction * weight / abs(vertical[2])
     legs = np.einsum("kji,kj->ki", JACOBIAN, np.tile([0.0, 0.0, push * weight], (4, 1))).ravel()
     for torque, ticks in ((np.zeros(12), 80), (-legs, 40)):
         for _ in range(ticks):
             now = JointDynamics(
                 momentum=np.zeros(12), velocity_terms=np.zeros(12), torque=torque,
-                jacobian=JACOBIAN, doubt=doubt,
+                jacobian=JACOBIAN, uncertainty=uncertainty,
             )  # fmt: skip
             observe(memory, now, MASS, PERIOD, SETTINGS)
     beyond = push - friction - SETTINGS.touch

@@ -6,8 +6,8 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.analysis import Simulator
 
 from drake_quad.common import GRAVITY
+from drake_quad.control.settings import ControlSettings
 from drake_quad.estimation.contact_from_torques import (
-    DriveGains,
     TouchMemory,
     TouchSettings,
     observe,
@@ -17,7 +17,7 @@ from drake_quad.robot.loader import AddRobot, MakeModelPlant, load_robot
 from drake_quad.robot.state import make_layout
 from drake_quad.systems.joint_contact_estimator import JointContactEstimator, TorqueDynamics
 
-NO_GAINS = DriveGains(kp=0.0, kd=0.0, period=0.002)
+NO_GAINS = ControlSettings(kp=0.0, kd=0.0, period=0.002)
 
 
 def test_a_robot_that_hangs_still_feels_what_its_drives_hold() -> None:
@@ -25,7 +25,7 @@ def test_a_robot_that_hangs_still_feels_what_its_drives_hold() -> None:
     robot = load_robot("package://drake_quad_models/paper_quadruped.urdf")
     model = MakeModelPlant(robot.url)
     layout = make_layout(model, robot)
-    system = JointContactEstimator(robot=robot, layout=layout, model=model, gains=NO_GAINS)
+    system = JointContactEstimator(robot=robot, layout=layout, model=model, control=NO_GAINS)
     state = np.zeros(layout.size)
     state[layout.q_base] = 1.0
     q = np.tile([0.1, 0.9, -1.6], (4, 1))
@@ -71,7 +71,7 @@ def test_damping_of_the_joints_is_not_felt_as_ground() -> None:
     falling.SetPositionsAndVelocities(context, state)
     falling.get_actuation_input_port().FixValue(context, np.zeros(12))
 
-    dynamics = TorqueDynamics(robot, layout, model, gains=NO_GAINS)
+    dynamics = TorqueDynamics(robot, layout, model, control=NO_GAINS)
     scratch = model.CreateDefaultContext()
     memory, period = np.zeros(TouchMemory.SIZE), 0.001
     before = np.zeros(dynamics.memory_shape)
@@ -94,10 +94,10 @@ def test_legs_that_swing_by_commands_held_are_not_felt_on_the_ground() -> None:
     falling, model = MultibodyPlant(0.001), MakeModelPlant(robot.url)
     AddRobot(falling, robot.url)
     falling.Finalize()
-    gains = DriveGains(kp=1500.0, kd=40.0, period=0.002)
+    control = ControlSettings(kp=1500.0, kd=40.0, period=0.002)
     for index in falling.GetJointActuatorIndices():
         drive = falling.get_joint_actuator(index)
-        drive.set_controller_gains(PdControllerGains(p=gains.kp, d=gains.kd))
+        drive.set_controller_gains(PdControllerGains(p=control.kp, d=control.kd))
     layout = make_layout(model, robot)
     instance = falling.GetModelInstanceByName(robot.name)
     simulator = Simulator(falling)
@@ -116,18 +116,18 @@ def test_legs_that_swing_by_commands_held_are_not_felt_on_the_ground() -> None:
         wanted = np.concatenate([angles[order], speeds[order]])
         falling.get_desired_state_input_port(instance).FixValue(context, wanted)
 
-    dynamics = TorqueDynamics(robot, layout, model, gains=gains)
+    dynamics = TorqueDynamics(robot, layout, model, control=control)
     memory, scratch = np.zeros(TouchMemory.SIZE), model.CreateDefaultContext()
     before = np.zeros(dynamics.memory_shape)
     felt, fastest = 0.0, 0.0
     command(0.0)
     for step in range(1, 200):
-        simulator.AdvanceTo(step * gains.period)
+        simulator.AdvanceTo(step * control.period)
         torque = falling.get_net_actuation_output_port(instance).Eval(context)[layout.actuators]
         state = falling.GetPositionsAndVelocities(context)
-        now, before = dynamics.calc(scratch, before, state, torque, gains.period)
-        observe(memory, now, robot.mass, gains.period, TouchSettings())
-        command(step * gains.period)
+        now, before = dynamics.calc(scratch, before, state, torque, control.period)
+        observe(memory, now, robot.mass, control.period, TouchSettings())
+        command(step * control.period)
         if step >= 60:  # what was taken to stand has been forgotten by then
             felt = max(felt, np.abs(memory[TouchMemory.FORCE]).max())
             fastest = max(fastest, np.abs(state[layout.v_joints]).max())
