@@ -20,10 +20,10 @@ from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
 from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
-from drake_quad.robot.importer.sanitize import HEAVY, joint_friction_text, links_with_friction
+from drake_quad.robot.importer.sanitize import HEAVY, joint_friction, links_with_friction
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
-from drake_quad.robot.importer.xml_io import floats, read_xml
+from drake_quad.robot.importer.xml_io import read_xml
 from drake_quad.robot.model import RobotModel
 from drake_quad.util.files import MOST_MESH, MOST_TEXT, check_given, read_given, user_path
 
@@ -72,8 +72,12 @@ def load_robot(url: str | Path) -> RobotModel:
     robot = read_model(
         plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
     )
-    friction = {joint.get("name"): joint_friction_text(joint) for joint in root.findall("joint")}
-    values = [(floats(friction.get(name)) or [0.0])[0] for name in robot.joint_names]
+
+    def refuse(field: str, value: object, remedy: str) -> InputError:
+        return InputError(source=url, field=field, value=value, remedy=remedy)
+
+    friction = joint_friction(root, refuse)
+    values = [friction.get(name, 0.0) for name in robot.joint_names]
     return replace(robot, source=url, joint_friction=read_only(np.array(values)))
 
 

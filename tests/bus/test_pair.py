@@ -6,18 +6,29 @@ import signal
 import subprocess
 import sys
 import time
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from bus_rig import PERIOD_NS, SHORT_WALK, short_walk
+from bus_rig import PERIOD_NS, SHORT_WALK, Puppet, short_walk
+from rig import state_of
 
-from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.control_loop import BusController, ControlLoop, TouchByTorque
+from drake_quad.bus.messages import DRIVES_FOLLOW, StateMessage
+from drake_quad.bus.postures import sit_to_stand
 from drake_quad.bus.real_time import ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
 from drake_quad.bus.safety import SafetyMode
+from drake_quad.common import FloatArray
+from drake_quad.estimation.contact_from_torques import TouchSettings
+from drake_quad.robot.loader import MakeModelPlant
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import make_layout
+from drake_quad.simulation.prepared import PreparedScenario
+from drake_quad.systems.joint_contact_estimator import standing_torque
 
 COMMAND = [sys.executable, "-m", "drake_quad"]
 
@@ -52,6 +63,55 @@ def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) 
     assert legs_lifted > 0.015  # and that step was made
     assert loop.largest_step <= 0.05 and loop.holds == 0
     assert robot.guard.reason == ""
+
+
+def felt_under(robot: RobotModel, prepared: PreparedScenario, share: float) -> FloatArray:
+    """Feet felt to bear (4,) after the robot has hung for a while, then pressed on each foot."""
+    model = MakeModelPlant(robot.url)
+    layout = make_layout(model, robot)
+    touch = TouchByTorque(robot, layout, model, prepared.scenario.controller, TouchSettings())
+    stance = prepared.stance
+    state = state_of(stance.body, stance.feet, layout=layout)
+    hanging = standing_torque(replace(robot, mass=0.0), layout, model, state)  # no feet's part
+    pressed = standing_torque(robot, layout, model, state) - hanging  # of a quarter on each foot
+    felt = np.ones(4)
+    for torque in (hanging, hanging + 4.0 * share * pressed):
+        for tick in range(100):
+            message = StateMessage(
+                1, tick, tick * PERIOD_NS, DRIVES_FOLLOW, state[layout.q_joints], np.zeros(12),
+                torque, np.zeros(3), np.zeros(3), np.zeros(4),
+            )  # fmt: skip
+            felt = touch.feel(state, message, 1)
+    return felt
+
+
+def test_a_bus_allows_for_the_friction_that_a_robots_file_states(tmp_path: Path) -> None:
+    """Pressed with 5 % of the weight a foot has landed; not if its joints' friction may be that."""
+    prepared = short_walk(tmp_path, "joints")
+    robot = prepared.robot
+    assert np.array_equal(felt_under(robot, prepared, 0.05), np.ones(4))
+    rough = replace(robot, joint_friction=np.full(12, 10.0))
+    assert np.array_equal(felt_under(rough, prepared, 0.05), np.zeros(4))
+    assert np.array_equal(felt_under(rough, prepared, 0.5), np.ones(4))
+
+
+def test_a_controller_on_a_bus_knows_how_much_its_feet_give(tmp_path: Path) -> None:
+    """`estimator.foot_give` reaches the estimator: the same messages are answered otherwise."""
+    prepared = short_walk(tmp_path)
+    soft = replace(prepared, scenario=deepcopy(prepared.scenario))
+    soft.scenario.estimator.foot_give = 0.015
+    stance = sit_to_stand(prepared.robot, prepared.stance)[-1]
+    answers = []
+    for one in (prepared, prepared, soft):
+        clock = ManualClock()
+        puppet = Puppet(stance, LoopbackBus(clock.now_ns), clock)
+        controller = BusController(one, one.scenario.controller)
+        for _ in range(100):
+            clock.sleep_until(clock.now_ns() + PERIOD_NS)
+            controller.take(puppet.state())
+        answers.append(controller.wanted().torque)
+    assert np.array_equal(answers[0], answers[1])
+    assert not np.array_equal(answers[0], answers[2])
 
 
 def wait_for(path: Path, text: str, seconds: float) -> None:

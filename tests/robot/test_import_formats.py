@@ -1,5 +1,6 @@
 """The same robot told as URDF, SDF and MJCF is the same robot."""
 
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,54 @@ def test_format_does_not_matter(name: str, tmp_path: Path) -> None:
     (tmp_path / "normal").mkdir()
     own, made = compare(path, tmp_path / "normal", np.random.default_rng(8))
     np.testing.assert_allclose(made.matrix, own.matrix, atol=1e-9)
+
+
+FRICTION = {  # of every shank's joint, in each format
+    "r.urdf": ('effort="70" velocity="9"/>', '<dynamics friction="{}"/>'),
+    "r.sdf": (
+        "<effort>70</effort><velocity>9</velocity></limit>",
+        "<dynamics><friction>{}</friction></dynamics>",
+    ),
+    "r.xml": ('<joint range="-150 -20"', ' frictionloss="{}"'),
+}
+
+
+def with_friction(name: str, value: str) -> str:
+    """The robot in a format, with this friction in its shanks' joints."""
+    text, (after, more) = FORMATS[name](), FRICTION[name]
+    assert after in text
+    return text.replace(after, after + more.format(value))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_friction_of_joints_is_read_and_changes_nothing_else(
+    name: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Each format's own way to say it; and Drake, which simulates none, is not heard to warn."""
+    robot = load_robot(write(tmp_path, with_friction(name, "0.7"), name))
+    assert np.array_equal(robot.joint_friction, np.tile([0.0, 0.0, 0.7], 4))
+    without = load_robot(write(tmp_path, FORMATS[name](), f"plain_{name}"))
+    assert not without.joint_friction.any()
+    np.testing.assert_array_equal(figures(robot), figures(without))
+    assert not [record for record in caplog.records if "friction" in record.getMessage()]
+
+
+@pytest.mark.parametrize("value", ["-0.7", "much", "1e9"])
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_friction_that_no_joint_has_is_refused(name: str, value: str, tmp_path: Path) -> None:
+    """One line names the joint, the value and what would be right."""
+    with pytest.raises(InputError, match="friction") as refusal:
+        load_robot(write(tmp_path, with_friction(name, value), name))
+    assert value in str(refusal.value)
+
+
+def test_a_robot_in_normal_form_has_its_friction_checked_too(tmp_path: Path) -> None:
+    """A file that is parsed as it is, without being imported, is not believed more."""
+    text = resources.files("drake_quad_models").joinpath("paper_quadruped.urdf").read_text()
+    fine = load_robot(write(tmp_path, text.replace('friction="0"', 'friction="0.5"')))
+    assert np.all(fine.joint_friction == 0.5)
+    with pytest.raises(InputError, match="friction"):
+        load_robot(write(tmp_path, text.replace('friction="0"', 'friction="-0.5"', 1), "bad.urdf"))
 
 
 def test_mjcf_that_includes_another_is_one(tmp_path: Path) -> None:

@@ -107,6 +107,23 @@ def test_a_controller_that_estimates_its_state_is_not_told_it() -> None:
     assert {s.name for s in SOURCES if s.where == ESTIMATED} <= set(made.loggers)
 
 
+def test_a_scenarios_foot_give_reaches_the_estimator() -> None:
+    """A robot that stands is estimated otherwise with `estimator.foot_give`, and not without."""
+
+    def estimated(*fields: str) -> FloatArray:
+        given = prepare(load_scenario("flat_walk", ["estimator.kind=ekf", *fields]))
+        made = stair_climb_of(given)
+        simulator = Simulator(made.diagram)
+        simulator.AdvanceTo(0.1)
+        controller = controller_of(made.diagram)
+        context = controller.GetMyContextFromRoot(simulator.get_context())
+        return np.array(controller.GetOutputPort("robot_state_estimated").Eval(context))
+
+    known = estimated()
+    assert np.array_equal(known, estimated("estimator.foot_give=0.0"))
+    assert not np.array_equal(known, estimated("estimator.foot_give=0.01"))
+
+
 @pytest.mark.parametrize("kind", ["ik", "whole_body"])
 def test_nothing_passes_through_the_controller_but_by_a_tick(kind: str) -> None:
     """No output depends directly on any input: it can be wired in a loop with any plant."""

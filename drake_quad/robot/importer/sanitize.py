@@ -5,6 +5,7 @@ Drake's parsers put a stand-in in the place of many of them (of 1 kg, or a ball 
 
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -380,25 +381,40 @@ def links_with_friction(root: ET.Element) -> set[str]:
 MOST_JOINT_FRICTION = 1000.0  # [Nm]
 
 
-def joint_friction_text(joint: ET.Element) -> str | None:
-    """What a joint of a URDF, SDF or MJCF says of its Coulomb friction [Nm]; None for nothing."""
-    dynamics = joint.find("dynamics")
-    if dynamics is not None:
-        return dynamics.get("friction")
-    return joint.get("frictionloss", joint.findtext("axis/dynamics/friction"))
+def joint_friction(
+    root: ET.Element, refuse: Callable[[str, Any, str], InputError]
+) -> dict[str, float]:
+    """Coulomb friction [Nm] of the joints of a URDF, SDF or MJCF that have any, by name.
+
+    Args:
+        root: The file, an MJCF's defaults written out.
+        refuse: Makes the error from field, value and what would be right.
+
+    Raises:
+        InputError: If a friction is no number, or one that no joint has.
+    """
+    found = {}
+    for joint in root.iter("joint"):
+        dynamics, name = joint.find("dynamics"), joint.get("name", "")
+        if dynamics is not None:
+            text = dynamics.get("friction")
+        else:
+            text = joint.get("frictionloss", joint.findtext("axis/dynamics/friction"))
+        if not (text or "").strip():
+            continue
+        values = floats(text)
+        if not values or not 0.0 <= values[0] <= MOST_JOINT_FRICTION:
+            remedy = f"must be a number from 0 to {MOST_JOINT_FRICTION:g} [Nm]"
+            raise refuse(f"{name}: friction", text, remedy)
+        if values[0] > 0.0:
+            found[name] = values[0]
+    return found
 
 
 def read_friction(c: Cleaned) -> None:
     """Remembers which links and joints state their friction, and notes what is not used."""
     c.frictional |= links_with_friction(c.root)
-    for joint in c.root.iter("joint"):
-        name, text = joint.get("name", ""), joint_friction_text(joint)
-        found = c.strictly(text, f"{name}: friction")
-        if found and not 0.0 <= found[0] <= MOST_JOINT_FRICTION:
-            remedy = f"must be a number from 0 to {MOST_JOINT_FRICTION:g} [Nm]"
-            raise c.refuse(f"{name}: friction", text, remedy)
-        if found and found[0] > 0.0:
-            c.joint_friction[name] = found[0]
+    c.joint_friction |= joint_friction(c.root, c.refuse)
     mjcf = c.root.tag == "mujoco"
     if any(e.get("friction") for e in c.root.iter("geom")) if mjcf else _has_others(c.root):
         whose = "MuJoCo's" if mjcf else "ODE's"
