@@ -87,11 +87,13 @@ class Received(Generic[Message]):
         message: The message; None if it could not be read.
         time_ns: When it was received, by the receiver's clock [ns].
         fault: What was wrong with it in a few words; empty if nothing was.
+        remarks: What a person should know of its sender.
     """
 
     message: Message | None
     time_ns: int
     fault: str = ""
+    remarks: tuple[str, ...] = ()
 
 
 # ------------------------------------------------------------------------------------------------

@@ -211,15 +211,18 @@ def control(
     loop = ControlLoop(prepared, recorder or bus, recorder or clock, silent=dry_run)
     tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
          f"domain {choice.domain}: waiting for the robot")  # fmt: skip
-    shown, next_look = 0, 0.0
+    shown, remarked, next_look = 0, 0, 0.0
 
     def tick() -> bool:
-        nonlocal shown, next_look
+        nonlocal shown, remarked, next_look
         if stop():
             loop.stop("interrupted")
             if recorder is not None:
                 recorder.note_stop("interrupted")
         loop.tick()
+        for remark in loop.remarks[remarked:]:
+            tell(f"{loop.time:8.3f} s  note: {remark}")
+        remarked = len(loop.remarks)
         for event in loop.events[shown:]:
             tell(_line(event))
         shown = len(loop.events)
@@ -244,6 +247,7 @@ def control(
         "events": [asdict(event) for event in loop.events],
         "bus": asdict(choice),
         "contacts": prepared.scenario.sensors.contacts,
+        "remarks": loop.remarks,
         "states_lost": loop.lost,
         "ticks_held": loop.holds,
         "largest_step": loop.largest_step,

@@ -19,6 +19,7 @@ NOT_ARMED = "not armed"
 # [s] of silence after which the last message holds, and after which there is damping: both sides'
 # watchdogs. The second leaves time for ticks, so that damping is there within 100 ms.
 HOLD_AFTER, DAMP_AFTER = 0.02, 0.09
+SLOW = 1.25  # periods between states from which on drives are taken to be slower than that
 
 
 class SafetyMode(IntEnum):
@@ -61,7 +62,7 @@ class SafetyLimits:
         arming_tilt: Tilt beyond which it does not arm [rad].
         arming_speed: Joint speed beyond which it does not arm [rad/s].
         arming_room: How far beyond its limits a joint may be when it arms [rad].
-        arming_time: How long all must have been well before it arms [s].
+        arming_time: How long all must have been well, and no joint faster, before it arms [s].
         standing_error: Farthest from its angle that a joint may be to count as standing [rad].
         fold_time: Time from the posture found to the lowest of the postures [s].
         rise_time: Time from there to standing, and back [s].
@@ -80,12 +81,26 @@ class SafetyLimits:
     hold_after: float = HOLD_AFTER
     damp_after: float = DAMP_AFTER
     arming_tilt: float = 0.35
-    arming_speed: float = 1.0
+    arming_speed: float = 0.3
     arming_room: float = 0.1
     arming_time: float = 0.5
     standing_error: float = 0.2
     fold_time: float = 1.5
     rise_time: float = 2.0
+
+
+def gain_share(period: float, interval: float) -> float:
+    """Which share of their gains drives can have that sense as seldom as states come.
+
+    A drive whose loop runs every T makes a leg in the air unstable from d T / I = 2 on, with d its
+    damping and I the least inertia that it moves. Gains that are right for the controller's period
+    are too high by as much as the drives are slower; how slow they are, their states tell.
+
+    Args:
+        period: The controller's [s].
+        interval: Time between the robot's states [s].
+    """
+    return period / interval if interval > SLOW * period else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,22 +273,24 @@ def _arm(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
         return memory
     assert known.q is not None and known.v is not None
     reason = ""
-    if known.time - memory.well_since < limits.arming_time:
-        reason = f"{NOT_ARMED}: all is not well for long enough"
-    elif known.age > limits.hold_after:
-        reason = f"{NOT_ARMED}: the state is old"
+    if known.age > limits.hold_after:
+        reason = "the state is old"
     elif not known.up[2] > np.cos(limits.arming_tilt):
-        reason = f"{NOT_ARMED}: the trunk is tilted"
+        reason = "the trunk is tilted"
     elif not np.abs(known.v).max() <= limits.arming_speed:
-        reason = f"{NOT_ARMED}: a joint is moving"
+        reason = "a joint is moving"  # it may still be sinking to the ground, damped
     elif np.any(known.q < limits.q_lower - limits.arming_room) or np.any(
         known.q > limits.q_upper + limits.arming_room
     ):
-        reason = f"{NOT_ARMED}: a joint is beyond its limits"
-    elif np.abs(memory.told.q - np.clip(known.q, limits.q_lower, limits.q_upper)).max() > 0.01:
-        reason = f"{NOT_ARMED}: what is wanted has not come to where the joints are"
+        reason = "a joint is beyond its limits"
     if reason:
-        return replace(memory, reason=reason)
+        return replace(memory, reason=f"{NOT_ARMED}: {reason}", well_since=known.time)
+    if known.time - memory.well_since < limits.arming_time:
+        reason = "all is not well for long enough"
+    elif np.abs(memory.told.q - np.clip(known.q, limits.q_lower, limits.q_upper)).max() > 0.01:
+        reason = "what is wanted has not come to where the joints are"
+    if reason:
+        return replace(memory, reason=f"{NOT_ARMED}: {reason}")
     return _enter(memory, SafetyMode.STANDING_UP, known)
 
 

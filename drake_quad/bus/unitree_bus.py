@@ -9,10 +9,10 @@ from drake_quad.bus.unitree_messages import (
     SAME,
     JointMap,
     decode_low_cmd,
-    decode_low_state,
     encode_low_cmd,
     encode_low_state,
 )
+from drake_quad.bus.unitree_states import LowStateReader
 from drake_quad.errors import InputError
 
 STATE_TOPIC, COMMAND_TOPIC = "rt/lowstate", "rt/lowcmd"
@@ -57,6 +57,7 @@ class UnitreeBus:
             remedy = "needs the package cyclonedds: pip install 'drake_quad[unitree]'"
             raise InputError(source="--bus", field="bus", value="unitree", remedy=remedy) from None
         self._now_ns, self._joints, self._sequence = now_ns, joints, 0
+        self._reader = LowStateReader(joints)
         self._state: Any = partial(message_of, LowState_)
         self._command: Any = partial(message_of, LowCmd_)
         many = Qos(Policy.History.KeepLast(MOST))
@@ -91,7 +92,13 @@ class UnitreeBus:
     def receive_states(self) -> list[Received[StateMessage]]:
         """The states since the last call, oldest first."""
         now = self._now_ns()
-        return [decode_low_state(one.data, now, self._joints) for one in _take(self._states)]
+        return [
+            self._reader.read(
+                one.data, now, sender=int(one.sample_info.publication_handle),
+                sent_ns=int(one.sample_info.source_timestamp),
+            )
+            for one in _take(self._states)
+        ]  # fmt: skip
 
     def receive_commands(self) -> list[Received[CommandMessage]]:
         """Others' commands since the last call, oldest first."""

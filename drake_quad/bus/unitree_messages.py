@@ -106,8 +106,13 @@ class Wire:
         cdr[self._in_cdr] = np.frombuffer(row.tobytes(), dtype=np.uint8)[self._in_row]
         return self.HEADER + cdr.tobytes()
 
-    def decode(self, data: bytes) -> tuple[np.ndarray | None, str]:
-        """The row that bytes are of, or what is wrong with them."""
+    def decode(self, data: bytes, *, unsigned: bool = False) -> tuple[np.ndarray | None, str]:
+        """The row that bytes are of, or what is wrong with them.
+
+        Args:
+            data: Bytes that came.
+            unsigned: Whether a CRC of zero means that there is none.
+        """
         if len(data) < 4 or data[1] not in (0x01, 0x07):
             return None, "a message that is not plain little-endian CDR"
         cdr = np.frombuffer(data, dtype=np.uint8)[4:]
@@ -116,7 +121,8 @@ class Wire:
         whole = np.zeros(self._kind.itemsize, dtype=np.uint8)
         whole[self._in_row] = cdr[self._in_cdr]
         row = whole.view(self._kind).reshape(())
-        if int(row["crc"]) != unitree_crc(whole.tobytes()):
+        crc = int(row["crc"])
+        if not (unsigned and crc == 0) and crc != unitree_crc(whole.tobytes()):
             return None, "a message whose CRC is wrong"
         return row, ""
 
@@ -175,9 +181,23 @@ def encode_low_state(state: StateMessage, joints: JointMap) -> bytes:
     return _STATE.encode(row)
 
 
-def decode_low_state(data: bytes, time_ns: int, joints: JointMap) -> Received[StateMessage]:
-    """A LowState as a state. Its clock and its number are both its tick, in whole ms."""
-    row, fault = _STATE.decode(data)
+def has_crc(data: bytes) -> bool:
+    """Whether the message that these bytes are has a CRC: it is the last of its fields."""
+    return any(data[-4:])
+
+
+def decode_low_state(
+    data: bytes, time_ns: int, joints: JointMap, *, unsigned: bool = False
+) -> Received[StateMessage]:
+    """A LowState as a state. Its clock and its number are both its tick, in whole ms.
+
+    Args:
+        data: As it came.
+        time_ns: When, by the receiver's clock [ns].
+        joints: How the robot's own file means its joints.
+        unsigned: Whether a CRC of zero means that there is none.
+    """
+    row, fault = _STATE.decode(data, unsigned=unsigned)
     if row is None:
         return Received(None, time_ns, fault)
     motors, imu = row["motor_state"], row["imu_state"]

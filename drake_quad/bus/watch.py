@@ -3,6 +3,8 @@
 Pure of clocks and sockets: each is given what was received, and says what it makes of it.
 """
 
+from collections import deque
+
 import numpy as np
 
 from drake_quad.bus.messages import CommandMessage, Received, StateMessage
@@ -12,6 +14,7 @@ from drake_quad.common import GRAVITY, FloatArray
 
 FROZEN = 0.05  # [s] for which a sound robot never shows the same to the last bit
 LONGEST = 0.1  # [s] for which a turn rate is taken to have lasted
+GAPS = 101  # between states, of which the middle one counts
 UP_TIME = 0.5  # [s] over which the accelerometer corrects which way is up
 MODES = frozenset(int(mode) for mode in SafetyMode)
 GONE = 0.5  # [s] of silence after which another sender may take over
@@ -37,6 +40,14 @@ class StateWatch:
         self.up: FloatArray = np.array([0.0, 0.0, 1.0])
         self.lost = 0
         self._changed_ns = 0
+        self._gaps_ns: deque[int] = deque(maxlen=GAPS)
+
+    @property
+    def interval(self) -> float:
+        """Time from a state to the next by the robot's clock, the median of the last [s]."""
+        if not self._gaps_ns:
+            return self._period_ns / NS
+        return sorted(self._gaps_ns)[len(self._gaps_ns) // 2] / NS
 
     def take(self, received: list[Received[StateMessage]]) -> tuple[list[StateMessage], str]:
         """The states that are new and sound, oldest first; and the first fault among all.
@@ -94,7 +105,9 @@ class StateWatch:
                 return  # another robot's
             self._changed_ns = state.time_ns
         elif sound:
-            self.lost += max(round((state.time_ns - last.time_ns) / self._period_ns) - 1, 0)
+            gap_ns = state.time_ns - last.time_ns
+            self._gaps_ns.append(gap_ns)
+            self.lost += max(round(gap_ns / self._period_ns) - 1, 0)
         if sound:
             self.newest, self.received_ns = state, time_ns
 

@@ -46,7 +46,9 @@ from drake_quad.terrain.course import top_at
 
 
 @jit
-def correct_by(m: FloatArray, h: FloatArray, y: float, noise: float, gate: float) -> None:
+def correct_by(
+    m: FloatArray, h: FloatArray, y: float, noise: float, gate: float, height_alone: bool
+) -> None:
     """Corrects the memory by one measurement, unless it is farther off than it can be.
 
     Args:
@@ -55,9 +57,13 @@ def correct_by(m: FloatArray, h: FloatArray, y: float, noise: float, gate: float
         y: The estimate less what is measured.
         noise: Variance of the measurement.
         gate: Greatest squared Mahalanobis distance that is believed.
+        height_alone: Whether base and feet go up or down together and nothing else is corrected.
+            The other errors are considered as they are, neither corrected nor known better (as in
+            the filter of S. F. Schmidt, "Application of state-space methods to navigation
+            problems", 1966).
     """
     P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
-    column, delta = np.empty(ERRORS), np.empty(ERRORS)
+    column, gain, delta = np.empty(ERRORS), np.empty(ERRORS), np.empty(ERRORS)
     S = noise
     for a in range(ERRORS):
         column[a] = 0.0
@@ -68,9 +74,17 @@ def correct_by(m: FloatArray, h: FloatArray, y: float, noise: float, gate: float
     if y * y / S > gate:
         return
     for a in range(ERRORS):
-        delta[a] = column[a] * y / S
-        for b in range(ERRORS):
-            P[a, b] -= column[a] * column[b] / S
+        gain[a] = 0.0 if height_alone else column[a] / S
+    if height_alone:
+        # The base's own gain in height, with z's error ξ_z + θ_x y - θ_y x, for all five places.
+        x0, x1 = m[POSITION], m[POSITION + 1]
+        z = column[E_POSITION + 2] + x1 * column[E_ROTATION] - x0 * column[E_ROTATION + 1]
+        for k in range(5):
+            gain[E_POSITION + 3 * k + 2] = z / S
+    for a in range(ERRORS):
+        delta[a] = gain[a] * y
+        for b in range(ERRORS):  # Joseph's form, which holds for any gain
+            P[a, b] += gain[a] * S * gain[b] - gain[a] * column[b] - column[a] * gain[b]
     retract(m, delta)
 
 
@@ -99,10 +113,13 @@ def level_start(m: FloatArray, s: Record) -> None:
             h[0] += sign[k] * m[d + 1]
             h[1] -= sign[k] * m[d]
             h[E_FEET + 3 * k + 2] = sign[k]
-        correct_by(m, h, y, s.level_start**2, s.gate)  # beyond it they are not level after all
+        # Beyond the gate they are not level after all.
+        correct_by(m, h, y, s.level_start**2, s.gate, False)
 
 
-CLEAR_OF_EDGES = 0.02  # [m] around a foot that is level on the map, or its height is not counted on
+AROUND = 0.02  # [m] around a foot in which it may stand
+APART = 4.0  # times as far as its height is off the other heights there must be
+TREADS = 0.04  # [m] between heights that can be told apart by the estimate's own
 
 
 @jit
@@ -110,8 +127,12 @@ def stand_on_map(m: FloatArray, k: int, tops: FloatArray, radius: float, s: Reco
     """Leg k's foot, firm from this tick on, stands as high as the map has the ground there.
 
     Without it every foot that is set down adds what it sinks in as it is loaded, and the height
-    drifts. Where an edge is near, or the ground slopes, the map is not asked: which side of the
-    edge the foot is on is as uncertain as its place.
+    drifts. Beside an edge the foot is on the side whose height is nearest, if the other side's is
+    far enough from that to be out of the question; else, and where the ground slopes, the map is
+    not asked.
+
+    It corrects the height alone. What feet sink in is no noise: each step adds a millimetre of the
+    same sign, and after some metres a pitch that is wrong by a degree would explain it best.
 
     Args:
         m: The filter's memory.
@@ -120,20 +141,29 @@ def stand_on_map(m: FloatArray, k: int, tops: FloatArray, radius: float, s: Reco
         radius: Radius of the feet [m].
         s: The settings, a record of the type SETTINGS.
     """
+    # What the foot sinks in may have carried base and feet along, with every step again.
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    for a in range(5):
+        for b in range(5):
+            P[E_POSITION + 3 * a + 2, E_POSITION + 3 * b + 2] += s.foot_sink**2
     d = FEET + 3 * k
-    x, y = m[d], m[d + 1]
-    height, gx, gy = top_at(tops, x, y)
-    if not isfinite(height) or gx != 0.0 or gy != 0.0:
-        return
-    for side in range(4):
-        dx = CLEAR_OF_EDGES if side < 2 else -CLEAR_OF_EDGES
-        dy = CLEAR_OF_EDGES if side % 2 == 0 else -CLEAR_OF_EDGES
-        beside, _, _ = top_at(tops, x + dx, y + dy)
-        if beside != height:
+    x, y, z = m[d], m[d + 1], m[d + 2] - radius
+    beside, ground = np.empty(5), np.nan
+    for side in range(5):
+        dx = 0.0 if side == 4 else AROUND if side < 2 else -AROUND
+        dy = 0.0 if side == 4 else AROUND if side % 2 == 0 else -AROUND
+        beside[side], gx, gy = top_at(tops, x + dx, y + dy)
+        if not isfinite(beside[side]) or gx != 0.0 or gy != 0.0:
+            return
+        if not abs(z - beside[side]) >= abs(z - ground):
+            ground = beside[side]
+    for side in range(5):
+        apart = abs(beside[side] - ground)
+        if apart > 0.0 and (apart < TREADS or apart < APART * abs(z - ground)):
             return
     h = np.zeros(ERRORS)
     h[0], h[1], h[E_FEET + 3 * k + 2] = y, -x, 1.0  # as in `level_start`
-    correct_by(m, h, m[d + 2] - radius - height, s.map_height**2, s.gate)
+    correct_by(m, h, z - ground, s.map_height**2, s.gate, True)
 
 
 # Beyond these a reading is a fault, not a motion; the filter's own numbers stay far from overflow.

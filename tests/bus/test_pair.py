@@ -15,7 +15,8 @@ import pytest
 from bus_rig import PERIOD_NS, SHORT_WALK, Puppet, short_walk
 from rig import state_of
 
-from drake_quad.bus.control_loop import BusController, ControlLoop, TouchByTorque
+from drake_quad.bus.bus_controller import BusController, TouchByTorque
+from drake_quad.bus.control_loop import ControlLoop
 from drake_quad.bus.messages import DRIVES_FOLLOW, StateMessage
 from drake_quad.bus.postures import sit_to_stand
 from drake_quad.bus.real_time import ManualClock
@@ -112,6 +113,20 @@ def test_a_controller_on_a_bus_knows_how_much_its_feet_give(tmp_path: Path) -> N
         answers.append(controller.wanted().torque)
     assert np.array_equal(answers[0], answers[1])
     assert not np.array_equal(answers[0], answers[2])
+
+
+def test_the_controllers_time_is_the_robots(tmp_path: Path) -> None:
+    """Of states that are no whole number of its periods apart, no time is lost or gained."""
+    prepared = short_walk(tmp_path)
+    clock = ManualClock()
+    puppet = Puppet(sit_to_stand(prepared.robot, prepared.stance)[-1], LoopbackBus(clock.now_ns),
+                    clock)  # fmt: skip
+    controller = BusController(prepared, prepared.scenario.controller)
+    for gap_ms in (5, 5, 5, 3, 7, 1, 1, 1, 2, 5) * 4:
+        clock.sleep_until(clock.now_ns() + gap_ms * 1_000_000)
+        controller.take(puppet.state())
+    passed = 1e-9 * (clock.now_ns() - 1_000_000_000) - 0.005  # since the first state
+    assert abs(controller.ticks * 0.002 - 0.002 - passed) <= 0.001 + 1e-9
 
 
 def wait_for(path: Path, text: str, seconds: float) -> None:

@@ -12,6 +12,7 @@ from drake_quad.bus.safety import (
     SafetyLimits,
     SafetyMode,
     advance,
+    gain_share,
     initial_safety_memory,
     within_limits,
 )
@@ -125,6 +126,26 @@ def test_it_arms_in_a_sane_posture_alone(facts: dict[str, object], why: str) -> 
     """Beyond limits, moving, tilted, or of an old or faulty state it stays damped, and says why."""
     memory, told, _ = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0, **facts)
     assert memory.mode == SafetyMode.DAMPING and why in memory.reason and told.stiffness == 0.0
+
+
+def test_a_robot_that_sinks_does_not_arm_before_it_lies() -> None:
+    """Damped it sinks slowly: its joints must be still for the whole of the time of arming."""
+    memory, tick = initial_safety_memory(LIMITS, 0.0), 0
+    sinking, still = np.full(12, 0.9 * LIMITS.arming_speed), np.zeros(12)
+    sinking[4] = 1.1 * LIMITS.arming_speed
+    for _ in range(3):
+        memory, _, tick = run(memory, LIMITS.arming_time - 0.004, tick, v=still)
+        memory, _, tick = run(memory, 0.004, tick, v=sinking)
+        assert memory.mode == SafetyMode.DAMPING
+    memory, _, _ = run(memory, LIMITS.arming_time + 0.004, tick, v=still)
+    assert memory.mode == SafetyMode.STANDING_UP
+
+
+def test_slow_drives_get_lower_gains() -> None:
+    """What makes a leg in the air unstable, damping times the drives' period, is never more."""
+    assert gain_share(0.002, 0.002) == gain_share(0.002, 0.001) == gain_share(0.002, 0.0) == 1.0
+    for interval in (0.004, 0.005, 0.01):
+        assert gain_share(0.002, interval) * interval == pytest.approx(0.002)
 
 
 def test_a_late_state_makes_the_last_command_hold() -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from estimation_rig import DT, angle_between, crawl, estimate, readings, stand
+from estimation_rig import DT, Motion, angle_between, crawl, estimate, readings, stand
 from rig import paper_robot
 
 from drake_quad.estimation.filter_state import E_GYRO, EstimatorSettings
@@ -247,15 +247,45 @@ def test_a_map_that_cannot_be_meant_is_not_counted_on(tops: np.ndarray) -> None:
     np.testing.assert_array_equal(told.position, blind.position)
 
 
-def test_the_map_is_not_asked_beside_an_edge() -> None:
-    """Where the ground steps within 20 mm of a foot, its height does not go into the estimate."""
-    motion = crawl(2)
-    imu, joints, _ = readings(motion)
+def edges_ahead(motion: Motion, step: float) -> np.ndarray:
+    """A level map on which the ground steps 10 mm ahead of each place where a foot ever is."""
     height = float(motion.feet[0, 0, 2])
     landed = np.unique(motion.feet[motion.contacts > 0.5][:, 0].round(6))
-    # Curbs of 5 mm that begin 10 mm ahead of each place where a foot ever is.
-    curbs = [[1.0, 0.0, 0.0, 1.0, x + 0.03, 0.0, 0.02, 100.0, height + 0.005, 0.0] for x in landed]
-    tops = np.concatenate([top(height), np.array(curbs)])
+    steps = [[1.0, 0.0, 0.0, 1.0, x + 0.03, 0.0, 0.02, 100.0, height + step, 0.0] for x in landed]
+    return np.concatenate([top(height), np.array(steps)])
+
+
+def test_the_map_is_not_asked_where_two_heights_are_possible() -> None:
+    """A curb of 5 mm within 20 mm of a foot: which side it is on its height does not tell."""
+    motion = crawl(2)
+    imu, joints, _ = readings(motion)
     blind = estimate(motion, imu, joints, settings=ON_MAP)
-    told = estimate(motion, imu, joints, settings=ON_MAP, tops=tops)
+    told = estimate(motion, imu, joints, settings=ON_MAP, tops=edges_ahead(motion, 0.005))
     np.testing.assert_array_equal(told.position, blind.position)
+
+
+@pytest.mark.parametrize("offset", [0.008, -0.008])
+def test_beside_a_riser_a_foot_is_on_the_tread_that_its_height_is_near(offset: float) -> None:
+    """With 0.1 m between treads, an edge close by does not keep the map's height from counting."""
+    motion = crawl(6)
+    imu, joints, _ = readings(motion)
+    start = motion.position[0] + [0.0, 0.0, offset]
+    tops = edges_ahead(motion, 0.1)
+    told = estimate(motion, imu, joints, settings=ON_MAP, p_WB=start, tops=tops)
+    assert abs(told.position[-1, 2] - motion.position[-1, 2]) < 0.2 * abs(offset)
+
+
+def test_the_maps_heights_leave_the_attitude_alone() -> None:
+    """Each foot gives by a millimetre: the height is the map's, the attitude not.
+
+    Without a map the robot believes that it rises by what its feet give. A map must not make a
+    pitch of that: attitude is what it is without one.
+    """
+    motion = crawl(6, sink=0.002)
+    imu, joints, _ = readings(motion, **NOISY, seed=3)
+    blind = estimate(motion, imu, joints, settings=ON_MAP)
+    told = estimate(motion, imu, joints, settings=ON_MAP, tops=top(float(motion.feet[0, 0, 2])))
+    rise = blind.position[-1, 2] - motion.position[-1, 2]
+    assert rise > 0.005
+    assert abs(told.position[-1, 2] - motion.position[-1, 2]) < 0.6 * rise
+    assert angle_between(told.rotation, blind.rotation).max() < 1e-7

@@ -119,13 +119,14 @@ def stand(seconds: float = 2.0) -> Motion:
 
 
 @cache
-def crawl(strides: int = 3, *, radius: float = 0.0, turn: float = 0.0) -> Motion:
+def crawl(strides: int = 3, *, radius: float = 0.0, turn: float = 0.0, sink: float = 0.0) -> Motion:
     """The base goes on 0.2 m on four feet, then the feet follow one by one; again and again.
 
     Args:
         strides: How often.
         radius: Of the feet, which roll as balls do [m] (without a turn alone).
         turn: Yaw in each stride [rad].
+        sink: By how much each foot goes down in the 0.2 s after it has been set down [m].
     """
     stance = stand_plan().end
     body, feet = [np.array(stance.body)] * 250, [np.array(stance.feet)] * 250
@@ -154,7 +155,22 @@ def crawl(strides: int = 3, *, radius: float = 0.0, turn: float = 0.0) -> Motion
                 contacts.append(np.array([float(k != row) for k in range(4)]))
             contacts[-1] = np.ones(4)
     place, poses, bears = np.array(feet), np.array(body), np.array(contacts)
-    return differences(poses, rolled(poses, place, bears, radius), bears)
+    return differences(poses, sunk(rolled(poses, place, bears, radius), bears, sink), bears)
+
+
+def sunk(feet: FloatArray, contacts: FloatArray, sink: float) -> FloatArray:
+    """The feet's centres if each goes down by `sink` once it has been set down."""
+    result = feet.copy()
+    for k in range(4):
+        for start in np.flatnonzero(np.diff(contacts[:, k]) > 0.5) + 1:
+            end = start + int(np.argmin(np.append(contacts[start:, k], 0.0)))
+            down = np.minimum(np.arange(end - start) / 100, 1.0)
+            result[start:end, k, 2] -= sink * down
+            swing = result[end : end + 100, k, 2]  # and comes up again as it is lifted
+            swing -= (
+                sink * np.linspace(1.0, 0.0, 100)[: len(swing)] * (down[-1] if end > start else 0)
+            )
+    return result
 
 
 def rolled(body: FloatArray, feet: FloatArray, contacts: FloatArray, radius: float) -> FloatArray:

@@ -1,0 +1,195 @@
+"""The controller Diagram fed with a robot's messages, tick by tick, and feet felt from them.
+
+The controller is the project's own Diagram, which estimates its state from the messages alone. It
+is built, planned and compiled before anything may move, and it stands at its first instant until
+the robot stands. In walking it takes one of its own ticks for each of the controller's periods, by
+the robot's time stamps: what a lost message held it takes to have been as in the next.
+"""
+
+import re
+from typing import Protocol
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+
+from drake_quad.bus.messages import StateMessage
+from drake_quad.bus.real_time import NS
+from drake_quad.bus.safety import Drives
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.control.settings import ControlSettings
+from drake_quad.errors import DrakeQuadError
+from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings, observe
+from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.robot.loader import MakeModelPlant
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import StateLayout, make_layout
+from drake_quad.scenario.build import touch_settings
+from drake_quad.simulation.instruments import velocities_at_rest
+from drake_quad.simulation.prepared import PreparedScenario
+from drake_quad.systems.controller import MakeController
+from drake_quad.systems.joint_contact_estimator import TorqueDynamics
+
+MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
+BEARS = 0.01  # of the robot's weight: a foot that bears as much has contact
+PORTS = ("imu_measured", "joint_state_measured", "contact_state_measured")
+
+
+class Walker(Protocol):
+    """What wants something of the drives in walking.
+
+    Attributes:
+        ended: Why it does no more, or empty.
+        bearing: Torques (12,) that bear the robot as it stands before it walks [Nm].
+    """
+
+    ended: str
+    bearing: FloatArray
+
+    def take(self, state: StateMessage) -> None: ...  # noqa: D102
+    def wanted(self) -> Drives: ...  # noqa: D102
+
+
+class BusController:
+    """The controller Diagram by itself, fed with messages.
+
+    Args:
+        prepared: The scenario, planned.
+        control: Its settings.
+
+    Attributes:
+        bearing: Torques (12,) that bear the robot as it stands before it walks [Nm].
+        ended: Why it does no more, or empty.
+        ticks: How many of its own ticks it has taken.
+    """
+
+    def __init__(self, prepared: PreparedScenario, control: ControlSettings) -> None:
+        robot = prepared.robot
+        model = MakeModelPlant(robot.url)
+        layout = make_layout(model, robot)
+        self._leg_order = layout.actuators  # of the ports' rows, leg by leg
+        self._control, self._least = control, BEARS * robot.mass * GRAVITY
+        self._period_ns = round(control.period * NS)
+        feel = touch_settings(prepared.scenario)
+        self._touch = None if feel is None else TouchByTorque(robot, layout, model, control, feel)
+        self._diagram = MakeController(
+            robot=robot,
+            course=prepared.course,
+            settings=prepared.settings,
+            mission=prepared.tasks,
+            control=control,
+            model=model,
+            start=prepared.stance,
+            planned=prepared.plan.plans,
+            foot_give=prepared.scenario.estimator.foot_give,
+        )
+        q, _, _ = pose_robot(robot, prepared.stance.body[None], prepared.stance.feet[None])
+        self._rest = velocities_at_rest(q.reshape(12)) | {"contact_state_measured": np.ones(4)}
+        for plan in prepared.plan.plans:  # what a plan works out when it is first asked for
+            plan.sample(0.0)
+            plan.contacts.feet_at(np.array([plan.duration]))
+        self._begin()
+        self._rehearse()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Puts it at its first instant."""
+        self._simulator = Simulator(self._diagram)
+        self._context = self._simulator.get_mutable_context()
+        self._values = {
+            name: self._diagram.GetInputPort(name).FixValue(self._context, self._rest[name])
+            for name in PORTS
+        }
+        self._ports = [
+            self._diagram.GetOutputPort(name)
+            for name in ("joint_state_desired", "joint_torque_feedforward")
+        ]
+        self._simulator.Initialize()
+        self._estimate = self._diagram.GetOutputPort("robot_state_estimated")
+        self.ticks, self._due_ns, self.ended = 0, 0, ""
+
+    def _rehearse(self) -> None:
+        """Some ticks on the spot, so that all is compiled and in memory before it counts.
+
+        What it feeds its joints there bears the robot as it stands.
+        """
+        for k in range(1, 101):
+            self._simulator.AdvanceTo((k + 0.5) * self._control.period)
+            self.bearing = self.wanted().torque
+
+    def take(self, state: StateMessage) -> None:
+        """Goes on to the time of a state, which is newer than all before."""
+        if self.ended:
+            return
+        gap = 1
+        if self._due_ns:
+            gap = round((state.time_ns - self._due_ns) / self._period_ns)
+            if gap < 1:
+                return  # a bus quicker than the controller: its next tick has not come
+        # Not the state's own time, or what rounding leaves would add up: 4 ms for each 5.
+        self._due_ns = (self._due_ns or state.time_ns - self._period_ns) + gap * self._period_ns
+        for name, value in (
+            ("imu_measured", np.concatenate([state.angular_rate, state.specific_force])),
+            ("joint_state_measured", np.concatenate([state.position, state.velocity])),
+            ("contact_state_measured", self._bearing(state, gap)),
+        ):
+            self._values[name].GetMutableData().get_mutable_value().SetFromVector(value)
+        self.ticks += min(gap, MOST_TICKS)
+        try:
+            status = self._simulator.AdvanceTo((self.ticks + 0.5) * self._control.period)
+        except (DrakeQuadError, RuntimeError) as problem:
+            self.ended = f"stopped: {str(problem).splitlines()[0]}"
+            return
+        if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+            found = re.search(r'message: "(.*)"', status.FormatMessage(), re.DOTALL)
+            self.ended = found.group(1) if found else status.FormatMessage()
+
+    def wanted(self) -> Drives:
+        """What it wants of the drives now, leg by leg."""
+        desired, torque = (port.Eval(self._context) for port in self._ports)
+        legs, c = self._leg_order, self._control
+        return Drives(desired[:12][legs], desired[12:][legs], torque[legs], c.kp, c.kd)
+
+    def _bearing(self, state: StateMessage, gap: int) -> FloatArray:
+        """Which feet bear (4,)."""
+        if self._touch is None:
+            return (state.foot_force > self._least).astype(float)
+        return self._touch.feel(self._estimate.Eval(self._context), state, gap)
+
+
+class TouchByTorque:
+    """Which feet bear, felt by the joints: of messages, what JointContactEstimator is of ports.
+
+    The trunk's velocity is the estimate of the tick before, for the estimate now needs contacts.
+
+    Args:
+        robot: The robot.
+        layout: Layout of its state.
+        model: The robot without ground.
+        control: Controller whose period is read.
+        settings: How the observer listens.
+    """
+
+    def __init__(
+        self, robot: RobotModel, layout: StateLayout, model: MultibodyPlant,
+        control: ControlSettings, settings: TouchSettings,
+    ) -> None:  # fmt: skip
+        self._robot, self._layout, self._period = robot, layout, control.period
+        self._settings = settings
+        self._dynamics = TorqueDynamics(
+            robot, layout, model, control=control, friction=robot.joint_friction
+        )
+        self._scratch = model.CreateDefaultContext()
+        self._memory = np.zeros(TouchMemory.SIZE)
+        self._before = np.zeros(self._dynamics.memory_shape)
+
+    def feel(self, estimate: FloatArray, state: StateMessage, periods: int) -> FloatArray:
+        """Which feet bear (4,), so many periods after the last call."""
+        x = np.array(estimate)
+        x[self._layout.q_joints], x[self._layout.v_joints] = state.position, state.velocity
+        period = periods * self._period
+        now, self._before = self._dynamics.calc(
+            self._scratch, self._before, x, state.effort, period
+        )
+        observe(self._memory, now, self._robot.mass, period, self._settings)
+        return self._memory[TouchMemory.BEARING].copy()

@@ -1,0 +1,90 @@
+"""LowStates of senders that leave out their clock or their CRC, and of those that do not."""
+
+import numpy as np
+from hypothesis import given, strategies as st
+
+from drake_quad.bus.messages import Received, StateMessage
+from drake_quad.bus.unitree_messages import LOW_STATE, SAME, Wire, encode_low_state
+from drake_quad.bus.unitree_states import NO_CLOCK, NO_CRC, LowStateReader
+from drake_quad.bus.watch import StateWatch
+from drake_quad.common import GRAVITY
+
+MS = 1_000_000
+EPOCH = 1_790_000_000_000_000_000  # a wall clock's, far from where ticks begin
+
+
+def low_state(tick: int, *, crc: bool = True, shake: float = 0.0) -> bytes:
+    """A LowState with this tick, its CRC left out or not."""
+    state = StateMessage(
+        0, 0, tick * MS, 1, np.full(12, 0.1 + shake), np.zeros(12), np.zeros(12), np.full(3, shake),
+        np.array([0.0, 0.0, GRAVITY]), np.zeros(4),
+    )  # fmt: skip
+    data = encode_low_state(state, SAME)
+    return data if crc else data[:-4] + bytes(4)
+
+
+def read(
+    reader: LowStateReader, data: bytes, k: int, *, sender: int = 7, period: int = 5 * MS
+) -> Received[StateMessage]:
+    return reader.read(data, k * period, sender=sender, sent_ns=EPOCH + k * period)
+
+
+def test_the_crc_is_a_low_states_last_word() -> None:
+    """What is cut off above is the CRC and nothing else."""
+    row, fault = Wire(LOW_STATE).decode(low_state(3, crc=False), unsigned=True)
+    assert row is not None and not fault and int(row["crc"]) == 0 and int(row["tick"]) == 3
+
+
+@given(st.lists(st.integers(1, 40 * MS), min_size=2, max_size=20))
+def test_a_sender_without_clock_and_crc_is_understood(gaps: list[int]) -> None:
+    """Its states come in order, by the time stamps of DDS, and what it leaves out is told."""
+    reader, watch, sent, seen = LowStateReader(SAME), StateWatch(), EPOCH, []
+    for k, gap in enumerate(gaps):
+        sent += gap
+        data = low_state(0, crc=False, shake=1e-3 * k)
+        come = reader.read(data, sent - EPOCH, sender=7, sent_ns=sent)
+        good, fault = watch.take([come])
+        assert not fault and len(good) == 1
+        assert NO_CRC in come.remarks and (NO_CLOCK in come.remarks) == (k > 0)
+        seen.append(good[0].time_ns)
+    assert np.diff(seen).tolist() == gaps[1:]
+
+
+def test_who_gives_a_crc_has_to_go_on() -> None:
+    """A wrong CRC is a fault always, and none is one after the first that was right."""
+    reader = LowStateReader(SAME)
+    wrong = low_state(1)[:-4] + b"\x01\x02\x03\x04"
+    assert "CRC" in read(reader, wrong, 0).fault
+    assert not read(reader, low_state(2, crc=False), 1).fault
+    assert not read(reader, low_state(3), 2).fault
+    assert "CRC" in read(reader, low_state(4, crc=False), 3).fault
+    assert not read(reader, low_state(5, crc=False), 4, sender=8).fault  # another sender
+
+
+def test_a_clock_that_begins_at_zero_goes_on() -> None:
+    """States before and after its first tick are in order, as far apart as they were sent."""
+    reader, watch = LowStateReader(SAME), StateWatch()
+    times = []
+    for k, tick in enumerate([0, 0, 5, 10, 15]):
+        come = read(reader, low_state(tick, shake=1e-3 * k), k)
+        good, fault = watch.take([come])
+        assert not fault and len(good) == 1
+        times.append(good[0].time_ns)
+    assert np.diff(times).tolist() == [5 * MS] * 4
+
+
+def test_a_clock_that_stops_or_goes_back_brings_no_new_state() -> None:
+    """Neither is taken for a sender without a clock: its states are old, and time runs out."""
+    reader, watch = LowStateReader(SAME), StateWatch()
+    for k, tick in enumerate([20, 25, 25, 0, 0]):
+        good, _ = watch.take([read(reader, low_state(tick, shake=1e-3 * k), k)])
+        assert len(good) == (k < 2)
+
+
+def test_two_robots_on_one_topic_are_a_fault() -> None:
+    """They are told apart by DDS's numbers of their writers, LowState naming no robot."""
+    reader, watch = LowStateReader(SAME), StateWatch()
+    _, fault = watch.take([read(reader, low_state(20), 0)])
+    assert not fault
+    _, fault = watch.take([read(reader, low_state(25), 1, sender=8)])
+    assert fault == "two robots' states"
