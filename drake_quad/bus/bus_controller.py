@@ -21,6 +21,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import DrakeQuadError
 from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings, observe
 from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
@@ -56,6 +57,7 @@ class BusController:
     Args:
         prepared: The scenario, planned.
         control: Its settings.
+        maker: Who makes plans while the robot stands; without one they are made within a tick.
 
     Attributes:
         bearing: Torques (12,) that bear the robot as it stands before it walks [Nm].
@@ -63,7 +65,9 @@ class BusController:
         ticks: How many of its own ticks it has taken.
     """
 
-    def __init__(self, prepared: PreparedScenario, control: ControlSettings) -> None:
+    def __init__(
+        self, prepared: PreparedScenario, control: ControlSettings, maker: PlanMaker | None = None
+    ) -> None:
         robot = prepared.robot
         model = MakeModelPlant(robot.url)
         layout = make_layout(model, robot)
@@ -81,6 +85,7 @@ class BusController:
             model=model,
             start=prepared.stance,
             planned=prepared.plan.plans,
+            maker=maker,
             foot_give=prepared.scenario.estimator.foot_give,
         )
         q, _, _ = pose_robot(robot, prepared.stance.body[None], prepared.stance.feet[None])

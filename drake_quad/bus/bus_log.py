@@ -26,12 +26,15 @@ from drake_quad.bus.messages import (
 from drake_quad.bus.real_time import NS, Clock
 from drake_quad.bus.robot_bus import RobotBus
 from drake_quad.errors import InputError
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.plan_job import PlanJob, PlanMaker
 from drake_quad.scenario.load import parse_scenario, scenario_text
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.util.files import write_whole
 
 NOW, STATES, COMMANDS, ANSWER, STOP = "/now", "/states", "/commands", "/answer", "/stop"
-TOPICS = (NOW, STATES, COMMANDS, ANSWER, STOP)
+PLAN = "/plan"  # whether a plan that was asked for had been made
+TOPICS = (NOW, STATES, COMMANDS, ANSWER, STOP, PLAN)
 SCENARIO, HEADER = "scenario.yaml", "header.json"  # attachments
 LARGEST = 2**31  # [bytes] of a file that is read
 
@@ -39,15 +42,16 @@ Event = tuple[str, Any]
 
 
 class BusRecorder:
-    """A clock and a bus that note all that is asked of them, and what they say.
+    """A clock, a bus and a maker of plans that note all that is asked of them, and what they say.
 
     Args:
         bus: Bus that is used.
         clock: Clock that is used.
+        maker: Maker of plans that is used; without one plans are made when they are asked for.
     """
 
-    def __init__(self, bus: RobotBus, clock: Clock) -> None:
-        self._bus, self._clock = bus, clock
+    def __init__(self, bus: RobotBus, clock: Clock, maker: PlanMaker | None = None) -> None:
+        self._bus, self._clock, self._maker = bus, clock, maker
         self.events: list[Event] = []
 
     def now_ns(self) -> int:
@@ -80,6 +84,20 @@ class BusRecorder:
         found = self._bus.receive_commands()
         self.events.append((COMMANDS, found))
         return found
+
+    def ask(self, job: PlanJob) -> MotionPlan | None:
+        """The plan, or None while it is being made.
+
+        Raises:
+            PlanningError: There is none.
+        """
+        made = True
+        try:
+            plan = job.make() if self._maker is None else self._maker.ask(job)
+            made = plan is not None
+        finally:
+            self.events.append((PLAN, made))
+        return plan
 
     def note_stop(self, reason: str) -> None:
         """Notes that the loop is told to stop before its next tick."""
@@ -283,6 +301,14 @@ class BusReplay:
         found: list[Received[CommandMessage]] = self._again(COMMANDS)
         return found
 
+    def ask(self, job: PlanJob) -> MotionPlan | None:
+        """The plan, made anew, when it had been made.
+
+        Raises:
+            PlanningError: There is none.
+        """
+        return job.make() if self._again(PLAN) else None
+
     def close(self) -> None:
         """Has nothing to close."""
 
@@ -302,7 +328,7 @@ def replay_bus_log(log: BusLog) -> dict[str, Any]:
     prepared = prepare(parse_scenario(log.scenario, source=SCENARIO), source=SCENARIO)
     replay = BusReplay(log)
     with suppress(_Over):
-        loop = ControlLoop(prepared, replay, replay, session=log.session)
+        loop = ControlLoop(prepared, replay, replay, maker=replay, session=log.session)
         while not loop.outcome:
             if replay.stop_due:
                 loop.stop(replay.stop_due)

@@ -18,6 +18,7 @@ from drake_quad.bus.safety import (
     initial_safety_memory,
 )
 from drake_quad.bus.watch import CommandWatch, StateWatch
+from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.simulation.prepared import PreparedScenario
 
 STANDS = 1.0  # [s] that it stands before it walks
@@ -47,6 +48,7 @@ class ControlLoop:
         bus: The controller's end of the bus.
         clock: The loop's clock.
         controller: What walks; a BusController of the scenario unless given.
+        maker: Who makes plans while the robot stands; without one they are made within a tick.
         silent: Whether nothing is published (`--dry-run`).
         session: Its number as a sender; a new one unless given.
 
@@ -66,6 +68,7 @@ class ControlLoop:
         clock: Clock,
         *,
         controller: Walker | None = None,
+        maker: PlanMaker | None = None,
         silent: bool = False,
         session: int | None = None,
     ) -> None:
@@ -73,7 +76,7 @@ class ControlLoop:
         self.period = control.period
         self.limits = safety_limits(prepared.robot, control)
         self._postures = sit_to_stand(prepared.robot, prepared.stance)
-        self.controller: Walker = controller or BusController(prepared, control)
+        self.controller: Walker = controller or BusController(prepared, control, maker)
         self._robot, self._bearing = prepared.robot, self.controller.bearing
         self._bus, self._clock, self._silent = bus, clock, silent
         self.session, self._sequence = new_session() if session is None else session, 0

@@ -13,6 +13,7 @@ from drake_quad.bus.control_loop import ControlLoop, Event
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
 from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, DRIVES_HOLD
+from drake_quad.bus.plan_process import PlanProcess
 from drake_quad.bus.real_time import NS, Clock, WallClock, real_time
 from drake_quad.bus.robot_bus import RobotBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
@@ -207,8 +208,11 @@ def control(
     """
     clock = WallClock(choice.rate)
     bus = open_bus(choice, clock, prepared, robot=False)
-    recorder = None if record is None else BusRecorder(bus, clock)
-    loop = ControlLoop(prepared, recorder or bus, recorder or clock, silent=dry_run)
+    plans = PlanProcess()
+    recorder = None if record is None else BusRecorder(bus, clock, plans)
+    loop = ControlLoop(
+        prepared, recorder or bus, recorder or clock, maker=recorder or plans, silent=dry_run
+    )
     tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
          f"domain {choice.domain}: waiting for the robot")  # fmt: skip
     shown, remarked, next_look = 0, 0, 0.0
@@ -240,6 +244,7 @@ def control(
             given_up = _each_period(clock, loop.period, tick)
     finally:
         bus.close()
+        plans.close()
         if recorder is not None and record is not None:
             write_bus_log(record, prepared, recorder.events, loop.session)
     return {

@@ -18,6 +18,7 @@ from drake_quad.util.collector import frozen_objects
 NS = 1_000_000_000  # in a second
 PRIORITY = 20  # of SCHED_FIFO: above all that is not real time, below the kernel's own
 LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE
+LONGEST = 5  # ticks that are told of one by one
 EDGES = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [ms] of histograms
 
 
@@ -140,8 +141,13 @@ class LoopTimes:
         wanted = self._period_ns * 1e-6
         jitter, work = np.abs(period - wanted), rows[:, 1] * 1e-6
         age = rows[rows[:, 2] >= 0, 2] * 1e-6
+        longest = np.argsort(work)[: -LONGEST - 1 : -1]
         return {
             "ticks": count,
+            "longest_ticks": [
+                {"at": float(1e-9 * (rows[k, 0] - rows[0, 0])), "work_ms": float(work[k])}
+                for k in longest
+            ],
             "overruns": int(np.sum(period > 1.5 * wanted)),
             "overrun_share": float(np.mean(period > 1.5 * wanted)),
             "period_ms": _figures(period),

@@ -15,6 +15,7 @@ from drake_quad.errors import InputError
 from drake_quad.estimation.contact_from_torques import TouchSettings
 from drake_quad.estimation.filter_state import EstimatorSettings
 from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
+from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.robot.model import RobotModel
@@ -68,6 +69,7 @@ def MakeController(
     start: Stance | None = None,
     tracking: str | MakeTracking | None = None,
     planned: Sequence[MotionPlan] = (),
+    maker: PlanMaker | None = None,
     feel: TouchSettings | None = None,
     foot_give: float = 0.0,
 ) -> Diagram:
@@ -85,6 +87,7 @@ def MakeController(
         tracking: The controller that turns the plan into joint commands: one of KINDS by its name,
             or a function that makes one; `control.kind` if None.
         planned: The mission's plans, made beforehand, as TransitionPlanner takes them.
+        maker: Who makes plans while the robot stands, as TransitionPlanner takes it.
         feel: How it feels by the joints' torques which feet bear; it is told that if None.
         foot_give: How much foot and ground give under load, as its estimator knows it [m].
 
@@ -130,6 +133,7 @@ def MakeController(
             settings=settings,
             mission=mission,
             planned=planned,
+            maker=maker,
         ),
     )
     follower = builder.AddNamedSystem(

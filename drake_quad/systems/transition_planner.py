@@ -8,11 +8,10 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
-from drake_quad.errors import PlanningError
 from drake_quad.planning.motion_plan import MotionPlan, Stance
+from drake_quad.planning.plan_job import PlanJob, PlanMaker, RestJob, TaskJob
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.replan import project_to_map, replan_task
-from drake_quad.planning.task import plan_task
+from drake_quad.planning.replan import project_to_map
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
@@ -47,6 +46,7 @@ class TransitionPlanner(LeafSystem):
         mission: Sequence[Task],
         period: float = 0.05,
         planned: Sequence[MotionPlan] = (),
+        maker: PlanMaker | None = None,
     ) -> None:
         """Declares ports and state.
 
@@ -59,12 +59,15 @@ class TransitionPlanner(LeafSystem):
             period: Time between looks at the clock [s].
             planned: Plans made beforehand, one a task: a task that begins as on paper takes its
                 own over instead of making the same anew, for which a wall clock would not wait.
+            maker: Who makes plans while the robot stands and the clock goes on; without one they
+                are made within the update, and time stands still. What is being made is no part of
+                the Context.
         """
         super().__init__()
         self.set_name("transition_planner")
         self._robot, self._layout = robot, layout
         self._course, self._settings, self._mission = course, settings, tuple(mission)
-        self._planned = tuple(planned)
+        self._planned, self._maker = tuple(planned), maker
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._plan = self.DeclareAbstractState(AbstractValue.Make(object()))
@@ -88,7 +91,7 @@ class TransitionPlanner(LeafSystem):
         if self._planned and self._is_as_planned(self._planned[0], 0.0, stance.feet):
             self._keep(context, state, self._planned[0])
         else:
-            self._set_plan(context, state, 0, stance)
+            self._keep(context, state, self._task_job(0, stance).make())
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
@@ -101,26 +104,26 @@ class TransitionPlanner(LeafSystem):
                 plan, plan.duration, self._feet_on_map(context)
             ):
                 self._keep(context, state, self._planned[task])
-            else:
-                self._set_plan(context, state, task, self._stance_after(plan, context))
-        elif plan.revision != revision:
-            feet = self._feet_on_map(context)
-            resumed = self._resume(plan, float(phase[GaitPhase.TIME]), feet)
-            self._keep(context, state, resumed)
-        else:
+                return EventStatus.Succeeded()
+            return self._make(
+                context, state, self._task_job(task, self._stance_after(plan, context))
+            )
+        if plan.revision != revision:
+            feet, time = self._feet_on_map(context), float(phase[GaitPhase.TIME])
+            rest = RestJob(self._robot, self._course, self._settings, plan, time, feet)
+            return self._make(context, state, rest)
+        return EventStatus.DidNothing()
+
+    def _make(self, context: Context, state: State, job: PlanJob) -> EventStatus:
+        """Makes a plan, or asks whether it is made."""
+        plan = job.make() if self._maker is None else self._maker.ask(job)
+        if plan is None:
             return EventStatus.DidNothing()
+        self._keep(context, state, plan)
         return EventStatus.Succeeded()
 
-    def _set_plan(self, context: Context, state: State, task: int, stance: Stance) -> None:
-        plan = plan_task(
-            self._robot,
-            self._course,
-            self._settings,
-            self._mission[task],
-            stance,
-            index=task,
-        )
-        self._keep(context, state, plan)
+    def _task_job(self, task: int, stance: Stance) -> TaskJob:
+        return TaskJob(self._robot, self._course, self._settings, self._mission[task], stance, task)
 
     def _stance_after(self, plan: MotionPlan, context: Context) -> Stance:
         """The stance that a task begins in, after `plan` was carried out.
@@ -148,21 +151,6 @@ class TransitionPlanner(LeafSystem):
         planned, _ = plan.contacts.feet_at(np.array([t]))
         off = float(np.linalg.norm(feet - planned[0], axis=1).max())
         return off <= AS_PLANNED * float(self._robot.geometry.reach.min())
-
-    def _resume(self, plan: MotionPlan, t: float, feet: FloatArray) -> MotionPlan:
-        """The rest of `plan` from gait time `t` on, from the feet (4, 3) as they stand."""
-        desired = plan.sample(t).body[0]
-        amidst = np.array([*feet[:, :2].mean(axis=0), *desired[2:]])
-        first: PlanningError | None = None
-        # Where the body is desired to be may be no place to set out from with the feet elsewhere.
-        for body in (desired, amidst):
-            try:
-                stance = Stance(body, feet)
-                return replan_task(self._robot, self._course, self._settings, plan, t, stance)
-            except PlanningError as problem:
-                first = first or problem
-        assert first is not None
-        raise first
 
     def _feet(self, context: Context) -> FloatArray:
         """Where the feet stand as estimated, (4, 3) in W [m]."""

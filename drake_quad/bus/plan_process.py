@@ -1,0 +1,92 @@
+"""A process of its own that makes plans, so that the loop of a robot's bus never waits for one."""
+
+import signal
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from types import TracebackType
+
+import numpy as np
+
+from drake_quad.errors import PlanningError
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.plan_job import PlanJob
+
+GONE = "the process that makes plans has ended"
+
+
+class PlanProcess:
+    """Makes plans in another process, one after the other.
+
+    It ends with the process that made it, however that ends.
+    """
+
+    def __init__(self) -> None:
+        context = get_context("spawn")  # a fork would keep real-time priority and locked memory
+        self._mine, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()
+        self._asked: tuple[int, int] | None = None
+
+    def __enter__(self) -> "PlanProcess":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def ask(self, job: PlanJob) -> MotionPlan | None:
+        """See `PlanMaker`.
+
+        Raises:
+            PlanningError: There is no plan, or the process has ended.
+        """
+        try:
+            if self._asked != job.key:
+                self._mine.send(job)
+                self._asked = job.key
+                return None
+            while self._mine.poll():
+                key, plan, reason = self._mine.recv()
+                if key != job.key:
+                    continue  # an answer that nobody waits for any more
+                self._asked = None
+                if reason:
+                    raise PlanningError(reason)
+                return plan  # type: ignore[no-any-return]
+        except (EOFError, OSError):
+            raise PlanningError(GONE) from None
+        return None
+
+    def close(self) -> None:
+        """Ends the process."""
+        self._mine.close()
+        self._process.terminate()
+        self._process.join(5.0)
+
+
+def _serve(theirs: Connection) -> None:
+    """Makes the plans that are asked for until the other end is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the loop's to answer
+    while True:
+        try:
+            job: PlanJob = theirs.recv()
+        except (EOFError, OSError):
+            return
+        plan, reason = None, ""
+        try:
+            plan = job.make()
+            plan.sample(0.0)  # what it works out when it is first asked for
+            plan.contacts.feet_at(np.array([plan.duration]))
+        except PlanningError as problem:
+            reason = problem.reason
+        except Exception as problem:
+            reason = f"planning failed: {problem!r}"[:200]
+        try:
+            theirs.send((job.key, plan, reason))
+        except (EOFError, OSError):
+            return
