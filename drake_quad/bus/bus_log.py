@@ -10,6 +10,7 @@ from base64 import b64decode, b64encode
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.plan_job import PlanJob, PlanMaker
 from drake_quad.scenario.load import parse_scenario, scenario_text
 from drake_quad.simulation.prepare import PreparedScenario, prepare
-from drake_quad.util.files import write_whole
+from drake_quad.util.files import read_given, write_whole
 
 NOW, STATES, COMMANDS, ANSWER, STOP = "/now", "/states", "/commands", "/answer", "/stop"
 PLAN = "/plan"  # whether a plan that was asked for had been made
@@ -211,16 +212,18 @@ def read_bus_log(path: Path) -> BusLog:
         from mcap.reader import make_reader
     except ImportError:
         raise fail("needs the package mcap: pip install 'drake_quad[mcap]'") from None
-    if not path.is_file() or path.stat().st_size > LARGEST:
-        raise fail("give a file that `control --record` has written")
     try:
-        with path.open("rb") as file:
-            reader = make_reader(file)
-            kept = {one.name: one.data for one in reader.iter_attachments()}
-            found = [
-                (message.sequence, _event(channel.topic, json.loads(message.data)))
-                for _, channel, message in reader.iter_messages(topics=TOPICS)
-            ]
+        data = read_given(path, most=LARGEST)
+    except OSError as problem:
+        reason = f"cannot be read: {problem.strerror}"
+        raise fail(f"{reason}; give a file that `control --record` has written") from None
+    try:
+        reader = make_reader(BytesIO(data))
+        kept = {one.name: one.data for one in reader.iter_attachments()}
+        found = [
+            (message.sequence, _event(channel.topic, json.loads(message.data)))
+            for _, channel, message in reader.iter_messages(topics=TOPICS)
+        ]
         text, session = kept[SCENARIO].decode(), int(json.loads(kept[HEADER])["session"])
     except Exception as problem:  # of the reader's own kinds, and of a file that is another's
         raise fail(f"is no log that `control --record` has written: {problem!r}"[:200]) from None

@@ -17,6 +17,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 from drake_quad.common import read_only
 from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
 from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
+from drake_quad.robot.importer.meshes import files_of_mesh
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
 from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
@@ -99,8 +100,11 @@ def normal_form(url: str) -> str:
         path = given.found.path
         check_given(path, most=MOST_TEXT)
         for named in files_named_in(path):
-            if not named.is_dir():
-                check_given(named, most=MOST_MESH)  # Drake's parser opens them, too
+            if named.is_dir():
+                continue
+            check_given(named, most=MOST_MESH)  # Drake's parser opens them, too
+            for further in files_of_mesh(named):  # and its viewers these
+                check_given(further, most=MOST_MESH)
         stat = path.stat()
         if given.overrides == Overrides() and (
             _is_imported(str(path)) or _is_normal(str(path), stat.st_mtime_ns, stat.st_size)

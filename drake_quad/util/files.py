@@ -160,7 +160,11 @@ def read_given(path: str | Path, *, most: int) -> bytes:
     handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     with os.fdopen(handle, "rb") as file:
         _check(os.fstat(file.fileno()), path, most)  # another may have come to its place
-        data = file.read(most + 1)  # of some files in /proc the size is not known before
+        # Of some files in /proc the size is not known before; others may have nothing to read yet.
+        data: bytes | None = file.read(most + 1)
+    if data is None:
+        reason = "there is nothing to read yet, and it must be a whole file"
+        raise OSError(errno.EAGAIN, reason, str(path))
     if len(data) > most:
         raise _too_large(path, len(data), most)
     return data

@@ -1,5 +1,6 @@
 """A bus's log runs again: the same messages, the same commands to the bit."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from drake_quad.bus.real_time import ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
 from drake_quad.bus.safety import SafetyMode
+from drake_quad.errors import InputError
 
 STOPPED_AT = 400  # ticks of walking after which a person stops it
 
@@ -92,3 +94,15 @@ def test_a_log_that_is_none_is_refused(tmp_path: Path) -> None:
     line = refused(drake_quad("bus-replay", str(path), cwd=tmp_path))
     assert "no.mcap" in line and "control --record" in line
     assert "control --record" in refused(drake_quad("bus-replay", "nowhere.mcap", cwd=tmp_path))
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_a_log_that_never_ends_is_refused_at_once(tmp_path: Path, kind: str) -> None:
+    """A pipe without a writer is not waited for, a device not read."""
+    path = tmp_path / "no.mcap"
+    if kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=f"it is a {kind}.*control --record"):
+        read_bus_log(path)

@@ -1,8 +1,10 @@
 """What is no regular file of a fair size is refused in a line, at once, by every reader."""
 
+import io
 import os
 import shutil
 import signal
+import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,7 @@ from report_run import make_log, short_scenario, write_run
 from synthetic_robot import Quadruped
 
 from drake_quad.errors import InputError
+from drake_quad.robot.importer.meshes import load_parts
 from drake_quad.robot.loader import load_robot
 from drake_quad.runs.reader import read_summary
 from drake_quad.scenario.load import load_scenario
@@ -148,6 +151,46 @@ def test_what_a_file_names_is_refused_as_well(
             load_robot(str(place / "own.robot.yaml"))
 
 
+OBJ = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\n"
+GLTF = """{"asset": {"version": "2.0"}, "buffers": [{"uri": "\\u0061.bin", "byteLength": 36}],
+"images": [{"uri": "a%2Epng"}]}"""
+MESHES = {  # a mesh, what else it needs, and a file that is named in it or in that
+    "mesh.obj": (OBJ, {}, "a.mtl"),
+    "MESH.OBJ": (OBJ, {"a.mtl": "newmtl m\r\nmap_Kd -s 1 1 1 a.png\r\n"}, "a.png"),
+    "mesh.gltf": (GLTF, {}, "a.bin"),
+    "other.gltf": (GLTF, {"a.bin": ""}, "a.png"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("element", ["visual", "collision"])
+@pytest.mark.parametrize("name", MESHES)
+def test_what_a_mesh_names_is_refused_as_well(
+    tmp_path: Path, name: str, element: str, kind: str
+) -> None:
+    """Materials, pictures and buffers, before Drake's viewers or other readers wait for them."""
+    text, others, named = MESHES[name]
+    robot = Quadruped().text()
+    mesh = f'<{element}><geometry><mesh filename="{name}"/></geometry></{element}>'
+    (tmp_path / "robot.urdf").write_text(robot.replace("<inertial", f"{mesh}<inertial", 1))
+    for file, content in {name: text, **others}.items():
+        (tmp_path / file).write_text(content)
+    make, said = KINDS[kind]
+    make(tmp_path / named)
+    with pytest.raises(InputError, match=said):
+        load_robot(str(tmp_path / "robot.urdf"))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_mesh_that_trimesh_reads_opens_no_device(tmp_path: Path, kind: str) -> None:
+    """Nor a pipe, nor too large a file: a binary glTF whose buffer is one has no surface."""
+    json_part = b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin", "byteLength": 36}]}  '
+    head = struct.pack("<4sIIII", b"glTF", 2, 20 + len(json_part), len(json_part), 0x4E4F534A)
+    (tmp_path / "mesh.glb").write_bytes(head + json_part)
+    KINDS[kind][0](tmp_path / "a.bin")
+    assert load_parts(tmp_path / "mesh.glb") == []
+
+
 @pytest.mark.parametrize("name", ["study.json", "sweep.json"])
 def test_a_comparison_waits_for_no_pipe(whole: Path, tmp_path: Path, name: str) -> None:
     """Whichever file of a sweep it is."""
@@ -209,6 +252,22 @@ def test_a_file_that_does_not_tell_its_size_is_bounded() -> None:
     assert path.stat().st_size == 0 and b"Name" in read_given(path, most=1 << 20)
     with pytest.raises(OSError, match="at most"):
         read_given(path, most=10)
+
+
+def test_a_file_that_has_nothing_to_read_yet_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the kernel's log in /proc, a regular file by its kind that waits like a pipe."""
+    path = tmp_path / "some"
+    path.write_bytes(b"")
+
+    class Waiting(io.FileIO):
+        def read(self, _size: int | None = -1, /) -> Any:
+            return None
+
+    monkeypatch.setattr(os, "fdopen", lambda handle, _: Waiting(handle))
+    with pytest.raises(OSError, match="nothing to read yet"):
+        read_given(path, most=7)
 
 
 def test_a_table_is_read_as_parquet_reads_it(tmp_path: Path) -> None:

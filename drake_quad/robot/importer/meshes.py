@@ -6,15 +6,26 @@
 import hashlib
 import importlib.util
 import io
+import os
+import re
 import xml.etree.ElementTree as ET
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.util.files import MOST_MESH, check_given, read_given
+from drake_quad.util.files import (
+    MOST_JSON,
+    MOST_MESH,
+    MOST_TEXT,
+    check_given,
+    is_given,
+    plain_of,
+    read_given,
+)
 
 FARTHEST = 1e9  # in a mesh's own units
 
@@ -33,13 +44,82 @@ def load_parts(path: Path) -> list[Any]:
 
     try:
         check_given(path, most=MOST_MESH)
-        parts = _surfaces(trimesh.load_scene(path))
+        parts = _surfaces(trimesh.load_scene(path, resolver=_careful_resolver(path)))
         if not parts and path.suffix.lower() == ".dae":  # what breaks them is mostly materials
             bare = io.BytesIO(_without_materials(read_given(path, most=MOST_MESH)))
             parts = _surfaces(trimesh.load_scene(bare, file_type="dae"))
     except Exception:  # whatever the parsers of broken files may raise
         return []
     return parts if all(_are_points(part.vertices) for part in parts) else []
+
+
+def _careful_resolver(path: Path) -> Any:
+    """What reads the files that a mesh names, for trimesh: regular ones, MOST_MESH bytes in all."""
+    from trimesh.resolvers import FilePathResolver
+
+    class CarefulResolver(FilePathResolver):  # type: ignore[misc]
+        left = MOST_MESH
+
+        def get(self, name: str) -> Any:
+            name = name.strip()
+            for word in (name, name.lstrip("/"), Path(name).name):  # where trimesh looks for it
+                file = Path(self.parent) / word
+                if file.exists():
+                    check_given(file, most=self.left)
+            data = super().get(name)
+            self.left -= len(data)
+            return data
+
+    return CarefulResolver(str(path))
+
+
+def files_of_mesh(path: Path) -> list[Path]:
+    """The files that a mesh of a kind that Drake shows names itself, as far as they are there.
+
+    Materials of an .obj and their pictures, and buffers and pictures of a .gltf.
+
+    Raises:
+        OSError: One that has to be read for that is no regular file, or too large.
+    """
+    kind = path.suffix.lower()
+    if kind not in (".obj", ".gltf"):
+        return []
+    stat = path.stat()
+    names = _names_in_obj if kind == ".obj" else _names_in_gltf
+    named = [path.parent / name for name in names(path, stat.st_size, stat.st_mtime_ns)]
+    materials = [file for file in named if kind == ".obj" and is_given(file)]
+    pictures = [
+        file.parent / name
+        for file in materials
+        for name in _NAMED_IN_MTL.findall(os.fsdecode(read_given(file, most=MOST_TEXT)))
+    ]
+    # A picture's name comes after options: `map_Kd -s 1 1 1 wood.png`.
+    last = [file.parent / file.name.split()[-1] for file in pictures if file.name.split()]
+    return [file for file in dict.fromkeys([*named, *pictures, *last]) if is_given(file)]
+
+
+_NAMED_IN_OBJ = re.compile(r"^[ \t]*mtllib[ \t]+(.+?)[ \t\r]*$", re.MULTILINE)
+_NAMED_IN_MTL = re.compile(
+    r"^[ \t]*(?:map_|bump|disp|decal|refl|norm)\S*[ \t]+(.+?)[ \t\r]*$", re.MULTILINE
+)
+
+
+@lru_cache(maxsize=256)
+def _names_in_obj(path: Path, size: int, time: int) -> tuple[str, ...]:
+    """Names of the materials' files in an .obj, at a time and of a size."""
+    found = _NAMED_IN_OBJ.findall(os.fsdecode(read_given(path, most=MOST_MESH)))
+    return tuple(dict.fromkeys(name for line in found for name in (line, *line.split())))
+
+
+@lru_cache(maxsize=256)
+def _names_in_gltf(path: Path, size: int, time: int) -> tuple[str, ...]:
+    """Names of the files that a .gltf names, at a time and of a size; none if it is no JSON."""
+    whole = plain_of(read_given(path, most=MOST_JSON)) or {}
+    lists = [whole.get(key) for key in ("buffers", "images")]
+    found = [one.get("uri") for many in lists if isinstance(many, list) for one in many
+             if isinstance(one, dict)]  # fmt: skip
+    uris = [uri for uri in found if isinstance(uri, str) and not uri.startswith("data:")]
+    return tuple(dict.fromkeys(name for uri in uris for name in (uri, unquote(uri))))
 
 
 def _surfaces(scene: Any) -> list[Any]:
