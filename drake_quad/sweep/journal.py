@@ -9,17 +9,18 @@ result of the study.
 import fcntl
 import json
 import os
-from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import Any, TextIO
 
 from drake_quad.errors import InputError
-from drake_quad.util.files import MOST_JOURNAL, is_whole, plain_of, read_given, write_whole
+from drake_quad.util.files import MIB, MOST_JOURNAL, is_whole, plain_of, read_given, write_whole
 
 NAME = "journal.jsonl"
+LONGEST_LINE = 16 * MIB  # a trial with its scenario has some kilobytes
 DAMAGED = ".damaged.jsonl"  # a copy beside the journal, if not all of it could be read
 IDENTITY = {
     "study": "of another study, or of this one before it was changed",
@@ -41,8 +42,8 @@ def read_journal(
 ) -> tuple[dict[str, Any], dict[int, Result]]:
     """The first line of the journal in `directory`, and its whole lines by index.
 
-    Damaged lines count as missing: half a line, a line that is no JSON, a value of the wrong type,
-    a misspelt name, and several lines with one index.
+    Damaged lines count as missing: half a line, a line that is no JSON or longer than any, a value
+    of the wrong type, a misspelt name, and several lines with one index.
 
     Args:
         directory: The sweep's directory.
@@ -64,17 +65,29 @@ def read_journal(
         raise error("not there; give the directory of a `drake-quad sweep`") from None
     except OSError as problem:
         raise error(f"cannot be read: {problem.strerror}") from None
-    first, *lines = [plain_of(line) for line in whole.rstrip(b"\n").split(b"\n")]
+    # Line by line: of a file that somebody else made, no more is kept than a study has trials.
+    lines = iter(BytesIO(whole.rstrip(b"\n")))
+    head = next(lines, b"")
+    first = plain_of(head) if len(head) <= LONGEST_LINE else None
     if first is None or not set(IDENTITY) <= first.keys():
         raise error("is not the journal of a sweep")
-    read = [line for line in lines if line is not None]
-    # Damage is at one place of a line, and one name at most is missing.
-    if any(len(NEEDED - one.keys()) > 1 for one in read):
-        raise error("has lines that are no trials: it was written by something else")
-    good = [one for one in read if _is_result(one) and fits(one)]
-    often = Counter(one["index"] for one in good)
-    done = {one["index"]: one for one in good if often[one["index"]] == 1}
-    if keep_damaged and (None in lines[:-1] or len(done) < len(read)):
+    done: dict[int, Result] = {}
+    twice: set[int] = set()
+    damaged = False
+    for line in lines:
+        one = plain_of(line) if len(line) <= LONGEST_LINE else None
+        # Damage is at one place of a line, and one name at most is missing.
+        if one is not None and len(NEEDED - one.keys()) > 1:
+            raise error("has lines that are no trials: it was written by something else")
+        if one is None or not (_is_result(one) and fits(one)):
+            damaged |= one is not None or line.endswith(b"\n")  # the end of a killed sweep is none
+        elif one["index"] in done:
+            twice.add(one["index"])
+        else:
+            done[one["index"]] = one
+    for index in twice:
+        del done[index]
+    if keep_damaged and (damaged or twice):
         write_whole(_unused(path), lambda to: to.write_bytes(whole))
     return first, done
 
@@ -148,7 +161,7 @@ class Journal:
                 if not resume:
                     raise self._error("holds a sweep: go on with it by --resume, or give another")
                 # No line of another study fits; that is not damage, and needs no copy.
-                self._check(read_journal(self.directory, self.name)[0])
+                self._check(read_journal(self.directory, self.name, fits=lambda _: False)[0])
                 _, self.done = read_journal(
                     self.directory, self.name, fits=self.fits, keep_damaged=True
                 )

@@ -1,8 +1,10 @@
 """Sweeps that are spoilt and can be read all the same: one clear line, or a trial done again."""
 
 import html
+import json
 import shlex
 import shutil
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from spoilt_rig import NESTED, Change, change_json, filled, line_of, spoil_line,
 
 from drake_quad.cli.studies import print_sweep
 from drake_quad.errors import InputError
+from drake_quad.sweep import journal as journal_module
 from drake_quad.sweep.compare import compare_sweeps, print_comparison
 from drake_quad.sweep.journal import DAMAGED, NAME, Journal, read_journal
 from drake_quad.sweep.rebuild_report import rebuild_report
@@ -280,6 +283,39 @@ def test_of_two_lines_of_one_index_neither_counts(swept: Path) -> None:
     """Nobody knows which of them is the trial's: both are done again."""
     spoil_line(swept / NAME, 4, lambda line: line.update(index=5))
     assert set(read_journal(swept)[1]) == {0, 1, 2, 4, 6, 7}
+
+
+def test_of_a_journal_no_more_is_kept_than_the_study_has_trials(
+    swept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many lines somebody added to it: its memory is the file's, and not what they hold."""
+    line = read_journal(swept)[1][4]
+    many = b"".join(
+        json.dumps({**line, "index": 1000 + k, "scenario": None}).encode() + b"\n"
+        for k in range(20_000)
+    )
+    with (swept / NAME).open("ab") as file:
+        file.write(many)
+    size = (swept / NAME).stat().st_size
+    monkeypatch.setattr(journal_module, "MOST_JOURNAL", size)  # a file is read into room for that
+    tracemalloc.start()
+    _, done = read_journal(swept, fits=lambda one: one["index"] < 8)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(done) == 8 and peak < 3 * size
+
+
+def test_a_line_longer_than_any_counts_as_missing(
+    swept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the trials only that one; without its first line it is no journal."""
+    spoil_line(swept / NAME, 4, lambda line: line.update(reason="x" * 100_000))
+    assert len(read_journal(swept)[1]) == 8
+    monkeypatch.setattr(journal_module, "LONGEST_LINE", 100_000)
+    assert len(read_journal(swept)[1]) == 7
+    monkeypatch.setattr(journal_module, "LONGEST_LINE", 10)
+    with pytest.raises(InputError, match="is not the journal of a sweep"):
+        read_journal(swept)
 
 
 def test_another_studys_journal_is_no_damage(swept: Path) -> None:
