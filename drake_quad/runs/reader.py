@@ -122,6 +122,7 @@ def runs_of(flags: BoolArray) -> list[tuple[int, int]]:
 SUMMARY, LOG, SCENARIO = "summary.json", "log.parquet", "scenario.yaml"
 LONGEST_RUN = 10_000.0  # [s]: with 30 pictures a second, a replay of more has no use
 LONGEST_GAP = 2.0  # [s] between samples: twice the longest `simulation.log_period`
+MOST_SAMPLES = 1_500_000  # of a log: with the 141 columns of a run these are MOST_VALUES
 LARGEST = 1e9  # of a figure, in SI units: what is beyond is no measurement
 
 
@@ -266,7 +267,7 @@ def _tolerant_summary(path: Path, notices: list[str]) -> dict[str, Any]:
 def _read_log(path: Path, notices: list[str]) -> RunLog:
     """The log, or one without samples with a notice."""
     try:
-        table = read_given_table(path)
+        table = read_given_table(path, most_rows=MOST_SAMPLES)
     except (OSError, pa.ArrowException) as problem:
         notices.append(f"{path.name} cannot be read ({type(problem).__name__}): nothing to draw.")
         return RunLog({})
@@ -363,7 +364,9 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
         raise fail("summary.json", "is not a run's summary")
     _check_values(summary, str(directory / "summary.json"))
     try:
-        log = read_given_table(directory / "log.parquet", columns=["t", "margin"])
+        log = read_given_table(
+            directory / "log.parquet", columns=["t", "margin"], most_rows=MOST_SAMPLES
+        )
     except FileNotFoundError:
         raise fail("log.parquet", "not there") from None
     except (OSError, ValueError, pa.ArrowException) as problem:

@@ -32,7 +32,7 @@ from drake_quad.sweep.results import (
     validate_results,
 )
 from drake_quad.sweep.study import Study
-from drake_quad.sweep.study_loading import study_from
+from drake_quad.sweep.study_loading import MOST_TRIALS, study_from
 from drake_quad.sweep.trials import run_command, sweep_command
 from drake_quad.util.files import is_number, read_given_table
 
@@ -101,7 +101,7 @@ def _study(directory: Path) -> Study:
 
 def _read_clock(directory: Path) -> pa.Table:
     try:
-        clock = read_given_table(directory / CLOCK)
+        clock = read_given_table(directory / CLOCK, most_rows=MOST_TRIALS)
     except (OSError, ValueError, pa.ArrowException) as problem:
         reason = getattr(problem, "strerror", None)  # Arrow's own errors of bytes have none
         if reason and not isinstance(problem, FileNotFoundError):

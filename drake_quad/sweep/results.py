@@ -17,7 +17,7 @@ from drake_quad.scenario.load import scenario_text
 from drake_quad.sweep.journal import NAME as JOURNAL
 from drake_quad.sweep.sampling import GRID, distribution_of, support_of
 from drake_quad.sweep.study import Base, Study, Vary
-from drake_quad.sweep.study_loading import FREE, LONGEST_AXIS, MOST_WHOLE
+from drake_quad.sweep.study_loading import FREE, LONGEST_AXIS, MOST_TRIALS, MOST_WHOLE
 from drake_quad.sweep.trials import RANKED_BY, Trial, count_trials, figures_of, make_trials, repeat
 from drake_quad.util.files import (
     MOST_JSON,
@@ -319,7 +319,7 @@ def read_table(directory: Path) -> pa.Table:
         return InputError(source=str(directory), field=TRIALS, value=str(path), remedy=remedy)
 
     try:
-        table = read_given_table(path)
+        table = read_given_table(path, most_rows=MOST_TRIALS)
         table.validate(full=True)  # whether text is text is seen only now
     except FileNotFoundError:
         raise error(f"not there; {REMEDY}") from None

@@ -215,12 +215,15 @@ MOST_MEMORY = 2048 * MIB
 ROWS = 4096  # read at a time
 
 
-def read_given_table(path: str | Path, columns: Sequence[str] | None = None) -> "pa.Table":
+def read_given_table(
+    path: str | Path, columns: Sequence[str] | None = None, *, most_rows: int
+) -> "pa.Table":
     """The table of a regular file.
 
     Args:
         path: The file's path.
         columns: Names of the columns to read, where they are there; all if None.
+        most_rows: Greatest number of rows.
 
     Raises:
         OSError: It is no regular file, it or what is in it is too large, or it cannot be read.
@@ -234,6 +237,8 @@ def read_given_table(path: str | Path, columns: Sequence[str] | None = None) -> 
         schema = file.schema_arrow
         names = [name for name in schema.names if columns is None or name in columns]
         rows = file.metadata.num_rows
+        if rows > most_rows:
+            raise OSError(errno.EFBIG, f"it holds {rows} rows, and may hold {most_rows}", str(path))
         if rows * max(1, len(names)) > MOST_VALUES:
             raise _table_too_large(path, f"{rows} rows of {len(names)} columns")
         parts, memory = [], 0

@@ -280,9 +280,11 @@ def test_a_table_is_read_as_parquet_reads_it(tmp_path: Path) -> None:
             ),
         )
         pq.write_table(table, tmp_path / "t.parquet")
-        found = read_given_table(tmp_path / "t.parquet")
+        found = read_given_table(tmp_path / "t.parquet", most_rows=10_000)
         assert found.equals(table) and found.schema.metadata == table.schema.metadata
-        assert read_given_table(tmp_path / "t.parquet", ["b", "none"]).equals(table.select(["b"]))
+        assert read_given_table(tmp_path / "t.parquet", ["b", "none"], most_rows=10_000).equals(
+            table.select(["b"])
+        )
 
 
 def test_a_small_table_of_endless_rows_is_refused(
@@ -293,9 +295,25 @@ def test_a_small_table_of_endless_rows_is_refused(
     pq.write_table(pa.table({"a": pa.array([0.5] * 3_000_000)}), path)
     assert path.stat().st_size < 20_000
     monkeypatch.setattr(given_tables, "MOST_VALUES", 2_000_000)
+    with pytest.raises(OSError, match="3000000 rows, and may hold 2999999"):
+        read_given_table(path, most_rows=2_999_999)
     with pytest.raises(OSError, match="3000000 rows of 1 columns"):
-        read_given_table(path)
+        read_given_table(path, most_rows=3_000_000)
     monkeypatch.setattr(given_tables, "MOST_MEMORY", 50 * 1024 * 1024)
     pq.write_table(pa.table({"a": ["x" * 100_000] * 4096 * 3}), path)
     with pytest.raises(OSError, match="more than 50 MiB"):
-        read_given_table(path)
+        read_given_table(path, most_rows=3_000_000)
+
+
+def test_no_log_or_table_is_read_that_holds_more_rows_than_any(whole: Path, tmp_path: Path) -> None:
+    """A few kilobytes can be millions of rows, of each of which reports make a hundred numbers."""
+    shutil.copytree(whole, tmp_path / "given")
+    rows = pa.array([0.5] * 1_500_001)
+    pq.write_table(pa.table({"t": rows, "margin": rows}), tmp_path / "given/run/log.parquet")
+    with pytest.raises(InputError, match="1500001 rows, and may hold 1500000"):
+        read_summary(tmp_path / "given" / "run")
+    for name in ("trials", "clock"):
+        pq.write_table(pa.table({"index": rows}), tmp_path / f"given/sweep/{name}.parquet")
+        with pytest.raises(InputError, match="1500001 rows, and may hold 1000000"):
+            rebuild_report(tmp_path / "given" / "sweep")
+        shutil.copy(whole / f"sweep/{name}.parquet", tmp_path / f"given/sweep/{name}.parquet")
