@@ -222,7 +222,7 @@ def section(findings: dict[str, Any], command: str, name: str) -> str:
         lines += [
             "",
             f"To run the worst of them again at that commit, trial {failed[0]['index']} "
-            f"({failed[0]['outcome']}):",
+            f"({in_line(failed[0]['outcome'])}):",
             "",
             "```",
             failed[0]["command"],

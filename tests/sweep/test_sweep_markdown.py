@@ -65,13 +65,14 @@ def findings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def test_no_name_breaks_a_section(
     findings: dict[str, Any], tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a study, of what varies, of a band or in a cause; written again it is there once."""
+    """Of a study, of what varies, a band, a cause or an outcome; written again it is there once."""
     drawn = cache(lambda shown: curves_svg(json.loads(shown)))  # the same picture three times
     monkeypatch.setattr(section_module, "curves_svg", lambda bands: drawn(json.dumps(bands)))
     bands = [{**band, "label": name} for band in findings["bands"]["simulation.friction"]]
     causes = [{"trials": 1, "cause": name}]
     told = {**findings, "description": name, "bands": {name: bands}, "causes": causes}
     told["figures"] = {name: findings["figures"]["margin.minimum"]}
+    told["worst"] = [{**findings["worst"][0], "outcome": name}]
     page = tmp_path / "page.md"
     write_section(page, told, "drake-quad sweep x", "x")
     once = page.read_text()
@@ -86,6 +87,8 @@ def test_no_name_breaks_a_section(
     assert len(cells) == of_bands + 2 * 6
     lines = ["".join(c.content for c in t.children or []) for t in tokens if t.type == "inline"]
     assert f"{name}." in lines and f"1 × {name}" in lines
+    again = f"trial {findings['worst'][0]['index']} ({name}):"
+    assert f"To run the worst of them again at that commit, {again}" in lines
 
 
 def test_a_study_without_a_description_has_no_line_for_it(findings: dict[str, Any]) -> None:
