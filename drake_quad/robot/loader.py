@@ -143,6 +143,8 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
             return False
     if any(_is_point(plant.get_body(index)) for index in plant.GetBodyIndices(instance)):
         return False  # the importer reports it
+    if not min(robot.trunk_mass, *robot.link_mass[:, 2]) > 0.0:
+        return False  # and refuses a trunk or a shank without mass
     if any(
         "inertia" in line for line in warnings
     ):  # Drake puts another in the place of a wrong one

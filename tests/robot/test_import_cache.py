@@ -103,3 +103,17 @@ def test_normal_form_whose_inertia_drake_would_replace_is_none(tmp_path: Path) -
     light = shipped.replace('<mass value="', '<mass value="-', 1)
     with pytest.raises(InputError, match="mass"):
         load_robot(write(tmp_path, light))
+
+
+@pytest.mark.parametrize("links", [("trunk",), ("FL_shank",), ("trunk", "RR_shank", "RR_thigh")])
+def test_normal_form_without_the_mass_of_a_trunk_or_shank_is_none(
+    tmp_path: Path, links: tuple[str, ...]
+) -> None:
+    """A file of this form that lacks `inertial` is refused as any other, with the link's name."""
+    text = Path(load_robot("paper_quadruped").url).read_text()
+    for link in links:
+        start = text.index(f'<link name="{link}">')
+        first, last = text.index("<inertial>", start), text.index("</inertial>", start)
+        text = text[:first] + text[last + len("</inertial>") :]
+    with pytest.raises(InputError, match=f"{links[0]}: mass.*has no mass"):
+        load_robot(write(tmp_path, text))
