@@ -3,7 +3,11 @@
 numpy alone, and nothing of drake_quad.
 """
 
+import json
+import os
+import stat
 from collections.abc import Sequence
+from pathlib import Path
 from types import SimpleNamespace as Bag
 from typing import Any
 
@@ -28,8 +32,34 @@ GAP = 1.0  # [s] between tasks, where all of them are laid out on one axis
 _PHASE = ("task", "start", "end", "feet", "swing", "to", "lasts", "apex_time", "apex_z")
 
 
+MOST_BYTES = 64 << 20  # a thousand steps have 7 MiB
+
+
 class RefusedError(Exception):
     """Why a certificate is not accepted."""
+
+
+def read_record(path: Path) -> Any:
+    """What a file holds as JSON; whatever it is, nothing is waited for, or read without end.
+
+    Raises:
+        OSError: It is no regular file, it has more than MOST_BYTES, or it cannot be read.
+        ValueError: It is no JSON.
+    """
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # of a pipe it would wait for a writer
+    with os.fdopen(handle, "rb") as file:
+        found = os.fstat(handle)
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError("it must be a regular file")
+        if found.st_size > MOST_BYTES:
+            raise OSError(f"it has more than {MOST_BYTES >> 20} MiB")
+        data: bytes | None = file.read(MOST_BYTES + 1)
+    if data is None or len(data) > MOST_BYTES:  # files of /proc tell no size
+        raise OSError("it must be a whole file")
+    try:
+        return json.loads(data)
+    except RecursionError:
+        raise ValueError("brackets within brackets, too deep to be read") from None
 
 
 def require(condition: object, reason: str) -> None:

@@ -26,6 +26,7 @@ from certificate_reading import (
     numbers,
     read_course,
     read_plan,
+    read_record,
     read_robot,
     require,
 )
@@ -136,7 +137,7 @@ def main() -> int:
     parser.add_argument("--robot", type=Path, help="a URDF to compare the robot's numbers with")
     asked = parser.parse_args()
     try:
-        record = json.loads(asked.certificate.read_text(encoding="utf-8"))
+        record = read_record(asked.certificate)
     except (OSError, ValueError) as error:
         print(f"{asked.certificate}: cannot be read: {error}", file=sys.stderr)
         return 2

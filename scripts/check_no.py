@@ -18,7 +18,7 @@ from types import SimpleNamespace as Bag
 from typing import Any
 
 import numpy as np
-from certificate_reading import RefusedError, numbers, require
+from certificate_reading import RefusedError, numbers, read_record, require
 from numpy.typing import NDArray
 
 Record = dict[str, Any]
@@ -302,7 +302,7 @@ def main() -> int:
     parser.add_argument("--robot", type=Path, help="a URDF to compare the robot's numbers with")
     asked = parser.parse_args()
     try:
-        record = json.loads(asked.proof.read_text(encoding="utf-8"))
+        record = read_record(asked.proof)
     except (OSError, ValueError) as error:
         print(f"{asked.proof}: cannot be read: {error}", file=sys.stderr)
         return 2

@@ -6,7 +6,7 @@ Its ports are what a robot has; it holds a model of the robot and never sees the
 from collections.abc import Callable, Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
 
 from drake_quad.control.ports import BALANCE_SIZE
 from drake_quad.control.push_recovery import Reflex
@@ -136,13 +136,11 @@ def MakeController(
             maker=maker,
         ),
     )
-    follower = builder.AddNamedSystem(
-        "tracking_controller",
-        _make_tracking(tracking or control.kind)(
-            robot=robot, layout=layout, model=model, control=control, course=course
-        ),
+    follower = _make_tracking(tracking or control.kind)(
+        robot=robot, layout=layout, model=model, control=control, course=course
     )
     _check_ports(follower)
+    builder.AddNamedSystem("tracking_controller", follower)
     _Wire(builder, scheduler, planner, follower)
     contact_users: list[LeafSystem] = [scheduler, follower]
     state_users: list[LeafSystem] = [planner, follower]
@@ -198,10 +196,14 @@ def MakeController(
 
 
 def _make_tracking(tracking: str | MakeTracking) -> MakeTracking:
-    """What makes the controller."""
-    if not isinstance(tracking, str):
+    """What makes the controller.
+
+    Raises:
+        InputError: It is neither a controller's name nor can be called.
+    """
+    if not isinstance(tracking, str) and callable(tracking):
         return tracking
-    if tracking not in KINDS:
+    if not isinstance(tracking, str) or tracking not in KINDS:
         remedy = f"no such controller; give {' or '.join(KINDS)}, or what makes one of your own"
         raise InputError(source="controller", field="tracking", value=tracking, remedy=remedy)
     return KINDS[tracking]
@@ -211,8 +213,12 @@ def _check_ports(system: LeafSystem) -> None:
     """Sees that a system has the ports of a TrackingController.
 
     Raises:
-        InputError: The first that it lacks, or whose size is another.
+        InputError: It is no system; or the first that it lacks, or whose size is another.
     """
+    if not isinstance(system, System):
+        remedy = "what makes a controller must return a system of Drake"
+        value = type(system).__name__
+        raise InputError(source="controller", field="tracking", value=value, remedy=remedy)
 
     def fail(port: str, remedy: str) -> InputError:
         name = type(system).__name__

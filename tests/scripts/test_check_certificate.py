@@ -2,6 +2,7 @@
 
 import ast
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -206,3 +207,25 @@ def test_record_survives_being_read_again() -> None:
     record = record_of("flat_walk")
     assert json.loads(json.dumps(record)) == record
     assert np.all(np.isfinite(record["claimed"]["margin"]))
+
+
+@pytest.mark.parametrize("script", ["check_certificate.py", "check_no.py"])
+@pytest.mark.parametrize("kind", ["pipe", "device", "large", "deep", "directory"])
+def test_what_is_no_plain_file_cannot_be_read(tmp_path: Path, script: str, kind: str) -> None:
+    """In a line with status 2, at once: a pipe is not waited for, a device not read."""
+    path = tmp_path / "given.json"
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    elif kind == "large":
+        with path.open("wb") as file:
+            file.truncate(1 << 36)
+    elif kind == "deep":
+        path.write_text("[" * 200_000)
+    else:
+        path.mkdir()
+    command = [sys.executable, str(SCRIPTS / script), str(path)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "cannot be read" in done.stderr

@@ -80,9 +80,13 @@ def test_another_controllers_commands_reach_the_drives() -> None:
 
 
 def test_what_is_no_controller_is_refused_in_a_line() -> None:
-    """A name that there is not, and a system that lacks a port or has one of another size."""
+    """Nor a name or function, no system, one that lacks a port or has one of another size."""
     with pytest.raises(InputError, match=r"tracking = 'mpc'.*ik or whole_body"):
         make_climb(tracking="mpc")
+    with pytest.raises(InputError, match=r"tracking = 5: .*ik or whole_body"):
+        make_climb(tracking=5)
+    with pytest.raises(InputError, match=r"tracking = 'NoneType': .*must return a system of Drake"):
+        make_climb(tracking=lambda **_: None)
     with pytest.raises(InputError, match=r"motion_plan.*needs an input port"):
         make_climb(tracking=lambda **_: LeafSystem())
 
