@@ -1,9 +1,11 @@
 """A process of its own that makes plans, so that the loop of a robot's bus never waits for one."""
 
+import pickle
 import signal
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 
@@ -18,15 +20,24 @@ class PlanProcess:
     """Makes plans in another process, one after the other.
 
     It ends with the process that made it, however that ends.
+
+    Args:
+        first: Job with which it is tried, before anybody waits: once it has made that, all that
+            it takes is loaded.
+
+    Raises:
+        PlanningError: There is no plan of that job.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, first: PlanJob) -> None:
         context = get_context("spawn")  # a fork would keep real-time priority and locked memory
         self._mine, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        self._process.start()
+        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self.process.start()
         theirs.close()
         self._asked: tuple[int, int] | None = None
+        while self.ask(first) is None:
+            self._mine.poll(None)
 
     def __enter__(self) -> "PlanProcess":
         return self
@@ -47,11 +58,11 @@ class PlanProcess:
         """
         try:
             if self._asked != job.key:
-                self._mine.send(job)
+                _send(self._mine, job)
                 self._asked = job.key
                 return None
             while self._mine.poll():
-                key, plan, reason = self._mine.recv()
+                key, plan, reason = _receive(self._mine)
                 if key != job.key:
                     continue  # an answer that nobody waits for any more
                 self._asked = None
@@ -65,8 +76,20 @@ class PlanProcess:
     def close(self) -> None:
         """Ends the process."""
         self._mine.close()
-        self._process.terminate()
-        self._process.join(5.0)
+        self.process.terminate()
+        self.process.join(5.0)
+
+
+def _send(end: Connection, what: object) -> None:
+    """Sends by the protocol that keeps arrays that cannot be written to as they are.
+
+    Kernels are compiled anew for arrays of another kind, for seconds, within the loop.
+    """
+    end.send_bytes(pickle.dumps(what, protocol=5))
+
+
+def _receive(end: Connection) -> Any:
+    return pickle.loads(end.recv_bytes())
 
 
 def _serve(theirs: Connection) -> None:
@@ -74,7 +97,7 @@ def _serve(theirs: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the loop's to answer
     while True:
         try:
-            job: PlanJob = theirs.recv()
+            job: PlanJob = _receive(theirs)
         except (EOFError, OSError):
             return
         plan, reason = None, ""
@@ -87,6 +110,6 @@ def _serve(theirs: Connection) -> None:
         except Exception as problem:
             reason = f"planning failed: {problem!r}"[:200]
         try:
-            theirs.send((job.key, plan, reason))
+            _send(theirs, (job.key, plan, reason))
         except (EOFError, OSError):
             return

@@ -21,6 +21,7 @@ from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.unitree_messages import JointMap
 from drake_quad.errors import InputError
 from drake_quad.feasibility.inspect_robot import read_mapping
+from drake_quad.planning.plan_job import TaskJob
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
@@ -182,6 +183,12 @@ def _each_period(clock: Clock, period: float, tick: Callable[[], bool]) -> float
     return given_up / NS
 
 
+def _first_job(prepared: PreparedScenario) -> TaskJob:
+    """The mission's first task, as it was planned."""
+    robot, course = prepared.robot, prepared.course
+    return TaskJob(robot, course, prepared.settings, prepared.tasks[0], prepared.stance, 0)
+
+
 def control(
     prepared: PreparedScenario,
     choice: BusChoice,
@@ -208,7 +215,7 @@ def control(
     """
     clock = WallClock(choice.rate)
     bus = open_bus(choice, clock, prepared, robot=False)
-    plans = PlanProcess()
+    plans = PlanProcess(_first_job(prepared))
     recorder = None if record is None else BusRecorder(bus, clock, plans)
     loop = ControlLoop(
         prepared, recorder or bus, recorder or clock, maker=recorder or plans, silent=dry_run

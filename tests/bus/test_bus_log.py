@@ -40,7 +40,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
         SimulatedRobot(prepared), FaultyBus(bus, faults, clock, np.random.default_rng(3)), clock
     )
     recorder = BusRecorder(bus, clock)
-    loop = ControlLoop(prepared, recorder, recorder)
+    loop = ControlLoop(prepared, recorder, recorder, maker=recorder)
     walked = 0
     while not loop.outcome:
         robot.tick()
