@@ -7,6 +7,9 @@ foot reaches it, whatever the distance.
 On stairs a foot can only stand on treads. The paper describes cycles of one and of two treads
 (section II-A); this is the general pattern of n places a cycle with rear feet k places behind. A
 tread is one place, or more where treads are deep against the legs.
+
+A walk may begin and end on a flight, over one of its places: so a robot that does not know a flight
+to its end can stop on it, look, and go on from the same footprints.
 """
 
 from dataclasses import dataclass
@@ -18,7 +21,7 @@ import numpy as np
 from drake_quad.common import FloatArray, read_only
 from drake_quad.errors import PlanningError
 from drake_quad.robot.legs import LEGS, Leg
-from drake_quad.terrain.lane import Lane
+from drake_quad.terrain.lane import Flight, Lane
 
 SHORTEST_BLOCK = 0.4  # of the spacing: on a shorter one no foot steps
 LONGEST_BLOCK = 1.5  # of the spacing: a longer one is a step up, and then a step down
@@ -116,6 +119,8 @@ class FootholdGrid:
         on_tread: Which places are on a tread of a flight, or on a block.
         line: Where treads have several places, the grid with one a tread: its line is the flights'
             own.
+        starts_on_flight: Whether the body starts over a tread with more of its flight ahead.
+        ends_on_flight: Whether it ends over one.
     """
 
     s: FloatArray
@@ -124,6 +129,8 @@ class FootholdGrid:
     cycles: int
     on_tread: tuple[bool, ...]
     line: "FootholdGrid | None" = None
+    starts_on_flight: bool = False
+    ends_on_flight: bool = False
 
     @property
     def knots(self) -> tuple[FloatArray, FloatArray]:
@@ -133,6 +140,48 @@ class FootholdGrid:
     def height(self, s: FloatArray) -> FloatArray:
         """The slope line through the treads' middles, at `s` [m]; flat beyond the ends."""
         return np.asarray(np.interp(s, *self.knots))
+
+
+FARTHER = 3  # places laid beyond an end on a flight, for the slope under the body there
+
+
+def flight_places(lane: Lane, flight: Flight, per_tread: int = 1) -> FloatArray:
+    """The places on a flight, in walking order (n per_tread,) [m].
+
+    Args:
+        lane: The lane.
+        flight: One of its flights.
+        per_tread: How many places every tread has, evenly spaced.
+    """
+    shares = (2.0 * np.arange(per_tread) + 1.0) / (2.0 * per_tread)
+    treads = lane.treads(flight)
+    return np.asarray(treads[:, :1] + np.diff(treads[:, :2]) * shares).reshape(-1)
+
+
+def flight_at(lane: Lane, s: float, deep: float = inf) -> Flight | None:
+    """The flight on which a foot at `s` [m] stands with more risers ahead; None for level ground.
+
+    Its last tread is level with what follows, and counts as that.
+
+    Args:
+        lane: The lane.
+        s: Where along it [m].
+        deep: Depth of treads from which a flight is none [m].
+    """
+    k = int(lane.interval(s))
+    for flight in lane.close_flights(deep):
+        if flight.first <= k < flight.last:
+            return flight
+    return None
+
+
+def nearest_place(lane: Lane, s: float, *, per_tread: int = 1, deep: float = inf) -> float:
+    """The place that is nearest to `s` [m] if that is on a flight, else `s` itself [m]."""
+    flight = flight_at(lane, s, deep)
+    if flight is None:
+        return s
+    places = flight_places(lane, flight, per_tread)
+    return float(places[np.argmin(np.abs(places - s))])
 
 
 def make_foothold_grid(
@@ -152,7 +201,7 @@ def make_foothold_grid(
     Args:
         lane: The lane.
         start: Where the body's centre starts, along the lane [m].
-        goal: Where it is to end [m]; both are to be on level ground.
+        goal: Where it is to end [m]. On a flight, both are the nearest of its places.
         spacing: The longest distance between neighbours on level ground [m].
         behind: How many places to lay behind the start.
         ahead: How many to lay beyond the goal.
@@ -163,6 +212,8 @@ def make_foothold_grid(
     Raises:
         PlanningError: If there is no room to step between start, flights and goal.
     """
+    begun, ended = flight_at(lane, start, deep), flight_at(lane, goal, deep)
+    start, goal = (nearest_place(lane, x, per_tread=per_tread, deep=deep) for x in (start, goal))
     pins: list[float] = [start]
     end = start  # of the flight before
     level: list[bool] = []  # whether the span after pin k is level
@@ -177,7 +228,9 @@ def make_foothold_grid(
             obstacles, until=first[0], goal=goal, end=end, pins=pins, level=level
         )
         before = first[0] - 0.5 * (first[1] - first[0]) / per_tread
-        if before >= pins[-1] - 1e-6:
+        if flight == begun:
+            pass  # it starts on a tread of this one
+        elif before >= pins[-1] - 1e-6:
             pins.append(before)
             level.append(True)
         elif len(pins) == 1:
@@ -194,19 +247,28 @@ def make_foothold_grid(
             pins[-1] = 0.5 * (end + first[0])  # one place serves both flights
         for a, b, _ in treads:
             for k in range(1, 2 * per_tread, 2):
-                pins.append(((2 * per_tread - k) * a + k * b) / (2 * per_tread))
+                place = ((2 * per_tread - k) * a + k * b) / (2 * per_tread)
+                if (flight == begun and place <= start + 1e-9) or (
+                    flight == ended and place >= goal - 1e-9
+                ):
+                    continue
+                pins.append(place)
                 level.append(False)
+        if flight == ended:
+            break
         end = last[1]
         pins.append(end + 0.5 * (end - last[0]) / per_tread)
         level.append(False)
-    snap_to_obstacles(obstacles, until=goal, goal=goal, end=end, pins=pins, level=level)
+    if ended is None:
+        snap_to_obstacles(obstacles, until=goal, goal=goal, end=end, pins=pins, level=level)
     if goal < pins[-1] - 1e-6:
         raise PlanningError(
             f"the walk ends {goal - start:.2f} m on, too near behind a flight or before its start",
             goal=goal,
         )
-    pins.append(goal)
-    level.append(True)
+    if ended is None or goal > pins[-1] + 1e-9:
+        pins.append(goal)
+        level.append(ended is None)
 
     gaps = np.diff(pins)
     counts = np.array([max(int(np.ceil(g / spacing - 1e-6)), 0) if lv else 1
@@ -223,11 +285,14 @@ def make_foothold_grid(
         s_all, first_gap, last_gap = s, spacing, spacing
     else:
         s_all, first_gap, last_gap = s, s[1] - s[0], s[-1] - s[-2]
-    places = np.array(
-        [s_all[0] - first_gap * (behind - k) for k in range(behind)]
-        + s_all
-        + [s_all[-1] + last_gap * (k + 1) for k in range(ahead)]
-    )
+    hind = [s_all[0] - first_gap * (behind - k) for k in range(behind)]
+    fore = [s_all[-1] + last_gap * (k + 1) for k in range(ahead)]
+    if begun is not None:
+        hind = _places_behind(lane, begun, start, behind, per_tread=per_tread, spacing=spacing)
+        behind = len(hind)
+    if ended is not None:
+        fore = _places_beyond(lane, ended, goal, ahead, per_tread=per_tread, spacing=spacing)
+    places = np.array(hind + s_all + fore)
     z = lane.height(places)
     if np.any(np.isnan(z)):
         bad = places[np.isnan(z)]
@@ -248,7 +313,40 @@ def make_foothold_grid(
         cycles=(len(s) - 1) // per_cycle,
         on_tread=tuple(kinds),
         line=line,
+        starts_on_flight=begun is not None,
+        ends_on_flight=ended is not None,
     )
+
+
+def _places_behind(
+    lane: Lane, flight: Flight, start: float, count: int, *, per_tread: int, spacing: float
+) -> list[float]:
+    """The places before `start` on a flight, and on the ground before that, in walking order [m].
+
+    They are `count`, which feet may need, and FARTHER besides where there is ground.
+    """
+    treads = lane.treads(flight)
+    places = flight_places(lane, flight, per_tread)
+    found = [float(x) for x in places[places < start - 1e-9][::-1]]
+    found.append(float(treads[0, 0] - 0.5 * (treads[0, 1] - treads[0, 0]) / per_tread))
+    while len(found) < count + FARTHER:
+        found.append(found[-1] - spacing)
+    found = found[: count + FARTHER]
+    return [x for k, x in enumerate(found) if k < count or x >= -lane.run_in][::-1]
+
+
+def _places_beyond(
+    lane: Lane, flight: Flight, goal: float, count: int, *, per_tread: int, spacing: float
+) -> list[float]:
+    """The same beyond `goal`: on the flight, and on the ground behind it [m]."""
+    treads = lane.treads(flight)
+    places = flight_places(lane, flight, per_tread)
+    found = [float(x) for x in places[places > goal + 1e-9]]
+    found.append(float(treads[-1, 1] + 0.5 * (treads[-1, 1] - treads[-1, 0]) / per_tread))
+    while len(found) < count + FARTHER:
+        found.append(found[-1] + spacing)
+    end = lane.length + lane.run_out
+    return [x for k, x in enumerate(found[: count + FARTHER]) if k < count or x <= end]
 
 
 # The fraction of the cycle at which each leg lifts off, in the order 1-4-2-3.

@@ -19,7 +19,12 @@ from drake_quad.planning.body_reference import (
     tread_offset,
 )
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.footholds import FootholdGrid, make_foothold_grid
+from drake_quad.planning.footholds import (
+    FootholdGrid,
+    flight_at,
+    flight_places,
+    make_foothold_grid,
+)
 from drake_quad.planning.motion_plan import Segment, Stance
 from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
 from drake_quad.planning.step_builder import StepBuilder
@@ -108,6 +113,45 @@ def take_step(
     }
 
 
+SAME_PLACE = 0.03  # [m] from where a foot is to stand, within which it stays, on a flight
+
+
+def walk_start(lane: Lane, settings: PlanSettings, stance: Stance) -> float:
+    """The place that the body of a walk starts from, along the lane [m].
+
+    It is where the body is, on level ground. On a flight the body may stand ahead of its place: the
+    place is the one whose footprints are nearest to those of the feet.
+
+    Args:
+        lane: The lane.
+        settings: The gait's.
+        stance: Where body and feet are.
+    """
+    body, feet = (np.asarray(lane.coordinates(p)[0]) for p in (stance.body[:2], stance.feet))
+    pattern, deep = settings.pattern, settings.deep_tread
+    flight = next((f for s in feet if (f := flight_at(lane, float(s), deep)) is not None), None)
+    if flight is None:
+        return float(body)
+    places = flight_places(lane, flight, pattern.per_tread)
+    gap = float(places[1] - places[0])
+    before = places[0] - gap * np.arange(pattern.behind + 2, 0, -1)
+    places = np.concatenate([before, places, places[-1] + gap * np.arange(1, pattern.beyond + 3)])
+    first = np.array([pattern.first(leg) for leg in LEGS])
+    starts = range(-int(first.min()), len(places) - int(first.max()))
+    off = [float(np.abs(places[k + first] - feet).sum()) for k in starts]
+    return float(places[starts[int(np.argmin(off))]])
+
+
+def _as_they_stand(lane: Lane, feet: FloatArray, desired: FloatArray) -> FloatArray:
+    """The places (4, 2) with those of feet that stand just there, but for a little, as they are.
+
+    A map that was looked at again has its treads some millimetres elsewhere; nobody steps for that.
+    """
+    near = np.linalg.norm(feet[:, :2] - desired, axis=1) < SAME_PLACE
+    same = lane.interval(lane.coordinates(feet)[0]) == lane.interval(lane.coordinates(desired)[0])
+    return np.where((near & same)[:, None], feet[:, :2], desired)
+
+
 # A walk begins where the body's program ended the task before, to its tolerance: without some slack
 # ten microns make a walk of whole strides a cycle longer.
 STRIDE_SLACK = 1e-4
@@ -122,9 +166,9 @@ def plan_walk_footsteps(
         PlanningError: If the lane has no room for it.
     """
     lane = course.lanes[task.lane]
-    start = float(lane.coordinates(stance.body[:2])[0])
     pattern = settings.pattern
     n = pattern.treads
+    start = walk_start(lane, settings, stance)
     lattice = make_foothold_grid(
         lane,
         start=start,
@@ -152,6 +196,8 @@ def plan_walk_footsteps(
         segments.append(plan_transition_footsteps(builder, centres, settings, body=stance.body,
                                        name="transition to the centres"))  # fmt: skip
     desired = np.stack([place(leg, pattern.first(leg)) for leg in LEGS])
+    if lattice.starts_on_flight:
+        desired = _as_they_stand(lane, builder.feet, desired)
     segments.append(plan_transition_footsteps(builder, desired, settings, body=stance.body,
                                    name="transition to the wave gait",
                                    gait="wave"))  # fmt: skip
@@ -236,12 +282,15 @@ def _nominal(
     times = np.concatenate([[0.0], halves, [end]])
     at = 0.5 * settings.pattern.treads * beats
     ahead = np.full(len(beats), settings.body_ahead)
-    ahead[[0, -1]] = 0.0
+    level = [not lattice.starts_on_flight, not lattice.ends_on_flight]
+    ahead[np.array([0, -1])[level]] = 0.0
     ahead += _recentred(settings)
-    places = lattice.behind + np.concatenate([[0.0], at + ahead, [at[-1]]])
+    ends = [0.0 if level[0] else ahead[0], at[-1] + (0.0 if level[1] else ahead[-1])]
+    places = lattice.behind + np.concatenate([ends[:1], at + ahead, ends[1:]])
     s = np.interp(places, np.arange(len(lattice.s)), lattice.s)
     shift = sideways_shift(lattice, s, settings)
-    shift[[0, 1, -2, -1]] = 0.0  # walks begin and end at rest over their places
+    # On level ground walks begin and end at rest over their places, on a flight as on their way.
+    shift[np.array([0, 1, -2, -1])[np.repeat(level, 2)]] = 0.0
     s += shift
     if settings.uniform_body:  # it stays where it is through the transition
         times, s = np.insert(times, 1, moved), np.insert(s, 1, s[0])
