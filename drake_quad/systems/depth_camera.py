@@ -109,6 +109,7 @@ class DepthCamera(LeafSystem):
         )
         self._pose = self.DeclareVectorInputPort("base_pose_estimated", 7)
         self._deviation = self.DeclareVectorInputPort("estimator_deviation", 9)
+        self._looking = self.DeclareVectorInputPort("looking", 1)
         self._taken = self.DeclareAbstractState(AbstractValue.Make(NO_IMAGE))
         self._arrived = self.DeclareAbstractState(AbstractValue.Make(NO_IMAGE))
         self.DeclareStateOutputPort("depth_measured", self._arrived)
@@ -123,6 +124,8 @@ class DepthCamera(LeafSystem):
         return self._errors
 
     def _take(self, context: Context, state: State) -> None:
+        if self._looking.HasValue(context) and self._looking.Eval(context)[0] < 0.5:
+            return
         shown: ImageDepth32F = self._image.Eval(context)
         number = round(context.get_time() / self._period)
         true = np.asarray(shown.data[:, :, 0], dtype=float)

@@ -64,6 +64,19 @@ def test_an_image_keeps_how_well_the_pose_was_known_when_it_was_taken() -> None:
     assert port.Eval(context).base_deviation.tolist() == [0.0, 1.0, 2.0, 6.0, 7.0, 8.0]
 
 
+def test_no_image_is_taken_while_none_is_wanted() -> None:
+    """Where the port says so; the next one comes at the next time that is a whole period."""
+    camera, simulator = alone(IDEAL_DEPTH)
+    port, context = camera.GetOutputPort("depth_measured"), simulator.get_mutable_context()
+    wanted = camera.GetInputPort("looking")
+    wanted.FixValue(context, np.zeros(1))
+    simulator.AdvanceTo(0.35)
+    assert port.Eval(context).stamp == -np.inf
+    wanted.FixValue(context, np.ones(1))
+    simulator.AdvanceTo(0.45)
+    assert port.Eval(context).stamp == pytest.approx(0.4)
+
+
 def test_noise_is_of_the_size_told_and_the_same_for_the_same_seed() -> None:
     """At 1.5 m 0.08 px are some 8 mm; two cameras of one seed agree to the bit."""
     images = []
