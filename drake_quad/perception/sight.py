@@ -1,6 +1,8 @@
-"""What a robot saw from where it stood, and what came of it."""
+"""What a robot saw from where it stood, and what came of it; and what it saw later on its way."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from drake_quad.common import FloatArray, read_only
 from drake_quad.perception.level_beyond import Level
@@ -32,3 +34,33 @@ class Sight:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth", read_only(self.depth))
+
+
+@dataclass(frozen=True, eq=False)
+class MapRevision:
+    """A further look, and the map that came of it; arrays cannot be written to.
+
+    Attributes:
+        number: Its number: 0 of the look from the start, then one more each.
+        stamp: Time of the image [s].
+        belief: The stairs that it showed; None if it showed none.
+        level: What it showed beyond the last nosing; None if it showed no flight up.
+        map: The map since then; that of before where nothing came of it.
+        reason: Why nothing came of it; empty if something did.
+        depth: The image [m], (height, width); 0 where there is none.
+    """
+
+    number: int
+    stamp: float
+    belief: StairBelief | None
+    level: Level | None
+    map: StairMap
+    reason: str = ""
+    depth: FloatArray = field(default_factory=lambda: np.zeros((1, 1)), repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "depth", read_only(self.depth))
+
+    def __deepcopy__(self, memo: object) -> "MapRevision":
+        """It never changes, so that Drake may copy a Context without copying it."""
+        return self

@@ -1,6 +1,7 @@
 """A map made of what was seen: from a belief of one flight to the course that is planned on.
 
-The map is a floor, the flight and a landing on one lane. The lane leads through the place where the
+The map is a floor, the flight and a landing on one lane; or of a flight whose end is not known, its
+first steps. The lane leads through the place where the
 robot stands, along the climb as it is believed to head, so that its risers lie square across it.
 What no image tells is told: the floor under and behind the robot, and how far the ground goes on
 level beyond the last nosing where that is farther than it was seen.
@@ -20,6 +21,7 @@ from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.elements import DEFAULT_THICKNESS, TURNING_SPACE, WIDTH_MIN, Element
 
 SOURCE = "the map of what was seen"
+STUB = 0.1  # [m] of ground behind the last tread of a flight whose end is not known
 LEAST_OVERHANG = 0.003  # [m]; a map has risers straight under their nosings up to there
 
 
@@ -39,6 +41,11 @@ class StairMap:
         error_place: How far a riser may be off within half a stance's width of the lane [m].
         error_height: How far a tread may be off in height [m].
         turning_space: Length and width of the smallest landing that the robot may turn on [m].
+        run: Mean depth of the treads [m].
+        complete: Whether all of the flight was seen, and the landing; else the map ends with the
+            last tread that was.
+        trusted: How many of the first nosings are known well enough to be planned on.
+        seen_in: Number of the look that told each nosing, (n,).
     """
 
     elements: tuple[Element, ...]
@@ -52,6 +59,10 @@ class StairMap:
     error_place: float
     error_height: float
     turning_space: float = TURNING_SPACE
+    run: float = 0.0
+    complete: bool = True
+    trusted: int = 0
+    seen_in: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("origin", "places", "heights", "place_errors", "height_errors"):
@@ -140,6 +151,7 @@ def make_stair_map(
     landing: float,
     reach: float,
     turning_space: float = TURNING_SPACE,
+    to_its_end: bool = True,
 ) -> StairMap:
     """The map of the flight up that was seen.
 
@@ -154,6 +166,8 @@ def make_stair_map(
             taken for granted.
         reach: How far from the lane's middle line feet are put down [m].
         turning_space: Length and width of the smallest landing that the robot may turn on [m].
+        to_its_end: Whether all of the flight has to have been seen; if not, the map may be one of
+            its first steps.
 
     Raises:
         PlanningError: There is nothing to climb, or not all of the flight was seen.
@@ -162,8 +176,8 @@ def make_stair_map(
         raise PlanningError("no stairs are seen")
     if not belief.going_up:
         raise PlanningError("what is seen leads down, and a map of it is not made")
-    ends = belief.count_most == belief.count_least or (level is not None and level.ends_flight)
-    if belief.passed or not ends:
+    complete = not belief.passed and sees_end(belief, level)
+    if to_its_end and not complete:
         raise PlanningError("how many steps there are is not known: not all of them are seen")
     if level is not None and level.below_view:
         many = "the first step is" if level.below_view == 1 else "the first steps are"
@@ -171,51 +185,104 @@ def make_stair_map(
     along, aside = belief.direction, np.array([-belief.direction[1], belief.direction[0]])
     offset = belief.origin - standing
     places = behind + float(offset @ along) + belief.places
-    heights = np.array(belief.heights[1:])
-    runs = [*np.diff(places).tolist(), belief.run]
-    rises = np.diff(np.concatenate([[floor], heights])).tolist()
     lateral = float(offset @ aside)
-    width = _width_about(lateral, belief.right, belief.left)
-    if width < WIDTH_MIN:
-        raise PlanningError(
-            f"only {max(width, 0.0):.2f} m of the treads are seen about the way ahead, and "
-            f"{WIDTH_MIN:g} m are wanted"
-        )
-    if landing <= belief.run:
-        raise PlanningError(f"the {landing:g} m of landing that are told are shorter than a tread")
-    beyond = 0.0 if level is None else _width_about(lateral, level.right, level.left)
-    is_open, overhang = (belief.is_open or None), None
+    width = check_width(width_about(lateral, belief.right, belief.left))
+    beyond = 0.0 if level is None else width_about(lateral, level.right, level.left)
+    overhang = None
     if belief.overhang > max(LEAST_OVERHANG, belief.estimate("overhang").half_width):
         overhang = belief.overhang
-    thickness = None
-    if is_open or overhang:
-        thickness = min(DEFAULT_THICKNESS, 0.5 * min(rises))
-    stairs = Element(
-        kind="stairs", going="up", rises=rises, runs=runs, width=width, overhang=overhang,
-        open=is_open, thickness=thickness,
-    )  # fmt: skip
-    elements = (
-        Element(kind="floor", length=float(places[0]), width=max(width, 2.0 * reach)),
-        stairs,
-        Element(kind="landing", length=landing - belief.run, width=max(width, beyond)),
-    )
     aside_sigma = reach * belief.sigma("yaw")
     return StairMap(
-        elements=elements,
+        elements=lay_flight(
+            places, np.array(belief.heights[1:]), floor=floor, run=belief.run, width=width,
+            beyond=beyond, landing=landing if complete else None, reach=reach,
+            is_open=belief.is_open, overhang=overhang,
+        ),
         origin=standing - behind * along,
         yaw=belief.yaw,
         floor=floor,
         places=places,
-        heights=heights,
+        heights=np.array(belief.heights[1:]),
         place_errors=NORMAL_95 * belief.place_sigmas,
         height_errors=NORMAL_95 * belief.height_sigmas[1:],
         error_place=float(NORMAL_95 * np.hypot(belief.place_sigmas, aside_sigma).max()),
         error_height=float(NORMAL_95 * belief.height_sigmas[1:].max()),
         turning_space=turning_space,
+        run=belief.run,
+        complete=complete,
+        trusted=len(places),
+        seen_in=(0,) * len(places),
+    )  # fmt: skip
+
+
+def sees_end(belief: StairBelief, level: Level | None) -> bool:
+    """Whether it was seen where a flight ends: by its fit, or by the ground beyond it."""
+    return belief.count_most == belief.count_least or (level is not None and level.ends_flight)
+
+
+def check_width(width: float) -> float:
+    """The width over which treads are seen about the way ahead [m], if that is enough.
+
+    Raises:
+        PlanningError: It is not.
+    """
+    if width < WIDTH_MIN:
+        raise PlanningError(
+            f"only {max(width, 0.0):.2f} m of the treads are seen about the way ahead, and "
+            f"{WIDTH_MIN:g} m are wanted"
+        )
+    return width
+
+
+def lay_flight(
+    places: FloatArray,
+    heights: FloatArray,
+    *,
+    floor: float,
+    run: float,
+    width: float,
+    beyond: float,
+    landing: float | None,
+    reach: float,
+    is_open: bool,
+    overhang: float | None,
+) -> tuple[Element, ...]:
+    """The elements of a map: a floor, a flight, and what is behind it.
+
+    Args:
+        places: The nosings' places along the lane, (n,) [m].
+        heights: The treads' heights in W, (n,) [m].
+        floor: Height of the floor in W [m].
+        run: Depth of the last tread [m].
+        width: Width of the treads [m].
+        beyond: Width over which the ground beyond the last nosing was seen to be level [m].
+        landing: How far the ground is level beyond the last nosing [m]; None if the flight's end is
+            not known: then the map ends with the last tread, and a stub that no plan reaches.
+        reach: How far from the lane's middle line feet are put down [m].
+        is_open: Whether there is nothing between the treads.
+        overhang: How far treads reach over the risers below [m]; None for not at all.
+
+    Raises:
+        PlanningError: A landing shorter than a tread.
+    """
+    if landing is not None and landing <= run:
+        raise PlanningError(f"the {landing:g} m of landing that are told are shorter than a tread")
+    runs = [*np.diff(places).tolist(), run]
+    rises = np.diff(np.concatenate([[floor], heights])).tolist()
+    thickness = min(DEFAULT_THICKNESS, 0.5 * min(rises)) if is_open or overhang else None
+    stairs = Element(
+        kind="stairs", going="up", rises=rises, runs=runs, width=width, overhang=overhang,
+        open=is_open or None, thickness=thickness,
+    )  # fmt: skip
+    length = STUB if landing is None else landing - run
+    return (
+        Element(kind="floor", length=float(places[0]), width=max(width, 2.0 * reach)),
+        stairs,
+        Element(kind="landing", length=length, width=max(width, beyond)),
     )
 
 
-def _width_about(lateral: float, right: float, left: float) -> float:
+def width_about(lateral: float, right: float, left: float) -> float:
     """Width about the lane of what is seen from `right` to `left` of the climb's line [m].
 
     Args:

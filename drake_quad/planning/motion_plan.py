@@ -25,6 +25,7 @@ from drake_quad.robot.kinematics import constants, pose
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.stability.support_polygon import stability_margins
+from drake_quad.terrain.course import Course
 
 # Columns of the table of phases: times [s], who stands (4), the feet (12) [m], the row of the
 # swing leg (-1 for none), and its swing: from (3), to (3) [m], how long, when the apex [s], its
@@ -243,6 +244,9 @@ class MotionPlan:
         margin_kind: Region that the margin is measured in, one of
             `stability.equilibrium_region.KINDS`.
         joined: Time from which on the body's height and pitch follow from its place alone [s].
+        course: The map that it was made on, where the map grows; None where it is the controller's
+            from the beginning.
+        goes_on: Whether another task follows, which is not known yet.
         tables: The plan as arrays, for kernels.
     """
 
@@ -254,6 +258,8 @@ class MotionPlan:
     revision: int = 0
     margin_kind: str = HULL
     joined: float = 0.0
+    course: Course | None = None
+    goes_on: bool = False
     tables: PlanTables = field(init=False)
 
     def __post_init__(self) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.perception.sight import Sight
+from drake_quad.perception.sight import MapRevision, Sight
 from drake_quad.perception.stair_belief import Estimate, StairBelief
 from drake_quad.perception.stair_map import describe_belief
 from drake_quad.terrain.course import Course
@@ -102,14 +102,16 @@ def _nosings(belief: StairBelief, true: FloatArray) -> list[dict[str, Any]]:
     return rows
 
 
-def record_sight(sight: Sight, world: Course) -> SeenRecord:
+def record_sight(sight: Sight, world: Course, revisions: Sequence[MapRevision] = ()) -> SeenRecord:
     """What was seen, beside what there is.
 
     Args:
-        sight: What was seen.
+        sight: What was seen from the start.
         world: The course as it really is.
+        revisions: The maps that the robot had on its way, that of the start first.
     """
     belief = sight.belief
+    last = revisions[-1].map if revisions else sight.map
     told: dict[str, Any] = {
         "words": describe_belief(belief),
         "refused": sight.refused,
@@ -117,9 +119,10 @@ def record_sight(sight: Sight, world: Course) -> SeenRecord:
         "images": sight.images,
         "stairs": belief is not None,
         "level_seen": None if sight.level is None else sight.level.length,
-        "map": None if sight.map is None else sight.map.describe(),
-        "error_place": None if sight.map is None else sight.map.error_place,
-        "error_height": None if sight.map is None else sight.map.error_height,
+        "map": None if last is None else last.describe(),
+        "error_place": None if last is None else last.error_place,
+        "error_height": None if last is None else last.error_height,
+        "revisions": [_revision(revision, world) for revision in revisions],
     }
     if belief is not None:
         true = true_crossings(world, belief.origin, belief.direction)
@@ -143,6 +146,34 @@ def record_sight(sight: Sight, world: Course) -> SeenRecord:
             "nosings": _nosings(belief, true),
         }
     return SeenRecord(told, sight.depth)
+
+
+def _revision(revision: MapRevision, world: Course) -> dict[str, Any]:
+    """A map that the robot had on its way, beside what there is, along the map's lane."""
+    known = revision.map
+    direction = np.array([np.cos(known.yaw), np.sin(known.yaw)])
+    true = true_crossings(world, known.origin, direction)
+    columns = (known.places, known.place_errors, known.heights, known.height_errors)
+    nosings = []
+    for k, (place, place_width, height, height_width) in enumerate(zip(*columns, strict=True)):
+        there = k < len(true)
+        nosings.append(
+            {
+                "place": _compare(place, place_width, float(true[k, 0]) if there else None),
+                "height": _compare(height, height_width, float(true[k, 1]) if there else None),
+                "look": known.seen_in[k],
+            }
+        )
+    return {
+        "number": revision.number,
+        "stamp": revision.stamp,
+        "words": describe_belief(revision.belief),
+        "reason": revision.reason,
+        "steps": len(known.places),
+        "planned_on": known.trusted,
+        "complete": known.complete,
+        "nosings": nosings,
+    }
 
 
 def seen_figures(told: Mapping[str, Any]) -> dict[str, Any]:

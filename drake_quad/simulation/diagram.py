@@ -10,7 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import (
+    Diagram,
+    DiagramBuilder,
+    InputPort,
+    OutputPort,
+    PortDataType,
+)
 from pydrake.systems.primitives import Gain
 
 from drake_quad.common import FloatArray
@@ -24,6 +30,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.runs.schema import sources_of
 from drake_quad.scenario.build import sensor_errors, torque_errors, touch_settings
+from drake_quad.simulation.eyes import AddGrowingMap
 from drake_quad.simulation.instruments import (
     AddLoggers,
     AddMonitors,
@@ -43,6 +50,7 @@ from drake_quad.stability.equilibrium_region import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.disturbances import Delay, Disturbances
 from drake_quad.systems.joint_contact_estimator import standing_torque
+from drake_quad.systems.transition_planner import Growth
 from drake_quad.terrain.course import Course
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")
@@ -61,13 +69,14 @@ def ConnectSenses(
 
     Args:
         builder: Builder that holds the controller and the senses.
-        controller: Controller, all of whose inputs are connected.
+        controller: Controller, all of whose vector inputs are connected.
         senses: Ports by name; those that the controller has no input for are left alone.
         initial: Values until the first sample has come through; 0 for senses without any.
         delay: Delay, a whole number of the plant's steps [s].
         time_step: Time step of the plant [s].
     """
-    names = [controller.get_input_port(k).get_name() for k in range(controller.num_input_ports())]
+    ports = [controller.get_input_port(k) for k in range(controller.num_input_ports())]
+    names = [p.get_name() for p in ports if p.get_data_type() == PortDataType.kVectorValued]
     zero = {name: np.zeros(senses[name].size()) for name in names}
     late = _late(
         builder,
@@ -180,6 +189,7 @@ def MakeStairClimb(
     foot_give: float = 0.0,
     visualize: Visualize | None = None,
     tracking: str | MakeTracking | None = None,
+    growth: Growth | None = None,
 ) -> StairClimb:
     """Wires plant, controller, monitors and loggers; the robot stands in `stance` at first.
 
@@ -203,6 +213,7 @@ def MakeStairClimb(
         foot_give: How much foot and ground give under load, as the estimator knows it [m].
         visualize: Function that adds viewers to the Diagram.
         tracking: Controller of one's own, as for MakeController.
+        growth: How to plan on where the map grows; `visualize` then has to add a MapKeeper.
     """
     world = course if world is None else world
     disturbances = disturbances or Disturbances()
@@ -232,6 +243,7 @@ def MakeStairClimb(
             tracking=tracking,
             feel=feel,
             foot_give=foot_give,
+            growth=growth,
         ),
     )
     monitors = AddMonitors(
@@ -332,6 +344,12 @@ def stair_climb_of(
         tracking: Controller of one's own, as for MakeController.
     """
     scenario = preparation.scenario
+
+    def add_eyes(builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+        AddGrowingMap(builder, scene_graph, preparation)
+        if visualize is not None:
+            visualize(builder, plant, scene_graph)
+
     return MakeStairClimb(
         robot=preparation.robot,
         course=preparation.course,
@@ -349,6 +367,7 @@ def stair_climb_of(
         feel=touch_settings(scenario),
         torques=torque_errors(scenario, preparation.robot),
         foot_give=scenario.estimator.foot_give,
-        visualize=visualize,
+        visualize=visualize if preparation.growth is None else add_eyes,
         tracking=tracking,
+        growth=preparation.growth,
     )

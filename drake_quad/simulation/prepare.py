@@ -13,6 +13,7 @@ from drake_quad.planning.mission import (
     plan_mission,
 )
 from drake_quad.planning.motion_plan import Stance
+from drake_quad.planning.onward import why_not
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import (
@@ -24,7 +25,8 @@ from drake_quad.scenario.build import (
     world_of,
 )
 from drake_quad.scenario.config import Scenario
-from drake_quad.simulation.look import check_mount, look_around
+from drake_quad.simulation.eyes import check_mount
+from drake_quad.simulation.look import look_around
 from drake_quad.simulation.prepare_seen import blind_scenario, plan_on_sight, stay
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.terrain.course import Course
@@ -76,16 +78,8 @@ def _prepare_seen(scenario: Scenario, *, source: str) -> PreparedScenario:
         planned = plan_on_sight(scenario, blind, sight, source=source)
         judge_plan(planned)
     except DrakeQuadError as error:
-        return stay(scenario, blind, sight, _why_not(error))
+        return stay(scenario, blind, sight, why_not(error))
     return planned
-
-
-def _why_not(error: DrakeQuadError) -> str:
-    """Why what was seen is not climbed; of a field of the map that cannot be, with its value."""
-    if not isinstance(error, InputError):
-        return str(error)
-    told = f"{error.value:.2f}" if isinstance(error.value, float) else f"{error.value}"
-    return f"{error.field} of the map is {told}: {error.remedy}"
 
 
 def judge_plan(p: PreparedScenario) -> None:

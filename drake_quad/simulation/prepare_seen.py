@@ -6,27 +6,26 @@ stands on a floor, how far the ground is level beyond the last step, and whether
 
 import copy
 from dataclasses import replace
-from math import ceil
 
-import numpy as np
-
-from drake_quad.common import FloatArray
 from drake_quad.gait_design.designer import design_scenario
+from drake_quad.perception.growing_map import trust
 from drake_quad.perception.sight import Sight
 from drake_quad.perception.stair_map import StairMap, describe_belief, make_stair_map
-from drake_quad.planning.body_reference import robot_stance
 from drake_quad.planning.mission import check_mission, plan_mission
-from drake_quad.planning.problem import derive_mission
+from drake_quad.planning.onward import plan_onward, round_up
+from drake_quad.planning.problem import Task, derive_mission
 from drake_quad.planning.turning_room import check_turning_width, least_turning_space
+from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import plan_settings
 from drake_quad.scenario.config import MissionElement, Scenario, WorldConfig
+from drake_quad.simulation.eyes import eyes_of, reach_of, way_back
 from drake_quad.simulation.prepared import PreparedScenario
+from drake_quad.systems.transition_planner import Growth
 from drake_quad.terrain.elements import Element
 
 FLOOR_AHEAD = 1.0  # [m] of the floor that a robot knows of before it has looked
 LOOK = "stand and look"
 LINGER = 0.5  # [s] that the robot would stand on: its stand ends the simulation, and the look not
-MAP_STEP = 1e-4  # [m] to which what is designed for is rounded up
 
 
 def blind_scenario(scenario: Scenario) -> Scenario:
@@ -42,7 +41,7 @@ def blind_scenario(scenario: Scenario) -> Scenario:
 
 
 def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> StairMap:
-    """The map of what was seen.
+    """The map of what was seen: of a flight whose end was not, its first steps.
 
     Args:
         scenario: The scenario, of whose course the robot is told only whether it is to come back.
@@ -52,7 +51,7 @@ def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> S
     Raises:
         PlanningError: There is nothing to climb in it.
     """
-    stance = blind.stance
+    stance, reach = blind.stance, reach_of(blind.settings)
     found = make_stair_map(
         sight.belief,
         sight.level,
@@ -60,16 +59,37 @@ def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> S
         floor=float(stance.feet[:, 2].mean()) - blind.robot.foot_radius,
         behind=scenario.start.distance,
         landing=scenario.perception.landing,
-        reach=_reach(robot_stance(blind.settings)),
+        reach=reach,
         turning_space=least_turning_space(blind.robot),
+        to_its_end=False,
     )
-    back = [element for element in scenario.course if element.kind == "return"]
-    return replace(found, elements=(*found.elements, *back))
+    if found.complete:
+        return replace(found, elements=(*found.elements, *way_back(scenario)))
+    assert sight.belief is not None
+    return trust(found, reach=reach, yaw_sigma=sight.belief.sigma("yaw"))
 
 
-def _reach(stance: FloatArray) -> float:
-    """How far from the middle line feet are, of a stance (4, 2) in B [m]."""
-    return float(np.abs(stance[:, 1]).max())
+def imagined(scenario: Scenario, found: StairMap) -> StairMap:
+    """A map as if the flight ended with the last step that is known well enough.
+
+    A gait is designed for it. Nothing is planned on it.
+
+    Args:
+        scenario: The scenario.
+        found: The map, of the first steps of a flight.
+    """
+    count = max(found.trusted, 1)
+    floor, stairs, landing = found.elements
+    assert stairs.rises is not None and stairs.runs is not None
+    length = max(scenario.perception.landing - found.run, found.turning_space)
+    width = max(float(landing.width or 0.0), found.turning_space)
+    elements = (
+        floor,
+        replace(stairs, rises=stairs.rises[:count], runs=stairs.runs[:count]),
+        replace(landing, length=length, width=width),
+        *way_back(scenario),
+    )
+    return replace(found, elements=elements)
 
 
 def scenario_of_map(scenario: Scenario, found: StairMap) -> Scenario:
@@ -85,13 +105,9 @@ def scenario_of_map(scenario: Scenario, found: StairMap) -> Scenario:
     told.world = WorldConfig()
     told.perception.map = "told"
     gait = told.gait
-    gait.map_error_place = max(gait.map_error_place, _up(found.error_place))
-    gait.map_error_height = max(gait.map_error_height, _up(found.error_height))
+    gait.map_error_place = max(gait.map_error_place, round_up(found.error_place))
+    gait.map_error_height = max(gait.map_error_height, round_up(found.error_height))
     return told
-
-
-def _up(value: float) -> float:
-    return ceil(value / MAP_STEP) * MAP_STEP
 
 
 def plan_on_sight(
@@ -111,12 +127,10 @@ def plan_on_sight(
     """
     found = map_of_sight(scenario, sight, blind)
     robot = blind.robot
+    if not found.complete:
+        return _plan_first_steps(scenario, blind, sight, found, source=source)
     course = found.course(foot_radius=robot.foot_radius)
-    told = scenario_of_map(scenario, found)
-    if told.design == "auto":
-        told = design_scenario(
-            told, source=source, nearest=False, robot=robot, turning_space=found.turning_space
-        ).scenario
+    told = _designed(scenario_of_map(scenario, found), robot, found, source=source)
     settings = plan_settings(told)
     first, *others = derive_mission(course, settings)
     look = replace(first, name=LOOK, duration=scenario.perception.look_time)
@@ -134,6 +148,47 @@ def plan_on_sight(
         tasks=tasks,
         plan=plan,
         sight=replace(sight, map=found),
+    )
+
+
+def _designed(told: Scenario, robot: RobotModel, found: StairMap, *, source: str) -> Scenario:
+    """The scenario of a map with a gait for it, if it asks for one."""
+    if told.design != "auto":
+        return told
+    return design_scenario(
+        told, source=source, nearest=False, robot=robot, turning_space=found.turning_space
+    ).scenario
+
+
+def _plan_first_steps(
+    scenario: Scenario, blind: PreparedScenario, sight: Sight, found: StairMap, *, source: str
+) -> PreparedScenario:
+    """The climb of the first steps of a flight, to a tread on which the robot is to look again."""
+    robot = blind.robot
+    shape = imagined(scenario, found)
+    told = _designed(scenario_of_map(scenario, shape), robot, shape, source=source)
+    own = scenario.gait
+    settings = replace(
+        plan_settings(told),
+        map_error_place=own.map_error_place,
+        map_error_height=own.map_error_height,
+    )
+    growth = Growth(settings, eyes_of(scenario), scenario.controller.lift_off_margin)
+    onward = plan_onward(
+        robot, settings, found, blind.stance, growth.eyes, lift_off_margin=growth.lift_off_margin
+    )
+    look = Task(kind="stand", name=LOOK, lane=0, duration=scenario.perception.look_time)
+    tasks = (look, *onward.tasks)
+    plan = plan_mission(robot, onward.course, onward.settings, tasks, blind.stance)
+    return replace(
+        blind,
+        scenario=with_gait(scenario, told),
+        course=onward.course,
+        settings=onward.settings,
+        tasks=tasks,
+        plan=plan,
+        sight=replace(sight, map=found),
+        growth=growth,
     )
 
 

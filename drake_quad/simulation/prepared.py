@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
-from drake_quad.perception.sight import Sight
+from drake_quad.perception.sight import MapRevision, Sight
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
 from drake_quad.systems.disturbances import Disturbances
+from drake_quad.systems.transition_planner import Growth
 from drake_quad.terrain.course import Course
 
 
@@ -27,6 +28,8 @@ class PreparedScenario:
         world: The course as it really is.
         disturbances: What the controller is not told.
         sight: What the map was made of; None if it was told.
+        growth: How to plan on where the robot looks again on its way; None if it does not.
+        revisions: The maps that it had on its way, once it has been simulated.
     """
 
     scenario: Scenario
@@ -39,3 +42,5 @@ class PreparedScenario:
     world: Course
     disturbances: Disturbances
     sight: Sight | None = None
+    growth: Growth | None = None
+    revisions: tuple[MapRevision, ...] = ()

@@ -5,12 +5,14 @@ import platform
 import re
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
+from pydrake.systems.framework import Context
 
 from drake_quad import __version__
 from drake_quad.common import FloatArray
@@ -34,6 +36,8 @@ from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.stability.safety import judge_safety, safe_margin
 from drake_quad.systems.controller import MakeTracking
+from drake_quad.systems.map_keeper import MapKeeper
+from drake_quad.systems.transition_planner import TransitionPlanner
 from drake_quad.util.collector import frozen_objects
 
 AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
@@ -62,7 +66,7 @@ def result_of(
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
     failed = outcome != "goal_reached" and reason != INTERRUPTED
-    seen = None if p.sight is None else record_sight(p.sight, p.world)
+    seen = None if p.sight is None else record_sight(p.sight, p.world, p.revisions)
     summary: dict[str, Any] = {
         "description": p.scenario.description,
         "outcome": outcome,
@@ -171,6 +175,8 @@ def replay_plan(p: PreparedScenario) -> RunResult:
     reason = "kinematic replay of the plan: no physics, nothing measured"
     if p.sight is not None and p.sight.refused:
         outcome, reason = "stopped", p.sight.refused
+    elif p.growth is not None:
+        outcome, reason = "stopped", "a kinematic replay does not look again from a tread"
     result = result_of(p, outcome, reason, table, simulated=float(times[-1]), wall=wall)
     result.summary["overlaps"] = list(touches.deepest[:LISTED])
     return result
@@ -231,17 +237,17 @@ def _simulate(
     ApplySimulatorConfig(scenario.simulation.simulator, simulator)
     simulator.set_target_realtime_rate(scenario.simulation.realtime_rate)
     context = simulator.get_mutable_context()
-    # Long enough for every wait that the scheduler has patience for.
-    limit = 2.0 * p.plan.duration + 30.0
     begun = time.perf_counter()
     with frozen_objects():
         try:
             simulator.Initialize()
-            outcome, reason = "stopped", f"not at the goal after {limit:.0f} s"
+            limit = _time_limit(p, climb, context)
             while context.get_time() < limit:
+                limit = max(limit, _time_limit(p, climb, context))
+                outcome, reason = "stopped", f"not at the goal after {limit:.0f} s"
                 status = simulator.AdvanceTo(min(context.get_time() + CHUNK, limit))
                 if progress is not None:
-                    progress(context.get_time(), p.plan.duration)
+                    progress(context.get_time(), _planned_time(p, climb, context))
                 if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
                     outcome, reason = outcome_of(status.FormatMessage())
                     break
@@ -258,12 +264,43 @@ def _simulate(
             outcome, reason = "stopped", f"simulation failed: {type(error).__name__}: {error}"
             logging.getLogger(__name__).exception("simulation failed")
     wall = time.perf_counter() - begun
+    p = _as_it_grew(p, climb, context)
     table = _collect(p, climb, context)
     if outcome == "goal_reached":
         outcome, reason = at_goal(table, reason)
     if outcome == "goal_reached" and p.sight is not None and p.sight.refused:
         outcome, reason = "stopped", p.sight.refused
     return result_of(p, outcome, reason, table, simulated=float(context.get_time()), wall=wall)
+
+
+def _planned_time(p: PreparedScenario, climb: StairClimb, context: Context) -> float:
+    """How long what is planned so far takes, if the gait clock never waits [s]."""
+    if p.growth is None:
+        return p.plan.duration
+    return sum(plan.duration for plan in _plans(climb, context) if plan.revision == 0)
+
+
+def _time_limit(p: PreparedScenario, climb: StairClimb, context: Context) -> float:
+    """How long a run may take [s]: enough for every wait that the scheduler has patience for."""
+    planned = max(p.plan.duration, _planned_time(p, climb, context))
+    return 2.0 * planned + 30.0
+
+
+def _plans(climb: StairClimb, context: Context) -> tuple[MotionPlan, ...]:
+    """The plans of all tasks begun so far, and their revisions."""
+    controller = climb.diagram.GetSubsystemByName("controller")
+    planner: TransitionPlanner = controller.GetSubsystemByName("transition_planner")
+    return planner.plans(planner.GetMyContextFromRoot(context))
+
+
+def _as_it_grew(p: PreparedScenario, climb: StairClimb, context: Context) -> PreparedScenario:
+    """What was prepared, with the map as it is in the end, and how it came to that."""
+    if p.growth is None:
+        return p
+    keeper: MapKeeper = climb.diagram.GetSubsystemByName("map_keeper")
+    revisions = keeper.revisions(keeper.GetMyContextFromRoot(context))
+    course = revisions[-1].map.course(foot_radius=p.robot.foot_radius)
+    return replace(p, course=course, revisions=revisions)
 
 
 def count_finite(states: FloatArray) -> int:
@@ -275,10 +312,7 @@ def count_finite(states: FloatArray) -> int:
 def _collect(p: PreparedScenario, climb: StairClimb, context: Any) -> pa.Table:
     logs = {name: sink.FindLog(context) for name, sink in climb.loggers.items()}
     times = logs["state"].sample_times()
-    planner = climb.diagram.GetSubsystemByName("controller").GetSubsystemByName(
-        "transition_planner"
-    )
-    plans = planner.plans(planner.GetMyContextFromRoot(context))
+    plans = _plans(climb, context)
     # Contact results exist once the plant has taken a step and the monitors have seen it.
     first = int(np.searchsorted(times, 2.5 * climb.monitor_period))
     count = count_finite(logs["state"].data().T)

@@ -28,7 +28,7 @@ from drake_quad.systems.tracking_controller import (
     TrackingController,
     WholeBodyController,
 )
-from drake_quad.systems.transition_planner import TransitionPlanner
+from drake_quad.systems.transition_planner import Growth, TransitionPlanner
 from drake_quad.terrain.course import Course
 
 LEVEL_START = 0.002  # [m]: courses begin with a level floor or landing
@@ -72,6 +72,7 @@ def MakeController(
     maker: PlanMaker | None = None,
     feel: TouchSettings | None = None,
     foot_give: float = 0.0,
+    growth: Growth | None = None,
 ) -> Diagram:
     """Returns the controller as a Diagram of its own.
 
@@ -90,6 +91,7 @@ def MakeController(
         maker: Who makes plans while the robot stands, as TransitionPlanner takes it.
         feel: How it feels by the joints' torques which feet bear; it is told that if None.
         foot_give: How much foot and ground give under load, as its estimator knows it [m].
+        growth: How to plan on where the map grows; None: it does not.
 
     Raises:
         InputError: No such name, or a system without the ports of a TrackingController.
@@ -100,6 +102,7 @@ def MakeController(
         imu_measured: (6,) of the Imu, if there is a `start`.
         joint_state_measured: (24,) of the JointSensor, if there is a `start`.
         robot_state_estimated: [q; v] in the order of `model`, if there is no `start`.
+        map_known: MapRevision of a MapKeeper (abstract), if the map grows.
     Output ports:
         joint_state_desired, joint_torque_feedforward: Commands, in `model`'s actuator order.
         gait_phase, contact_state_desired, catch, body_desired, feet_desired: For logs.
@@ -134,6 +137,7 @@ def MakeController(
             mission=mission,
             planned=planned,
             maker=maker,
+            growth=growth,
         ),
     )
     follower = _make_tracking(tracking or control.kind)(
@@ -157,7 +161,8 @@ def MakeController(
         _ExportInput(builder, "robot_state_estimated", state_users)
     else:
         estimator = builder.AddNamedSystem(
-            "state_estimator", _MakeEstimator(robot, layout, start, control, course, foot_give)
+            "state_estimator",
+            _MakeEstimator(robot, layout, start, control, course, foot_give, growth is not None),
         )
         for system in state_users:
             builder.Connect(
@@ -165,10 +170,16 @@ def MakeController(
                 system.GetInputPort("robot_state_estimated"),
             )
         contact_users.append(estimator)
+        if growth is not None:
+            builder.Connect(
+                planner.GetOutputPort("motion_plan"), estimator.GetInputPort("motion_plan")
+            )
         for name in ("imu_measured", "joint_state_measured"):
             _ExportInput(builder, name, (estimator,))
         for name in ESTIMATES:
             builder.ExportOutput(estimator.GetOutputPort(name), name)
+    if growth is not None:
+        builder.ExportInput(planner.GetInputPort("map_known"), "map_known")
     if feel is not None:
         felt = touch.GetOutputPort("contact_state_measured")
         for user in contact_users:
@@ -261,7 +272,7 @@ def _ExportInput(builder: DiagramBuilder, name: str, systems: Sequence[LeafSyste
 
 def _MakeEstimator(
     robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings,
-    course: Course, foot_give: float,
+    course: Course, foot_give: float, map_grows: bool,
 ) -> StateEstimator:  # fmt: skip
     q, _, _ = pose_robot(robot, start.body[None], start.feet[None])
     return StateEstimator(
@@ -277,4 +288,5 @@ def _MakeEstimator(
         period=control.period,
         course=course,
         foot_give=foot_give,
+        map_grows=map_grows,
     )

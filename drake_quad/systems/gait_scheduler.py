@@ -1,5 +1,7 @@
 """GaitScheduler: the gait clock and the mission."""
 
+from dataclasses import replace
+
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
@@ -18,6 +20,8 @@ from drake_quad.control.push_recovery import Reflex, choose_swing_foot, has_sett
 from drake_quad.control.settings import ControlSettings
 from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.recovery_step import StepTargetMap
+from drake_quad.terrain.course import Course
 
 GROUND_FOUND = 0.4  # of a catching step, before which contact is that of its lift-off
 GIVE_UP = 0.6  # [s] after which a catching foot that finds no ground is waited for no longer
@@ -36,6 +40,9 @@ class GaitScheduler(LeafSystem):
     When a push would tip the robot over the feet that stand, the clock stops, the swing foot (or
     another) is put down where it holds the robot, and once that is calm the plan is made anew from
     the feet as they stand.
+
+    A mission may be longer than what is known of it: where a plan says that it goes on, the clock
+    begins the next task, and waits until that is planned.
 
     Input ports:
         motion_plan: The MotionPlan of the task under way (abstract).
@@ -58,6 +65,9 @@ class GaitScheduler(LeafSystem):
         super().__init__()
         self.set_name("gait_scheduler")
         self._num_tasks, self._control, self._reflex = num_tasks, control, reflex
+        self._mapped: tuple[Course | None, Reflex] | None = None
+        if reflex is not None:
+            self._mapped = (None, reflex)
         self._may_pause = may_pause
         self._period = control.period
         self._plan_port = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
@@ -104,7 +114,7 @@ class GaitScheduler(LeafSystem):
                 phase[GaitPhase.MODE], phase[GaitPhase.TIME] = float(Mode.RUN), 0.0
             state.set_value(self._phase, phase)
             return EventStatus.Succeeded()
-        return self._recover(context, state, phase)
+        return self._recover(context, state, self._reflex_on(plan), phase)
 
     def _run(
         self, context: Context, state: DiscreteValues, plan: MotionPlan, phase: list[float]
@@ -143,7 +153,7 @@ class GaitScheduler(LeafSystem):
         t += rate * self._period
         phase[GaitPhase.RATE] = rate
         ended = t >= plan.duration - 1e-9
-        if ended and task + 1 < self._num_tasks:
+        if ended and (task + 1 < self._num_tasks or plan.goes_on):
             begin_task(phase, task + 1)
         else:
             set_clock(phase, plan, plan.duration if ended else t)
@@ -163,25 +173,38 @@ class GaitScheduler(LeafSystem):
         self, context: Context, state: DiscreteValues, plan: MotionPlan, phase: list[float]
     ) -> bool:
         """Whether a push has to be caught; if so, begins to."""
-        assert self._reflex is not None
+        reflex = self._reflex_on(plan)
         balance = self._balance_port.Eval(context)
         bearing = self._contact_port.Eval(context)
         current = plan.contacts.phase(phase[GaitPhase.TIME])
-        if not needs_recovery(self._reflex, balance, bearing, current.standing):
+        if not needs_recovery(reflex, balance, bearing, current.standing):
             return False
-        self._catch_with(state, phase, balance, current.standing, current.step)
+        self._catch_with(reflex, state, phase, balance, current.standing, current.step)
         return True
+
+    def _reflex_on(self, plan: MotionPlan) -> Reflex:
+        """The reflex on the map that a plan was made on. It is kept, for it takes a while to make.
+
+        What is kept follows from the plan, so that it is no state.
+        """
+        assert self._reflex is not None and self._mapped is not None
+        if plan.course is not self._mapped[0]:
+            ground = self._reflex.ground
+            if plan.course is not None:
+                ground = StepTargetMap(plan.course, ground.foot_radius)
+            self._mapped = plan.course, replace(self._reflex, ground=ground)
+        return self._mapped[1]
 
     def _catch_with(
         self,
+        reflex: Reflex,
         state: DiscreteValues,
         phase: list[float],
         balance: FloatArray,
         standing: BoolArray,
         step: Step | None,
     ) -> None:
-        assert self._reflex is not None
-        catch = choose_swing_foot(self._reflex, balance, standing, step)
+        catch = choose_swing_foot(reflex, balance, standing, step)
         state.set_value(self._catch, catch)
         phase[GaitPhase.MODE] = float(Mode.CATCH if catch[Catch.LEG] else Mode.SETTLE)
         phase[GaitPhase.RATE] = 0.0
@@ -192,9 +215,10 @@ class GaitScheduler(LeafSystem):
         state.set_value(self._waiting, [0.0])
         state.set_value(self._phase, phase)
 
-    def _recover(self, context: Context, state: DiscreteValues, phase: list[float]) -> EventStatus:
+    def _recover(
+        self, context: Context, state: DiscreteValues, reflex: Reflex, phase: list[float]
+    ) -> EventStatus:
         """Puts the catching foot down, then waits until the robot is calm."""
-        assert self._reflex is not None
         balance = self._balance_port.Eval(context)
         bearing = self._contact_port.Eval(context)
         catch = context.get_discrete_state(self._catch).value().tolist()
@@ -211,8 +235,8 @@ class GaitScheduler(LeafSystem):
             state.set_value(self._phase, phase)
             return EventStatus.Succeeded()
         everyone = np.ones(4, dtype=bool)
-        if needs_recovery(self._reflex, balance, bearing, everyone):
-            self._catch_with(state, phase, balance, everyone, None)
+        if needs_recovery(reflex, balance, bearing, everyone):
+            self._catch_with(reflex, state, phase, balance, everyone, None)
             if phase[GaitPhase.MODE] == Mode.CATCH:
                 return EventStatus.Succeeded()
         waiting = waiting + self._period if has_settled(balance, bearing) else 0.0

@@ -10,6 +10,9 @@ from drake_quad.common import FloatArray
 from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.depth_frame import DepthAccuracy
+from drake_quad.perception.growing_map import look_again
+from drake_quad.perception.level_beyond import Level, level_beyond
+from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_tracker import CameraPose, StairTracker
 from drake_quad.systems.depth_camera import NO_IMAGE, DepthImage
@@ -22,10 +25,12 @@ class StairReport:
     Attributes:
         stamp: Time of the image that was looked at last [s]; -inf before the first.
         belief: The stairs that it showed; None if it showed none.
+        level: What it showed beyond the last nosing of a flight up, where that was looked at.
     """
 
     stamp: float
     belief: StairBelief | None
+    level: Level | None = None
 
 
 def pose_at_capture(image: DepthImage, R_BC: FloatArray, p_BC: FloatArray) -> CameraPose:
@@ -54,6 +59,8 @@ class StairEstimator(LeafSystem):
         depth_measured: DepthImage, with the base's pose as it was estimated when it was taken.
         feet: (12,) points of the feet on the ground in W [m], leg by leg (FL, FR, RL, RR).
         contacts: (4,) of each foot; it stands where this is more than 0.5.
+        map_known: MapRevision: the map so far, of the flight that the robot stands on (abstract).
+            Unconnected if it stands before one of which nothing is known.
     Output ports:
         stairs: StairReport.
 
@@ -65,6 +72,8 @@ class StairEstimator(LeafSystem):
         period: Time between looks for a new image [s].
         tracking: Whether each image is looked at from what the one before showed. If not, stairs
             are searched for in each anew: it takes half a second, and errs less.
+        landing: How far the ground is told to be level beyond the last nosing [m]; None: what is
+            beyond it is not looked at.
     """
 
     def __init__(
@@ -76,15 +85,17 @@ class StairEstimator(LeafSystem):
         accuracy: DepthAccuracy,
         period: float = 0.1,
         tracking: bool = True,
+        landing: float | None = None,
     ) -> None:
         super().__init__()
         self.set_name("stair_estimator")
-        self._tracking = tracking
+        self._tracking, self._model, self._landing = tracking, model, landing
         self._R_BC, self._p_BC = np.array(R_BC), np.array(p_BC)
         self._tracker = StairTracker(model=model, accuracy=accuracy)  # it remembers nothing
         self._image = self.DeclareAbstractInputPort("depth_measured", AbstractValue.Make(NO_IMAGE))
         self._feet = self.DeclareVectorInputPort("feet", 12)
         self._contacts = self.DeclareVectorInputPort("contacts", 4)
+        self._map = self.DeclareAbstractInputPort("map_known", AbstractValue.Make(object()))
         self._stairs = self.DeclareAbstractState(AbstractValue.Make(StairReport(-np.inf, None)))
         self.DeclareStateOutputPort("stairs", self._stairs)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
@@ -97,6 +108,19 @@ class StairEstimator(LeafSystem):
         pose = pose_at_capture(image, self._R_BC, self._p_BC)
         standing = self._contacts.Eval(context) > 0.5
         feet = self._feet.Eval(context).reshape(4, 3)[standing]
-        before = last.belief if self._tracking else None
-        belief = self._tracker.update(image.depth, pose, stamp=image.stamp, last=before, feet=feet)
-        state.get_mutable_abstract_state(self._stairs).set_value(StairReport(image.stamp, belief))
+        if self._map.HasValue(context):
+            revision: MapRevision = self._map.Eval(context)
+            belief = look_again(
+                self._tracker, image.depth, self._model, pose, revision.map, feet=feet,
+                stamp=image.stamp,
+            )  # fmt: skip
+        else:
+            before = last.belief if self._tracking else None
+            belief = self._tracker.update(
+                image.depth, pose, stamp=image.stamp, last=before, feet=feet
+            )
+        level = None
+        if self._landing is not None and belief is not None and belief.going_up:
+            level = level_beyond(image.depth, self._model, pose, belief, landing=self._landing)
+        report = StairReport(image.stamp, belief, level)
+        state.get_mutable_abstract_state(self._stairs).set_value(report)

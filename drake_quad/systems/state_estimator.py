@@ -1,6 +1,7 @@
 """StateEstimator: the robot's state from its own sensors alone."""
 
 import numpy as np
+from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_quad.common import FloatArray
@@ -11,6 +12,7 @@ from drake_quad.estimation.filter_state import (
     filter_model,
     initial_memory,
 )
+from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareStateOutput
@@ -27,6 +29,7 @@ class StateEstimator(LeafSystem):
         imu_measured: (6,) rate [rad/s] and specific force [m/s^2] in B.
         joint_state_measured: (24,) joint angles [rad], then speeds [rad/s], leg by leg.
         contact_state_measured: (4,) 1 where a foot bears.
+        motion_plan: The MotionPlan under way (abstract), where the map grows: its map counts.
     Output ports:
         robot_state_estimated: [q; v] in the layout's order; joints as measured.
         estimator_deviation: (9,) standard deviations of orientation [rad], velocity [m/s] and
@@ -50,6 +53,7 @@ class StateEstimator(LeafSystem):
         period: float = 0.002,
         course: Course | None = None,
         foot_give: float = 0.0,
+        map_grows: bool = False,
     ) -> None:
         """Puts the robot at its known start.
 
@@ -65,6 +69,7 @@ class StateEstimator(LeafSystem):
             course: The map, on whose heights the feet come to stand; none is counted on if None.
             foot_give: How much foot and ground give under load: a foot rolls as one whose radius is
                 smaller by that, and its middle is lower by it [m].
+            map_grows: Whether there is a port `motion_plan`, whose plans have the map that counts.
         """
         super().__init__()
         self.set_name("state_estimator")
@@ -82,6 +87,10 @@ class StateEstimator(LeafSystem):
             self.DeclareVectorInputPort("joint_state_measured", 24),
             self.DeclareVectorInputPort("contact_state_measured", 4),
         ]
+        self._plan = None
+        if map_grows:
+            self._plan = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
+        self._mapped: tuple[Course | None, FloatArray] = course, self._tops
         self._memory = int(self.DeclareDiscreteState(memory))
         first = np.zeros(layout.size)
         joints = np.concatenate([angles, np.zeros(12)])
@@ -101,4 +110,13 @@ class StateEstimator(LeafSystem):
         value = state.get_mutable_value
         imu, joints, contacts = [port.Eval(context) for port in self._inputs]
         out = tuple(value(index) for index in self._outputs)
-        run_filter(value(self._memory), (imu, joints, contacts), self._model, self._tops, out)
+        tops = self._tops if self._plan is None else self._tops_of(self._plan.Eval(context))
+        run_filter(value(self._memory), (imu, joints, contacts), self._model, tops, out)
+
+    def _tops_of(self, plan: MotionPlan) -> FloatArray:
+        """The map that a plan was made on; kept until another one's. It is no state."""
+        if plan.course is None:
+            return self._tops
+        if plan.course is not self._mapped[0]:
+            self._mapped = plan.course, box_tops(plan.course)
+        return self._mapped[1]

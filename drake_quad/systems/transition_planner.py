@@ -1,6 +1,7 @@
 """TransitionPlanner: plans each task from the feet as they stand when it begins."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -8,7 +9,12 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
+from drake_quad.errors import DrakeQuadError
+from drake_quad.perception.growing_map import describe_standing
+from drake_quad.perception.sight import MapRevision
+from drake_quad.perception.stair_map import describe_belief
 from drake_quad.planning.motion_plan import MotionPlan, Stance
+from drake_quad.planning.onward import Eyes, plan_onward, why_not
 from drake_quad.planning.plan_job import PlanJob, PlanMaker, RestJob, TaskJob
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.replan import project_to_map
@@ -20,6 +26,44 @@ from drake_quad.terrain.course import Course
 AS_PLANNED = 0.01  # of a leg: by which feet may be off, and still stand as planned
 
 
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """How to plan on where the map grows.
+
+    Attributes:
+        settings: The planner's settings, with the errors that are allowed for on any map.
+        eyes: The camera.
+        lift_off_margin: Least margin with which the gait clock lets a foot lift off [m].
+    """
+
+    settings: PlanSettings
+    eyes: Eyes
+    lift_off_margin: float
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What is known of a mission.
+
+    Attributes:
+        course: The map.
+        settings: The planner's settings on it.
+        mission: The tasks.
+        revision: Number of the map's revision.
+        goes_on: Whether there will be more tasks.
+    """
+
+    course: Course
+    settings: PlanSettings
+    mission: tuple[Task, ...]
+    revision: int
+    goes_on: bool
+
+    def __deepcopy__(self, memo: object) -> "Known":
+        """It never changes, so that Drake may copy a Context without copying it."""
+        return self
+
+
 class TransitionPlanner(LeafSystem):
     """Holds the motion plan of the task under way.
 
@@ -29,9 +73,14 @@ class TransitionPlanner(LeafSystem):
     asks for a revision, after a push: the same from the feet as they stand, for the rest of the
     task. Plans are in the map's heights: what the ground is higher, the controller adds.
 
+    Where the map grows, the mission is known as far as the map is. When the clock comes to its end,
+    and the robot has looked again, the next stretch is planned on the map as it is then; if there
+    is no way on, the run ends there, on four feet, and says why.
+
     Input ports:
         gait_phase: See GaitPhase.
         robot_state_estimated: [q; v] of the robot.
+        map_known: MapRevision, the newest (abstract), if the map grows.
     Output ports:
         motion_plan: MotionPlan (abstract), frozen.
     """
@@ -47,6 +96,7 @@ class TransitionPlanner(LeafSystem):
         period: float = 0.05,
         planned: Sequence[MotionPlan] = (),
         maker: PlanMaker | None = None,
+        growth: Growth | None = None,
     ) -> None:
         """Declares ports and state.
 
@@ -62,16 +112,23 @@ class TransitionPlanner(LeafSystem):
             maker: Who makes plans while the robot stands and the clock goes on; without one they
                 are made within the update, and time stands still. What is being made is no part of
                 the Context.
+            growth: How to plan on where the map grows; None: it does not.
         """
         super().__init__()
         self.set_name("transition_planner")
         self._robot, self._layout = robot, layout
-        self._course, self._settings, self._mission = course, settings, tuple(mission)
-        self._planned, self._maker = tuple(planned), maker
+        self._planned, self._maker, self._growth = tuple(planned), maker, growth
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._plan = self.DeclareAbstractState(AbstractValue.Make(object()))
         self._history = self.DeclareAbstractState(AbstractValue.Make(()))
+        known = Known(course, settings, tuple(mission), 0, growth is not None)
+        self._known = self.DeclareAbstractState(AbstractValue.Make(known))
+        self._map_port = None
+        if growth is not None:
+            self._map_port = self.DeclareAbstractInputPort(
+                "map_known", AbstractValue.Make(object())
+            )
         self.DeclareStateOutputPort("motion_plan", self._plan)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         # Offset 0, as everywhere: k T and T + k T round apart, and the order of ticks would vary.
@@ -91,7 +148,8 @@ class TransitionPlanner(LeafSystem):
         if self._planned and self._is_as_planned(self._planned[0], 0.0, stance.feet):
             self._keep(context, state, self._planned[0])
         else:
-            self._keep(context, state, self._task_job(0, stance).make())
+            known = self._known_to(context)
+            self._keep(context, state, self._task_job(0, stance, known).make(), known)
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
@@ -100,30 +158,75 @@ class TransitionPlanner(LeafSystem):
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
         # The body goes on from where it was desired to be, so that its desired pose never jumps.
         if plan.index != task:
+            known = self._known_to(context)
+            if task >= len(known.mission):
+                grown = self._grow(context, known, plan)
+                if not isinstance(grown, Known):
+                    return grown
+                state.get_mutable_abstract_state(int(self._known)).set_value(grown)
+                known = grown
             if self._is_on_paper(plan) and self._is_as_planned(
                 plan, plan.duration, self._feet_on_map(context)
             ):
                 self._keep(context, state, self._planned[task])
                 return EventStatus.Succeeded()
-            return self._make(
-                context, state, self._task_job(task, self._stance_after(plan, context))
-            )
+            job = self._task_job(task, self._stance_after(plan, context), known)
+            return self._make(context, state, job, known)
         if plan.revision != revision:
             feet, time = self._feet_on_map(context), float(phase[GaitPhase.TIME])
-            rest = RestJob(self._robot, self._course, self._settings, plan, time, feet)
-            return self._make(context, state, rest)
+            known = self._known_to(context)
+            rest = RestJob(self._robot, known.course, known.settings, plan, time, feet)
+            return self._make(context, state, rest, known)
         return EventStatus.DidNothing()
 
-    def _make(self, context: Context, state: State, job: PlanJob) -> EventStatus:
+    def _make(self, context: Context, state: State, job: PlanJob, known: Known) -> EventStatus:
         """Makes a plan, or asks whether it is made."""
         plan = job.make() if self._maker is None else self._maker.ask(job)
-        if plan is None:
-            return EventStatus.DidNothing()
-        self._keep(context, state, plan)
+        if plan is not None:
+            self._keep(context, state, plan, known)
         return EventStatus.Succeeded()
 
-    def _task_job(self, task: int, stance: Stance) -> TaskJob:
-        return TaskJob(self._robot, self._course, self._settings, self._mission[task], stance, task)
+    def _task_job(self, task: int, stance: Stance, known: Known) -> TaskJob:
+        return TaskJob(
+            self._robot, known.course, known.settings, known.mission[task], stance, task
+        )
+
+    def _known_to(self, context: Context) -> Known:
+        """What is known of the mission."""
+        known: Known = context.get_abstract_state(int(self._known)).get_value()
+        return known
+
+    def _grow(self, context: Context, known: Known, plan: MotionPlan) -> Known | EventStatus:
+        """The mission with its next stretch; or what became of the event where there is none yet.
+
+        Args:
+            context: The system's.
+            known: What is known of the mission, which has come to its end.
+            plan: The plan that was followed.
+        """
+        assert self._growth is not None and self._map_port is not None
+        revision: MapRevision = self._map_port.Eval(context)
+        if revision.number <= known.revision:
+            return EventStatus.DidNothing()  # it has not looked yet
+        reason, stance = revision.reason, self._stance_after(plan, context)
+        if not reason:
+            growth = self._growth
+            try:
+                onward = plan_onward(
+                    self._robot, growth.settings, revision.map, stance, growth.eyes,
+                    lift_off_margin=growth.lift_off_margin,
+                )  # fmt: skip
+                mission = (*known.mission, *onward.tasks)
+                return Known(
+                    onward.course, onward.settings, mission, revision.number, onward.goes_on
+                )
+            except DrakeQuadError as problem:
+                reason = why_not(problem)
+        where = describe_standing(revision.map, stance.feet)
+        seen = describe_belief(revision.belief)
+        return EventStatus.ReachedTermination(
+            self, f"stopped: stands {where}; what is seen is: {seen}; {reason}"
+        )
 
     def _stance_after(self, plan: MotionPlan, context: Context) -> Stance:
         """The stance that a task begins in, after `plan` was carried out.
@@ -160,10 +263,17 @@ class TransitionPlanner(LeafSystem):
 
     def _feet_on_map(self, context: Context) -> FloatArray:
         """The same, had the map's ground been found where they stand."""
-        return project_to_map(self._course, self._feet(context), self._robot.foot_radius)
+        course = self._known_to(context).course
+        return project_to_map(course, self._feet(context), self._robot.foot_radius)
 
-    def _keep(self, context: Context, state: State, plan: MotionPlan) -> None:
+    def _keep(
+        self, context: Context, state: State, plan: MotionPlan, known: Known | None = None
+    ) -> None:
         """Makes `plan` the one that is followed, and history."""
+        known = known or self._known_to(context)
+        if self._growth is not None:
+            last = plan.index == len(known.mission) - 1
+            plan = replace(plan, course=known.course, goes_on=known.goes_on or not last)
         state.get_mutable_abstract_state(int(self._plan)).set_value(plan)
         done: tuple[MotionPlan, ...] = context.get_abstract_state(int(self._history)).get_value()
         state.get_mutable_abstract_state(int(self._history)).set_value((*done, plan))

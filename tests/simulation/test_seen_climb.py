@@ -18,7 +18,8 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, parse_scenario, scenario_text
 from drake_quad.simulation.diagram import StairClimb, stair_climb_of
-from drake_quad.simulation.look import AddEyes, camera_of, look_around
+from drake_quad.simulation.eyes import AddEyes, camera_of
+from drake_quad.simulation.look import look_around
 from drake_quad.simulation.prepare import judge_plan, prepare
 from drake_quad.simulation.prepare_seen import LINGER, blind_scenario, plan_on_sight
 from drake_quad.simulation.prepared import PreparedScenario

@@ -3,6 +3,8 @@
 How it catches pushes is not tested here: no reflex is given, and nothing is disturbed.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator, SimulatorStatus
@@ -279,3 +281,15 @@ def test_two_contexts_of_one_clock_are_two_clocks() -> None:
 def test_outputs_are_held_state() -> None:
     """No input reaches an output but by a tick: no algebraic loop can pass through the clock."""
     assert not Clock().system.HasAnyDirectFeedthrough()
+
+
+def test_a_plan_that_goes_on_is_not_the_missions_end() -> None:
+    """The clock begins the next task, and waits there for its plan; the last ends the run."""
+    clock = Clock(replace(stand_plan(), goes_on=True))
+    status = clock.run(1.5)
+    assert status.reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime
+    assert clock.phase[GaitPhase.TASK] == 1.0 and clock.phase[GaitPhase.DONE] == 0.0
+    clock.give(motion_plan=stand_plan(index=1))
+    status = clock.run(1.5)
+    assert status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
+    assert clock.phase[GaitPhase.DONE] == 1.0

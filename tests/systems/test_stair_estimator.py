@@ -1,13 +1,17 @@
 """The stair estimator alone, through its ports and its own Context."""
 
 import numpy as np
+from growing_rig import FIRST, RISE, RUN, first_map
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
+from rig import fix_inputs
 
 from benchmarks.perception.scenes import Scene, build_boxes, render
 from drake_quad.common import read_only
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import stereo_accuracy
+from drake_quad.perception.growing_map import match_look
+from drake_quad.perception.sight import MapRevision
 from drake_quad.systems.depth_camera import DepthImage
 from drake_quad.systems.stair_estimator import StairEstimator, pose_at_capture
 
@@ -86,3 +90,39 @@ def test_the_cameras_pose_is_known_as_well_as_the_bases() -> None:
     assert np.allclose(pose.place_sigmas, np.hypot(place, moved))
     told = pose_at_capture(DepthImage(0.0, image.depth, base), R_BC, np.array([0.6, 0.0, 0.2]))
     assert not np.any(told.turn_sigmas) and not np.any(told.place_sigmas)
+
+
+def test_on_a_known_flight_steps_are_matched_with_the_map() -> None:
+    """A base on a tread, which sees the last of a flight's steps and the landing, tells those.
+
+    Its own feet are two treads below the first step in view: without the map nothing is told.
+    """
+    places, heights = 0.45 + 0.3 * np.arange(4.0), 0.16 * np.arange(5.0)
+    scene = Scene("up", places, heights, 0.0, 0.0, (0.8, 0.8), build_boxes(places, heights))
+    depth = render(scene, MODEL, R_BC, 0.95)
+    below = 3  # steps that the camera has passed
+    base = np.array([FIRST + 3 * RUN - 0.45, 0.0, below * RISE + 0.75])
+    image = DepthImage(0.0, read_only(np.where(np.isfinite(depth), depth, 0.0)),
+                       read_only(np.array([1.0, 0.0, 0.0, 0.0, *base])))  # fmt: skip
+    feet = np.array([[x, y, RISE * k] for x, y, k in (
+        (2.45, 0.3, 1), (2.45, -0.3, 1), (2.0, 0.3, 0), (2.0, -0.3, 0))])  # fmt: skip
+    told = []
+    for known in (None, MapRevision(0, 0.0, None, None, first_map(5))):
+        estimator = StairEstimator(
+            model=MODEL, R_BC=R_BC, p_BC=np.array([0.0, 0.0, 0.2]), tracking=False, landing=2.0,
+            accuracy=stereo_accuracy(D435.disparity_scale()),
+        )  # fmt: skip
+        simulator = Simulator(estimator)
+        fix_inputs(
+            estimator, simulator.get_mutable_context(), depth_measured=image, feet=feet.ravel(),
+            contacts=np.ones(4), **({} if known is None else {"map_known": known}),
+        )  # fmt: skip
+        simulator.AdvanceTo(0.01)
+        told.append(estimator.GetOutputPort("stairs").Eval(simulator.get_context()))
+    alone, again = told
+    assert again.belief is not None and again.level is not None
+    found = match_look(first_map(5), again.belief, again.level, offset=0.0, reach=0.0)
+    assert found.first == below and len(found.places) == 4
+    np.testing.assert_allclose(found.places, FIRST + RUN * np.arange(3, 7), atol=0.02)
+    np.testing.assert_allclose(found.heights, RISE * np.arange(4, 8), atol=0.01)
+    assert alone.belief is None or np.abs(alone.belief.heights[0] - below * RISE) > 0.05

@@ -1,8 +1,11 @@
 """The planner alone: it plans from the feet as they stand, once a task, and keeps its plan."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
+from growing_rig import DEEP, NOT_SEEN, eyes, first_map, flight, gait, standing
+from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
 from rig import (
     feet_of,
@@ -17,9 +20,12 @@ from rig import (
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.errors import PlanningError
+from drake_quad.perception.growing_map import grow_map
+from drake_quad.perception.sight import MapRevision
+from drake_quad.perception.stair_map import StairMap
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.systems.transition_planner import AS_PLANNED, TransitionPlanner
+from drake_quad.systems.transition_planner import AS_PLANNED, Growth, TransitionPlanner
 
 SETTINGS = PlanSettings()
 WALK = Task(kind="walk", name="walk", lane=0, goal=3.25)
@@ -246,3 +252,72 @@ def test_task_without_a_plan_is_an_error_with_its_reason() -> None:
 def test_output_is_held_state() -> None:
     """No input reaches the plan but by a tick."""
     assert not Planner(STAND).system.HasAnyDirectFeedthrough()
+
+
+def growing(revision: MapRevision, start: float = 1.0) -> tuple[TransitionPlanner, Simulator]:
+    """A planner whose robot stands before the first steps of a flight; and its simulator."""
+    known = FIRST_LOOK.map
+    system = TransitionPlanner(
+        robot=paper_robot(),
+        layout=model_layout(),
+        course=known.course(foot_radius=paper_robot().foot_radius),
+        settings=gait(),
+        mission=(STAND,),
+        growth=Growth(gait(), eyes(), 0.02),
+    )
+    simulator, stance = Simulator(system), standing(known, start)
+    fix_inputs(
+        system, simulator.get_mutable_context(), gait_phase=phase_of(0), map_known=revision,
+        robot_state_estimated=state_of(stance.body, stance.feet),
+    )  # fmt: skip
+    simulator.AdvanceTo(0.1)
+    return system, simulator
+
+
+FIRST_LOOK = MapRevision(0, 0.9, flight(0, 5), NOT_SEEN, first_map())
+
+
+def test_where_the_map_grows_the_mission_does() -> None:
+    """At its end the planner waits for a look, and plans on, until a map is complete."""
+    system, simulator = growing(FIRST_LOOK)
+    context = simulator.get_mutable_context()
+    port = system.GetOutputPort("motion_plan")
+    assert port.Eval(context).goes_on
+    fix_inputs(system, context, gait_phase=phase_of(1))
+    simulator.AdvanceTo(0.3)
+    assert port.Eval(context).index == 0
+    for revision, map_known, more in ((1, first_map(8), True), (2, seen_whole(), False)):
+        look = replace(FIRST_LOOK, number=revision, map=map_known)
+        task = 3 if revision == 2 else 1
+        fix_inputs(system, context, map_known=look, gait_phase=phase_of(task))
+        simulator.AdvanceTo(context.get_time() + 0.2)
+        plan = port.Eval(context)
+        assert plan.index == task and plan.segments[0].kind in ("wave", "transition")
+        assert plan.goes_on and len(plan.course.lanes[0].nosings()) == len(map_known.places)
+        there = state_of(plan.end.body, plan.end.feet)
+        fix_inputs(system, context, gait_phase=phase_of(task + 1), robot_state_estimated=there)
+        simulator.AdvanceTo(context.get_time() + 0.2)
+        assert port.Eval(context).index == task + 1 and port.Eval(context).goes_on is more
+
+
+def seen_whole() -> StairMap:
+    """The map once the end of its flight was seen from afar."""
+    return grow_map(
+        first_map(), flight(3, 4, most=4), DEEP, feet=np.zeros((0, 3)), landing=3.0, reach=0.4,
+        look=2,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("reason", ["what is seen contradicts the map", ""])
+def test_without_a_way_on_the_run_ends_on_four_feet_and_says_why(reason: str) -> None:
+    """For what the map's keeper says, or for what the planner finds."""
+    look = replace(FIRST_LOOK, number=1, reason=reason, map=replace(first_map(3), trusted=1))
+    system, simulator = growing(look, 1.4)  # too near to go nearer
+    context = simulator.get_mutable_context()
+    fix_inputs(system, context, gait_phase=phase_of(1))
+    status = simulator.AdvanceTo(0.3)
+    assert status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
+    message = status.FormatMessage()
+    assert "stopped: stands on four feet before the flight; what is seen is: 5 or more" in message
+    assert (reason or "how many steps there are is not known") in message
+    assert system.GetOutputPort("motion_plan").Eval(context).index == 0

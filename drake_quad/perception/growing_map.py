@@ -1,0 +1,339 @@
+"""A map that grows: one look after the other adds steps to a flight, until its end is seen.
+
+A flight that ends higher than the camera is not seen to its end from its foot. So the robot climbs
+what it has seen, stops on a tread, and looks again. What it sees from there is matched with the
+map by the heights of the treads, for a step more or less is a whole rise. Nosings that are in view
+again are told anew, from nearer; those that the camera has passed stay as they were, for feet stand
+on them. The lane stays the one of the first look.
+
+The map's heights are those of the treads as first seen. What the feet stand higher than that is
+taken off each later look, so that the treads ahead fit those below.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.perception.camera_model import CameraModel
+from drake_quad.perception.level_beyond import Level
+from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
+from drake_quad.perception.stair_map import (
+    StairMap,
+    check_width,
+    lay_flight,
+    sees_end,
+    width_about,
+)
+from drake_quad.perception.stair_tracker import CameraPose, StairTracker
+from drake_quad.terrain.elements import Element
+
+TRUSTED_PLACE = (
+    0.025  # [m] of half a 95 % interval of a nosing's place, up to which it is planned on
+)
+NEAREST = 0.08  # [m] ahead of the camera, from which a nosing may be the first that is told
+SIGMAS = 4.0  # deviations by which two looks at one nosing may differ
+LEAST_PLACE, LEAST_HEIGHT = 0.05, 0.03  # [m] by which they may differ in any case
+SHARE = 0.35  # of a run or a rise, by which they may differ at most
+FEET_APART = 0.04  # [m] by which a foot may stand off the map, the mean of all taken out
+
+
+def trust(found: StairMap, *, reach: float, yaw_sigma: float) -> StairMap:
+    """A map of first steps with how many of them are known well enough to be planned on.
+
+    Args:
+        found: The map.
+        reach: How far from the lane's middle line feet are put down [m].
+        yaw_sigma: Deviation of the climb's heading [rad].
+    """
+    errors = np.hypot(found.place_errors, NORMAL_95 * reach * yaw_sigma)
+    good = errors <= TRUSTED_PLACE
+    count = len(good) if np.all(good) else int(np.argmin(good))
+    if found.complete or count == 0:
+        return replace(found, trusted=len(good) if found.complete else 0)
+    return replace(
+        found,
+        trusted=count,
+        error_place=float(errors[:count].max()),
+        error_height=float(found.height_errors[:count].max()),
+    )
+
+
+def along(known: StairMap, p_W: FloatArray) -> FloatArray:
+    """Places along a map's lane of points (..., 2 or 3) in W [m]."""
+    direction = np.array([np.cos(known.yaw), np.sin(known.yaw)])
+    return np.asarray((p_W[..., :2] - known.origin) @ direction)
+
+
+def ground_height(known: StairMap, s: FloatArray) -> FloatArray:
+    """Height in W of a map's ground at `s` (k,) along its lane [m]."""
+    levels = np.concatenate([[known.floor], known.heights])
+    return np.asarray(levels[np.searchsorted(known.places, s)])
+
+
+def feet_offset(known: StairMap, feet: FloatArray) -> float:
+    """How much higher than the map has it the ground is under the feet [m].
+
+    Args:
+        known: The map.
+        feet: Points in W where feet stand, (k, 3) [m].
+
+    Raises:
+        PlanningError: The feet do not stand as high above each other as the map has them.
+    """
+    if not len(feet):
+        return 0.0
+    off = feet[:, 2] - ground_height(known, along(known, feet))
+    offset = float(np.median(off))
+    worst = float(np.abs(off - offset).max())
+    if worst > FEET_APART:
+        raise PlanningError(
+            f"the feet contradict the map: one stands {worst:.2f} m off the tread that it is on",
+            off=worst,
+        )
+    return offset
+
+
+def describe_standing(known: StairMap, feet: FloatArray) -> str:
+    """Where a robot stands on a map, for people.
+
+    Args:
+        known: The map.
+        feet: Its feet, (4, 3) in W [m].
+    """
+    on = sorted({int(k) for k in np.searchsorted(known.places, along(known, feet))})
+    low, high = on[0], on[-1]
+    if high == 0:
+        return "on four feet before the flight"
+    if low == high:
+        return f"on four feet on step {high}"
+    return f"on four feet on steps {low} to {high}" if low else f"with its fore feet on step {high}"
+
+
+class Match(NamedTuple):
+    """Which nosings of a map a look shows.
+
+    Attributes:
+        first: Index in the map of the first nosing that the look tells.
+        below: How many that it tells are not in view.
+        places: The places of those that it tells along the map's lane, (n,) [m].
+        heights: The heights of their treads in the map's heights, (n,) [m].
+        place_errors: Half of the 95 % interval of each place, along the lane, (n,) [m].
+        height_errors: The same of each height, (n,) [m].
+    """
+
+    first: int
+    below: int
+    places: FloatArray
+    heights: FloatArray
+    place_errors: FloatArray
+    height_errors: FloatArray
+
+
+def match_look(
+    known: StairMap, belief: StairBelief, level: Level | None, *, offset: float, reach: float
+) -> Match:
+    """Which nosings of the map a look shows, if it agrees with the map.
+
+    Args:
+        known: The map.
+        belief: What was seen.
+        level: What was seen beyond it, and how many of its nosings are not in view.
+        offset: How much higher the ground is than the map has it [m].
+        reach: How far from the lane's middle line feet are put down [m].
+
+    Raises:
+        PlanningError: It shows nothing that the map has, or something else than the map.
+    """
+    if not belief.going_up:
+        raise PlanningError("what is seen contradicts the map: it leads down")
+    lane = np.array([np.cos(known.yaw), np.sin(known.yaw)])
+    away = float((belief.origin - known.origin) @ belief.direction)
+    places = (belief.places + away) / float(lane @ belief.direction)
+    heights = belief.heights[1:] - offset
+    turned = np.hypot(belief.sigma("yaw"), belief.yaw - known.yaw)
+    errors = np.hypot(NORMAL_95 * belief.place_sigmas, NORMAL_95 * reach * turned)
+    height_errors = NORMAL_95 * belief.height_sigmas[1:]
+    below = 0 if level is None else min(level.below_view, len(places))
+    mine, count = np.arange(below, len(places)), len(known.places)
+    best: tuple[float, int] | None = None
+    for first in range(-below, count):
+        both = mine[(mine + first < count) & (mine + first >= 0)]
+        if not len(both):
+            continue
+        off = float(np.abs(heights[both] - known.heights[both + first]).mean())
+        best = min(best or (off, first), (off, first))
+    if best is None:
+        raise PlanningError("none of the steps that the map has is in view")
+    first = best[1]
+    both = mine[(mine + first < count) & (mine + first >= 0)]
+    run, rise = known.run, float(np.diff([known.floor, *known.heights]).mean())
+    for name, told, map_has, sigma, least, most in (
+        ("place", places, known.places, (errors, known.place_errors), LEAST_PLACE, SHARE * run),
+        ("height", heights, known.heights, (height_errors, known.height_errors), LEAST_HEIGHT,
+         SHARE * rise),
+    ):  # fmt: skip
+        apart = np.abs(told[both] - map_has[both + first])
+        spread = np.hypot(sigma[0][both], sigma[1][both + first]) / NORMAL_95
+        allowed = np.minimum(np.maximum(SIGMAS * spread, least), most)
+        k = int(np.argmax(apart - allowed))
+        if apart[k] > allowed[k]:
+            raise PlanningError(
+                f"what is seen contradicts the map: the {name} of step {int(both[k] + first) + 1} "
+                f"is {apart[k]:.2f} m off",
+                off=float(apart[k]),
+            )
+    return Match(first, below, places, heights, errors, height_errors)
+
+
+def grow_map(
+    known: StairMap,
+    belief: StairBelief | None,
+    level: Level | None,
+    *,
+    feet: FloatArray,
+    landing: float,
+    reach: float,
+    look: int,
+    back: tuple[Element, ...] = (),
+) -> StairMap:
+    """The map with what a further look shows.
+
+    Args:
+        known: The map before.
+        belief: What was seen; None if nothing speaks for stairs.
+        level: What was seen beyond the last nosing.
+        feet: Points in W where feet stand, (k, 3) [m].
+        landing: How far the ground is level beyond the last nosing [m].
+        reach: How far from the lane's middle line feet are put down [m].
+        look: Number of the look, the first being 0.
+        back: What the course ends with once it is known: `return`, if the robot is to come back.
+
+    Raises:
+        PlanningError: What is seen, or felt, contradicts the map.
+    """
+    if belief is None:
+        raise PlanningError("no steps are seen from here")
+    offset = feet_offset(known, feet)
+    found = match_look(known, belief, level, offset=offset, reach=reach)
+    complete, count = sees_end(belief, level), found.first + len(found.places)
+    if complete and count < len(known.places):
+        raise PlanningError(
+            f"what is seen contradicts the map: the flight ends after {count} steps, and "
+            f"{len(known.places)} were seen"
+        )
+    size = max(count, len(known.places))
+    columns = []
+    for old, new in (
+        (known.places, found.places), (known.heights, found.heights),
+        (known.place_errors, found.place_errors), (known.height_errors, found.height_errors),
+    ):  # fmt: skip
+        column = np.concatenate([old, np.zeros(size - len(old))])
+        column[found.first + found.below : count] = new[found.below :]
+        columns.append(column)
+    places, heights, place_errors, height_errors = columns
+    seen_in = [*known.seen_in, *[look] * (size - len(known.places))]
+    seen_in[found.first + found.below : count] = [look] * (len(found.places) - found.below)
+    aside = np.array([-np.sin(known.yaw), np.cos(known.yaw)])
+    ends = belief.origin + belief.places[[0, -1], None] * belief.direction
+    lateral = [float(x) for x in (ends - known.origin) @ aside]
+    width = min(width_about(x, belief.right, belief.left) for x in lateral)
+    beyond = 0.0 if level is None else width_about(lateral[-1], level.right, level.left)
+    flight = known.elements[1]
+    steps = np.diff(np.concatenate([[known.floor], heights]))
+    if np.any(steps <= 0.0) or np.any(np.diff(places) <= 0.0):
+        raise PlanningError("what is seen contradicts the map: steps would be in no order")
+    elements = lay_flight(
+        places, heights, floor=known.floor, run=known.run,
+        width=min(flight.width or width, check_width(width)), beyond=beyond,
+        landing=landing if complete else None, reach=reach, is_open=bool(flight.open),
+        overhang=flight.overhang,
+    )  # fmt: skip
+    grown = replace(
+        known,
+        elements=(*elements, *back) if complete else elements,
+        places=places,
+        heights=heights,
+        place_errors=place_errors,
+        height_errors=height_errors,
+        error_place=float(place_errors.max()),
+        error_height=float(height_errors.max()),
+        complete=complete,
+        seen_in=tuple(seen_in),
+    )
+    return trust(grown, reach=reach, yaw_sigma=0.0)
+
+
+def nosings_in_view(known: StairMap, model: CameraModel, pose: CameraPose) -> NDArray[np.intp]:
+    """Which nosings of a map lie ahead of a camera and above the lower edge of its image.
+
+    Args:
+        known: The map.
+        model: Intrinsics.
+        pose: Pose of the camera.
+    """
+    direction = np.array([np.cos(known.yaw), np.sin(known.yaw)])
+    flat = known.origin + known.places[:, None] * direction
+    nosings = np.column_stack([flat, known.heights])
+    _, down, ahead = ((nosings - pose.p_WC) @ pose.R_WC).T
+    row = model.cy + model.fy * down / np.maximum(ahead, 1e-6)
+    near = known.places - float(along(known, pose.p_WC))
+    seen = (ahead > 0.0) & (row <= model.height - 1) & (row >= 0) & (near > NEAREST)
+    return np.flatnonzero(seen)
+
+
+def look_again(
+    tracker: StairTracker,
+    depth: NDArray[np.floating],
+    model: CameraModel,
+    pose: CameraPose,
+    known: StairMap,
+    *,
+    feet: FloatArray,
+    stamp: float,
+) -> StairBelief | None:
+    """The stairs that an image taken on a known flight shows.
+
+    They are searched for anew, with the height of the ground before the first nosing from the map:
+    that nosing may lie below the image, where the fit still has to have it.
+
+    Args:
+        tracker: Searches.
+        depth: The image.
+        model: Intrinsics.
+        pose: Pose of the camera when it was taken.
+        known: The map.
+        feet: Points in W where feet stand, (k, 3) [m].
+        stamp: Time of the image [s].
+
+    Returns:
+        The first belief that agrees with the map; of several that do not, the first; None where
+        nothing speaks for stairs.
+    """
+    try:
+        offset = feet_offset(known, feet)
+    except PlanningError:
+        offset = 0.0
+    seen = nosings_in_view(known, model, pose)
+    if not len(seen):
+        return None
+    here = float(along(known, pose.p_WC))
+    other: StairBelief | None = None
+    for first in (seen[0] - 1, seen[0], seen[0] + 1):
+        if first < 0 or first >= len(known.places) or known.places[first] - here < NEAREST:
+            continue
+        before = known.floor if first == 0 else known.heights[first - 1]
+        ground = np.array([[*pose.p_WC[:2], before + offset]])
+        belief = tracker.update(depth, pose, stamp=stamp, feet=ground)
+        if belief is None:
+            continue
+        try:
+            match_look(known, belief, None, offset=offset, reach=0.0)
+        except PlanningError:
+            other = other or belief
+            continue
+        return belief
+    return other

@@ -1,0 +1,208 @@
+"""The next stretch of a mission on a map that may grow: to the goal, or to a tread to look from.
+
+Of a flight whose end is not known the robot climbs the steps that are known well enough, and stops
+on a tread from which steps that the map has are in view again: from one of them on it looks for
+more. Of the treads with such a view it takes the one farthest up that its gait ends on.
+"""
+
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.errors import DrakeQuadError, InputError, PlanningError
+from drake_quad.math.rotations import rotations
+from drake_quad.perception.camera_model import CameraModel
+from drake_quad.perception.growing_map import nosings_in_view
+from drake_quad.perception.stair_map import StairMap
+from drake_quad.perception.stair_tracker import CameraPose
+from drake_quad.planning.footholds import flight_places
+from drake_quad.planning.footsteps import walk_start
+from drake_quad.planning.mission import (
+    check_lift_offs,
+    check_plan,
+    check_torques,
+    plan_tasks,
+)
+from drake_quad.planning.motion_plan import MotionPlan, Stance
+from drake_quad.planning.problem import END_CLEARANCE, PlanSettings, Task, derive_mission
+from drake_quad.planning.turning_room import check_turning_width
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.course import Course
+from drake_quad.terrain.lane import Lane
+
+LEAST_VIEW = 2  # nosings of the map that are to be in view where the robot looks again
+PROGRESS = 0.3  # [m] that a walk on the floor is to come nearer
+MAP_STEP = 1e-4  # [m] to which errors of the map that are allowed for are rounded up
+LOOK_AGAIN = "stand and look again"
+
+
+@dataclass(frozen=True, eq=False)
+class Eyes:
+    """A camera on the trunk, as planners know it.
+
+    Attributes:
+        model: Intrinsics of its images.
+        R_BC: Attitude on the base, (3, 3).
+        p_BC: Place on the base, (3,) [m].
+        look_time: How long the robot stands and looks [s].
+    """
+
+    model: CameraModel
+    R_BC: FloatArray
+    p_BC: FloatArray
+    look_time: float
+
+    def pose(self, body: FloatArray) -> CameraPose:
+        """Where the camera is, of a body's pose (5,) in W."""
+        R_WB = rotations(body[None])[0]
+        return CameraPose(R_WB @ self.R_BC, body[:3] + R_WB @ self.p_BC)
+
+
+@dataclass(frozen=True, eq=False)
+class Onward:
+    """The next stretch.
+
+    Attributes:
+        course: The map that it is planned on.
+        settings: The planner's settings, with the errors of that map.
+        tasks: What to do.
+        goes_on: Whether the robot is to look again at its end.
+    """
+
+    course: Course
+    settings: PlanSettings
+    tasks: tuple[Task, ...]
+    goes_on: bool
+
+
+def why_not(error: DrakeQuadError) -> str:
+    """Why what was seen is not climbed; of a field of the map that cannot be, with its value."""
+    if not isinstance(error, InputError):
+        return str(error)
+    told = f"{error.value:.2f}" if isinstance(error.value, float) else f"{error.value}"
+    return f"{error.field} of the map is {told}: {error.remedy}"
+
+
+def round_up(error: float) -> float:
+    """An error of the map [m], rounded up to a tenth of a millimetre."""
+    return ceil(error / MAP_STEP) * MAP_STEP
+
+
+def with_map_errors(settings: PlanSettings, found: StairMap) -> PlanSettings:
+    """The settings that allow for the errors of a map, and for what they did allow for already."""
+    return replace(
+        settings,
+        map_error_place=max(settings.map_error_place, round_up(found.error_place)),
+        map_error_height=max(settings.map_error_height, round_up(found.error_height)),
+    )
+
+
+def plan_onward(
+    robot: RobotModel,
+    settings: PlanSettings,
+    found: StairMap,
+    stance: Stance,
+    eyes: Eyes,
+    *,
+    lift_off_margin: float,
+) -> Onward:
+    """The next stretch, planned on paper and checked.
+
+    Args:
+        robot: The robot.
+        settings: The planner's settings, with the errors that are allowed for on any map.
+        found: The map.
+        stance: Where the robot stands.
+        eyes: Its camera.
+        lift_off_margin: Least margin with which the gait clock lets a foot lift off [m].
+
+    Raises:
+        PlanningError: There is no way on, with the reason.
+        InputError: What is believed is no course.
+    """
+    course = found.course(foot_radius=robot.foot_radius)
+    settings = with_map_errors(settings, found)
+    if found.complete:
+        tasks = derive_mission(course, settings)[1:]
+        _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
+        return Onward(course, settings, tasks, goes_on=False)
+    lane = course.lanes[0]
+    known = float(found.places[found.trusted - 1]) if found.trusted else float(found.places[0])
+    reason = ""
+    for goal in stop_places(lane, settings, stance, known):
+        tasks = (
+            Task(kind="walk", name="walk 1", lane=0, goal=goal),
+            Task(kind="stand", name=LOOK_AGAIN, lane=0, duration=eyes.look_time),
+        )
+        try:
+            plans = _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
+        except PlanningError as problem:
+            reason = reason or f"; {problem.reason}"
+            continue
+        seen = nosings_in_view(found, eyes.model, eyes.pose(plans[-1].end.body))
+        if len(seen) >= LEAST_VIEW and _farthest(lane, plans[0]) < known:
+            return Onward(course, settings, tasks, goes_on=True)
+    raise PlanningError(
+        "how many steps there are is not known, and of the "
+        f"{found.trusted} that are known well enough there is none to stop on from which more "
+        f"would be seen{reason}"
+    )
+
+
+def stop_places(
+    lane: Lane, settings: PlanSettings, stance: Stance, known: float
+) -> tuple[float, ...]:
+    """Where a body may stop to look again, the farthest first [m].
+
+    Args:
+        lane: The lane.
+        settings: The gait's.
+        stance: Where the robot stands.
+        known: The last nosing that is known well enough, along the lane [m].
+    """
+    start = walk_start(lane, settings, stance)
+    on_treads = [
+        float(s)
+        for flight in lane.flights
+        for s in flight_places(lane, flight, settings.pattern.per_tread)
+    ]
+    first = float(lane.nosings()[0, 0])
+    before = first - 0.5 * settings.workspace.P_x - 0.25 * settings.stride - END_CLEARANCE
+    found = [s for s in on_treads[::-1] if start + 1e-6 < s < known]
+    if before > start + PROGRESS:
+        found.append(before)
+    return tuple(found)
+
+
+def _farthest(lane: Lane, plan: MotionPlan) -> float:
+    """How far along the lane a plan puts a foot down [m]."""
+    places = [lane.coordinates(step.swing.p_end)[0] for step in plan.contacts.steps]
+    return float(np.max(places, initial=-np.inf))
+
+
+def _plan(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    tasks: tuple[Task, ...],
+    stance: Stance,
+    *,
+    lift_off_margin: float,
+) -> list[MotionPlan]:
+    """The plans of some tasks, checked as those of a mission are before a run.
+
+    Raises:
+        PlanningError: There is none, or it cannot be carried out.
+    """
+    plans = []
+    for task, plan in zip(tasks, plan_tasks(robot, course, settings, tasks, stance), strict=True):
+        samples = check_plan(robot, plan, dynamic=settings.dynamic)
+        if not settings.dynamic:
+            check_lift_offs(plan, samples, lift_off_margin)
+        check_torques(robot, plan, samples)
+        if task.kind == "spin":
+            check_turning_width(robot, plan, course.lanes[task.lane])
+        plans.append(plan)
+    return plans

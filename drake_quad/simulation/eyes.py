@@ -1,0 +1,219 @@
+"""The depth camera on the robot, wired into a Diagram: from images to stairs and a map of them."""
+
+import math
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from drake_quad.errors import InputError
+from drake_quad.perception.camera_model import D435, D455, CameraModel, StereoCamera, level_rotation
+from drake_quad.perception.depth_frame import stereo_accuracy
+from drake_quad.perception.depth_noise import STEREO_NOISE
+from drake_quad.perception.sight import MapRevision
+from drake_quad.planning.body_reference import robot_stance
+from drake_quad.planning.onward import Eyes
+from drake_quad.planning.problem import PlanSettings
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.state import make_layout
+from drake_quad.scenario.build import generator_of
+from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.perception_config import PerceptionConfig
+from drake_quad.simulation.prepared import PreparedScenario
+from drake_quad.systems.base_pose import BasePose
+from drake_quad.systems.depth_camera import AddDepthCamera
+from drake_quad.systems.map_keeper import MapKeeper, MapSettings
+from drake_quad.systems.stair_estimator import StairEstimator
+from drake_quad.terrain.elements import Element
+
+CAMERAS = {"d435": D435, "d455": D455}
+PERIOD = 0.1  # [s] between images
+LOOK_PERIOD = 0.5  # [s] between images that are looked at, at most
+MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes
+
+
+def camera_of(scenario: Scenario) -> StereoCamera:
+    """The scenario's depth camera."""
+    return CAMERAS[scenario.perception.camera]
+
+
+def model_of(scenario: Scenario) -> CameraModel:
+    """Intrinsics of the images of the scenario's depth camera, as it is held."""
+    model = camera_of(scenario).model
+    return model.turned() if scenario.perception.camera_hold == "portrait" else model
+
+
+def mount_of(perception: PerceptionConfig) -> RigidTransform:
+    """Where the camera is meant to be mounted on the trunk: X_BC."""
+    R_BC = level_rotation(pitch=math.radians(perception.camera_pitch_deg))
+    place = [perception.camera_x, perception.camera_y, perception.camera_z]
+    return RigidTransform(RotationMatrix(R_BC), place)
+
+
+def check_mount(perception: PerceptionConfig, robot: RobotModel, *, source: str) -> None:
+    """Sees that the camera is outside of the trunk, which it would see from within.
+
+    Args:
+        perception: Where the camera is.
+        robot: The robot, for its trunk's shapes.
+        source: Name of the file, for the error.
+
+    Raises:
+        InputError: It is inside, or nearer than MOUNT_ROOM.
+    """
+    place = np.array([perception.camera_x, perception.camera_y, perception.camera_z])
+    for low, high in robot.trunk_boxes:
+        if np.all(place > low - MOUNT_ROOM) and np.all(place < high + MOUNT_ROOM):
+            ahead, above = (float(high[k]) + MOUNT_ROOM for k in (0, 2))
+            raise InputError(
+                source=source,
+                field="perception.camera_x",
+                value=perception.camera_x,
+                remedy=f"the camera would be inside the trunk: put it at {ahead:.3f} m or farther "
+                f"ahead, or at a camera_z of {above:.3f} m or more",
+            )
+
+
+def AddEyes(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    prepared: PreparedScenario,
+    *,
+    landing: float | None = None,
+) -> StairEstimator:
+    """Adds the depth camera on the trunk, and the estimator that looks at its images.
+
+    They take the state that the controller takes, the true one or what it estimates, and the
+    contacts that it takes, those of sensors in the feet or what it feels by the joints.
+
+    Args:
+        builder: Builder that holds plant, controller and contact monitor by these names.
+        scene_graph: What is seen.
+        prepared: The robot and its scenario.
+        landing: What StairEstimator takes.
+
+    Raises:
+        MachineError: This machine cannot render.
+    """
+    scenario, robot = prepared.scenario, prepared.robot
+    plant = builder.GetSubsystemByName("plant")
+    controller = builder.GetSubsystemByName("controller")
+    camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
+    trunk = plant.GetBodyByName(robot.trunk)
+    eyes = AddDepthCamera(
+        builder,
+        scene_graph,
+        parent=plant.GetBodyFrameIdOrThrow(trunk.index()),
+        X_PC=X_BC,
+        camera=camera,
+        model=camera.model,
+        noise=STEREO_NOISE,
+        generator=generator_of(scenario, "depth_camera"),
+        portrait=scenario.perception.camera_hold == "portrait",
+        period=PERIOD,
+    )
+    pose = builder.AddSystem(BasePose(robot=robot, layout=make_layout(plant, robot)))
+    estimator: StairEstimator = builder.AddSystem(
+        StairEstimator(
+            model=model_of(scenario),
+            R_BC=X_BC.rotation().matrix(),
+            p_BC=X_BC.translation(),
+            accuracy=stereo_accuracy(camera.disparity_scale()),
+            period=look_period(scenario.perception),
+            tracking=False,
+            landing=landing,
+        )
+    )
+    told = controller if controller.HasOutputPort("robot_state_estimated") else None
+    state = (
+        plant.get_state_output_port()
+        if told is None
+        else told.GetOutputPort("robot_state_estimated")
+    )
+    builder.Connect(state, pose.GetInputPort("robot_state_estimated"))
+    if told is not None:
+        builder.Connect(
+            told.GetOutputPort("estimator_deviation"), eyes.GetInputPort("estimator_deviation")
+        )
+    builder.Connect(_contacts(builder), estimator.GetInputPort("contacts"))
+    for source, output, sink, port in (
+        (pose, "base_pose_estimated", eyes, "base_pose_estimated"),
+        (eyes, "depth_measured", estimator, "depth_measured"),
+        (pose, "feet_estimated", estimator, "feet"),
+    ):
+        builder.Connect(source.GetOutputPort(output), sink.GetInputPort(port))
+    return estimator
+
+
+def look_period(perception: PerceptionConfig) -> float:
+    """Time between images that are looked at [s]: the last one at the look's end."""
+    return perception.look_time / max(1, round(perception.look_time / LOOK_PERIOD))
+
+
+def AddGrowingMap(
+    builder: DiagramBuilder, scene_graph: SceneGraph, prepared: PreparedScenario
+) -> MapKeeper:
+    """Adds the eyes, and the MapKeeper through which the controller has what they see on the way.
+
+    Args:
+        builder: Builder that holds plant, controller and contact monitor by these names.
+        scene_graph: What is seen.
+        prepared: The robot and its scenario, with the map of its first look.
+
+    Raises:
+        MachineError: This machine cannot render.
+    """
+    perception, sight = prepared.scenario.perception, prepared.sight
+    assert sight is not None and sight.map is not None
+    controller = builder.GetSubsystemByName("controller")
+    estimator = AddEyes(builder, scene_graph, prepared, landing=perception.landing)
+    first = MapRevision(0, sight.stamp, sight.belief, sight.level, sight.map, depth=sight.depth)
+    settings = MapSettings(
+        landing=perception.landing,
+        reach=reach_of(prepared.settings),
+        back=way_back(prepared.scenario),
+    )
+    keeper: MapKeeper = builder.AddSystem(MapKeeper(first=first, settings=settings))
+    camera, pose = (builder.GetSubsystemByName(name) for name in ("depth_camera", "base_pose"))
+    for system, output, sink, port in (
+        (keeper, "looking", camera, "looking"),
+        (keeper, "map_known", estimator, "map_known"),
+        (keeper, "map_known", controller, "map_known"),
+        (controller, "gait_phase", keeper, "gait_phase"),
+        (controller, "motion_plan", keeper, "motion_plan"),
+        (estimator, "stairs", keeper, "stairs"),
+        (camera, "depth_measured", keeper, "depth_measured"),
+        (pose, "feet_estimated", keeper, "feet"),
+    ):
+        builder.Connect(system.GetOutputPort(output), sink.GetInputPort(port))
+    builder.Connect(_contacts(builder), keeper.GetInputPort("contacts"))
+    return keeper
+
+
+def _contacts(builder: DiagramBuilder) -> OutputPort:
+    """The contacts that the controller takes: of sensors in the feet, or felt by the joints."""
+    controller = builder.GetSubsystemByName("controller")
+    if controller.HasOutputPort("contact_state_felt"):
+        return controller.GetOutputPort("contact_state_felt")
+    monitor = builder.GetSubsystemByName("contact_monitor")
+    return monitor.GetOutputPort("contact_state_measured")
+
+
+def eyes_of(scenario: Scenario) -> Eyes:
+    """The scenario's camera, as the planner knows it."""
+    X_BC = mount_of(scenario.perception)
+    return Eyes(
+        model_of(scenario), X_BC.rotation().matrix(), X_BC.translation(),
+        scenario.perception.look_time,
+    )  # fmt: skip
+
+
+def reach_of(settings: PlanSettings) -> float:
+    """How far from the middle line feet are put down [m]."""
+    return float(np.abs(robot_stance(settings)[:, 1]).max())
+
+
+def way_back(scenario: Scenario) -> tuple[Element, ...]:
+    """What the course ends with if the robot is to come back: all that it is told of the course."""
+    return tuple(element for element in scenario.course if element.kind == "return")

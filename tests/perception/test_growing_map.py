@@ -1,0 +1,159 @@
+"""A map that grows look by look: what is taken over, what stays, and what contradicts it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from growing_rig import DEEP, FEET, FIRST, NOT_SEEN, RISE, RUN, first_map, flight
+
+from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.perception.growing_map import (
+    TRUSTED_PLACE,
+    describe_standing,
+    feet_offset,
+    ground_height,
+    grow_map,
+    match_look,
+    trust,
+)
+from drake_quad.perception.level_beyond import Level
+from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
+from drake_quad.perception.stair_map import STUB, StairMap, course_of_description, make_stair_map
+from drake_quad.terrain.elements import Element
+
+RETURN = Element(kind="return")
+
+
+def grown(
+    known: StairMap, seen: StairBelief | None, level: Level = NOT_SEEN, feet: FloatArray = FEET
+) -> StairMap:
+    return grow_map(known, seen, level, feet=feet, landing=2.0, reach=0.4, look=1, back=(RETURN,))
+
+
+def test_a_flight_without_an_end_is_mapped_as_far_as_it_was_seen() -> None:
+    """Its course has the steps that were seen, and nothing behind the last but a stub."""
+    known = first_map()
+    assert not known.complete and known.trusted == 5
+    lane = known.course(foot_radius=0.02).lanes[0]
+    assert len(lane.nosings()) == 5
+    assert lane.length == pytest.approx(FIRST + 5 * RUN + STUB)
+
+
+@pytest.mark.parametrize("sigmas", [[0.004, 0.008, 0.02, 0.004], [0.03, 0.004, 0.004, 0.004]])
+def test_steps_are_planned_on_up_to_the_first_that_is_not_known_well(sigmas: list[float]) -> None:
+    """A nosing whose 95 % interval is wider than the bound ends what is trusted."""
+    seen = flight(0, 4)
+    covariance = np.array(seen.covariance)
+    covariance[range(4), range(4)] = np.square(sigmas)
+    found = make_stair_map(
+        replace(seen, covariance=covariance), NOT_SEEN, standing=np.array([1.0, 0.0]), floor=0.0,
+        behind=1.0, landing=2.0, reach=0.4, to_its_end=False,
+    )  # fmt: skip
+    known = trust(found, reach=0.4, yaw_sigma=0.0)
+    good = [NORMAL_95 * sigma <= TRUSTED_PLACE for sigma in sigmas]
+    assert known.trusted == good.index(False)
+    if known.trusted:
+        told = NORMAL_95 * np.array(sigmas[: known.trusted])
+        assert known.error_place == pytest.approx(told.max())
+
+
+def test_a_look_adds_steps_and_leaves_those_behind_the_camera() -> None:
+    """Nosings in view are the look's, with its number; those before them are as they were."""
+    known, seen = first_map(5, sigma=0.01), flight(3, 4)
+    seen = replace(seen, places=seen.places + 0.012)
+    more = grown(known, seen)
+    assert len(more.places) == 7 and not more.complete
+    assert more.seen_in == (0, 0, 0, 1, 1, 1, 1)
+    np.testing.assert_array_equal(more.places[:3], known.places[:3])
+    np.testing.assert_allclose(more.places[3:], FIRST + RUN * np.arange(3, 7) + 0.012)
+    np.testing.assert_allclose(more.heights, RISE * np.arange(1.0, 8.0))
+    assert np.all(more.place_errors[3:] < known.place_errors[:3].min())
+
+
+def test_what_lies_below_the_image_is_not_taken_over() -> None:
+    """The fit tells a first nosing that nobody sees: the map keeps its own."""
+    known, seen = first_map(), flight(2, 4)
+    guessed = replace(seen, places=seen.places + np.array([0.03, 0.0, 0.0, 0.0]))
+    more = grown(known, guessed, NOT_SEEN._replace(below_view=1))
+    assert more.seen_in == (0, 0, 0, 1, 1, 1)
+    np.testing.assert_allclose(np.diff(more.places), RUN)
+
+
+def test_a_seen_end_completes_the_map() -> None:
+    """It has the landing, and the way back; written down and read it is the same course."""
+    more = grown(first_map(), flight(3, 4, most=4), DEEP)
+    assert more.complete and more.trusted == 7
+    assert [element.kind for element in more.elements] == ["floor", "stairs", "landing", "return"]
+    course = more.course(foot_radius=0.02)
+    again = course_of_description(more.describe(), foot_radius=0.02)
+    assert len(course.lanes) == 2 and len(course.outward[0].nosings()) == 7
+    np.testing.assert_array_equal(course.nosings(), again.nosings())
+
+
+@pytest.mark.parametrize("higher", [-0.02, 0.005, 0.03])
+def test_ground_that_is_higher_than_mapped_changes_no_map(higher: float) -> None:
+    """What the feet stand higher, and all that is seen with it, is taken out."""
+    seen = flight(3, 4)
+    raised = grown(first_map(), flight(3, 4, up=higher), feet=FEET + np.array([0.0, 0.0, higher]))
+    np.testing.assert_allclose(raised.heights, grown(first_map(), seen).heights, atol=1e-12)
+
+
+def test_a_lane_keeps_its_heading_whatever_a_later_look_believes() -> None:
+    """Nosings of a climb that is believed to head 1 degree aside lie where they cross the lane."""
+    known, turn = first_map(), np.radians(1.0)
+    seen = flight(3, 4)
+    ends = FIRST + RUN * np.arange(3, 7)
+    direction = np.array([np.cos(turn), np.sin(turn)])
+    aside = replace(seen, yaw=turn, places=(ends - seen.origin[0]) * direction[0])
+    more = grown(known, aside)
+    assert more.yaw == known.yaw
+    np.testing.assert_allclose(more.places[3:], ends)
+    assert np.all(more.place_errors[3:] > grown(known, seen).place_errors[3:])
+
+
+def test_what_contradicts_the_map_is_refused() -> None:
+    """Steps elsewhere, of another height, fewer than were seen, none, or leading down."""
+    known, seen = first_map(), flight(3, 4)
+    for wrong, level, words in (
+        (replace(seen, places=seen.places + 0.1), NOT_SEEN, "place of step"),
+        (
+            replace(seen, heights=seen.heights + np.array([0.0, 0.0, 0.07, 0.0, 0.0])),
+            NOT_SEEN,
+            "height of",
+        ),
+        (flight(2, 2, most=2), DEEP, "ends after 4 steps"),
+        (None, NOT_SEEN, "no steps are seen"),
+        (replace(seen, rise=-RISE), NOT_SEEN, "leads down"),
+    ):
+        with pytest.raises(PlanningError, match=words):
+            grown(known, wrong, level)
+
+
+def test_feet_that_stand_on_other_treads_than_mapped_contradict_it() -> None:
+    """One that is a third of a rise off the others ends it; all of them higher do not."""
+    known = first_map()
+    assert feet_offset(known, FEET + np.array([0.0, 0.0, 0.05])) == pytest.approx(0.05)
+    wrong = FEET.copy()
+    wrong[0, 2] += 0.06
+    with pytest.raises(PlanningError, match="feet contradict"):
+        feet_offset(known, wrong)
+
+
+def test_steps_are_told_apart_by_their_heights() -> None:
+    """A camera that has passed k steps sees step k + 1 first, wherever it believes to be along."""
+    known = first_map()
+    for k in range(4):
+        found = match_look(known, flight(k, 3), NOT_SEEN, offset=0.0, reach=0.4)
+        assert found.first == k
+        np.testing.assert_allclose(found.places, FIRST + RUN * np.arange(k, k + 3))
+
+
+def test_people_are_told_where_it_stands() -> None:
+    """In words, with the numbers of the steps."""
+    known = first_map()
+    assert ground_height(known, np.array([0.0, FIRST + 0.1])).tolist() == [0.0, RISE]
+    assert describe_standing(known, FEET) == "with its fore feet on step 3"
+    assert describe_standing(known, FEET[:3]) == "on four feet on steps 1 to 3"
+    assert describe_standing(known, FEET[3:]) == "on four feet before the flight"
+    assert describe_standing(known, FEET[:2]) == "on four feet on step 3"

@@ -1,0 +1,76 @@
+"""The next stretch on a map that grows: to where more is seen, on known steps, or to the goal."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from growing_rig import DEEP, FIRST, RUN, eyes, first_map, flight, gait, standing
+from rig import paper_robot
+
+from drake_quad.errors import PlanningError
+from drake_quad.perception.growing_map import grow_map, nosings_in_view
+from drake_quad.perception.stair_map import StairMap
+from drake_quad.planning.mission import plan_mission
+from drake_quad.planning.onward import LEAST_VIEW, LOOK_AGAIN, Onward, plan_onward
+
+
+def onward(known: StairMap) -> Onward:
+    return plan_onward(paper_robot(), gait(), known, standing(known), eyes(), lift_off_margin=0.02)
+
+
+@pytest.mark.parametrize("trusted", [4, 6, 8])
+def test_feet_are_put_down_on_steps_alone_that_are_known_well(trusted: int) -> None:
+    """None is beyond the last trusted nosing, and where it stops nosings of the map are in view."""
+    known = replace(first_map(8), trusted=trusted)
+    found = onward(known)
+    assert found.goes_on and [task.kind for task in found.tasks] == ["walk", "stand"]
+    assert found.tasks[-1].name == LOOK_AGAIN
+    robot, lane = paper_robot(), found.course.lanes[0]
+    plan = plan_mission(robot, found.course, found.settings, found.tasks, standing(known))
+    places = [lane.coordinates(s.swing.p_end)[0] for s in plan.plans[0].contacts.steps]
+    assert np.max(places) < FIRST + (trusted - 1) * RUN
+    camera = eyes().pose(plan.plans[-1].end.body)
+    assert len(nosings_in_view(known, eyes().model, camera)) >= LEAST_VIEW
+
+
+def test_of_all_treads_it_takes_the_one_farthest_up() -> None:
+    """The more steps are known, the farther it goes."""
+    goals = [onward(first_map(n)).tasks[0].goal for n in (6, 8, 10)]
+    assert goals == sorted(goals) and goals[2] > goals[0] + RUN
+
+
+def test_it_goes_nearer_on_the_floor_where_there_is_no_tread_to_stop_on() -> None:
+    """With two known steps it stops before the flight, its feet on the floor."""
+    found = onward(replace(first_map(8), trusted=2))
+    assert found.goes_on and found.tasks[0].goal < FIRST - 0.4
+
+
+def test_a_map_that_is_complete_is_walked_to_its_end() -> None:
+    """From the floor: up, and it stands on the landing."""
+    known = grow_map(
+        first_map(), flight(3, 4, most=4), DEEP, feet=np.zeros((0, 3)), landing=3.0, reach=0.4,
+        look=1,
+    )  # fmt: skip
+    found = onward(known)
+    assert not found.goes_on and [task.kind for task in found.tasks] == ["walk", "stand"]
+    assert found.tasks[0].goal > known.places[-1] + 1.0
+
+
+def test_where_what_is_seen_runs_out_it_says_so() -> None:
+    """A robot that is as far up as it may go, and knows no more, has no way on."""
+    known = first_map(8)
+    found = onward(known)
+    plan = plan_mission(paper_robot(), found.course, found.settings, found.tasks, standing(known))
+    with pytest.raises(PlanningError, match="how many steps there are is not known"):
+        plan_onward(paper_robot(), gait(), known, plan.plans[-1].end, eyes(), lift_off_margin=0.02)
+
+
+def test_errors_of_the_map_are_allowed_for() -> None:
+    """Those of the steps that are planned on, and never less than what is asked for on any map."""
+    known = first_map(8)
+    assert onward(known).settings.map_error_place >= known.error_place
+    careful = replace(gait(), map_error_place=0.02)
+    found = plan_onward(
+        paper_robot(), careful, known, standing(known), eyes(), lift_off_margin=0.02
+    )
+    assert found.settings.map_error_place == 0.02
