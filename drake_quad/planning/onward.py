@@ -35,7 +35,7 @@ from drake_quad.terrain.lane import Lane
 LEAST_VIEW = 2  # nosings of the map that are to be in view where the robot looks again
 PROGRESS = 0.3  # [m] that a walk on the floor is to come nearer
 MAP_STEP = 1e-4  # [m] to which errors of the map that are allowed for are rounded up
-LOOK_AGAIN = "stand and look again"
+WALK_ON, LOOK_AGAIN = "walk to the next look", "stand and look again"
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ def plan_onward(
     reason = ""
     for goal in stop_places(lane, settings, stance, known):
         tasks = (
-            Task(kind="walk", name="walk 1", lane=0, goal=goal),
+            Task(kind="walk", name=WALK_ON, lane=0, goal=goal),
             Task(kind="stand", name=LOOK_AGAIN, lane=0, duration=eyes.look_time),
         )
         try:

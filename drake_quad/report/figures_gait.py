@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.report.axes import draw_event_shading, draw_line, label_time, make_axes
 from drake_quad.report.derived import MODES, clock_stops
+from drake_quad.report.figures_revisions import draw_looks
 from drake_quad.report.style import (
     BAD,
     INK,
@@ -44,6 +45,7 @@ def draw_gait(run: RecordedRun) -> Figure:
         _draw_bars(axis, log, frames=axis is zoom)
     draw_event_shading([whole], run, label=whole)
     draw_event_shading([zoom], run)
+    draw_looks(whole, run)
     start, end = find_cycle(log)
     if end > start:
         zoom.set_xlim(start, end)

@@ -33,6 +33,7 @@ from drake_quad.report.figures_margin import (
     was_estimated,
     was_measured,
 )
+from drake_quad.report.figures_revisions import draw_revisions, has_grown, revision_rows
 from drake_quad.report.figures_seen import draw_sight, seen_rows, was_seen
 from drake_quad.report.replay import make_replay_html, pack, round_recording
 from drake_quad.report.style import (
@@ -92,6 +93,16 @@ FIGURES = (
         "95 %. The ground is drawn as it is; the robot was not told.",
         draw_sight,
         wanted=was_seen,
+    ),
+    FigureKind(
+        "revisions",
+        "How the map grew",
+        "The robot had not seen the end of the flight from its start. It climbed the steps that it "
+        "knew, stood on a tread, and looked again. Nosings are drawn as each look told them, with "
+        "their intervals of 95 %; below are the errors. The ground is drawn as it is; the robot "
+        "was not told.",
+        draw_revisions,
+        wanted=has_grown,
     ),
     FigureKind(
         "margin",
@@ -222,6 +233,7 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
         safe=safe_margin(run.robot),
         segments=segment_rows(run),
         seen=seen_rows(run),
+        revisions=revision_rows(run),
         seen_words=str(run.seen.get("words", "")),
         pushes=push_rows(run),
         recoveries=recovery_rows(run),

@@ -494,6 +494,18 @@ SUMMARY = (
     Figure("seen.run_inside", "", "Whether the mean run lies in its 95 % interval", "verdict"),
     Figure("seen.yaw_error_deg", "deg", "Error of the climb's heading"),
     Figure("seen.yaw_inside", "", "Whether the heading lies in its 95 % interval", "verdict"),
+    Figure("seen.looks", "", "From how many places it looked: 1, or more where the map grew on the "
+           "way; the other figures are of the first look"),
+    Figure("seen.map_steps", "", "How many steps the map had in the end; this and the next ones "
+           "are null where it did not grow"),
+    Figure("seen.map_complete", "", "Whether the flight's end was seen in the end", "verdict"),
+    Figure("seen.map_place_error_max", "m", "Greatest error of a nosing's place in the map as it "
+           "was in the end, along its lane"),
+    Figure("seen.map_places_inside", "", "Share of its nosings whose place lies in its 95 % "
+           "interval"),
+    Figure("seen.map_height_error_max", "m", "Greatest error of a nosing's height in it"),
+    Figure("seen.map_heights_inside", "", "Share of its nosings whose height lies in its 95 % "
+           "interval"),
     Figure("pushes", "", "The pushes in physics, in order of time; of a push that the run did not "
            "reach the last three are null", "tables"),
     Figure("pushes[].time", "s", "When the push began"),

@@ -196,12 +196,31 @@ def seen_figures(told: Mapping[str, Any]) -> dict[str, Any]:
         "height_error_told": told["error_height"],
         "heights_inside": _share_inside(heights),
     }
+    figures |= _figures_of_map(told)
     for name, key in (("rise", "rise"), ("run", "run"), ("yaw_deg", "yaw")):
         figure = told.get(name, {})
         unit = "_deg" if name == "yaw_deg" else ""
         figures[f"{key}_error{unit}"] = figure.get("error")
         figures[f"{key}_inside"] = figure.get("inside")
     return figures
+
+
+def _figures_of_map(told: Mapping[str, Any]) -> dict[str, Any]:
+    """The figures of the map as it was in the end, where the robot looked again on its way."""
+    revisions = told.get("revisions", [])
+    last = revisions[-1] if revisions else {}
+    places, heights = (
+        [row[name] for row in last.get("nosings", [])] for name in ("place", "height")
+    )
+    return {
+        "looks": max(1, len(revisions)),
+        "map_steps": last.get("steps"),
+        "map_complete": last.get("complete"),
+        "map_place_error_max": _largest(places),
+        "map_places_inside": _share_inside(places),
+        "map_height_error_max": _largest(heights),
+        "map_heights_inside": _share_inside(heights),
+    }
 
 
 def _largest(rows: Sequence[Mapping[str, Any]]) -> float | None:

@@ -23,7 +23,8 @@ class PerceptionConfig:
         "told",
         ("told", "seen"),
         "`told`: planner and controller have `course`; `seen`: `course` is the world alone, and "
-        "the map is made of what the robot's depth camera sees ahead before it climbs",
+        "the map is made of what the robot's depth camera sees ahead before it climbs, and from a "
+        "tread if that does not show where the flight ends",
     )
     camera: str = choice(
         "d435", ("d435", "d455"), "Depth camera, with the errors of its kind drawn by the seed"

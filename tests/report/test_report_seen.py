@@ -2,6 +2,7 @@
 
 import copy
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import pytest
 from report_run import make_log, short_scenario, write_run
 
 from drake_quad.perception.level_beyond import Level
-from drake_quad.perception.sight import Sight
+from drake_quad.perception.sight import MapRevision, Sight
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_map import make_stair_map
+from drake_quad.report.figures_revisions import draw_revisions, look_times, revision_rows
 from drake_quad.report.figures_seen import draw_sight, seen_rows
 from drake_quad.report.page import write_report
 from drake_quad.runs.reader import RecordedRun, load_run
@@ -42,12 +44,27 @@ def sight(*, seen: bool = True) -> Sight:
     return Sight(belief, 0.9, 10, depth, level, found)
 
 
-def write_seen(directory: Path, shown: Sight) -> Path:
+def grown() -> tuple[MapRevision, MapRevision]:
+    """The first two steps of the flight, and all four as a second look told them."""
+    whole = sight()
+    assert whole.belief is not None and whole.map is not None
+    last = whole.map
+    known = replace(
+        last, places=last.places[:2],
+        heights=last.heights[:2], place_errors=last.place_errors[:2],
+        height_errors=last.height_errors[:2], complete=False, trusted=2, seen_in=(0, 0),
+    )  # fmt: skip
+    more = replace(last, seen_in=(0, 1, 1, 1))
+    first = MapRevision(0, 0.9, whole.belief, whole.level, known)
+    return first, MapRevision(1, 20.0, whole.belief, whole.level, more)
+
+
+def write_seen(directory: Path, shown: Sight, revisions: tuple[MapRevision, ...] = ()) -> Path:
     """A made-up run's files, with what was seen."""
     scenario = copy.deepcopy(short_scenario())
     scenario.perception.map = "seen"
     write_run(directory, scenario=scenario, log=make_log(short_scenario(), seconds=0.2))
-    record = record_sight(shown, course_of(scenario))
+    record = record_sight(shown, course_of(scenario), revisions)
     (directory / SEEN).write_text(json.dumps(record.told), encoding="utf-8")
     record.write_image(directory / IMAGE)
     return directory
@@ -82,6 +99,35 @@ def test_the_page_shows_image_stairs_and_table(run: RecordedRun) -> None:
     assert "✗ outside" in html and "✓ inside" in html
     figure = draw_sight(run)
     assert len(figure.axes) == 3 and figure.axes[0].images[0].get_array() is not None
+
+
+def test_a_map_that_grew_is_shown_look_by_look(tmp_path: Path) -> None:
+    """A row a look with what came of it, the nosings that each told, and marks in time."""
+    run = load_run(write_seen(tmp_path, sight(), grown()))
+    first, second = revision_rows(run)
+    assert (first.steps, first.inside) == ("2, 2 of them planned on", "4 of 4")
+    assert (second.steps, second.inside, second.time) == ("4", "7 of 8", "20.0 s")
+    assert second.outcome == "its end is seen" and look_times(run) == [(1, 20.0)]
+    assert len(draw_revisions(run).axes) == 3
+    html = write_report(run, replay=False).read_text()
+    assert 'id="revisions"' in html and "goes on as far as it knows" in html
+
+
+def test_a_run_that_looked_once_has_no_such_section(run: RecordedRun) -> None:
+    """Nothing is shown of revisions, and none is marked."""
+    assert revision_rows(run) == [] == look_times(run)
+    assert 'id="revisions"' not in write_report(run, replay=False).read_text()
+
+
+@pytest.mark.parametrize(
+    "spoil", [[{}, {}], [1, "x", {"nosings": 5}], [{"nosings": [{"look": 0}]}, {"stamp": "late"}]]
+)
+def test_spoilt_revisions_are_shown_as_far_as_they_go(tmp_path: Path, spoil: list[Any]) -> None:
+    """What is no figure is a dash, and the page is made."""
+    directory = write_seen(tmp_path, sight(), grown())
+    told = json.loads((directory / SEEN).read_text()) | {"revisions": spoil}
+    (directory / SEEN).write_text(json.dumps(told))
+    assert "The stairs as they were seen" in write_report(directory, replay=False).read_text()
 
 
 def test_a_robot_that_saw_nothing_shows_its_image(tmp_path: Path) -> None:

@@ -7,8 +7,9 @@ import pytest
 
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.see import read_depth_image
-from drake_quad.perception.sight import Sight
+from drake_quad.perception.sight import MapRevision, Sight
 from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.stair_map import StairMap, make_stair_map
 from drake_quad.runs.seen import (
     MILLIMETRE,
     SeenRecord,
@@ -94,3 +95,26 @@ def test_the_image_comes_back_to_a_millimetre(tmp_path: Path) -> None:
     again = read_depth_image(path, scale=MILLIMETRE)
     assert np.abs(again - depth).max() <= 0.5 * MILLIMETRE + 1e-12
     assert np.all(again[:3] == 0.0)
+
+
+def test_a_map_that_grew_has_figures_of_its_end_beside_those_of_the_first_look() -> None:
+    """Two looks: three steps in the end, of which the last is 30 mm off its place."""
+    assert seen_figures(record_sight(sight(places=[0.5]), world()).told)["looks"] == 1
+    first = made_map(sight(places=[0.5, 0.9]))
+    last = made_map(sight(places=[0.5, 0.9, 1.33]))
+    revisions = [MapRevision(k, 0.9 + k, None, None, m) for k, m in enumerate((first, last))]
+    told = record_sight(sight(places=[0.5, 0.9]), world(), revisions).told
+    figures = seen_figures(told)
+    assert figures["looks"] == 2 and figures["map_steps"] == COUNT
+    assert figures["map_place_error_max"] == pytest.approx(0.03)
+    assert figures["map_places_inside"] == pytest.approx(2 / 3)
+    assert figures["map_heights_inside"] == 1.0 and figures["place_error_max"] < 1e-9
+    assert told["map"] == last.describe() and len(told["revisions"]) == 2
+
+
+def made_map(seen: Sight) -> StairMap:
+    """The map of a sight, of a robot whose body is 1 m along."""
+    return make_stair_map(
+        seen.belief, seen.level, standing=np.array([1.0, 0.0]), floor=0.0, behind=1.0,
+        landing=2.0, reach=0.4,
+    )  # fmt: skip
