@@ -172,6 +172,7 @@ def AddGrowingMap(
     settings = MapSettings(
         landing=perception.landing,
         reach=reach_of(prepared.settings),
+        foot_radius=prepared.robot.foot_radius,
         back=way_back(prepared.scenario),
     )
     keeper: MapKeeper = builder.AddSystem(MapKeeper(first=first, settings=settings))

@@ -26,11 +26,13 @@ class MapSettings:
     Attributes:
         landing: How far the ground is level beyond the last nosing [m].
         reach: How far from the lane's middle line feet are put down [m].
+        foot_radius: Radius of the robot's feet [m].
         back: What the course ends with once it is known: `return`, if the robot is to come back.
     """
 
     landing: float
     reach: float
+    foot_radius: float
     back: tuple[Element, ...] = ()
 
 
@@ -135,10 +137,12 @@ class MapKeeper(LeafSystem):
         feet = self._feet.Eval(context).reshape(4, 3)[standing]
         number, known, reason = last.number + 1, last.map, ""
         try:
-            known = grow_map(
+            grown = grow_map(
                 known, report.belief, report.level, feet=feet, landing=self._settings.landing,
                 reach=self._settings.reach, look=number, back=self._settings.back,
             )  # fmt: skip
+            grown.course(foot_radius=self._settings.foot_radius)
+            known = grown
         except DrakeQuadError as problem:
             reason = why_not(problem)
         return MapRevision(

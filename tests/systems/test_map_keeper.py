@@ -15,6 +15,7 @@ from drake_quad.planning.onward import LOOK_AGAIN
 from drake_quad.systems.depth_camera import NO_IMAGE
 from drake_quad.systems.map_keeper import MapKeeper, MapSettings
 from drake_quad.systems.stair_estimator import StairReport
+from drake_quad.terrain.elements import Element
 
 LOOK = 2  # the task of the look
 FIRST = MapRevision(0, 0.9, flight(0, 5), NOT_SEEN, first_map())
@@ -24,7 +25,7 @@ class Keeper:
     """A map keeper in a simulator of its own; its robot walks in task 1 and then looks."""
 
     def __init__(self) -> None:
-        settings = MapSettings(landing=2.0, reach=0.4)
+        settings = MapSettings(landing=2.0, reach=0.4, foot_radius=0.02, back=(Element("return"),))
         self.system = MapKeeper(first=FIRST, settings=settings)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
@@ -108,6 +109,14 @@ def test_what_contradicts_the_map_leaves_it_and_says_why() -> None:
     assert newest.number == 1 and newest.map is FIRST.map
     assert "ends after 4 steps" in newest.reason
     assert "no steps are seen" in looked_again(None)[1].reason
+
+
+def test_a_map_that_is_no_course_is_not_taken_over() -> None:
+    """A landing too narrow to turn back on: the revision has the map of before, and a reason."""
+    belief = replace(flight(3, 4, most=4), right=-0.42, left=0.42)
+    keeper, newest = looked_again(belief, Level(2.0, ends_flight=True, right=-0.42, left=0.42))
+    assert newest.number == 1 and newest.map is FIRST.map
+    assert "too small to turn back on" in newest.reason and not keeper.looking
 
 
 def test_two_contexts_of_one_keeper_are_two_keepers() -> None:
