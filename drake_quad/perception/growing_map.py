@@ -62,7 +62,7 @@ def trust(found: StairMap, *, reach: float, yaw_sigma: float) -> StairMap:
     )
 
 
-def along(known: StairMap, p_W: FloatArray) -> FloatArray:
+def lane_places(known: StairMap, p_W: FloatArray) -> FloatArray:
     """Places along a map's lane of points (..., 2 or 3) in W [m]."""
     direction = np.array([np.cos(known.yaw), np.sin(known.yaw)])
     return np.asarray((p_W[..., :2] - known.origin) @ direction)
@@ -86,7 +86,7 @@ def feet_offset(known: StairMap, feet: FloatArray) -> float:
     """
     if not len(feet):
         return 0.0
-    off = feet[:, 2] - ground_height(known, along(known, feet))
+    off = feet[:, 2] - ground_height(known, lane_places(known, feet))
     offset = float(np.median(off))
     worst = float(np.abs(off - offset).max())
     if worst > FEET_APART:
@@ -104,7 +104,7 @@ def describe_standing(known: StairMap, feet: FloatArray) -> str:
         known: The map.
         feet: Its feet, (4, 3) in W [m].
     """
-    on = sorted({int(k) for k in np.searchsorted(known.places, along(known, feet))})
+    on = sorted({int(k) for k in np.searchsorted(known.places, lane_places(known, feet))})
     low, high = on[0], on[-1]
     if high == 0:
         return "on four feet before the flight"
@@ -280,7 +280,7 @@ def nosings_in_view(known: StairMap, model: CameraModel, pose: CameraPose) -> ND
     nosings = np.column_stack([flat, known.heights])
     _, down, ahead = ((nosings - pose.p_WC) @ pose.R_WC).T
     row = model.cy + model.fy * down / np.maximum(ahead, 1e-6)
-    near = known.places - float(along(known, pose.p_WC))
+    near = known.places - float(lane_places(known, pose.p_WC))
     seen = (ahead > 0.0) & (row <= model.height - 1) & (row >= 0) & (near > NEAREST)
     return np.flatnonzero(seen)
 
@@ -320,7 +320,7 @@ def look_again(
     seen = nosings_in_view(known, model, pose)
     if not len(seen):
         return None
-    here = float(along(known, pose.p_WC))
+    here = float(lane_places(known, pose.p_WC))
     other: StairBelief | None = None
     for first in (seen[0] - 1, seen[0], seen[0] + 1):
         if first < 0 or first >= len(known.places) or known.places[first] - here < NEAREST:

@@ -37,7 +37,7 @@ class MapSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class MapMemory:
     """What a MapKeeper remembers.
 
     Attributes:
@@ -50,7 +50,7 @@ class Kept:
     task: int = -1
     since: float = np.inf
 
-    def __deepcopy__(self, memo: object) -> "Kept":
+    def __deepcopy__(self, memo: object) -> "MapMemory":
         """It never changes, so that Drake may copy a Context without copying it."""
         return self
 
@@ -90,7 +90,7 @@ class MapKeeper(LeafSystem):
         self._image = self.DeclareAbstractInputPort("depth_measured", AbstractValue.Make(NO_IMAGE))
         self._feet = self.DeclareVectorInputPort("feet", 12)
         self._contacts = self.DeclareVectorInputPort("contacts", 4)
-        self._kept = self.DeclareAbstractState(AbstractValue.Make(Kept((first,))))
+        self._kept = self.DeclareAbstractState(AbstractValue.Make(MapMemory((first,))))
         self._newest = self.DeclareAbstractState(AbstractValue.Make(first))
         self.DeclareStateOutputPort("map_known", self._newest)
         self.DeclareVectorOutputPort(
@@ -102,8 +102,8 @@ class MapKeeper(LeafSystem):
         """The map's revisions so far, for a run's files."""
         return self._of(context).revisions
 
-    def _of(self, context: Context) -> Kept:
-        kept: Kept = context.get_abstract_state(self._kept).get_value()
+    def _of(self, context: Context) -> MapMemory:
+        kept: MapMemory = context.get_abstract_state(self._kept).get_value()
         return kept
 
     def _tell(self, context: Context, output: BasicVector) -> None:
@@ -117,17 +117,17 @@ class MapKeeper(LeafSystem):
         if kept.task < 0:
             if not looks or task != plan.index:
                 return EventStatus.DidNothing()
-            self._keep(state, Kept(kept.revisions, task, now))
+            self._keep(state, MapMemory(kept.revisions, task, now))
             return EventStatus.Succeeded()
         report: StairReport = self._stairs.Eval(context)
         if task == kept.task or report.stamp < kept.since + AT_REST:
             return EventStatus.DidNothing()
         revision = self._revise(context, kept.revisions[-1], report)
-        self._keep(state, Kept((*kept.revisions, revision)))
+        self._keep(state, MapMemory((*kept.revisions, revision)))
         state.get_mutable_abstract_state(self._newest).set_value(revision)
         return EventStatus.Succeeded()
 
-    def _keep(self, state: State, kept: Kept) -> None:
+    def _keep(self, state: State, kept: MapMemory) -> None:
         state.get_mutable_abstract_state(self._kept).set_value(kept)
 
     def _revise(self, context: Context, last: MapRevision, report: StairReport) -> MapRevision:

@@ -42,7 +42,7 @@ class Growth:
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class KnownMission:
     """What is known of a mission.
 
     Attributes:
@@ -59,7 +59,7 @@ class Known:
     revision: int
     goes_on: bool
 
-    def __deepcopy__(self, memo: object) -> "Known":
+    def __deepcopy__(self, memo: object) -> "KnownMission":
         """It never changes, so that Drake may copy a Context without copying it."""
         return self
 
@@ -122,7 +122,7 @@ class TransitionPlanner(LeafSystem):
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._plan = self.DeclareAbstractState(AbstractValue.Make(object()))
         self._history = self.DeclareAbstractState(AbstractValue.Make(()))
-        known = Known(course, settings, tuple(mission), 0, growth is not None)
+        known = KnownMission(course, settings, tuple(mission), 0, growth is not None)
         self._known = self.DeclareAbstractState(AbstractValue.Make(known))
         self._map_port = None
         if growth is not None:
@@ -161,7 +161,7 @@ class TransitionPlanner(LeafSystem):
             known = self._known_to(context)
             if task >= len(known.mission):
                 grown = self._grow(context, known, plan)
-                if not isinstance(grown, Known):
+                if not isinstance(grown, KnownMission):
                     return grown
                 state.get_mutable_abstract_state(int(self._known)).set_value(grown)
                 known = grown
@@ -179,24 +179,26 @@ class TransitionPlanner(LeafSystem):
             return self._make(context, state, rest, known)
         return EventStatus.DidNothing()
 
-    def _make(self, context: Context, state: State, job: PlanJob, known: Known) -> EventStatus:
+    def _make(
+        self, context: Context, state: State, job: PlanJob, known: KnownMission
+    ) -> EventStatus:
         """Makes a plan, or asks whether it is made."""
         plan = job.make() if self._maker is None else self._maker.ask(job)
         if plan is not None:
             self._keep(context, state, plan, known)
         return EventStatus.Succeeded()
 
-    def _task_job(self, task: int, stance: Stance, known: Known) -> TaskJob:
-        return TaskJob(
-            self._robot, known.course, known.settings, known.mission[task], stance, task
-        )
+    def _task_job(self, task: int, stance: Stance, known: KnownMission) -> TaskJob:
+        return TaskJob(self._robot, known.course, known.settings, known.mission[task], stance, task)
 
-    def _known_to(self, context: Context) -> Known:
+    def _known_to(self, context: Context) -> KnownMission:
         """What is known of the mission."""
-        known: Known = context.get_abstract_state(int(self._known)).get_value()
+        known: KnownMission = context.get_abstract_state(int(self._known)).get_value()
         return known
 
-    def _grow(self, context: Context, known: Known, plan: MotionPlan) -> Known | EventStatus:
+    def _grow(
+        self, context: Context, known: KnownMission, plan: MotionPlan
+    ) -> KnownMission | EventStatus:
         """The mission with its next stretch; or what became of the event where there is none yet.
 
         Args:
@@ -217,7 +219,7 @@ class TransitionPlanner(LeafSystem):
                     lift_off_margin=growth.lift_off_margin,
                 )  # fmt: skip
                 mission = (*known.mission, *onward.tasks)
-                return Known(
+                return KnownMission(
                     onward.course, onward.settings, mission, revision.number, onward.goes_on
                 )
             except DrakeQuadError as problem:
@@ -267,7 +269,7 @@ class TransitionPlanner(LeafSystem):
         return project_to_map(course, self._feet(context), self._robot.foot_radius)
 
     def _keep(
-        self, context: Context, state: State, plan: MotionPlan, known: Known | None = None
+        self, context: Context, state: State, plan: MotionPlan, known: KnownMission | None = None
     ) -> None:
         """Makes `plan` the one that is followed, and history."""
         known = known or self._known_to(context)
