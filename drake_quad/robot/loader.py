@@ -2,7 +2,7 @@
 
 import hashlib
 import logging
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
@@ -103,8 +103,9 @@ def normal_form(url: str) -> str:
             if named.is_dir():
                 continue
             check_given(named, most=MOST_MESH)  # Drake's parser opens them, too
-            for further in files_of_mesh(named):  # and its viewers these
-                check_given(further, most=MOST_MESH)
+            with suppress(PermissionError):  # who may not read it does not read what it names
+                for further in files_of_mesh(named):  # and its viewers these
+                    check_given(further, most=MOST_MESH)
         stat = path.stat()
         if given.overrides == Overrides() and (
             _is_imported(str(path)) or _is_normal(str(path), stat.st_mtime_ns, stat.st_size)

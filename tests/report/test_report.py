@@ -34,7 +34,7 @@ PACKED = re.compile(r'<script type="text/plain" id="replay-packed">([^<]*)</scri
 FETCHING = {"src", "href", "srcset", "data", "poster", "action", "xlink:href", "background"}
 
 # Those of a run that was told its map.
-FIGURES = [kind for kind in ALL_FIGURES if kind.name != "seen"]
+FIGURES = [kind for kind in ALL_FIGURES if kind.name not in ("seen", "revisions")]
 
 
 def replay_in(html: str) -> str:
