@@ -94,7 +94,7 @@ class UnitreeBus:
         now = self._now_ns()
         return [
             self._reader.read(
-                one.data, now, sender=int(one.sample_info.publication_handle),
+                one.data, now, sender=session_of(one.sample_info.publication_handle),
                 sent_ns=int(one.sample_info.source_timestamp),
             )
             for one in _take(self._states)
@@ -105,7 +105,7 @@ class UnitreeBus:
         now, found = self._now_ns(), []
         for one in _take(self._commands):
             self._sequence += 1
-            session = int(one.sample_info.publication_handle)
+            session = session_of(one.sample_info.publication_handle)
             found.append(decode_low_cmd(one.data, now, self._joints, session=session,
                                         sequence=self._sequence))  # fmt: skip
         return found
@@ -113,6 +113,11 @@ class UnitreeBus:
     def close(self) -> None:
         """Leaves the bus."""
         del self._writer, self._states, self._commands, self._participant
+
+
+def session_of(writer: int) -> int:
+    """A writer's number as a session: DDS's have 64 bits, and half of them fit no signed number."""
+    return int(writer) % 2**63
 
 
 def _take(reader: Any) -> list[Any]:

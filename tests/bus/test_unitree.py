@@ -2,14 +2,24 @@
 
 import os
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from drake_quad.bus.messages import CommandMessage, StateMessage
+from drake_quad.bus.messages import (
+    CommandMessage,
+    Received,
+    StateMessage,
+    decode_command,
+    decode_state,
+    encode_command,
+    encode_state,
+)
 from drake_quad.bus.processes import joint_map
 from drake_quad.bus.safety import SafetyMode
+from drake_quad.bus.unitree_bus import session_of
 from drake_quad.bus.unitree_messages import (
     LOW_CMD,
     LOW_STATE,
@@ -22,6 +32,7 @@ from drake_quad.bus.unitree_messages import (
     encode_low_state,
     unitree_crc,
 )
+from drake_quad.bus.unitree_states import NO_CLOCK, NO_CRC
 from drake_quad.robot.loader import load_robot
 
 RNG = np.random.default_rng(5)
@@ -105,6 +116,16 @@ def test_cyclonedds_reads_the_same_bytes() -> None:
     assert told.motor_cmd[15].q == pytest.approx(2.146e9) and told.motor_cmd[15].kp == 0.0
 
 
+@given(st.integers(0, 2**64 - 1))
+def test_every_writer_of_dds_is_a_session_that_can_be_kept(writer: int) -> None:
+    """A log of the bus has signed numbers of 64 bits, and DDS's go to twice as far."""
+    session = session_of(writer)
+    state = decode_state(encode_state(replace(STATE, session=session)), 0).message
+    command = decode_command(encode_command(replace(COMMAND, session=session)), 0).message
+    assert state is not None and state.session == session
+    assert command is not None and command.session == session
+
+
 def test_states_and_commands_go_over_dds_and_a_second_commander_is_heard() -> None:
     """On loopback: the robot hears both commanders, a controller the robot and the other."""
     pytest.importorskip("cyclonedds")
@@ -127,11 +148,33 @@ def test_states_and_commands_go_over_dds_and_a_second_commander_is_heard() -> No
         for name, bus in (("robot", robot), ("controller", controller)):
             for told in bus.receive_commands():
                 assert told.message is not None and not told.fault
+                assert told.message.session < 2**63
                 heard[name].add(told.message.session)
     assert seen is not None and seen.message is not None and seen.message.sequence == 4242
     assert len(heard["robot"]) == 2  # two commanders, told apart by DDS's own numbers
     assert len(heard["controller"]) == 1  # the second's, and not one's own
     for bus in (robot, controller, second):
+        bus.close()
+
+
+def test_a_robot_without_a_clock_is_timed_by_dds() -> None:
+    """On loopback: a LowState whose tick is 0 comes with the time at which it was sent."""
+    pytest.importorskip("cyclonedds")
+    from drake_quad.bus.unitree_bus import UnitreeBus
+
+    domain = 20 + (os.getpid() + 1) % 200
+    robot = UnitreeBus("lo", domain, time.monotonic_ns, robot=True)
+    controller = UnitreeBus("lo", domain, time.monotonic_ns, robot=False)
+    come: list[Received[StateMessage]] = []
+    begun, until = time.time_ns(), time.monotonic() + 20.0
+    while time.monotonic() < until and len(come) < 3:
+        robot.publish_state(replace(STATE, time_ns=0))
+        time.sleep(0.01)
+        come += controller.receive_states()
+    times = [one.message.time_ns for one in come if one.message is not None]
+    assert len(times) >= 3 and begun <= times[0] < times[1] < times[2] <= time.time_ns()
+    assert NO_CLOCK in come[-1].remarks and NO_CRC not in come[-1].remarks
+    for bus in (robot, controller):
         bus.close()
 
 
