@@ -46,10 +46,52 @@ from drake_quad.terrain.course import top_at
 
 
 @jit
-def correct_by(
-    m: FloatArray, h: FloatArray, y: float, noise: float, gate: float, height_alone: bool
+def innovation(m: FloatArray, h: FloatArray, noise: float) -> tuple[FloatArray, float]:
+    """How the errors go with a measurement's, P h (ERRORS,), and the innovation's variance.
+
+    Args:
+        m: The filter's memory.
+        h: What the measurement changes by with each error (ERRORS,).
+        noise: Variance of the measurement.
+    """
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    column = np.empty(ERRORS)
+    variance = noise
+    for a in range(ERRORS):
+        column[a] = 0.0
+        for b in range(ERRORS):
+            column[a] += P[a, b] * h[b]
+    for a in range(ERRORS):
+        variance += h[a] * column[a]
+    return column, variance
+
+
+@jit
+def correct_with(
+    m: FloatArray, gain: FloatArray, column: FloatArray, variance: float, y: float
 ) -> None:
-    """Corrects the memory by one measurement, unless it is farther off than it can be.
+    """Corrects the memory by one measurement with any gain, the covariance in Joseph's form.
+
+    Args:
+        m: The filter's memory.
+        gain: How much each error is corrected by a unit of `y` (ERRORS,).
+        column: P h, see `innovation`.
+        variance: The innovation's, see there.
+        y: The estimate less what is measured.
+    """
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    for a in range(ERRORS):
+        for b in range(ERRORS):  # in an order of terms that keeps it symmetric to the bit
+            P[a, b] += variance * (gain[a] * gain[b]) - (gain[a] * column[b] + column[a] * gain[b])
+    retract(m, gain * y)
+
+
+@jit
+def correct_height(m: FloatArray, h: FloatArray, y: float, noise: float, gate: float) -> None:
+    """Base and feet go up or down together by one measurement; nothing else is corrected.
+
+    The other errors are considered as they are, neither corrected nor known better, as in the
+    filter of S. F. Schmidt ("Application of state-space methods to navigation problems", 1966).
 
     Args:
         m: The filter's memory.
@@ -57,35 +99,17 @@ def correct_by(
         y: The estimate less what is measured.
         noise: Variance of the measurement.
         gate: Greatest squared Mahalanobis distance that is believed.
-        height_alone: Whether base and feet go up or down together and nothing else is corrected.
-            The other errors are considered as they are, neither corrected nor known better (as in
-            the filter of S. F. Schmidt, "Application of state-space methods to navigation
-            problems", 1966).
     """
-    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
-    column, gain, delta = np.empty(ERRORS), np.empty(ERRORS), np.empty(ERRORS)
-    S = noise
-    for a in range(ERRORS):
-        column[a] = 0.0
-        for b in range(ERRORS):
-            column[a] += P[a, b] * h[b]
-    for a in range(ERRORS):
-        S += h[a] * column[a]
-    if y * y / S > gate:
+    column, variance = innovation(m, h, noise)
+    if y * y / variance > gate:
         return
-    for a in range(ERRORS):
-        gain[a] = 0.0 if height_alone else column[a] / S
-    if height_alone:
-        # The base's own gain in height, with z's error ξ_z + θ_x y - θ_y x, for all five places.
-        x0, x1 = m[POSITION], m[POSITION + 1]
-        z = column[E_POSITION + 2] + x1 * column[E_ROTATION] - x0 * column[E_ROTATION + 1]
-        for k in range(5):
-            gain[E_POSITION + 3 * k + 2] = z / S
-    for a in range(ERRORS):
-        delta[a] = gain[a] * y
-        for b in range(ERRORS):  # Joseph's form, which holds for any gain
-            P[a, b] += gain[a] * S * gain[b] - gain[a] * column[b] - column[a] * gain[b]
-    retract(m, delta)
+    # The base's own gain in height, whose error is ξ_z + θ_x y - θ_y x, for all five places.
+    along, across = m[POSITION], m[POSITION + 1]
+    z = column[E_POSITION + 2] + across * column[E_ROTATION] - along * column[E_ROTATION + 1]
+    gain = np.zeros(ERRORS)
+    for k in range(5):
+        gain[E_POSITION + 3 * k + 2] = z / variance
+    correct_with(m, gain, column, variance, y)
 
 
 @jit
@@ -113,8 +137,9 @@ def level_start(m: FloatArray, s: Record) -> None:
             h[0] += sign[k] * m[d + 1]
             h[1] -= sign[k] * m[d]
             h[E_FEET + 3 * k + 2] = sign[k]
-        # Beyond the gate they are not level after all.
-        correct_by(m, h, y, s.level_start**2, s.gate, False)
+        column, variance = innovation(m, h, s.level_start**2)
+        if y * y / variance <= s.gate:  # else they are not level after all
+            correct_with(m, column / variance, column, variance, y)
 
 
 AROUND = 0.02  # [m] around a foot in which it may stand
@@ -163,7 +188,7 @@ def stand_on_map(m: FloatArray, k: int, tops: FloatArray, radius: float, s: Reco
             return
     h = np.zeros(ERRORS)
     h[0], h[1], h[E_FEET + 3 * k + 2] = y, -x, 1.0  # as in `level_start`
-    correct_by(m, h, z - ground, s.map_height**2, s.gate, True)
+    correct_height(m, h, z - ground, s.map_height**2, s.gate)
 
 
 # Beyond these a reading is a fault, not a motion; the filter's own numbers stay far from overflow.

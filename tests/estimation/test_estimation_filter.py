@@ -45,11 +45,14 @@ def test_estimate_moves_with_its_start() -> None:
     np.testing.assert_allclose(other.deviation[:, 8], one.deviation[:, 8], rtol=1e-3)
 
 
-def test_covariance_is_one() -> None:
+@pytest.mark.parametrize("on_map", [False, True])
+def test_covariance_is_one(on_map: bool) -> None:
     """Symmetric to the bit, and positive semidefinite but for rounding, after two strides."""
     motion = crawl(2)
     imu, joints, _ = readings(motion, **NOISY, seed=2)
-    P = estimate(motion, imu, joints).covariance
+    settings = replace(ON_MAP, level_start=0.002) if on_map else None
+    tops = top(float(motion.feet[0, 0, 2])) if on_map else None
+    P = estimate(motion, imu, joints, settings=settings, tops=tops).covariance
     np.testing.assert_array_equal(P, P.T)
     assert np.linalg.eigvalsh(P).min() > -1e-12 * np.abs(P).max()
 
