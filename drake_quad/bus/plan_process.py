@@ -4,7 +4,6 @@ import pickle
 import signal
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -38,17 +37,6 @@ class PlanProcess:
         self._asked: tuple[int, int] | None = None
         while self.ask(first) is None:
             self._mine.poll(None)
-
-    def __enter__(self) -> "PlanProcess":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def ask(self, job: PlanJob) -> MotionPlan | None:
         """See `PlanMaker`.

@@ -2,6 +2,7 @@
 
 import socket
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -213,58 +214,57 @@ def control(
     Returns:
         Outcome, changes of mode, and how well time was kept: what control.json holds.
     """
-    clock = WallClock(choice.rate)
-    bus = open_bus(choice, clock, prepared, robot=False)
-    plans = PlanProcess(_first_job(prepared))
-    recorder = None if record is None else BusRecorder(bus, clock, plans)
-    loop = ControlLoop(
-        prepared, recorder or bus, recorder or clock, maker=recorder or plans, silent=dry_run
-    )
-    tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
-         f"domain {choice.domain}: waiting for the robot")  # fmt: skip
-    shown, remarked, next_look = 0, 0, 0.0
+    with closing(PlanProcess(_first_job(prepared))) as plans:
+        clock = WallClock(choice.rate)
+        bus = open_bus(choice, clock, prepared, robot=False)
+        recorder = None if record is None else BusRecorder(bus, clock, plans)
+        loop = ControlLoop(
+            prepared, recorder or bus, recorder or clock, maker=recorder or plans, silent=dry_run
+        )
+        tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
+             f"domain {choice.domain}: waiting for the robot")  # fmt: skip
+        shown, remarked, next_look = 0, 0, 0.0
 
-    def tick() -> bool:
-        nonlocal shown, remarked, next_look
-        if stop():
-            loop.stop("interrupted")
-            if recorder is not None:
-                recorder.note_stop("interrupted")
-        loop.tick()
-        for remark in loop.remarks[remarked:]:
-            tell(f"{loop.time:8.3f} s  note: {remark}")
-        remarked = len(loop.remarks)
-        for event in loop.events[shown:]:
-            tell(_line(event))
-        shown = len(loop.events)
-        if not loop.events and loop.time >= next_look + 1.0 and not dry_run:
-            next_look = loop.time + 1.0
-            tell(f"{loop.time:8.3f} s  {loop.reason}")
-        if dry_run and loop.time >= next_look:
-            next_look = loop.time + 1.0
-            angles = " ".join(f"{q:.2f}" for q in loop.told.q)
-            tell(f"{loop.time:8.3f} s  would command {loop.mode.name.lower()}: {angles} rad")
-        return not loop.outcome
+        def tick() -> bool:
+            nonlocal shown, remarked, next_look
+            if stop():
+                loop.stop("interrupted")
+                if recorder is not None:
+                    recorder.note_stop("interrupted")
+            loop.tick()
+            for remark in loop.remarks[remarked:]:
+                tell(f"{loop.time:8.3f} s  note: {remark}")
+            remarked = len(loop.remarks)
+            for event in loop.events[shown:]:
+                tell(_line(event))
+            shown = len(loop.events)
+            if not loop.events and loop.time >= next_look + 1.0 and not dry_run:
+                next_look = loop.time + 1.0
+                tell(f"{loop.time:8.3f} s  {loop.reason}")
+            if dry_run and loop.time >= next_look:
+                next_look = loop.time + 1.0
+                angles = " ".join(f"{q:.2f}" for q in loop.told.q)
+                tell(f"{loop.time:8.3f} s  would command {loop.mode.name.lower()}: {angles} rad")
+            return not loop.outcome
 
-    try:
-        with real_time(first=fifo) as given:
-            given_up = _each_period(clock, loop.period, tick)
-    finally:
-        bus.close()
-        plans.close()
-        if recorder is not None and record is not None:
-            write_bus_log(record, prepared, recorder.events, loop.session)
-    return {
-        "outcome": loop.outcome,
-        "events": [asdict(event) for event in loop.events],
-        "bus": asdict(choice),
-        "contacts": prepared.scenario.sensors.contacts,
-        "remarks": loop.remarks,
-        "states_lost": loop.lost,
-        "ticks_held": loop.holds,
-        "largest_step": loop.largest_step,
-        "real_time": {**given, "time_given_up": given_up, **loop.times.figures()},
-    }
+        try:
+            with real_time(first=fifo) as given:
+                given_up = _each_period(clock, loop.period, tick)
+        finally:
+            bus.close()
+            if recorder is not None and record is not None:
+                write_bus_log(record, prepared, recorder.events, loop.session)
+        return {
+            "outcome": loop.outcome,
+            "events": [asdict(event) for event in loop.events],
+            "bus": asdict(choice),
+            "contacts": prepared.scenario.sensors.contacts,
+            "remarks": loop.remarks,
+            "states_lost": loop.lost,
+            "ticks_held": loop.holds,
+            "largest_step": loop.largest_step,
+            "real_time": {**given, "time_given_up": given_up, **loop.times.figures()},
+        }
 
 
 def _line(event: Event) -> str:

@@ -1,5 +1,6 @@
 """Plans to be made, as values: here and now, or by a process of its own while the robot stands."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,21 +17,43 @@ from drake_quad.terrain.course import Course
 
 
 @dataclass(frozen=True, eq=False)
-class TaskJob:
-    """A task to be planned.
+class PlanJob(ABC):
+    """A plan to be made.
 
     Attributes:
         robot: The robot.
         course: The map.
         settings: The planner's settings.
-        task: Task to be carried out.
-        stance: Stance that it begins in.
-        index: Its place in the mission.
     """
 
     robot: RobotModel
     course: Course
     settings: PlanSettings
+
+    @property
+    @abstractmethod
+    def key(self) -> tuple[int, int]:
+        """Task and revision of the plan."""
+
+    @abstractmethod
+    def make(self) -> MotionPlan:
+        """The plan.
+
+        Raises:
+            PlanningError: There is none.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class TaskJob(PlanJob):
+    """A task to be planned.
+
+    Attributes:
+        task: Task to be carried out.
+        stance: Stance that it begins in.
+        index: Its place in the mission.
+    """
+
     task: Task
     stance: Stance
     index: int
@@ -41,32 +64,22 @@ class TaskJob:
         return self.index, 0
 
     def make(self) -> MotionPlan:
-        """The plan.
-
-        Raises:
-            PlanningError: There is none.
-        """
+        """The plan; see `plan_task`."""
         return plan_task(
             self.robot, self.course, self.settings, self.task, self.stance, index=self.index
         )
 
 
 @dataclass(frozen=True, eq=False)
-class RestJob:
+class RestJob(PlanJob):
     """The rest of a plan to be planned anew, after a push.
 
     Attributes:
-        robot: The robot.
-        course: The map.
-        settings: The planner's settings.
         plan: Plan that was followed.
         time: Gait time from which on [s].
         feet: Where the feet stand (4, 3) in W [m].
     """
 
-    robot: RobotModel
-    course: Course
-    settings: PlanSettings
     plan: MotionPlan
     time: float
     feet: FloatArray
@@ -77,11 +90,7 @@ class RestJob:
         return self.plan.index, self.plan.revision + 1
 
     def make(self) -> MotionPlan:
-        """The plan.
-
-        Raises:
-            PlanningError: There is none.
-        """
+        """The plan; see `replan_task`."""
         desired = self.plan.sample(self.time).body[0]
         amidst = np.array([*self.feet[:, :2].mean(axis=0), *desired[2:]])
         first: PlanningError | None = None
@@ -96,9 +105,6 @@ class RestJob:
                 first = first or problem
         assert first is not None
         raise first
-
-
-PlanJob = TaskJob | RestJob
 
 
 class PlanMaker(Protocol):

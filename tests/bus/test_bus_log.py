@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bus_rig import PERIOD_NS, short_walk
 from command import drake_quad, refused
+from rig import LatePlans
 
 from drake_quad.bus.bus_log import (
     ANSWER,
@@ -31,7 +32,10 @@ STOPPED_AT = 400  # ticks of walking after which a person stops it
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Standing up and a little walk over a bus that loses and delays messages; then Ctrl-C."""
+    """Standing up and a little walk over a bus that loses and delays messages; then Ctrl-C.
+
+    The walk's plan is made anew, for the feet stand a little elsewhere, and comes late.
+    """
     folder = tmp_path_factory.mktemp("log")
     prepared, clock = short_walk(folder, "joints"), ManualClock()
     bus = LoopbackBus(clock.now_ns)
@@ -39,7 +43,8 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     robot = RobotLoop(
         SimulatedRobot(prepared), FaultyBus(bus, faults, clock, np.random.default_rng(3)), clock
     )
-    recorder = BusRecorder(bus, clock)
+    plans = LatePlans()
+    recorder = BusRecorder(bus, clock, plans)
     loop = ControlLoop(prepared, recorder, recorder, maker=recorder)
     walked = 0
     while not loop.outcome:
@@ -52,6 +57,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
         walked += loop.mode == SafetyMode.WALKING
         assert loop.time < 30.0
     assert walked >= STOPPED_AT and loop.outcome == "stopped: interrupted"
+    assert plans.asked == 3
     path = folder / "bus.mcap"
     write_bus_log(path, prepared, recorder.events, loop.session)
     return path

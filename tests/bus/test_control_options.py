@@ -1,6 +1,7 @@
 """What `drake-quad control` makes of its options, up to the loop that it begins."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from bus_rig import SHORT_WALK
@@ -24,19 +25,22 @@ def test_the_loop_gets_what_tells_contacts(
     path = tmp_path / "walk.yaml"
     path.write_text(SHORT_WALK + f"sensors: {{contacts: {of_the_scenario}}}\n")
     begun: list[str] = []
+    plans = SimpleNamespace(close=lambda: begun.append("closed"))
 
     class Begun(Exception):  # noqa: N818  nothing went wrong
         """The loop was about to begin."""
 
-    def loop(prepared: PreparedScenario, *_: object, **__: object) -> object:
+    def loop(prepared: PreparedScenario, *_: object, maker: object, **__: object) -> object:
+        assert maker is plans  # who makes plans, so that the loop does not
         begun.append(prepared.scenario.sensors.contacts)
         raise Begun
 
     monkeypatch.setattr(processes, "ControlLoop", loop)
+    monkeypatch.setattr(processes, "PlanProcess", lambda _: plans)
     monkeypatch.setattr(processes, "open_bus", lambda *_, **__: None)
     with pytest.raises(Begun):
         control(str(path), contacts=option)
-    assert begun == [expected]
+    assert begun == [expected, "closed"]
 
 
 @pytest.mark.parametrize("design", ["auto", "given"])

@@ -214,3 +214,17 @@ def test_spoilt_commands_damp_the_drives() -> None:
             data[50] ^= 4
         commander.bus.command_bytes.append(bytes(data))
         assert commander.tick(None) == DRIVES_DAMP
+
+
+def test_a_robot_of_slow_drives_is_told_lower_gains(tmp_path: Path) -> None:
+    """States every 6 ms: a third of the gains in all of a walk, and it is said."""
+    show = PuppetShow(short_walk(tmp_path))
+    control = show.loop.limits
+    for k in range(1500):
+        show.tick(send=k % 3 == 0)
+    told = [one for one in show.puppet.commands if one.mode == SafetyMode.WALKING]
+    assert len(told) > 100
+    for one in told:
+        assert one.stiffness == pytest.approx(control.stiffness / 3.0)
+        assert np.all(one.damping <= control.damping / 3.0 + 1e-9)
+    assert [remark for remark in show.loop.remarks if "33 % of the planned gains" in remark]

@@ -1,6 +1,7 @@
 """Plans made by a process of their own: the same plans, and nobody waits for them."""
 
 from collections.abc import Iterator
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> PreparedScenario:
 
 @pytest.fixture(scope="module")
 def process(prepared: PreparedScenario) -> Iterator[PlanProcess]:
-    with PlanProcess(task_job(prepared, 0, prepared.stance)) as process:
+    with closing(PlanProcess(task_job(prepared, 0, prepared.stance))) as process:
         yield process
 
 

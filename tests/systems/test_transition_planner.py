@@ -8,6 +8,7 @@ from growing_rig import DEEP, NOT_SEEN, eyes, first_map, flight, gait, standing
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context
 from rig import (
+    LatePlans,
     feet_of,
     fix_inputs,
     flat_course,
@@ -24,6 +25,7 @@ from drake_quad.perception.growing_map import grow_map
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import StairMap
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
+from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.systems.transition_planner import AS_PLANNED, Growth, TransitionPlanner
 
@@ -53,13 +55,16 @@ def state_with(seed: int | None = None, scale: float = 0.02) -> FloatArray:
 class Planner:
     """A planner in a simulator of its own."""
 
-    def __init__(self, *mission: Task, state: FloatArray | None = None) -> None:
+    def __init__(
+        self, *mission: Task, state: FloatArray | None = None, maker: PlanMaker | None = None
+    ) -> None:
         self.system = TransitionPlanner(
             robot=paper_robot(),
             layout=model_layout(),
             course=flat_course(),
             settings=SETTINGS,
             mission=mission,
+            maker=maker,
         )
         self.simulator = Simulator(self.system)
         self.context: Context = self.simulator.get_mutable_context()
@@ -102,6 +107,23 @@ def test_feet_off_their_places_are_brought_to_them_with_margin(seed: int) -> Non
     s = evaluate(paper_robot(), plan, np.linspace(0.0, plan.duration, 1000))
     assert s.margin.min() > 0.03 and s.reach_excess.max() == 0.0
     assert plan.end.body[0] == pytest.approx(WALK.goal, abs=2e-3)
+
+
+def test_while_a_plan_is_made_the_old_one_stands() -> None:
+    """Whoever is asked for plans may say that they are not there yet; then it is asked again.
+
+    What comes in the end is what would have been made at once.
+    """
+    late = LatePlans()
+    planner, prompt = Planner(STAND, WALK, maker=late), Planner(STAND, WALK)
+    moved = state_with(5)
+    for one in (planner, prompt):
+        one.simulator.Initialize()
+        one.give(1, moved)
+    assert prompt.run(0.06).index == 1 and planner.run(0.06).index == 0
+    seen = [planner.run(0.05).index for _ in range(4)]
+    assert seen == sorted(seen) and seen[-1] == 1 and late.asked == 3
+    np.testing.assert_array_equal(planner.plan.body.control, prompt.plan.body.control)
 
 
 def test_first_plan_begins_with_the_body_as_it_is() -> None:
