@@ -46,7 +46,7 @@ from drake_quad.terrain.course import top_at
 
 
 @jit
-def innovation(m: FloatArray, h: FloatArray, noise: float) -> tuple[FloatArray, float]:
+def innovation_covariance(m: FloatArray, h: FloatArray, noise: float) -> tuple[FloatArray, float]:
     """How the errors go with a measurement's, P h (ERRORS,), and the innovation's variance.
 
     Args:
@@ -75,7 +75,7 @@ def correct_with(
     Args:
         m: The filter's memory.
         gain: How much each error is corrected by a unit of `y` (ERRORS,).
-        column: P h, see `innovation`.
+        column: P h, see `innovation_covariance`.
         variance: The innovation's, see there.
         y: The estimate less what is measured.
     """
@@ -100,7 +100,7 @@ def correct_height(m: FloatArray, h: FloatArray, y: float, noise: float, gate: f
         noise: Variance of the measurement.
         gate: Greatest squared Mahalanobis distance that is believed.
     """
-    column, variance = innovation(m, h, noise)
+    column, variance = innovation_covariance(m, h, noise)
     if y * y / variance > gate:
         return
     # The base's own gain in height, whose error is ξ_z + θ_x y - θ_y x, for all five places.
@@ -137,7 +137,7 @@ def level_start(m: FloatArray, s: Record) -> None:
             h[0] += sign[k] * m[d + 1]
             h[1] -= sign[k] * m[d]
             h[E_FEET + 3 * k + 2] = sign[k]
-        column, variance = innovation(m, h, s.level_start**2)
+        column, variance = innovation_covariance(m, h, s.level_start**2)
         if y * y / variance <= s.gate:  # else they are not level after all
             correct_with(m, column / variance, column, variance, y)
 

@@ -62,8 +62,8 @@ def draw_looks(axis: Axes, run: RecordedRun) -> None:
         axis.axvline(stamp, color=LESS_COLOUR, lw=1.2, zorder=2.5)
         axis.annotate(
             f"look {number}", (stamp, 0.02), xycoords=("data", "axes fraction"), rotation=90,
-            color=LESS_COLOUR, ha="right", va="bottom",
-        )  # fmt: skip
+            color=LESS_COLOUR, ha="right", va="bottom", annotation_clip=True,
+        ).set_in_layout(False)  # fmt: skip
 
 
 def revision_rows(run: RecordedRun) -> list[RevisionRow]:
