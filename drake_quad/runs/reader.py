@@ -283,11 +283,11 @@ def _plausible(
     """The columns as arrays, nan in the place of what nothing can have measured.
 
     Raises:
-        InputError: The times are none of a run.
+        InputError: The times are none of a run, or words are as many as no run has.
     """
     found = {}
     for name, column in columns.items():
-        values = column.to_numpy(zero_copy_only=False)
+        values = _values_of(name, column, path)
         if name == "t":
             _check_times(values, path)
         elif values.dtype.kind == "f":
@@ -300,6 +300,31 @@ def _plausible(
                 )
         found[name] = values
     return found
+
+
+MOST_WORDS = 10_000  # different ones in a column: names of tasks, which a mission has by hundreds
+
+
+def _values_of(name: str, column: pa.ChunkedArray, path: Path) -> np.ndarray[Any, Any]:
+    """A column's values; of words each is kept once, for a log has the same ones by the thousand.
+
+    Raises:
+        InputError: It has more different words than a run has, or neither words nor numbers.
+    """
+    kind = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
+    if pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind):
+        return np.asarray(column.to_numpy(zero_copy_only=False))
+
+    def fail(value: str, remedy: str) -> InputError:
+        return InputError(source=str(path), field=name, value=value, remedy=remedy)
+
+    if not (pa.types.is_string(kind) or pa.types.is_large_string(kind)):
+        raise fail(str(kind), "must be a column of numbers or of words")
+    encoded = column.dictionary_encode().unify_dictionaries()
+    words = max((len(chunk.dictionary) for chunk in encoded.chunks), default=0)
+    if words > MOST_WORDS:
+        raise fail(f"{words} different words", f"may have {MOST_WORDS} at most")
+    return np.asarray(encoded.to_numpy(zero_copy_only=False))
 
 
 def _check_times(t: np.ndarray[Any, Any], path: Path) -> None:

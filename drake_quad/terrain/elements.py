@@ -22,6 +22,7 @@ TURNING_SPACE = 1.5  # [m] to turn on, of courses that are read before the robot
 DEFAULT_THICKNESS = 0.04  # [m] of a tread that reaches out, or lies over an open riser
 LONGEST = 1000.0  # [m] of a stretch of the course, and of all of it
 STEPS_MAX = 1000  # of a flight
+ELEMENTS_MAX = 1000  # of a course
 RISE_MAX, RUN_MAX = 2.0, 5.0  # [m] of a step: more is a slip of the pen, such as of millimetres
 RUN_MIN = 0.10  # [m]
 FOOT_ROOM = 0.02  # [m] of tread before and behind a foot
@@ -310,6 +311,11 @@ def check_elements(
     """
     if not elements:
         raise InputError(source=source, field="course", value=[], remedy="needs a floor at least")
+    if len(elements) > ELEMENTS_MAX:
+        raise InputError(
+            source=source, field="course", value=f"{len(elements)} elements",
+            remedy=f"may have {ELEMENTS_MAX} elements at most",
+        )  # fmt: skip
     run_min = max(RUN_MIN, 2.0 * foot_radius + 2.0 * FOOT_ROOM)
     checkers = [
         _ElementChecker(element, f"course[{i}]", source) for i, element in enumerate(elements)

@@ -130,7 +130,7 @@ def is_whole(value: Any) -> bool:
 
 MIB = 1 << 20
 # How many bytes a file of each kind may have: some ten times the largest that was ever needed.
-MOST_YAML = 2 * MIB  # PyYAML reads a tenth of that in a second
+MOST_YAML = MIB // 2  # PyYAML takes half a minute for a MIB
 MOST_JSON = 64 * MIB
 MOST_TEXT = 64 * MIB  # a Markdown page, a robot's file
 MOST_MESH = 512 * MIB
@@ -206,7 +206,7 @@ def _check(found: os.stat_result, path: str | Path, most: int) -> None:
 
 
 def _too_large(path: str | Path, size: int, most: int) -> OSError:
-    reason = f"it has {size / MIB:.1f} MiB or more, and may have at most {most // MIB} MiB"
+    reason = f"it has {size / MIB:.1f} MiB or more, and may have at most {most / MIB:g} MiB"
     return OSError(errno.EFBIG, reason, str(path))
 
 

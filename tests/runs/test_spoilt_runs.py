@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from command import drake_quad, refused
@@ -15,6 +16,7 @@ from spoilt_rig import NESTED, change_json, filled, line_of
 from drake_quad.cli.runs import print_summary
 from drake_quad.errors import InputError
 from drake_quad.report.page import write_report
+from drake_quad.runs import reader
 from drake_quad.runs.reader import load_run, read_summary
 
 
@@ -132,6 +134,35 @@ def test_figures_that_nothing_measured_are_left_out(ran: Path) -> None:
     assert sum("left out" in notice for notice in run.notices) == 3
     page = write_report(ran, replay=False).read_text()
     assert f"{rows} values in column com_x that are beyond 1e+09" in page
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (lambda n: pa.array([f"word {k}" for k in range(n)]), "different words"),
+        (lambda n: pa.array([[1.0]] * n), "must be a column of numbers or of words"),
+    ],
+)
+def test_a_column_of_what_no_run_logs_is_refused(
+    ran: Path, values: Callable[[int], pa.Array], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More words than a mission has names, or lists: Python would hold each as an object."""
+    monkeypatch.setattr(reader, "MOST_WORDS", 10)
+    path = ran / "log.parquet"
+    table = pq.read_table(path)
+    pq.write_table(table.append_column("remark", values(len(table))), path)
+    with pytest.raises(InputError) as caught:
+        load_run(ran)
+    line_of(caught.value, str(path), "remark", words)
+
+
+def test_words_of_a_log_are_kept_once(ran: Path) -> None:
+    """Plain strings, a million alike, are one object, as those are that a dictionary holds."""
+    path = ran / "log.parquet"
+    table = pq.read_table(path)
+    names = pa.array(["ab" * 50 for _ in range(len(table))])
+    pq.write_table(table.append_column("remark", names), path, use_dictionary=False)
+    assert len({id(word) for word in load_run(ran).log.columns["remark"]}) == 1
 
 
 def test_a_report_of_spoilt_times_ends_with_status_2(ran: Path) -> None:

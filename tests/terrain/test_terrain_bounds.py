@@ -9,7 +9,7 @@ from terrain_rig import CASE_STUDY
 
 from drake_quad.errors import InputError
 from drake_quad.terrain.course import build_course
-from drake_quad.terrain.elements import Element
+from drake_quad.terrain.elements import Element, check_elements
 
 ANY: dict[str, Any] = {"text": "0.13", "float": 2.5, "none": None}  # what types forbid
 STAIRS = CASE_STUDY[1]
@@ -90,3 +90,10 @@ def test_a_tread_must_be_deeper_than_the_robots_foot() -> None:
     assert build_course(elements, foot_radius=0.05).lanes
     with pytest.raises(InputError, match=r"at least 0\.16 m"):
         build_course(elements, foot_radius=0.06)
+
+
+def test_a_course_of_very_many_elements_is_refused() -> None:
+    """At once: each would be looked at with those beside it, and laid in a plant."""
+    floors = [Element(kind="floor", length=0.5)] * 1001
+    with pytest.raises(InputError, match="'1001 elements': may have 1000 elements at most"):
+        check_elements(floors)
