@@ -6,6 +6,11 @@ The robot's side is MuJoCo with the file given: its masses, joint friction and f
 controller's robot is the one that drake_quad knows by its name, which is another file. In lock
 step, a tick of one side after a tick of the other, through the bytes of Unitree's LowState and
 LowCmd; the state is estimated, and the feet felt by the joints (`--contacts feet`: sensed).
+
+    python -m benchmarks.bus_mjcf go2 --mjcf go2.xml --loss 0.05 --delay 0.01 --jitter 0.005
+
+Messages are then lost and late both ways, by the clock of the lock step: a machine that is busy
+cannot make it worse, and the same seed gives the same run.
 """
 
 import argparse
@@ -15,8 +20,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks.mjcf_robot import MjcfSide
 from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.messages import CommandMessage, StateMessage
 from drake_quad.bus.processes import joint_map, load_for_bus
 from drake_quad.bus.real_time import NS, ManualClock
@@ -80,12 +88,14 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
     bus = UnitreeBytes(prepared, clock)
     side, guard = MjcfSide(mjcf, prepared, friction=given.friction), DriveGuard()
     loop = ControlLoop(prepared, bus, clock)
+    faults = BusFaults(loss=given.loss, delay=given.delay, jitter=given.jitter)
+    end = FaultyBus(bus, faults, clock, np.random.default_rng(seed))  # the robot's
     period_ns, sequence = round(loop.period * NS), 0
     places: list[list[float]] = []
     while not loop.outcome and loop.time < given.limit:
-        side.advance(guard.judge(bus, clock.now_ns()), guard.command)
+        side.advance(guard.judge(end, clock.now_ns()), guard.command)
         sequence += 1
-        bus.publish_state(side.sense(1, sequence, round(side.time * NS), guard.drives))
+        end.publish_state(side.sense(1, sequence, round(side.time * NS), guard.drives))
         loop.tick()
         if len(loop.events) > len(places):
             places.append(side.base.round(3).tolist())
@@ -94,6 +104,9 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
         "robot": prepared.robot.name,
         "seed": seed,
         "contacts": given.contacts,
+        "loss": given.loss,
+        "delay": given.delay,
+        "jitter": given.jitter,
         "outcome": loop.outcome or f"not at the goal after {given.limit:g} s",
         "touched": sorted(side.others),
         "trunk": places,
@@ -117,6 +130,9 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--contacts", choices=("feet", "joints"), default="joints")
     parser.add_argument("--friction", type=float, default=0.6)
+    parser.add_argument("--loss", type=float, default=0.0, help="share of messages lost, each way")
+    parser.add_argument("--delay", type=float, default=0.0, help="of messages each way [s]")
+    parser.add_argument("--jitter", type=float, default=0.0, help="at most so much later [s]")
     parser.add_argument("--limit", type=float, default=900.0)
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
     given = parser.parse_args()

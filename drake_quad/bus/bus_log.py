@@ -38,6 +38,8 @@ PLAN = "/plan"  # whether a plan that was asked for had been made
 TOPICS = (NOW, STATES, COMMANDS, ANSWER, STOP, PLAN)
 SCENARIO, HEADER = "scenario.yaml", "header.json"  # attachments
 LARGEST = 2**31  # [bytes] of a file that is read
+LARGEST_CHUNK = 2**26  # [bytes] unpacked; in ours it is 1 MiB
+UNPACKED = 2**30  # [bytes] all chunks together
 
 Event = tuple[str, Any]
 
@@ -208,26 +210,53 @@ def read_bus_log(path: Path) -> BusLog:
     def fail(remedy: str) -> InputError:
         return InputError(source=str(path), field="bus log", value=path.name, remedy=remedy)
 
-    try:
-        from mcap.reader import make_reader
-    except ImportError:
-        raise fail("needs the package mcap: pip install 'drake_quad[mcap]'") from None
+    if find_spec("mcap") is None:
+        raise fail("needs the package mcap: pip install 'drake_quad[mcap]'")
     try:
         data = read_given(path, most=LARGEST)
     except OSError as problem:
         reason = f"cannot be read: {problem.strerror}"
         raise fail(f"{reason}; give a file that `control --record` has written") from None
     try:
-        reader = make_reader(BytesIO(data))
-        kept = {one.name: one.data for one in reader.iter_attachments()}
-        found = [
-            (message.sequence, _event(channel.topic, json.loads(message.data)))
-            for _, channel, message in reader.iter_messages(topics=TOPICS)
-        ]
+        kept, messages = _unpack(data)
+        found = [(number, _event(topic, json.loads(told))) for number, topic, told in messages]
         text, session = kept[SCENARIO].decode(), int(json.loads(kept[HEADER])["session"])
     except Exception as problem:  # of the reader's own kinds, and of a file that is another's
         raise fail(f"is no log that `control --record` has written: {problem!r}"[:200]) from None
     return BusLog(text, session, [event for _, event in sorted(found, key=lambda one: one[0])])
+
+
+def _unpack(data: bytes) -> tuple[dict[str, bytes], list[tuple[int, str, bytes]]]:
+    """Attachments by their names, and number, topic and data of every message, in one pass.
+
+    A few bytes can claim to unpack to any number: what chunks would come to is looked at first.
+    """
+    import zstandard
+    from mcap.records import Attachment, Channel, Chunk, Message
+    from mcap.stream_reader import StreamReader, breakup_chunk
+
+    kept: dict[str, bytes] = {}
+    topics: dict[int, str] = {}
+    messages: list[tuple[int, str, bytes]] = []
+    unpacked = 0
+    for record in StreamReader(BytesIO(data), emit_chunks=True).records:
+        parts = [record]
+        if isinstance(record, Chunk):
+            size = len(record.data)
+            if record.compression:  # a frame that does not tell its size has -1
+                size = zstandard.frame_content_size(record.data)
+            unpacked += size
+            if not 0 <= size <= LARGEST_CHUNK or unpacked > UNPACKED:
+                raise ValueError(f"it unpacks to {unpacked} bytes, {size} of these at once")
+            parts = breakup_chunk(record)
+        for part in parts:
+            if isinstance(part, Attachment):
+                kept[part.name] = part.data
+            elif isinstance(part, Channel):
+                topics[part.id] = part.topic
+            elif isinstance(part, Message) and topics[part.channel_id] in TOPICS:
+                messages.append((part.sequence, topics[part.channel_id], part.data))
+    return kept, messages
 
 
 class _Over(Exception):  # noqa: N818  nothing went wrong

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bus_rig import PERIOD_NS, short_walk
 from command import drake_quad, refused
+from mcap.writer import CompressionType, Writer
 from rig import LatePlans
 
 from drake_quad.bus.bus_log import (
@@ -111,4 +112,21 @@ def test_a_log_that_never_ends_is_refused_at_once(tmp_path: Path, kind: str) -> 
     else:
         path.symlink_to("/dev/zero")
     with pytest.raises(InputError, match=f"it is a {kind}.*control --record"):
+        read_bus_log(path)
+
+
+@pytest.mark.parametrize(("size", "count"), [(2**27, 1), (2**26, 17)])
+def test_a_log_that_unpacks_to_very_much_is_refused(tmp_path: Path, size: int, count: int) -> None:
+    """A small file, before it takes any memory: one large chunk, and many that are not."""
+    path = tmp_path / "no.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD, chunk_size=size)
+        writer.start(profile="", library="")
+        schema = writer.register_schema("drake_quad.BusEvent", "jsonschema", b"{}")
+        channel = writer.register_channel("/now", "json", schema)
+        for k in range(count):
+            writer.add_message(channel, k, bytes(size - 60), k, k)
+        writer.finish()
+    assert path.stat().st_size < 2**20
+    with pytest.raises(InputError, match=r"unpacks to \d+ bytes"):
         read_bus_log(path)
