@@ -32,10 +32,10 @@ from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard
 from drake_quad.bus.unitree_messages import (
     decode_low_cmd,
-    decode_low_state,
     encode_low_cmd,
     encode_low_state,
 )
+from drake_quad.bus.unitree_states import LowStateReader
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 SCENARIO = """
@@ -55,15 +55,26 @@ START = "start: {distance: 0.8}\n"
 
 
 class UnitreeBytes(LoopbackBus):
-    """A bus within the process on which every message goes through Unitree's bytes."""
+    """A bus within the process on which every message goes through Unitree's bytes.
 
-    def __init__(self, prepared: PreparedScenario, clock: ManualClock) -> None:
+    Args:
+        prepared: The scenario.
+        clock: The lock step's.
+        clockless: Whether LowStates have no `tick`, as the maker's simulator leaves it.
+    """
+
+    def __init__(self, prepared: PreparedScenario, clock: ManualClock, *, clockless: bool) -> None:
         super().__init__(clock.now_ns)
-        self._joints = joint_map(prepared.robot)
+        self._joints, self._clockless = joint_map(prepared.robot), clockless
+        self._reader = LowStateReader(self._joints)
 
     def publish_state(self, state: StateMessage) -> None:
         """Sends a LowState."""
-        come = decode_low_state(encode_low_state(state, self._joints), 0, self._joints)
+        stamp_ns = state.time_ns
+        sent = replace(state, time_ns=0) if self._clockless else state
+        come = self._reader.read(
+            encode_low_state(sent, self._joints), 0, sender=state.session, sent_ns=stamp_ns
+        )
         assert come.message is not None and not come.fault
         super().publish_state(come.message)
 
@@ -85,7 +96,7 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
         fields = [f"simulation.seed={seed}", f"sensors.contacts={given.contacts}", *given.set]
         prepared = prepare(load_for_bus(str(path), fields))
     clock = ManualClock()
-    bus = UnitreeBytes(prepared, clock)
+    bus = UnitreeBytes(prepared, clock, clockless=given.pace != 1.0)
     side, guard = MjcfSide(mjcf, prepared, friction=given.friction), DriveGuard()
     loop = ControlLoop(prepared, bus, clock)
     faults = BusFaults(loss=given.loss, delay=given.delay, jitter=given.jitter)
@@ -95,11 +106,11 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
     while not loop.outcome and loop.time < given.limit:
         side.advance(guard.judge(end, clock.now_ns()), guard.command)
         sequence += 1
-        end.publish_state(side.sense(1, sequence, round(side.time * NS), guard.drives))
+        end.publish_state(side.sense(1, sequence, clock.now_ns(), guard.drives))
         loop.tick()
         if len(loop.events) > len(places):
             places.append(side.base.round(3).tolist())
-        clock.sleep_until(clock.now_ns() + period_ns)
+        clock.sleep_until(clock.now_ns() + round(period_ns / given.pace))
     return {
         "robot": prepared.robot.name,
         "seed": seed,
@@ -107,6 +118,7 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
         "loss": given.loss,
         "delay": given.delay,
         "jitter": given.jitter,
+        "pace": given.pace,
         "outcome": loop.outcome or f"not at the goal after {given.limit:g} s",
         "touched": sorted(side.others),
         "trunk": places,
@@ -133,6 +145,12 @@ def main() -> None:
     parser.add_argument("--loss", type=float, default=0.0, help="share of messages lost, each way")
     parser.add_argument("--delay", type=float, default=0.0, help="of messages each way [s]")
     parser.add_argument("--jitter", type=float, default=0.0, help="at most so much later [s]")
+    parser.add_argument(
+        "--pace",
+        type=float,
+        default=1.0,
+        help="seconds of the robot's side in one of the time stamps; it then sends no clock",
+    )
     parser.add_argument("--limit", type=float, default=900.0)
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
     given = parser.parse_args()

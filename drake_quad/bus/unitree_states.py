@@ -4,13 +4,65 @@ A robot fills in LowState's `tick` and `crc`. Simulators are known that leave th
 whether a sender is one of these is seen from its messages alone.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from drake_quad.bus.messages import Received, StateMessage
+from drake_quad.bus.real_time import NS
 from drake_quad.bus.unitree_messages import JointMap, decode_low_state, has_crc
 
 NO_CLOCK = "LowState has no clock (tick is 0): the time stamps of DDS are taken"
 NO_CRC = "LowState has no CRC (crc is 0): none is checked"
+SLOW = "the robot's joints move slower than they say: its time is taken to go slower, too"
+
+MOVING = 0.1  # [rad/s] from which on a joint's speed tells
+EVIDENCE = 2.0  # [rad^2/s] of squared speeds times time, over which a pace is averaged
+FIRST = 0.05  # [rad^2/s] of it that a pace of 1 counts as in the beginning
+SLOWEST, FASTEST = 0.2, 1.25
+BEHIND = 0.9  # pace below which a person is told
+
+
+@dataclass
+class PaceByJoints:
+    """A robot's own time beside its time stamps, by how far its joints go at the speeds they have.
+
+    A simulator that sends no clock is stamped by the machine's, and may run slower than that, or
+    stand for a moment. Its joints' angles and speeds are of its own time: their ratio tells.
+
+    Attributes:
+        pace: Seconds of the robot's time in one of the time stamps'.
+    """
+
+    pace: float = 1.0
+    _begun_ns: int = 0  # the first time stamp, and what has passed since then
+    _passed_ns: float = 0.0
+    _total: float = FIRST
+    _last: tuple[int, StateMessage] | None = None
+
+    def take(self, stamp_ns: int, state: StateMessage) -> int:
+        """The robot's time at a state [ns].
+
+        Args:
+            stamp_ns: The state's time stamp.
+            state: The state.
+        """
+        if self._last is None:
+            self._begun_ns = stamp_ns
+        else:
+            before_ns, before = self._last
+            gap = (stamp_ns - before_ns) / NS
+            speed = 0.5 * (state.velocity + before.velocity)
+            moving = np.abs(speed) > MOVING
+            weight = float(speed[moving] @ speed[moving]) * gap
+            if weight > 0.0:
+                went = float(speed[moving] @ (state.position - before.position)[moving])
+                self._total = min(self._total + weight, EVIDENCE)
+                pace = self.pace + (went - self.pace * weight) / max(self._total, weight)
+                self.pace = min(max(pace, SLOWEST), FASTEST)
+            self._passed_ns += self.pace * (stamp_ns - before_ns)
+        self._last = stamp_ns, state
+        return self._begun_ns + round(self._passed_ns)
 
 
 @dataclass
@@ -23,6 +75,7 @@ class _Sender:
         ticking: Whether one of them had a tick.
         time_ns: What its clock is ahead of its ticks [ns].
         sequence: What its sequence is ahead of its ticks.
+        pace: Its time, as long as it has no clock.
     """
 
     count: int = 0
@@ -30,6 +83,7 @@ class _Sender:
     ticking: bool = False
     time_ns: int = 0
     sequence: int = 0
+    pace: PaceByJoints = field(default_factory=PaceByJoints)
 
 
 class LowStateReader:
@@ -67,13 +121,17 @@ class LowStateReader:
         if tick and not known.ticking:
             known.ticking = True
             if known.count > 1:  # its clock began at zero: it goes on from the time stamps
-                known.time_ns, known.sequence = sent_ns - state.time_ns, known.count - tick
+                now_ns = known.pace.take(sent_ns, state)
+                known.time_ns, known.sequence = now_ns - state.time_ns, known.count - tick
         if known.ticking:
             sequence, at_ns = tick + known.sequence, state.time_ns + known.time_ns
         else:
-            sequence, at_ns = known.count, sent_ns
+            sequence, at_ns = known.count, known.pace.take(sent_ns, state)
         state = replace(state, session=sender, sequence=sequence, time_ns=at_ns)
-        remarks = (NO_CLOCK,) * (not known.ticking and known.count > 1) + (NO_CRC,) * (
-            not known.crc
+        clockless = not known.ticking and known.count > 1
+        remarks = (
+            *((NO_CLOCK,) * clockless),
+            *((SLOW,) * (clockless and known.pace.pace < BEHIND)),
+            *((NO_CRC,) * (not known.crc)),
         )
         return Received(state, time_ns, remarks=remarks)

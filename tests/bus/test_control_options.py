@@ -55,6 +55,23 @@ def test_a_designed_gait_keeps_its_own_period(design: str, tmp_path: Path) -> No
         processes.load_for_bus(str(path), ["design=auto", "controller.period=0.002"])
 
 
+def test_a_gait_designed_for_stairs_allows_for_drift(tmp_path: Path) -> None:
+    """By 30 mm in place and 10 mm in height, or by what a person says; the level asks for none."""
+    stairs = "  - {kind: stairs, going: up, rise: 0.1, run: 0.4, count: 2}\n"
+    floor = "  - {kind: floor, length: 3.0}\n"
+    path = tmp_path / "climb.yaml"
+
+    def allowed(course: str, *fields: str) -> tuple[float, float]:
+        path.write_text(f"robot: {{model: paper_quadruped}}\ndesign: auto\ncourse:\n{course}")
+        gait = processes.load_for_bus(str(path), list(fields)).gait
+        return gait.map_error_place, gait.map_error_height
+
+    assert allowed(floor + stairs + floor) == (0.03, 0.01)
+    assert allowed(floor + stairs + floor, "gait.map_error_place=0.04") == (0.04, 0.01)
+    assert allowed(floor + stairs + floor, "gait.map_error_height=0") == (0.03, 0.0)
+    assert allowed(floor) == (0.0, 0.0)
+
+
 def test_contacts_that_nothing_tells_are_refused(tmp_path: Path) -> None:
     """One line with field, value and what there is, before any bus is opened."""
     line = refused(drake_quad("control", "flat_walk", "--contacts", "hands", cwd=tmp_path))

@@ -5,7 +5,7 @@ from hypothesis import given, strategies as st
 
 from drake_quad.bus.messages import Received, StateMessage
 from drake_quad.bus.unitree_messages import LOW_STATE, SAME, Wire, encode_low_state
-from drake_quad.bus.unitree_states import NO_CLOCK, NO_CRC, LowStateReader
+from drake_quad.bus.unitree_states import NO_CLOCK, NO_CRC, SLOW, LowStateReader
 from drake_quad.bus.watch import StateWatch
 from drake_quad.common import GRAVITY
 
@@ -48,6 +48,46 @@ def test_a_sender_without_clock_and_crc_is_understood(gaps: list[int]) -> None:
         assert NO_CRC in come.remarks and (NO_CLOCK in come.remarks) == (k > 0)
         seen.append(good[0].time_ns)
     assert np.diff(seen).tolist() == gaps[1:]
+
+
+def swinging(time: float) -> bytes:
+    """A LowState without a clock of joints that swing as those of a walk do, at a time [s]."""
+    phase = 3.0 * time + np.arange(12)
+    state = StateMessage(
+        0, 0, 0, 1, 0.4 * np.sin(phase), 1.2 * np.cos(phase), np.zeros(12), np.zeros(3),
+        np.array([0.0, 0.0, GRAVITY]), np.zeros(4),
+    )  # fmt: skip
+    return encode_low_state(state, SAME)
+
+
+@given(pace=st.floats(0.4, 1.2), stall=st.integers(0, 20))
+def test_the_time_of_a_sender_without_a_clock_is_that_of_its_joints(
+    pace: float, stall: int
+) -> None:
+    """A simulator slower than its stamps keeps its own time, and one that stalls does, too."""
+    reader, times, real = LowStateReader(SAME), [], 0.0
+    for k in range(1600):
+        if not 800 <= k < 800 + stall:  # in these its publisher alone goes on
+            real += 0.005 * pace
+        come = read(reader, swinging(real), k)
+        assert come.message is not None
+        times.append(come.message.time_ns)
+        if k == 400:
+            settled = k, real
+    assert np.all(np.diff(times) > 0)
+    passed = (times[-1] - times[settled[0]]) * 1e-9
+    assert abs(passed - (real - settled[1])) < 0.02 * passed
+    assert (SLOW in come.remarks) == (pace < 0.9) or abs(pace - 0.9) < 0.01
+
+
+def test_a_robot_at_rest_says_nothing_of_its_time() -> None:
+    """Its time stamps count, and what its joints' speeds have of noise is passed over."""
+    reader = LowStateReader(SAME)
+    times = [
+        read(reader, low_state(0, shake=1e-4 * (k % 7)), k).message.time_ns  # type: ignore[union-attr]
+        for k in range(200)
+    ]
+    assert np.diff(times).tolist() == [5 * MS] * 199
 
 
 def test_who_gives_a_crc_has_to_go_on() -> None:
