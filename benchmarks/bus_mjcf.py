@@ -26,7 +26,7 @@ from benchmarks.mjcf_robot import MjcfSide
 from drake_quad.bus.control_loop import ControlLoop
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.messages import CommandMessage, StateMessage
-from drake_quad.bus.processes import joint_map, load_for_bus
+from drake_quad.bus.processes import allow_for_drift, joint_map, load_for_bus
 from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard
@@ -94,7 +94,8 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
         path = Path(folder) / "walk.yaml"
         path.write_text(text)
         fields = [f"simulation.seed={seed}", f"sensors.contacts={given.contacts}", *given.set]
-        prepared = prepare(load_for_bus(str(path), fields))
+        scenario = allow_for_drift(load_for_bus(str(path), fields), fields, source=str(path))
+        prepared = prepare(scenario)
     clock = ManualClock()
     bus = UnitreeBytes(prepared, clock, clockless=given.pace != 1.0)
     side, guard = MjcfSide(mjcf, prepared, friction=given.friction), DriveGuard()

@@ -20,8 +20,9 @@ from drake_quad.bus.robot_bus import RobotBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
 from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.unitree_messages import JointMap
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.inspect_robot import read_mapping
+from drake_quad.gait_design.designer import design_scenario
 from drake_quad.planning.plan_job import TaskJob
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
@@ -94,21 +95,39 @@ def check_choice(choice: BusChoice, *, named: bool, ready: bool) -> None:
 def load_for_bus(name: str, fields: list[str]) -> Scenario:
     """The scenario with FIELDS set, as far as no design fills them in, and then a person's own.
 
-    A gait that is designed for stairs allows for PLACE_ERROR and HEIGHT_ERROR at the least, unless
-    the person says otherwise.
-
     Raises:
         InputError: As of `load_scenario`.
     """
     scenario: Scenario = load_scenario(name, [*ESTIMATED, *fields])
-    if scenario.design != "auto":
-        return load_scenario(name, [*FIELDS, *fields])
-    if any(element.kind not in LEVEL for element in scenario.course):
-        gait = scenario.gait
-        for field, least in (("map_error_place", PLACE_ERROR), ("map_error_height", HEIGHT_ERROR)):
-            if not any(one.partition("=")[0].strip() == f"gait.{field}" for one in fields):
-                setattr(gait, field, max(getattr(gait, field), least))
-    return scenario
+    return scenario if scenario.design == "auto" else load_scenario(name, [*FIELDS, *fields])
+
+
+def allow_for_drift(scenario: Scenario, fields: list[str], *, source: str) -> Scenario:
+    """A scenario to be designed on stairs, designed, its swings allowing for drift.
+
+    The gait is the one for stairs that are known exactly: one that keeps shanks so much farther off
+    is not found for every robot, or not soon.
+
+    Args:
+        scenario: Scenario as `load_for_bus` returns it.
+        fields: What a person sets of it: what that says of the map's errors stays.
+        source: What an error names.
+
+    Returns:
+        The scenario, or the given one if it has a gait already, no stairs, or errors of its map.
+
+    Raises:
+        InputError: If robot or course cannot be used.
+        PlanningError: If no gait climbs it.
+    """
+    told = any(one.strip().startswith("gait.map_error") for one in fields)
+    errors = scenario.gait.map_error_place, scenario.gait.map_error_height
+    level = all(element.kind in LEVEL for element in scenario.course)
+    if scenario.design != "auto" or level or told or errors != (0.0, 0.0):
+        return scenario
+    filled = design_scenario(scenario, source=source).scenario
+    filled.gait.map_error_place, filled.gait.map_error_height = PLACE_ERROR, HEIGHT_ERROR
+    return filled
 
 
 def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> PreparedScenario:
@@ -140,7 +159,15 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
             remedy="no camera's images are on the bus: give told",
         )  # fmt: skip
     with precompiling(kernels_for(scenario.controller.kind, "ekf"), tell) as wait:
-        prepared = prepare(scenario, source=name)
+        allowing = allow_for_drift(scenario, fields, source=name)
+        try:
+            prepared = prepare(allowing, source=name)
+        except PlanningError:
+            if allowing is scenario:
+                raise
+            if tell is not None:
+                tell(f"no swing can allow for stairs {PLACE_ERROR:g} m elsewhere: none does")
+            prepared = prepare(scenario, source=name)
         wait()
     return prepared
 

@@ -1,5 +1,6 @@
 """What `drake-quad control` makes of its options, up to the loop that it begins."""
 
+import copy
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,8 +10,9 @@ from command import drake_quad, refused
 
 from drake_quad.bus import processes
 from drake_quad.cli.bus import control
-from drake_quad.errors import InputError
-from drake_quad.simulation.prepare import PreparedScenario
+from drake_quad.errors import InputError, PlanningError
+from drake_quad.scenario.config import Scenario
+from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 
 @pytest.mark.parametrize(
@@ -56,20 +58,49 @@ def test_a_designed_gait_keeps_its_own_period(design: str, tmp_path: Path) -> No
 
 
 def test_a_gait_designed_for_stairs_allows_for_drift(tmp_path: Path) -> None:
-    """By 30 mm in place and 10 mm in height, or by what a person says; the level asks for none."""
+    """Swings do, by 30 mm in place and 10 mm in height, unless a person says something else."""
     stairs = "  - {kind: stairs, going: up, rise: 0.1, run: 0.4, count: 2}\n"
     floor = "  - {kind: floor, length: 3.0}\n"
     path = tmp_path / "climb.yaml"
 
-    def allowed(course: str, *fields: str) -> tuple[float, float]:
+    def allowing(course: str, *fields: str) -> Scenario:
         path.write_text(f"robot: {{model: paper_quadruped}}\ndesign: auto\ncourse:\n{course}")
-        gait = processes.load_for_bus(str(path), list(fields)).gait
-        return gait.map_error_place, gait.map_error_height
+        scenario = processes.load_for_bus(str(path), list(fields))
+        return processes.allow_for_drift(scenario, list(fields), source=str(path))
 
-    assert allowed(floor + stairs + floor) == (0.03, 0.01)
-    assert allowed(floor + stairs + floor, "gait.map_error_place=0.04") == (0.04, 0.01)
-    assert allowed(floor + stairs + floor, "gait.map_error_height=0") == (0.03, 0.0)
-    assert allowed(floor) == (0.0, 0.0)
+    found = allowing(floor + stairs + floor)
+    assert (found.gait.map_error_place, found.gait.map_error_height) == (0.03, 0.01)
+    assert found.design == "given" and found.estimator.kind == "ekf"
+    assert min(plan.margin for plan in prepare(found).plan.plans[1:-1]) > 0.03
+    for course, fields in ((floor, ()), (floor + stairs + floor, ("gait.map_error_place=0",))):
+        left = allowing(course, *fields)
+        assert left.design == "auto" and left.gait.map_error_place == 0.0
+
+
+def test_a_gait_that_cannot_allow_for_drift_is_planned_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A person is told so, in a line; the plan is the one without the allowance."""
+    path, tried = tmp_path / "climb.yaml", list[float]()
+    told: list[str] = []
+    path.write_text(SHORT_WALK + "robot: {model: paper_quadruped}\ndesign: auto\n")
+
+    def planned(scenario: Scenario, **_: str) -> str:
+        tried.append(scenario.gait.map_error_place)
+        if tried[-1]:
+            raise PlanningError("no swing")
+        return "the plan"
+
+    def allowed(scenario: Scenario, *_: object, **__: object) -> Scenario:
+        found = copy.deepcopy(scenario)
+        found.gait.map_error_place = 0.03
+        return found
+
+    monkeypatch.setattr(processes, "allow_for_drift", allowed)
+    monkeypatch.setattr(processes, "prepare", planned)
+    found: object = processes.prepare_for_bus(str(path), [], told.append)
+    assert found == "the plan"
+    assert tried == [0.03, 0.0] and any("0.03 m elsewhere" in line for line in told)
 
 
 def test_contacts_that_nothing_tells_are_refused(tmp_path: Path) -> None:
