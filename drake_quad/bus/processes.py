@@ -166,8 +166,9 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
             if allowing is scenario:
                 raise
             if tell is not None:
-                tell(f"no swing can allow for stairs {PLACE_ERROR:g} m elsewhere: none does")
-            prepared = prepare(scenario, source=name)
+                tell(f"no plan allows for stairs {PLACE_ERROR:g} m elsewhere: planned without that")
+            allowing.gait.map_error_place = allowing.gait.map_error_height = 0.0
+            prepared = prepare(allowing, source=name)
         wait()
     return prepared
 

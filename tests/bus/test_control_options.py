@@ -80,7 +80,7 @@ def test_a_gait_designed_for_stairs_allows_for_drift(tmp_path: Path) -> None:
 def test_a_gait_that_cannot_allow_for_drift_is_planned_without(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A person is told so, in a line; the plan is the one without the allowance."""
+    """A person is told so, in a line; the gait is the same, its swings without the allowance."""
     path, tried = tmp_path / "climb.yaml", list[float]()
     told: list[str] = []
     path.write_text(SHORT_WALK + "robot: {model: paper_quadruped}\ndesign: auto\n")

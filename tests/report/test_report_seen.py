@@ -101,6 +101,7 @@ def test_the_page_shows_image_stairs_and_table(run: RecordedRun) -> None:
     assert len(figure.axes) == 3 and figure.axes[0].images[0].get_array() is not None
 
 
+@pytest.mark.filterwarnings("error:constrained_layout")
 def test_a_map_that_grew_is_shown_look_by_look(tmp_path: Path) -> None:
     """A row a look with what came of it, the nosings that each told, and marks in time."""
     run = load_run(write_seen(tmp_path, sight(), grown()))
