@@ -2,6 +2,7 @@
 
 import base64
 import binascii
+import gc
 import gzip
 import json
 import logging
@@ -104,6 +105,9 @@ def make_replay_html(run: RecordedRun | str | Path, *, fps: float = 10.0) -> str
         meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     frames = AddReplay(meshcat, run, fps=fps)
     page: str = meshcat.StaticHtml()
+    # The scene, a cycle of references, holds it, too. If the collector comes by in another thread,
+    # such as a progress bar's, Drake ends the program: Meshcat has to go where it was made.
+    gc.collect()
     if not frames:
         return page
     bar = render("replay_bar.html", data=_bar_data(run, fps))

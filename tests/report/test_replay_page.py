@@ -1,6 +1,8 @@
 """The run again in the static page: everything is drawn where the log has it."""
 
 import dataclasses
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -166,3 +168,28 @@ def test_the_report_s_buttons_move_its_replay(
       return [Number(button.dataset.seek), Number(inside.document.getElementById("time").value)];"""
     asked, reached = ask_page(html, question, work=tmp_path)
     assert reached == pytest.approx(asked - run.log.t[0], abs=0.011) and reached > 0.5
+
+
+def test_no_other_thread_has_to_clear_away_after_a_page(tmp_path: Path) -> None:
+    """Drake ends a program in which Meshcat goes in a thread other than the one that made it."""
+    script = """
+import gc, sys, threading
+from pathlib import Path
+sys.path.insert(0, "tests/support")
+from report_run import make_log, short_scenario, write_run
+from drake_quad.report.replay import make_replay_html
+run = write_run(Path(sys.argv[1]), log=make_log(short_scenario(), seconds=0.2))
+gc.disable()  # so that nothing but what is asked for here is collected
+make_replay_html(run)
+other = threading.Thread(target=gc.collect)
+other.start()
+other.join()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path)],
+        cwd=Path(__file__).resolve().parents[2],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
