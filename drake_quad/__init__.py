@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from drake_quad.report.lcm_replay import write_scene_log as write_scene_log
     from drake_quad.report.mcap_export import write_mcap as write_mcap
     from drake_quad.report.page import write_report as write_report
+    from drake_quad.report.ros2_bag import write_ros2_bag as write_ros2_bag
     from drake_quad.robot.loader import load_robot as load_robot
     from drake_quad.robot.model import RobotModel as RobotModel
     from drake_quad.runs.reader import (
@@ -131,6 +132,7 @@ _PUBLIC = {
     "report.joint_table": "write_joint_table",
     "report.lcm_replay": "write_scene_log",
     "report.mcap_export": "write_mcap",
+    "report.ros2_bag": "write_ros2_bag",
     "report.page": "write_report",
     "robot.loader": "load_robot",
     "robot.model": "RobotModel",

@@ -194,15 +194,19 @@ def export(
     mcap: Annotated[
         bool, typer.Option("--mcap", help="Write run.mcap, for Foxglove, and no CSV.")
     ] = False,
+    ros2: Annotated[
+        bool, typer.Option("--ros2", help="Write ros2_bag, for ros2 bag and RViz, and no CSV.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Write a finished run's joints as CSV, as the robot's own file means angles and axes.
 
     The columns are the time in s; each joint's angle in rad, speed in rad/s and torque in Nm; and
-    the trunk's pose. With --mcap: transforms, joints, markers and margins as MCAP.
+    the trunk's pose. With --mcap or --ros2: transforms, joints, markers and margins as MCAP, for
+    Foxglove or as a bag of ROS 2.
     """
-    if mcap:
-        _export_mcap(directory, csv, as_json=as_json)
+    if mcap or ros2:
+        _export_messages(directory, csv, mcap=mcap, ros2=ros2, as_json=as_json)
         return
     path = csv if csv is not None else directory / "joints.csv"
     dq.read_summary(directory)
@@ -214,16 +218,26 @@ def export(
         Console().print(Text(f"{rows} rows in {path}"), soft_wrap=True)
 
 
-def _export_mcap(directory: Path, csv: Path | None, *, as_json: bool) -> None:
-    if csv is not None:
-        remedy = "one file at a time: leave it out, or --mcap"
-        raise InputError(source="--csv", field="csv", value=str(csv), remedy=remedy)
-    path = directory / "run.mcap"
+def _export_messages(
+    directory: Path, csv: Path | None, *, mcap: bool, ros2: bool, as_json: bool
+) -> None:
+    """Writes the run as messages over time."""
+    if csv is not None or (mcap and ros2):
+        given = {"--csv": csv, "--mcap": mcap or None, "--ros2": ros2 or None}
+        named = [name for name, value in given.items() if value is not None]
+        remedy = f"one kind of file at a time: leave out all but one of {', '.join(named)}"
+        raise InputError(source=named[0], field=named[0][2:], value=str(directory), remedy=remedy)
+    option, path = (
+        ("--mcap", directory / "run.mcap") if mcap else ("--ros2", directory / "ros2_bag")
+    )
     dq.read_summary(directory)
-    claim_file(path, "--mcap")
-    counts = dq.write_mcap(dq.load_run(directory), path)
+    if mcap:
+        claim_file(path, option)
+    run = dq.load_run(directory)
+    counts = dq.write_mcap(run, path) if mcap else dq.write_ros2_bag(run, path)
+    size = sum(file.stat().st_size for file in ([path] if mcap else path.iterdir()))
     if as_json:
-        print(json.dumps({"mcap": str(path), "messages": counts, "bytes": path.stat().st_size}))
+        print(json.dumps({option[2:]: str(path), "messages": counts, "bytes": size}))
     else:
         told = ", ".join(f"{count} of {topic}" for topic, count in counts.items())
         Console().print(Text(f"{told} in {path}"), soft_wrap=True)

@@ -1,8 +1,7 @@
 """A run as MCAP, which Foxglove shows: transforms, joints, markers and margins over time.
 
 Messages are JSON under the names and fields of Foxglove's own schemas (FrameTransforms,
-SceneUpdate), and under two of ours (JointStates, Margins). No message is one of ROS: tools that
-read ROS bags show that they are there, and not what is in them.
+SceneUpdate), and under two of ours (JointStates, Margins). For ROS there is `ros2_bag`.
 """
 
 import json
@@ -95,7 +94,7 @@ def write_mcap(run: RecordedRun, path: Path, *, option: str = "--mcap") -> dict[
             remedy="holds no sample: nothing to export",
         )
     messages = {
-        topic: _TOPICS[topic](run, _picked(run.log.t, rate)) for topic, rate in RATES.items()
+        topic: _TOPICS[topic](run, picked(run.log.t, rate)) for topic, rate in RATES.items()
     }
 
     def write(to: Path) -> None:
@@ -129,7 +128,7 @@ def write_mcap(run: RecordedRun, path: Path, *, option: str = "--mcap") -> dict[
 Rows = list[tuple[int, dict[str, Any]]]
 
 
-def _picked(times: FloatArray, rate: float) -> list[int]:
+def picked(times: FloatArray, rate: float) -> list[int]:
     """The samples to write, at most so many a second [Hz]."""
     steps = np.floor((times - times[0]) * rate + 1e-6)
     return [0, *(np.flatnonzero(np.diff(steps) > 0) + 1).tolist()]
@@ -197,7 +196,7 @@ def _joint_states(run: RecordedRun, rows: list[int]) -> Rows:
     ]  # fmt: skip
 
 
-def _margins(run: RecordedRun, rows: list[int]) -> Rows:
+def margin_messages(run: RecordedRun, rows: list[int]) -> Rows:
     """The margins that the run has."""
     names = [name for name in MARGINS if name in run.log.columns]
     values = run.log.numbers(names)
@@ -219,7 +218,7 @@ def _entity(time: float, name: str, **parts: Any) -> dict[str, Any]:
             "lifetime": {"sec": 0, "nsec": 0}, "frame_locked": True, **empty, **parts}  # fmt: skip
 
 
-def _scene(run: RecordedRun, rows: list[int]) -> Rows:
+def marker_messages(run: RecordedRun, rows: list[int]) -> Rows:
     """The course once; then the feet's forces and the lines between the feet that bear."""
     t = run.log.t
     cubes = [
@@ -269,5 +268,6 @@ def _arrow(p: FloatArray, f: FloatArray) -> dict[str, Any]:
 
 
 _TOPICS = {
-    "/tf": _transforms, "/joint_states": _joint_states, "/scene": _scene, "/margins": _margins,
+    "/tf": _transforms, "/joint_states": _joint_states, "/scene": marker_messages,
+    "/margins": margin_messages,
 }  # fmt: skip

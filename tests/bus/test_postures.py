@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from bus_rig import PERIOD_NS, short_walk
+from bus_rig import PERIOD_NS, QUICK, short_walk
 from hypothesis import given, settings, strategies as st
 from rig import paper_robot
 
@@ -54,7 +54,7 @@ def test_a_robot_sits_down_where_its_walk_has_left_it(
     A foot is a ball of 20 mm that rolls as its shank folds. To sit down where it stood before the
     walk would drag feet by a step's length.
     """
-    prepared, clock = short_walk(tmp_path), ManualClock()
+    prepared, clock = short_walk(tmp_path, overrides=QUICK), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     robot = RobotLoop(SimulatedRobot(prepared), bus, clock)
     loop = ControlLoop(prepared, bus, clock)
