@@ -16,7 +16,7 @@ import numpy as np
 
 from drake_quad.errors import InputError
 from drake_quad.report.joint_table import BASE, SPEED, TORQUE, joint_table
-from drake_quad.report.mcap_export import RATES, WORLD, margin_messages, picked, marker_messages
+from drake_quad.report.mcap_export import RATES, WORLD, margin_messages, marker_messages, picked
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.util.files import write_together
 
