@@ -122,16 +122,21 @@ def report_plan(
 
 
 def make_viewers(
-    *, meshcat: bool = False, meldis: bool = False, tell: Callable[[str], object] = _nothing
+    *,
+    meshcat: bool = False,
+    meldis: bool = False,
+    foxglove: bool = False,
+    tell: Callable[[str], object] = _nothing,
 ) -> "Visualize | None":
     """Viewers for `simulate`; None if none is wanted.
 
     Args:
         meshcat: Whether to show the simulation live in a browser.
         meldis: Whether to publish it live for Meldis.
+        foxglove: Whether to serve it live for Foxglove, on this machine.
         tell: Called with the address to watch at.
     """
-    if not (meshcat or meldis):
+    if not (meshcat or meldis or foxglove):
         return None
     from pydrake.geometry import StartMeshcat
 
@@ -144,6 +149,12 @@ def make_viewers(
         chosen.append(MakeMeshcatViewer(server))
     if meldis:
         chosen.append(MakeMeldisViewer())
+    if foxglove:
+        from drake_quad.simulation.foxglove_live import HOST, FoxgloveServer, MakeFoxgloveViewer
+
+        live = FoxgloveServer()
+        tell(f"open the connection ws://{HOST}:{live.port} in Foxglove")
+        chosen.append(MakeFoxgloveViewer(live))
     return Together(*chosen)
 
 

@@ -90,6 +90,9 @@ def run(
     overrides: SetOption = None,
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show it live in a browser.")] = False,
     meldis: Annotated[bool, typer.Option("--meldis", help="Publish it live for Meldis.")] = False,
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Serve it live for Foxglove, at port 8765.")
+    ] = False,
     report: Annotated[bool, typer.Option(help="Make report.html and scene.lcmlog.")] = True,
     as_json: JsonOption = False,
 ) -> None:
@@ -99,14 +102,15 @@ def run(
     also after Ctrl-C or a fall.
     """
     fields = [*(overrides or []), *([] if seed is None else [f"simulation.seed={seed}"])]
-    if (meshcat or meldis) and not any("realtime_rate" in field for field in fields):
+    live = meshcat or meldis or foxglove
+    if live and not any("realtime_rate" in field for field in fields):
         fields.append("simulation.realtime_rate=1.0")  # people watch in real time
     loaded = dq.load_scenario(scenario, fields)
     directory = out if out is not None else Path("runs") / stem(scenario)
     claim(directory)
     viewers = (
-        dq.make_viewers(meshcat=meshcat, meldis=meldis, tell=MESSAGES.print)
-        if meshcat or meldis
+        dq.make_viewers(meshcat=meshcat, meldis=meldis, foxglove=foxglove, tell=MESSAGES.print)
+        if live
         else None
     )
     try:

@@ -16,7 +16,8 @@ import numpy as np
 
 from drake_quad.errors import InputError
 from drake_quad.report.joint_table import BASE, SPEED, TORQUE, joint_table
-from drake_quad.report.mcap_export import RATES, WORLD, margin_messages, marker_messages, picked
+from drake_quad.report.mcap_export import RATES, margin_messages, marker_messages, picked
+from drake_quad.runs.foxglove_messages import WORLD, nanoseconds
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.util.files import write_together
 
@@ -128,13 +129,13 @@ def _joints_and_trunk(run: RecordedRun, make: Make) -> Iterator[Message]:
     place = {kind: [column[f"{name}{kind}"] for name in joints] for kind in ("", SPEED, TORQUE)}
     base = [column[name] for name in BASE]
     for k in picked(run.log.t, RATES[JOINTS]):
-        time, row = _ns(run.log.t[k]), values[k]
+        time, row = nanoseconds(run.log.t[k]), values[k]
         yield JOINTS, time, make(
             "sensor_msgs/JointState", header=_header(time, make), name=joints,
             position=row[place[""]], velocity=row[place[SPEED]], effort=row[place[TORQUE]],
         )  # fmt: skip
     for k in picked(run.log.t, RATES[TF]):
-        time, (x, y, z, w, *turn) = _ns(run.log.t[k]), values[k, base].tolist()
+        time, (x, y, z, w, *turn) = nanoseconds(run.log.t[k]), values[k, base].tolist()
         if not np.isfinite(w):
             continue
         pose = make(
@@ -221,7 +222,3 @@ def _header(time: int, make: Make) -> Any:
 
 def _quaternion(xyzw: dict[str, float], make: Make) -> Any:
     return make("geometry_msgs/Quaternion", **xyzw)
-
-
-def _ns(time: float) -> int:
-    return round(time * 1e6) * 1000

@@ -10,8 +10,9 @@ from mcap.reader import make_reader
 from report_run import make_log, short_scenario, write_run
 from scipy.spatial.transform import Rotation
 
-from drake_quad.report.mcap_export import RATES, SCHEMAS
+from drake_quad.report.mcap_export import RATES
 from drake_quad.robot.loader import MakeModelPlant
+from drake_quad.runs.foxglove_messages import SCHEMAS
 from drake_quad.runs.reader import load_run
 
 
