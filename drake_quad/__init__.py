@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         check_course as check_course,
         check_stairs as check_stairs,
         load_study as load_study,
+        make_passport as make_passport,
         make_viewers as make_viewers,
         plan as plan,
         replay as replay,
@@ -49,6 +50,12 @@ if TYPE_CHECKING:
     from drake_quad.feasibility.inspect_robot import (
         describe_robot as describe_robot,
         print_robot as print_robot,
+    )
+    from drake_quad.feasibility.passport import (
+        PASSPORT_NUMBERS as PASSPORT_NUMBERS,
+        Passport as Passport,
+        passport_cells as passport_cells,
+        passport_columns as passport_columns,
     )
     from drake_quad.feasibility.robot_picture import (
         check_picture_path as check_picture_path,
@@ -115,8 +122,8 @@ except PackageNotFoundError:  # a checkout on the path that was never installed
 
 # The public names by the modules that define them; a test compares them with the imports above.
 _PUBLIC = {
-    "api": "certify chart_stairs check_course check_stairs load_study make_viewers plan replay "
-    "report_plan run_study",
+    "api": "certify chart_stairs check_course check_stairs load_study make_passport "
+    "make_viewers plan replay report_plan run_study",
     "certificate.certify": "Certificate",
     "errors": "DrakeQuadError InputError MachineError PlanningError",
     "feasibility.chart": "Span StairChart",
@@ -124,6 +131,7 @@ _PUBLIC = {
     "feasibility.check": "Feasibility",
     "feasibility.check_report": "CheckRequest near_words run_check",
     "feasibility.inspect_robot": "describe_robot print_robot",
+    "feasibility.passport": "PASSPORT_NUMBERS Passport passport_cells passport_columns",
     "feasibility.robot_picture": "check_picture_path draw_robot save_picture",
     "perception.see": "SeenStairs describe_seen parse_intrinsics read_depth_image see_stairs",
     "perception.see_picture": "draw_seen",

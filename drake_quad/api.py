@@ -15,6 +15,14 @@ from drake_quad.certificate.certify import Certificate
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
 from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
+from drake_quad.feasibility.passport import (
+    COUNT,
+    Passport,
+    Question,
+    plan_passport,
+    with_trials,
+    write_passport,
+)
 from drake_quad.gait_design.tempo_search import PREFER, Wish
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
@@ -273,6 +281,58 @@ def chart_stairs(
         progress=progress,
         stop=stop,
     )
+
+
+def make_passport(
+    robot: Robot,
+    out: str | Path,
+    *,
+    count: int = COUNT,
+    prefer: str = PREFER[0],
+    trials: int = 0,
+    workers: int | None = None,
+    progress: Callable[[int, int], object] = _nothing,
+    console: Console | None = None,
+    stop: Callable[[], bool] = _never,
+    ready: Callable[[], object] = _nothing,
+) -> Passport:
+    """Which stairs of common rules a robot climbs: on paper, and in physics if trials are asked.
+
+    Args:
+        robot: A robot, or its name or file.
+        out: Directory for the page, the picture, the scenarios and the trials.
+        count: Steps of each flight.
+        prefer: What the gaits are to be good at, as for `check_stairs`.
+        trials: How many trials in physics each flight with a plan gets; 29 without a failure are a
+            rate of 90 % with a confidence of 95 %.
+        workers: Number of processes; one for each core if None.
+        progress: Called with the number of flights that are planned, and of all.
+        console: Console for the progress of trials; standard error if None.
+        stop: Called now and then; what is done so far is written where it is true.
+        ready: Called before any long work, once all that was given can be used.
+
+    Returns:
+        The passport; a notebook shows its picture.
+
+    Raises:
+        InputError: If anything given cannot be used, or a file cannot be written.
+    """
+    from drake_quad.sweep.passport_trials import check_trials, run_trials
+
+    directory = Path(out)
+    count_of = workers if workers is not None else os.cpu_count() or 1
+    check_trials(trials)
+    asked = Question(_model_of(robot), count=count, wish=Wish(prefer), directory=directory)
+    found = plan_passport(asked, workers=count_of, progress=progress, stop=stop, ready=ready)
+    write_passport(found, directory)
+    if trials and not stop():
+        told = run_trials(
+            found, directory, trials, workers=count_of, stop=stop,
+            console=console or Console(stderr=True),
+        )  # fmt: skip
+        found = with_trials(found, told)
+        write_passport(found, directory)
+    return found
 
 
 def replay(

@@ -14,6 +14,7 @@ import typer
 from drake_quad import __version__
 from drake_quad.cli.bus import bus_replay, control, simulate
 from drake_quad.cli.common import make_streams_last
+from drake_quad.cli.passport import passport
 from drake_quad.cli.robots import chart, check, inspect
 from drake_quad.cli.runs import export, plan, replay, report, run, scenarios
 from drake_quad.cli.see import see
@@ -59,6 +60,7 @@ for command in (
     inspect,
     check,
     chart,
+    passport,
     see,
     sweep,
     compare,

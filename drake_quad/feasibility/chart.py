@@ -9,6 +9,7 @@ from typing import Any
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import check_flight, check_stairs_numbers
 from drake_quad.feasibility.check_report import LIMITS, limit_of
+from drake_quad.feasibility.standard_stairs import CHARTED, Standard
 from drake_quad.robot.loader import load_robot
 from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, Stairs
@@ -69,25 +70,6 @@ def grid_of(rises: Span, runs: Span, count: int) -> list[tuple[float, float]]:
 
 def _wrong(option: str, value: float, remedy: str) -> InputError:
     return InputError(source=option, field=option[2:], value=value, remedy=remedy)
-
-
-@dataclass(frozen=True)
-class Standard:
-    """A flight that a common rule allows; `rise` and `run` [m]."""
-
-    name: str
-    rise: float
-    run: float
-
-
-# The steepest flights that the International Building Code (1011.5.2), the International
-# Residential Code (R311.7.5) and OSHA (1910.25) allow, and DIN 18065's usual one.
-STANDARDS = (
-    Standard("IBC 7 × 11 in", 0.178, 0.279),
-    Standard("IRC 7.75 × 10 in", 0.197, 0.254),
-    Standard("DIN 18065, 0.17 × 0.29 m", 0.170, 0.290),
-    Standard("OSHA 9.5 × 9.5 in", 0.241, 0.241),
-)
 
 
 @dataclass(frozen=True)
@@ -220,6 +202,6 @@ def chart_grid(
         runs=runs.values("run"),
         complete=len(found) == len(cells),
         limits=LIMITS,
-        standards=STANDARDS,
+        standards=CHARTED,
         cells=found,
     )

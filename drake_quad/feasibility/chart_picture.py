@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from drake_quad.feasibility.chart import Cell, StairChart, Standard
+from drake_quad.feasibility.chart import Cell, StairChart
 from drake_quad.feasibility.robot_picture import INK, save_picture
+from drake_quad.feasibility.standard_stairs import Standard
 
 LETTERS = {
     "reach": "L",

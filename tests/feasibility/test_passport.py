@@ -1,0 +1,138 @@
+"""A passport: what it says of a flight is what `check` says, and its files can be used."""
+
+import json
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command import drake_quad, refused
+from rich.console import Console
+from rig import URL
+
+import drake_quad as dq
+from drake_quad.cli.passport import print_passport
+from drake_quad.feasibility.passport import (
+    Entry,
+    Passport,
+    Question,
+    passport_cells,
+    passport_page,
+    plan_passport,
+    with_trials,
+    write_passport,
+)
+from drake_quad.feasibility.standard_stairs import CHARTED, STANDARDS, Standard
+from drake_quad.sweep import passport_trials
+from drake_quad.terrain.elements import Stairs
+
+FLIGHTS = (
+    Standard("low", 0.12, 0.4, "a rule"),
+    Standard("too high", 1.5, 0.3, "a rule"),
+    Standard("too shallow", 0.12, 0.01, "a rule"),
+)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Passport, Path]:
+    """A passport of three flights, and its directory."""
+    directory = tmp_path_factory.mktemp("passport")
+    found = plan_passport(Question(URL, FLIGHTS, count=4, directory=directory))
+    write_passport(found, directory)
+    return found, directory
+
+
+def test_an_entry_says_what_check_says(made: tuple[Passport, Path]) -> None:
+    """Margin and speed of a yes are those of the same question asked alone; a no has its reason."""
+    passport, _ = made
+    low, high, shallow = passport.entries
+    check = dq.check_stairs(URL, Stairs(0.12, 0.4, 4))
+    assert check.designed is not None
+    assert (low.verdict, low.margin, low.speed) == ("yes", check.designed.margin, check.speed)
+    assert high.verdict == "no" and high.margin is None and high.reason and high.limit
+    assert shallow.verdict == "unknown" and "run 0.01 m" in shallow.reason
+    assert passport.complete and passport.leg > 0.5 and passport.mass == pytest.approx(60.0, abs=5)
+
+
+def test_the_files_of_a_passport_can_be_used(made: tuple[Passport, Path]) -> None:
+    """The scenario of a yes loads; JSON and page hold every flight; the picture is there."""
+    passport, directory = made
+    scenario = dq.load_scenario(directory / passport.entries[0].scenario)
+    assert scenario.course[1].rise == 0.12
+    told = json.loads((directory / "passport.json").read_text())
+    assert told == passport.as_dict()
+    page = (directory / "passport.md").read_text()
+    for entry in passport.entries:
+        assert "| " + " | ".join(passport_cells(entry, tried=False)) + " |" in page
+    for name in ("passport.svg", "passport.png"):
+        assert (directory / name).stat().st_size > 1000
+    assert "too high" in passport._repr_html_()
+
+
+def test_a_yes_below_the_wanted_margin_says_so() -> None:
+    """It is no plain yes, on the page and on the console."""
+    entry = Entry(FLIGHTS[0], "yes", margin=0.012, wanted=0.03, speed=0.05)
+    assert passport_cells(entry, tried=False)[2] == "yes, below the 30 mm wanted"
+
+
+def test_the_trials_are_a_study_of_the_flights_own_scenario(
+    made: tuple[Passport, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each yes gets a study that can be loaded, so many trials, and its rate on the page."""
+    passport, directory = made
+    seen: list[Any] = []
+
+    def run(asked: Any, *_: Any) -> dict[str, Any]:
+        study = dq.load_study(asked.study)
+        assert study.trials == 3 and study.scenario.endswith(passport.entries[0].scenario)
+        seen.append(study)
+        rate = {"good": 3, "trials": 3, "low": 0.29, "high": 1.0, "text": "100.0 %"}
+        figures = {"margin.minimum": {"least": 0.05}, "cost_of_transport": {"median": 0.4}}
+        return {"rate": rate, "figures": figures}
+
+    monkeypatch.setattr(passport_trials, "run_sweep", run)
+    told = passport_trials.run_trials(
+        passport, directory, 3, workers=1, console=Console(quiet=True)
+    )
+    assert len(seen) == 1 and "cost_of_transport" in seen[0].figures
+    tried = with_trials(passport, told)
+    assert tried.entries[0].trials is not None and tried.entries[0].trials["margin"] == 0.05
+    assert "| 3 of 3: 100.0 % |" in passport_page(tried)
+    assert tried.entries[1].trials is None
+
+
+def test_a_stopped_passport_keeps_what_is_done() -> None:
+    """Asked to stop after the first flight, it has that one, and says that it is not complete."""
+    counted: list[int] = []
+    found = plan_passport(
+        Question(URL, FLIGHTS[1:], count=1),
+        progress=lambda done, _: counted.append(done),
+        stop=lambda: counted[-1] > 0,
+    )
+    assert len(found.entries) == 1 and not found.complete
+
+
+def test_the_standards_are_stairs() -> None:
+    """From low to steep, each once; those of a chart are among them."""
+    slopes = [one.rise / one.run for one in STANDARDS]
+    assert slopes == sorted(slopes)
+    assert len({(one.rise, one.run) for one in STANDARDS}) == len(STANDARDS)
+    assert len(CHARTED) == 4 and set(CHARTED) < set(STANDARDS)
+
+
+def test_the_command_refuses_what_cannot_be(tmp_path: Path) -> None:
+    """In a line before any long work; nothing is written."""
+    assert "--trials" in refused(drake_quad("passport", URL, "--trials", "-1", cwd=tmp_path))
+    assert "--prefer" in refused(drake_quad("passport", URL, "--prefer", "fast", cwd=tmp_path))
+    assert "--count" in refused(drake_quad("passport", URL, "--count", "0", cwd=tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_console_has_every_flight_and_what_is_assumed(made: tuple[Passport, Path]) -> None:
+    """With the answers' words, and where the picture is."""
+    console = Console(record=True, width=160, file=StringIO())
+    print_passport(made[0], made[1], console)
+    told = console.export_text()
+    for entry in made[0].entries:
+        assert entry.stairs.name in told
+    assert "no, proven" in told and "closed risers" in told and "passport.png" in told
