@@ -158,7 +158,9 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
             source=name, field="perception.map", value=scenario.perception.map,
             remedy="no camera's images are on the bus: give told",
         )  # fmt: skip
-    with precompiling(kernels_for(scenario.controller.kind, "ekf"), tell) as wait:
+    with precompiling(
+        kernels_for(scenario.controller.kind, "ekf", scenario.sensors.contacts), tell
+    ) as wait:
         allowing = allow_for_drift(scenario, fields, source=name)
         try:
             prepared = prepare(allowing, source=name)

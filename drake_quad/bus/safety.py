@@ -9,6 +9,7 @@ a sane posture, leads on. A state that is late, but not yet too late, makes the 
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from math import cos
 
 import numpy as np
 
@@ -222,21 +223,28 @@ def within_limits(wish: Drives, before: Drives, limits: SafetyLimits) -> Drives:
 
     A value of the wish that is no finite number is taken as it was before.
     """
-    q = np.where(np.isfinite(wish.q), wish.q, before.q)
-    v = np.where(np.isfinite(wish.v), wish.v, 0.0)
-    torque = np.where(np.isfinite(wish.torque), wish.torque, 0.0)
+    q, v, torque = wish.q, wish.v, wish.torque
+    if not all(np.isfinite(part).all() for part in (q, v, torque)):
+        q = np.where(np.isfinite(q), q, before.q)
+        v = np.where(np.isfinite(v), v, 0.0)
+        torque = np.where(np.isfinite(torque), torque, 0.0)
     # No faster than the joint's own speed, and never more than the step.
     step = np.minimum(limits.q_step, limits.speed * limits.period)
-    q = np.clip(np.clip(q, limits.q_lower, limits.q_upper), before.q - step, before.q + step)
+    q = _within(_within(q, limits.q_lower, limits.q_upper), before.q - step, before.q + step)
     change = limits.effort * min(1.0, limits.period / limits.torque_time)
-    torque = np.clip(torque, before.torque - change, before.torque + change)
+    torque = _within(torque, before.torque - change, before.torque + change)
     return Drives(
         q,
-        np.clip(v, -limits.speed, limits.speed),
-        np.clip(torque, -limits.effort, limits.effort),
+        _within(v, -limits.speed, limits.speed),
+        _within(torque, -limits.effort, limits.effort),
         _between(wish.stiffness, limits.stiffness),
         _between(wish.damping, limits.damping),
     )
+
+
+def _within(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
+    """As `np.clip`, whose checks take several times as long as twelve comparisons."""
+    return np.minimum(np.maximum(values, least), most)
 
 
 def _between(value: float, most: float) -> float:
@@ -253,7 +261,7 @@ def _fault_of(known: Known, limits: SafetyLimits) -> str:
         return f"no state for {limits.damp_after:g} s"
     if not (np.isfinite(known.q).all() and np.isfinite(known.up).all()):
         return "a value is not a number"
-    if not known.up[2] > np.cos(limits.tilt):
+    if not known.up[2] > cos(limits.tilt):
         return "the trunk is tilted"
     return ""
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
+from drake_quad.jit import jit
 
 WELL_CONDITIONED = 0.05  # of its greatest singular value that a leg's Jacobian's least must be
 
@@ -146,6 +147,7 @@ def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
             bearing[k] = 0.0 if eased[k] >= settings.confirm_leave - 1e-9 else 1.0
 
 
+@jit
 def foot_forces(
     residual: FloatArray, jacobian: FloatArray, before: FloatArray, uncertainty: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -163,12 +165,17 @@ def foot_forces(
         The forces in W (4, 3) [N], and by how much their vertical parts may be off (4,) [N]: by
         nothing that is known where the force stays as it was.
     """
-    sizes = np.linalg.svd(jacobian, compute_uv=False)
-    told = sizes[:, 2] > WELL_CONDITIONED * sizes[:, 0]
-    force, uncertain = np.array(before), np.zeros(4)
-    inverse = np.linalg.inv(jacobian[told])
-    force[told] = np.einsum("kji,kj->ki", inverse, residual.reshape(4, 3)[told])
-    uncertain[told] = np.sum(np.abs(inverse[:, :, 2]) * uncertainty.reshape(4, 3)[told], axis=1)
+    force, uncertain = before.copy(), np.zeros(4)
+    for k in range(4):
+        _, sizes, _ = np.linalg.svd(jacobian[k])
+        if sizes[2] <= WELL_CONDITIONED * sizes[0]:
+            continue
+        inverse = np.linalg.inv(jacobian[k])
+        for i in range(3):
+            force[k, i] = 0.0
+            for j in range(3):
+                force[k, i] += inverse[j, i] * residual[3 * k + j]
+            uncertain[k] += abs(inverse[i, 2]) * uncertainty[3 * k + i]
     return force, uncertain
 
 

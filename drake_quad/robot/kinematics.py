@@ -18,6 +18,7 @@ import numpy as np
 
 from drake_quad.common import GRAVITY, FloatArray, Matrix, Vector
 from drake_quad.jit import jit
+from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.robot.model import LegGeometry, RobotModel
 
 
@@ -146,6 +147,28 @@ def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tup
             (y_up, -ca * x, -ca * x_knee),
         ),
     )
+
+
+@jit
+def jacobians_in_world(legs: FloatArray, wxyz: FloatArray, q: FloatArray) -> FloatArray:
+    """Each foot's Jacobian in W against its own leg's joints.
+
+    Args:
+        legs: The legs' lengths, see `leg_array`.
+        wxyz: The trunk's quaternion in W (4,).
+        q: Joint angles (12,) [rad].
+
+    Returns:
+        J with v_F = J q_dot, of a trunk that does not move, (4, 3, 3) [m/rad].
+    """
+    R = quaternion_rotation(wxyz[0], wxyz[1], wxyz[2], wxyz[3])
+    found = np.empty((4, 3, 3))
+    for k in range(4):
+        _, J = foot_and_jacobian(leg_row(legs, k), q[3 * k], q[3 * k + 1], q[3 * k + 2])
+        for i in range(3):
+            for j in range(3):
+                found[k, i, j] = R[i][0] * J[0][j] + R[i][1] * J[1][j] + R[i][2] * J[2][j]
+    return found
 
 
 @jit

@@ -101,6 +101,10 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "estimation.filter.write_state": (_V, _V, model.dtype, _V),
             "estimation.filter.write_deviation": (_V, _V),
         },
+        "touch": {
+            "robot.kinematics.jacobians_in_world": (_M, _V, _V),
+            "estimation.contact_from_torques.foot_forces": (_V, _T, _M, _V),
+        },
         "plan": {
             "math.curves.sample_body": (_RM, _F, _F),
             "robot.kinematics.pose": (_M, _V, _M, _T),
@@ -126,15 +130,17 @@ def _kernels() -> dict[str, dict[str, Signature]]:
 DESIGN = ("design", "plan+room")  # what `drake-quad check` and `chart` call
 
 
-def kernels_for(controller: str, estimator: str) -> tuple[str, ...]:
+def kernels_for(controller: str, estimator: str, contacts: str) -> tuple[str, ...]:
     """What each process is to compile for a run.
 
     Args:
         controller: The scenario's `controller.kind`.
         estimator: The scenario's `estimator.kind`.
+        contacts: Its `sensors.contacts`.
     """
     forces = "forces+loop+plan" if controller == "whole_body" else "loop+plan"
-    return ("feet", forces, "estimator") if estimator == "ekf" else ("feet", forces)
+    feet = "feet+touch" if contacts == "joints" else "feet"
+    return (feet, forces, "estimator") if estimator == "ekf" else (feet, forces)
 
 
 def compile_groups(groups: Iterable[str]) -> None:

@@ -217,7 +217,7 @@ def simulate(
     given = scenario.scenario if isinstance(scenario, PreparedScenario) else scenario
     if given.simulation.mode == "kinematic":
         return replay_plan(planned or prepare(given, source=source))
-    kernels = kernels_for(given.controller.kind, given.estimator.kind)
+    kernels = kernels_for(given.controller.kind, given.estimator.kind, given.sensors.contacts)
     with precompiling(kernels, tell) as wait:
         prepared = planned or prepare(given, source=source)
         wait()

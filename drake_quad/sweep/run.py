@@ -309,7 +309,7 @@ def run_sweep(
 def _kernels(study: Study, base: Base) -> tuple[str, ...]:
     """The kernels that the study's own scenario needs."""
     scenario = base.load(study.set)
-    return kernels_for(scenario.controller.kind, scenario.estimator.kind)
+    return kernels_for(scenario.controller.kind, scenario.estimator.kind, scenario.sensors.contacts)
 
 
 def _write_section(

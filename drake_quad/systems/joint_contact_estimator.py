@@ -15,7 +15,7 @@ from drake_quad.estimation.contact_from_torques import (
     observe,
     torque_ripple,
 )
-from drake_quad.robot.kinematics import calc_jacobians
+from drake_quad.robot.kinematics import calc_jacobians, jacobians_in_world, leg_array
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareModelContext, DeclareStateOutput, EvalModelContext
@@ -67,7 +67,8 @@ class TorqueDynamics:
         control: ControlSettings,
         friction: FloatArray | None = None,
     ) -> None:
-        self._robot, self._layout, self._model, self._control = robot, layout, model, control
+        self._layout, self._model, self._control = layout, model, control
+        self._legs = leg_array(robot.geometry)
         self.memory_shape = (12, model.num_velocities() + 1)
         self._joints = layout.v_joints - layout.num_positions
         joints = [model.GetJointByName(name) for name in robot.joint_names]
@@ -100,8 +101,8 @@ class TorqueDynamics:
             change = (mass - before[:, :-1]) @ v / period
             c = self._control
             ripple = torque_ripple(speed, before[:, -1], kp=c.kp, kd=c.kd, period=c.period)
-        read = layout.read(state)
-        jacobian = read.R_WB @ calc_jacobians(self._robot.geometry, read.q)
+        wxyz = state[layout.q_base : layout.q_base + 4]
+        jacobian = jacobians_in_world(self._legs, wxyz, state[layout.q_joints])
         return JointDynamics(
             momentum=mass @ v, velocity_terms=change - h, torque=torque + ripple,
             jacobian=jacobian, uncertainty=self._friction + np.abs(ripple),

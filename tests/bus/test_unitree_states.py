@@ -1,7 +1,7 @@
 """LowStates of senders that leave out their clock or their CRC, and of those that do not."""
 
 import numpy as np
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from drake_quad.bus.messages import Received, StateMessage
 from drake_quad.bus.unitree_messages import LOW_STATE, SAME, Wire, encode_low_state
@@ -61,6 +61,7 @@ def swinging(time: float) -> bytes:
 
 
 @given(pace=st.floats(0.4, 1.2), stall=st.integers(0, 20))
+@settings(max_examples=20)  # of eight seconds of states each
 def test_the_time_of_a_sender_without_a_clock_is_that_of_its_joints(
     pace: float, stall: int
 ) -> None:

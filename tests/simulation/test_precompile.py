@@ -11,7 +11,10 @@ from drake_quad import jit as kernel_cache
 from drake_quad.simulation import precompile
 
 COURSE = "course: [{kind: floor, length: 3.0}]\nmission: [{kind: stand, duration: 0.3}]\n"
-EVERYTHING = ["controller.kind=whole_body", "controller.period=0.002", "estimator.kind=ekf"]
+EVERYTHING = [
+    "controller.kind=whole_body", "controller.period=0.002", "estimator.kind=ekf",
+]  # fmt: skip
+FELT = [*EVERYTHING, "sensors.contacts=joints"]
 
 
 SCRIPT = """
@@ -22,8 +25,9 @@ from drake_quad.feasibility.check_report import CheckRequest, run_check
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.run import simulate
 
-scenario = parse_scenario({course!r}, source="test", overrides={overrides!r})
-assert simulate(scenario).outcome == "goal_reached"
+for overrides in ({overrides!r}, {felt!r}):
+    scenario = parse_scenario({course!r}, source="test", overrides=overrides)
+    assert simulate(scenario).outcome == "goal_reached"
 assert run_check(CheckRequest("paper_quadruped", rise=0.15, run=0.35, count=3))["feasible"]
 for group in precompile._kernels().values():
     for path, types in group.items():
@@ -36,16 +40,16 @@ for group in precompile._kernels().values():
 
 def test_every_kernel_that_is_called_is_in_the_table() -> None:
     """A run on estimates and a check, in a process of their own, call all, with its types alone."""
-    script = SCRIPT.format(course=COURSE, overrides=EVERYTHING)
+    script = SCRIPT.format(course=COURSE, overrides=EVERYTHING, felt=FELT)
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
 
 
 def test_every_group_is_compiled_by_some_command() -> None:
     """No group of the table is forgotten, and none is asked for that is not there."""
-    parts = {*precompile.kernels_for("whole_body", "ekf"), *precompile.DESIGN}
+    parts = {*precompile.kernels_for("whole_body", "ekf", "joints"), *precompile.DESIGN}
     assert {group for part in parts for group in part.split("+")} == set(precompile._kernels())
-    assert "forces" not in "+".join(precompile.kernels_for("ik", "truth"))
+    assert "forces" not in "+".join(precompile.kernels_for("ik", "truth", "feet"))
 
 
 @pytest.fixture
