@@ -11,6 +11,7 @@ import numpy as np
 from drake_quad.bus.messages import Received, StateMessage
 from drake_quad.bus.real_time import NS
 from drake_quad.bus.unitree_messages import JointMap, decode_low_state, has_crc
+from drake_quad.common import FloatArray
 
 NO_CLOCK = "LowState has no clock (tick is 0): the time stamps of DDS are taken"
 NO_CRC = "LowState has no CRC (crc is 0): none is checked"
@@ -28,7 +29,9 @@ class PaceByJoints:
     """A robot's own time beside its time stamps, by how far its joints go at the speeds they have.
 
     A simulator that sends no clock is stamped by the machine's, and may run slower than that, or
-    stand for a moment. Its joints' angles and speeds are of its own time: their ratio tells.
+    stand for a moment. Its joints' angles and speeds are of its own time: their ratio tells. Each
+    ratio counts by the speed of a sample before both (an instrumental variable): by its own speed
+    it would count less where that was too low by noise, and the robot's time would run slow.
 
     Attributes:
         pace: Seconds of the robot's time in one of the time stamps'.
@@ -39,6 +42,7 @@ class PaceByJoints:
     _passed_ns: float = 0.0
     _total: float = FIRST
     _last: tuple[int, StateMessage] | None = None
+    _earlier: FloatArray = field(default_factory=lambda: np.zeros(12))  # speeds before the last's
 
     def take(self, stamp_ns: int, state: StateMessage) -> int:
         """The robot's time at a state [ns].
@@ -52,15 +56,16 @@ class PaceByJoints:
         else:
             before_ns, before = self._last
             gap = (stamp_ns - before_ns) / NS
-            speed = 0.5 * (state.velocity + before.velocity)
-            moving = np.abs(speed) > MOVING
-            weight = float(speed[moving] @ speed[moving]) * gap
+            speed, known = 0.5 * (state.velocity + before.velocity), self._earlier
+            moving = np.abs(known) > MOVING
+            weight = float(known[moving] @ speed[moving]) * gap
             if weight > 0.0:
-                went = float(speed[moving] @ (state.position - before.position)[moving])
+                went = float(known[moving] @ (state.position - before.position)[moving])
                 self._total = min(self._total + weight, EVIDENCE)
                 pace = self.pace + (went - self.pace * weight) / max(self._total, weight)
                 self.pace = min(max(pace, SLOWEST), FASTEST)
             self._passed_ns += self.pace * (stamp_ns - before_ns)
+            self._earlier = before.velocity
         self._last = stamp_ns, state
         return self._begun_ns + round(self._passed_ns)
 
