@@ -52,7 +52,6 @@ if TYPE_CHECKING:
         print_robot as print_robot,
     )
     from drake_quad.feasibility.passport import (
-        PASSPORT_NUMBERS as PASSPORT_NUMBERS,
         Passport as Passport,
         passport_cells as passport_cells,
         passport_columns as passport_columns,
@@ -131,7 +130,7 @@ _PUBLIC = {
     "feasibility.check": "Feasibility",
     "feasibility.check_report": "CheckRequest near_words run_check",
     "feasibility.inspect_robot": "describe_robot print_robot",
-    "feasibility.passport": "PASSPORT_NUMBERS Passport passport_cells passport_columns",
+    "feasibility.passport": "Passport passport_cells passport_columns",
     "feasibility.robot_picture": "check_picture_path draw_robot save_picture",
     "perception.see": "SeenStairs describe_seen parse_intrinsics read_depth_image see_stairs",
     "perception.see_picture": "draw_seen",

@@ -20,7 +20,7 @@ from drake_quad.util.files import write_whole
 from drake_quad.util.parallel import check_workers, map_in_processes
 
 COUNT = 10  # steps of a flight
-MARGIN_HEAD, SPEED_HEAD = PASSPORT_NUMBERS = "margin [mm]", "speed [m/s]"  # columns of numbers
+MARGIN_HEAD, SPEED_HEAD = "margin [mm]", "speed [m/s]"
 
 
 @dataclass(frozen=True)
