@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         replay as replay,
         report_plan as report_plan,
         run_study as run_study,
+        try_passport as try_passport,
     )
     from drake_quad.certificate.certify import Certificate as Certificate
     from drake_quad.errors import (
@@ -102,6 +103,7 @@ if TYPE_CHECKING:
         compare_sweeps as compare_sweeps,
         print_comparison as print_comparison,
     )
+    from drake_quad.sweep.passport_trials import check_trials as check_trials
     from drake_quad.sweep.rebuild_report import rebuild_report as rebuild_report
     from drake_quad.sweep.statistics import (
         caveats_of as caveats_of,
@@ -122,7 +124,7 @@ except PackageNotFoundError:  # a checkout on the path that was never installed
 # The public names by the modules that define them; a test compares them with the imports above.
 _PUBLIC = {
     "api": "certify chart_stairs check_course check_stairs load_study make_passport "
-    "make_viewers plan replay report_plan run_study",
+    "make_viewers plan replay report_plan run_study try_passport",
     "certificate.certify": "Certificate",
     "errors": "DrakeQuadError InputError MachineError PlanningError",
     "feasibility.chart": "Span StairChart",
@@ -152,6 +154,7 @@ _PUBLIC = {
     "simulation.prepared": "PreparedScenario",
     "simulation.run": "simulate",
     "sweep.compare": "Comparison compare_sweeps print_comparison",
+    "sweep.passport_trials": "check_trials",
     "sweep.rebuild_report": "rebuild_report",
     "sweep.statistics": "caveats_of gate_words grade",
     "sweep.study": "Study",

@@ -289,25 +289,20 @@ def make_passport(
     *,
     count: int = COUNT,
     prefer: str = PREFER[0],
-    trials: int = 0,
     workers: int | None = None,
     progress: Callable[[int, int], object] = _nothing,
-    console: Console | None = None,
     stop: Callable[[], bool] = _never,
     ready: Callable[[], object] = _nothing,
 ) -> Passport:
-    """Which stairs of common rules a robot climbs: on paper, and in physics if trials are asked.
+    """Which stairs of common rules a robot climbs, on paper; `try_passport` tries them.
 
     Args:
         robot: A robot, or its name or file.
-        out: Directory for the page, the picture, the scenarios and the trials.
+        out: Directory for the page, the picture and the scenarios.
         count: Steps of each flight.
         prefer: What the gaits are to be good at, as for `check_stairs`.
-        trials: How many trials in physics each flight with a plan gets; 29 without a failure are a
-            rate of 90 % with a confidence of 95 %.
         workers: Number of processes; one for each core if None.
         progress: Called with the number of flights that are planned, and of all.
-        console: Console for the progress of trials; standard error if None.
         stop: Called now and then; what is done so far is written where it is true.
         ready: Called before any long work, once all that was given can be used.
 
@@ -317,22 +312,46 @@ def make_passport(
     Raises:
         InputError: If anything given cannot be used, or a file cannot be written.
     """
-    from drake_quad.sweep.passport_trials import check_trials, run_trials
-
     directory = Path(out)
     count_of = workers if workers is not None else os.cpu_count() or 1
-    check_trials(trials)
     asked = Question(_model_of(robot), count=count, wish=Wish(prefer), directory=directory)
     found = plan_passport(asked, workers=count_of, progress=progress, stop=stop, ready=ready)
     write_passport(found, directory)
-    if trials and not stop():
-        told = run_trials(
-            found, directory, trials, workers=count_of, stop=stop,
-            console=console or Console(stderr=True),
-        )  # fmt: skip
-        found = with_trials(found, told)
-        write_passport(found, directory)
     return found
+
+
+def try_passport(
+    passport: Passport,
+    out: str | Path,
+    trials: int,
+    *,
+    workers: int | None = None,
+    console: Console | None = None,
+    stop: Callable[[], bool] = _never,
+) -> Passport:
+    """The passport with trials in physics of each flight that there is a plan for.
+
+    Args:
+        passport: A passport that `make_passport` has written.
+        out: Its directory, for the trials, too.
+        trials: How many of each flight; 29 without a failure are a rate of 90 % with a confidence
+            of 95 %.
+        workers: Number of processes; one for each core if None.
+        console: Console for progress; standard error if None.
+        stop: Called now and then; what is done so far is written where it is true.
+
+    Raises:
+        InputError: If there cannot be so many trials, or a file cannot be written.
+    """
+    from drake_quad.sweep.passport_trials import DRAWN, check_trials, run_trials
+
+    check_trials(trials)
+    count_of = workers if workers is not None else os.cpu_count() or 1
+    shown = console or Console(stderr=True)
+    told = run_trials(passport, Path(out), trials, workers=count_of, console=shown, stop=stop)
+    tried = with_trials(passport, told, DRAWN)
+    write_passport(tried, Path(out))
+    return tried
 
 
 def replay(

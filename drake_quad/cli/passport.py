@@ -39,12 +39,12 @@ def passport(
         ),
     ] = "margin",
     trials: Annotated[
-        int,
+        int | None,
         typer.Option(
             help="Trials in physics of each flight with a plan; 29 take an hour or more. 29 of 29 "
             "are a rate of 90 % with a confidence of 95 %."
         ),
-    ] = 0,
+    ] = None,
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -54,12 +54,18 @@ def passport(
     the directory; with --trials the trials, too.
     """
     directory = out if out is not None else Path("passports") / stem(robot)
-    with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
-        found = dq.make_passport(
-            robot, directory, count=count, prefer=prefer, trials=trials, workers=workers,
-            progress=progress, console=MESSAGES, stop=interrupted,
-            ready=lambda: claim(directory),
-        )  # fmt: skip
+    if trials is not None:
+        dq.check_trials(trials)
+    with interruptible(MESSAGES) as interrupted:
+        with cells_progress(MESSAGES) as progress:
+            found = dq.make_passport(
+                robot, directory, count=count, prefer=prefer, workers=workers, progress=progress,
+                stop=interrupted, ready=lambda: claim(directory),
+            )  # fmt: skip
+        if trials is not None and not interrupted():
+            found = dq.try_passport(
+                found, directory, trials, workers=workers, console=MESSAGES, stop=interrupted
+            )
     if as_json:
         print(json.dumps({**found.as_dict(), "directory": str(directory)}))
     else:
@@ -80,5 +86,6 @@ def print_passport(found: "dq.Passport", directory: Path, console: Console) -> N
         colour = COLOURS[entry.verdict]
         table.add_row(Text(name), Text(size), Text(answer, colour), *(Text(cell) for cell in rest))
     console.print(table)
-    console.print(Text(f"These answers assume {found.assumes}."), soft_wrap=True)
+    assumes = f"These answers assume {found.assumes}. {found.drawn}".strip()
+    console.print(Text(assumes), soft_wrap=True)
     console.print(Text(f"look at {directory / 'passport.png'}"), soft_wrap=True)

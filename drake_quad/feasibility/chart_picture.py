@@ -1,7 +1,6 @@
 """Draws a chart: which stairs a robot climbs, and what is in the way of the others."""
 
 from collections.abc import Sequence
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from drake_quad.feasibility.chart import Cell, StairChart
-from drake_quad.feasibility.robot_picture import INK, save_picture
+from drake_quad.feasibility.robot_picture import INK, save_picture, svg_text
 from drake_quad.feasibility.standard_stairs import Standard
 
 LETTERS = {
@@ -37,11 +36,7 @@ SHADES = 8  # colours of the scale of margins
 
 def chart_svg(chart: StairChart) -> str:
     """The figure as SVG, to stand in a page; the same chart gives the same text."""
-    buffer = StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": "chart", "svg.fonttype": "none"}):
-        draw_chart(chart).savefig(buffer, format="svg", metadata={"Date": None})
-    _, mark, rest = buffer.getvalue().partition("<svg")
-    return mark + rest
+    return svg_text(draw_chart(chart), salt="chart")
 
 
 def save_chart(chart: StairChart, directory: Path) -> None:

@@ -20,7 +20,7 @@ from drake_quad.util.files import write_whole
 from drake_quad.util.parallel import check_workers, map_in_processes
 
 COUNT = 10  # steps of a flight
-MARGIN_HEAD, SPEED_HEAD = "margin [mm]", "speed [m/s]"
+ANSWERS = {"yes": "yes", "no": "no, proven", "unknown": "unknown"}
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,11 @@ class Entry:
     scenario: str = ""
     trials: dict[str, Any] | None = None
 
+    @property
+    def short(self) -> bool:
+        """Whether there is a plan, with less margin than is wanted."""
+        return self.margin is not None and self.wanted is not None and self.margin < self.wanted
+
 
 @dataclass(frozen=True)
 class Passport:
@@ -64,7 +69,8 @@ class Passport:
         mass: Robot mass [kg].
         leg: Length of a leg, thigh and shank [m].
         complete: Whether all stairs were looked at.
-        assumes: What the answers assume, in a sentence.
+        assumes: What the answers assume, for the middle of a sentence.
+        drawn: What the trials draw and assume, in a sentence; empty without any.
         entries: The stairs, from low to steep.
     """
 
@@ -77,9 +83,10 @@ class Passport:
     complete: bool
     entries: list[Entry] = field(default_factory=list)
     assumes: str = (
-        "closed risers without nosings, the map as exact as the gait allows for, and trunk, legs "
-        "and motors as the robot's file has them"
+        "closed risers without nosings, an exact map, and trunk, legs and motors as the robot's "
+        "file has them; unknown is where no plan was found"
     )
+    drawn: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """The passport as plain values, as passport.json holds them."""
@@ -191,12 +198,18 @@ def plan_passport(
     )
 
 
-def with_trials(passport: Passport, trials: dict[str, dict[str, Any]]) -> Passport:
-    """The passport with what trials in physics came to, by the scenarios' files."""
+def with_trials(passport: Passport, trials: dict[str, dict[str, Any]], drawn: str) -> Passport:
+    """The passport with what trials in physics came to.
+
+    Args:
+        passport: The passport.
+        trials: What they came to, by the scenarios' files.
+        drawn: What they draw and assume, in a sentence.
+    """
     entries = [
         replace(one, trials=trials.get(one.scenario, one.trials)) for one in passport.entries
     ]
-    return replace(passport, entries=entries)
+    return replace(passport, entries=entries, drawn=drawn)
 
 
 def write_passport(passport: Passport, directory: Path) -> None:
@@ -228,7 +241,8 @@ def passport_page(passport: Passport, picture: str = "passport.svg") -> str:
         "",
         f"{len(yes)} of {len(passport.entries)} kinds of stairs by common rules, flights of "
         f"{passport.count} steps, up and, after a turn, down. Robot mass {passport.mass:.1f} kg, "
-        f"legs {passport.leg:.2f} m. The answers assume {passport.assumes}.",
+        f"legs {passport.leg:.2f} m. The answers assume {passport.assumes}."
+        + (f" {passport.drawn}" if passport.drawn else ""),
         "",
         f"![Flights to scale, with answers]({picture})",
         "",
@@ -245,14 +259,14 @@ def passport_page(passport: Passport, picture: str = "passport.svg") -> str:
 
 def passport_columns(*, tried: bool) -> list[str]:
     """Heads of the table."""
-    heads = ["stairs", "rise × run [m]", "answer", MARGIN_HEAD, SPEED_HEAD, "nearest limit"]
+    heads = ["stairs", "rise × run [m]", "answer", "margin [mm]", "speed [m/s]", "nearest limit"]
     return [*heads, "reached the goal"] if tried else heads
 
 
 def passport_cells(entry: Entry, *, tried: bool) -> list[str]:
     """A row of the table, for people."""
-    answer = {"yes": "yes", "no": "no, proven", "unknown": "unknown: no plan found"}[entry.verdict]
-    if entry.margin is not None and entry.wanted is not None and entry.margin < entry.wanted:
+    answer = ANSWERS[entry.verdict]
+    if entry.short and entry.wanted is not None:
         answer = f"yes, below the {1e3 * entry.wanted:.0f} mm wanted"
     row = [
         entry.stairs.name,

@@ -1,6 +1,5 @@
 """Draws a passport: the flights to scale, each with its answer."""
 
-from io import StringIO
 from pathlib import Path
 
 import matplotlib
@@ -8,23 +7,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drake_quad.feasibility.passport import Entry, Passport
-from drake_quad.feasibility.robot_picture import INK, save_picture
+from drake_quad.feasibility.passport import ANSWERS, Entry, Passport
+from drake_quad.feasibility.robot_picture import INK, save_picture, svg_text
 
 STEPS = 3  # of each flight that are drawn
 COLOURS = {"yes": "#2e7d32", "no": "#8a8a8a", "unknown": "#c8c8c8"}
 SHORT = "#c98a00"  # of a yes below the margin that is wanted
-WORDS = {"yes": "yes", "no": "no, proven", "unknown": "unknown"}
 ACROSS = 4  # flights in a row
 
 
 def passport_svg(passport: Passport) -> str:
     """The figure as SVG, to stand in a page; the same passport gives the same text."""
-    buffer = StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": "passport", "svg.fonttype": "none"}):
-        draw_passport(passport).savefig(buffer, format="svg", metadata={"Date": None})
-    _, mark, rest = buffer.getvalue().partition("<svg")
-    return mark + rest
+    return svg_text(draw_passport(passport), salt="passport")
 
 
 def save_passport_picture(passport: Passport, directory: Path) -> None:
@@ -65,8 +59,7 @@ def draw_passport(passport: Passport) -> Figure:
 def _draw_entry(ax: Axes, entry: Entry, leg: float) -> None:
     """Some steps of the flight in the colour of the answer."""
     stairs = entry.stairs
-    short = entry.margin is not None and entry.wanted is not None and entry.margin < entry.wanted
-    colour = SHORT if short else COLOURS[entry.verdict]
+    colour = SHORT if entry.short else COLOURS[entry.verdict]
     x, y = [0.0], [0.0]
     for k in range(STEPS):
         x += [x[-1], x[-1] + stairs.run]
@@ -75,7 +68,7 @@ def _draw_entry(ax: Axes, entry: Entry, leg: float) -> None:
     y.append(0.0)
     ax.fill(x, y, color=colour, lw=0)
     ax.plot([-0.12, -0.12], [0.0, leg], color=INK, lw=2.5, solid_capstyle="butt")
-    told = WORDS[entry.verdict]
+    told = ANSWERS[entry.verdict]
     if entry.margin is not None:
         speed = "" if entry.speed is None else f", {entry.speed:.3f} m/s"
         told += f": {1e3 * entry.margin:.0f} mm{speed}"

@@ -1,5 +1,6 @@
 """Draws a robot in its nominal stance."""
 
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -194,6 +195,20 @@ def check_picture_path(path: Path | None) -> None:
     if path is not None and path.suffix.lower() not in KINDS:
         remedy = f"a picture's file ends in {', '.join(KINDS)}"
         raise InputError(source="--picture", field="picture", value=str(path), remedy=remedy)
+
+
+def svg_text(figure: Figure, *, salt: str) -> str:
+    """A figure as SVG, to stand in a page; the same figure gives the same text.
+
+    Args:
+        figure: The figure.
+        salt: Name that the ids in it are derived from.
+    """
+    buffer = StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": salt, "svg.fonttype": "none"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    _, mark, rest = buffer.getvalue().partition("<svg")
+    return mark + rest
 
 
 def save_picture(

@@ -21,17 +21,18 @@ class Standard:
 
 
 _IBC, _OSHA = "International Building Code 1011.5.2", "OSHA 1910.25(c)"
-STANDARDS = (
-    Standard("ADA 4 × 11 in", 0.102, 0.279, "ADA Standards 504.2, lowest"),
+_BEFORE = "OSHA 1910.24, table D-1 (before 2017)"
+# The steepest of each rule of today, and the usual one: a chart marks these.
+CHARTED = (
     Standard("DIN 18065, 0.17 × 0.29 m", 0.170, 0.290, "DIN 18065, usual"),
     Standard("IBC 7 × 11 in", 0.178, 0.279, f"{_IBC} and ADA Standards 504.2, steepest"),
     Standard("IRC 7.75 × 10 in", 0.197, 0.254, "International Residential Code R311.7.5, steepest"),
-    Standard("DIN 18065, 0.20 × 0.23 m", 0.200, 0.230, "DIN 18065, in houses, steepest"),
-    Standard("45°, 0.222 × 0.222 m", 0.222, 0.222, "OSHA 1910.24, table D-1 (before 2017)"),
     Standard("OSHA 9.5 × 9.5 in", 0.241, 0.241, f"{_OSHA}, steepest"),
-    Standard("50°, 9.5 × 8 in", 0.241, 0.203, "OSHA 1910.24, table D-1 (before 2017), steepest"),
 )
-# Those that a chart marks: the steepest of each rule of today, and the usual one.
-CHARTED = tuple(
-    one for one in STANDARDS if one.name.startswith(("DIN 18065, 0.17", "IBC", "IRC", "OSHA"))
+_OTHERS = (
+    Standard("ADA 4 × 11 in", 0.102, 0.279, "ADA Standards 504.2, lowest"),
+    Standard("DIN 18065, 0.20 × 0.23 m", 0.200, 0.230, "DIN 18065, in houses, steepest"),
+    Standard("45°, 0.222 × 0.222 m", 0.222, 0.222, _BEFORE),
+    Standard("50°, 9.5 × 8 in", 0.241, 0.203, f"{_BEFORE}, steepest"),
 )
+STANDARDS = tuple(sorted((*CHARTED, *_OTHERS), key=lambda one: (one.rise / one.run, one.rise)))

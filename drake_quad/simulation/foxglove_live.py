@@ -1,7 +1,6 @@
 """A simulation live in Foxglove: a server in this process, and the system that feeds it."""
 
 import json
-from collections.abc import Callable
 from typing import Any
 
 from pydrake.common.value import AbstractValue
@@ -29,8 +28,6 @@ from drake_quad.systems.stability_monitor import MARGIN_PORTS
 PERIOD = 0.02  # [s] between messages
 HOST, PORT = "127.0.0.1", 8765
 MARGIN_NAMES = ("margin", "zmp_margin")
-
-Send = Callable[[str, int, Message], None]  # topic, time [ns], message
 
 
 class FoxgloveServer:
@@ -114,7 +111,7 @@ class FoxglovePublisher(LeafSystem):
         """
         super().__init__()
         self._server, self._plant, self._scene = server, plant, scene
-        (base,) = plant.GetFloatingBaseBodies()
+        base = min(plant.GetFloatingBaseBodies(), key=int)
         self.instance = plant.get_body(base).model_instance()
         self._bodies = [plant.get_body(i) for i in plant.GetBodyIndices(self.instance)]
         joints = [

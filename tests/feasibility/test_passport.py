@@ -17,9 +17,7 @@ from drake_quad.feasibility.passport import (
     Passport,
     Question,
     passport_cells,
-    passport_page,
     plan_passport,
-    with_trials,
     write_passport,
 )
 from drake_quad.feasibility.standard_stairs import CHARTED, STANDARDS, Standard
@@ -76,29 +74,32 @@ def test_a_yes_below_the_wanted_margin_says_so() -> None:
 
 
 def test_the_trials_are_a_study_of_the_flights_own_scenario(
-    made: tuple[Passport, Path], monkeypatch: pytest.MonkeyPatch
+    made: tuple[Passport, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Each yes gets a study that can be loaded, so many trials, and its rate on the page."""
     passport, directory = made
+    scenario = passport.entries[0].scenario
+    (tmp_path / scenario).write_bytes((directory / scenario).read_bytes())
     seen: list[Any] = []
 
     def run(asked: Any, *_: Any) -> dict[str, Any]:
         study = dq.load_study(asked.study)
-        assert study.trials == 3 and study.scenario.endswith(passport.entries[0].scenario)
+        assert study.trials == 3 and study.scenario.endswith(scenario)
         seen.append(study)
         rate = {"good": 3, "trials": 3, "low": 0.29, "high": 1.0, "text": "100.0 %"}
         figures = {"margin.minimum": {"least": 0.05}, "cost_of_transport": {"median": 0.4}}
         return {"rate": rate, "figures": figures}
 
     monkeypatch.setattr(passport_trials, "run_sweep", run)
-    told = passport_trials.run_trials(
-        passport, directory, 3, workers=1, console=Console(quiet=True)
-    )
+    tried = dq.try_passport(passport, tmp_path, 3, workers=1, console=Console(quiet=True))
     assert len(seen) == 1 and "cost_of_transport" in seen[0].figures
-    tried = with_trials(passport, told)
     assert tried.entries[0].trials is not None and tried.entries[0].trials["margin"] == 0.05
-    assert "| 3 of 3: 100.0 % |" in passport_page(tried)
     assert tried.entries[1].trials is None
+    page = (tmp_path / "passport.md").read_text()
+    assert "| 3 of 3: 100.0 % |" in page and "true state" in page  # what the rate assumes
+    assert json.loads((tmp_path / "passport.json").read_text()) == tried.as_dict()
+    with pytest.raises(dq.InputError, match="--trials"):
+        dq.try_passport(passport, tmp_path, 0)
 
 
 def test_a_stopped_passport_keeps_what_is_done() -> None:

@@ -16,11 +16,13 @@ from rig import paper_robot
 from websockets.asyncio.client import connect
 from websockets.typing import Subprotocol
 
+import drake_quad as dq
 from drake_quad.errors import InputError
 from drake_quad.estimation.sensor_models import FORCES, PLACES
 from drake_quad.robot.loader import AddRobot
 from drake_quad.runs.foxglove_messages import SCHEMAS, Message
 from drake_quad.scenario.load import parse_scenario
+from drake_quad.simulation import foxglove_live
 from drake_quad.simulation.foxglove_live import (
     PERIOD,
     FoxglovePublisher,
@@ -152,3 +154,25 @@ def test_a_port_that_is_taken_is_refused() -> None:
             FoxgloveServer(port=first.port)
     finally:
         first.stop()
+
+
+def test_the_viewer_is_asked_for_as_others_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`make_viewers` starts a server, tells its address, and gives what adds the publisher."""
+    started: list[FoxgloveServer] = []
+
+    def start() -> FoxgloveServer:
+        started.append(FoxgloveServer(port=0))
+        return started[0]
+
+    monkeypatch.setattr(foxglove_live, "FoxgloveServer", start)
+    told: list[str] = []
+    visualize = dq.make_viewers(foxglove=True, tell=told.append)
+    assert visualize is not None and f"ws://127.0.0.1:{started[0].port}" in told[0]
+    builder = DiagramBuilder()
+    plant, scene = AddMultibodyPlantSceneGraph(builder, 0.0)
+    AddRobot(plant, paper_robot().url)
+    plant.Finalize()
+    with pytest.raises(RuntimeError, match="contact_monitor"):  # which a simulation has
+        visualize(builder, plant, scene)
+    assert builder.HasSubsystemNamed("foxglove")
+    started[0].stop()
