@@ -93,15 +93,23 @@ def cells_progress(err: Console) -> Iterator[Callable[[int, int], None]]:
         TextColumn("{task.fields[pace]}"),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
-    with Progress(*columns, console=err, transient=True, speed_estimate_period=600.0) as bar:
-        task = bar.add_task("planning stairs", total=None, pace="", visible=False)
+    bar = Progress(*columns, console=err, transient=True, speed_estimate_period=600.0)
+    task = bar.add_task("planning stairs", total=None, pace="")
+    begun = False
 
-        def show(done: int, total: int) -> None:
-            elapsed = bar.tasks[0].elapsed or 1e-9
-            pace = f"{60.0 * done / elapsed:.1f} a minute"
-            bar.update(task, completed=done, total=total, pace=pace, visible=True)
+    def show(done: int, total: int) -> None:
+        nonlocal begun
+        elapsed = bar.tasks[0].elapsed or 1e-9
+        pace = f"{60.0 * done / elapsed:.1f} a minute"
+        bar.update(task, completed=done, total=total, pace=pace)
+        bar.start()  # not before there is something to show: its end leaves an empty line
+        begun = True
 
+    try:
         yield show
+    finally:
+        if begun:
+            bar.stop()
 
 
 LONGEST = ".certificate.json.part"  # of the names that commands write in a directory

@@ -52,7 +52,7 @@ def drake_quad_afresh(*arguments: str, cwd: Path) -> subprocess.CompletedProcess
 def refused(done: subprocess.CompletedProcess[str]) -> str:
     """The one line on stderr of a command that ended with status 2, without a traceback."""
     assert done.returncode == 2, done.stderr
-    lines = done.stderr.strip().splitlines()
+    lines = done.stderr.splitlines()
     assert len(lines) == 1, done.stderr
     assert "Traceback" not in done.stderr
     return lines[0]
