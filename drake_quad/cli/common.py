@@ -18,10 +18,11 @@ from typing import Annotated, TextIO, cast
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
 import drake_quad as dq
 from drake_quad.errors import InputError
+from drake_quad.util.progress import LateProgress
 
 MESSAGES = Console(stderr=True)  # results go to stdout
 
@@ -72,13 +73,13 @@ def seconds_progress(label: str, err: Console) -> Iterator[Callable[[float, floa
         TextColumn("{task.fields[pace]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=err, transient=True) as bar:
-        task = bar.add_task(label, total=None, pace="", start=True, visible=False)
+    with LateProgress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task(label, total=None, pace="")
 
         def show(done: float, total: float) -> None:
             elapsed = bar.tasks[0].elapsed or 1e-9
             pace = f"{done / elapsed:.1f} × real time"
-            bar.update(task, completed=done, total=max(total, done), pace=pace, visible=True)
+            bar.update(task, completed=done, total=max(total, done), pace=pace)
 
         yield show
 
@@ -93,23 +94,15 @@ def cells_progress(err: Console) -> Iterator[Callable[[int, int], None]]:
         TextColumn("{task.fields[pace]}"),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
-    bar = Progress(*columns, console=err, transient=True, speed_estimate_period=600.0)
-    task = bar.add_task("planning stairs", total=None, pace="")
-    begun = False
+    with LateProgress(*columns, console=err, transient=True, speed_estimate_period=600.0) as bar:
+        task = bar.add_task("planning stairs", total=None, pace="")
 
-    def show(done: int, total: int) -> None:
-        nonlocal begun
-        elapsed = bar.tasks[0].elapsed or 1e-9
-        pace = f"{60.0 * done / elapsed:.1f} a minute"
-        bar.update(task, completed=done, total=total, pace=pace)
-        bar.start()  # not before there is something to show: its end leaves an empty line
-        begun = True
+        def show(done: int, total: int) -> None:
+            elapsed = bar.tasks[0].elapsed or 1e-9
+            pace = f"{60.0 * done / elapsed:.1f} a minute"
+            bar.update(task, completed=done, total=total, pace=pace)
 
-    try:
         yield show
-    finally:
-        if begun:
-            bar.stop()
 
 
 LONGEST = ".certificate.json.part"  # of the names that commands write in a directory

@@ -11,7 +11,7 @@ from typing import Any
 
 import pyarrow as pa
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
 from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.robot.loader import robot_digest
@@ -42,6 +42,7 @@ from drake_quad.sweep.trials import (
 )
 from drake_quad.util.files import write_whole
 from drake_quad.util.parallel import check_workers
+from drake_quad.util.progress import LateProgress
 
 MADE = (TRIALS, CLOCK, FINDINGS, REPORT)  # files that are made from the journal
 LEAVINGS = (*MADE, TRIALS_DIRECTORY)
@@ -191,7 +192,7 @@ class Bar:
             TextColumn("{task.fields[bad]} failed"),
         ]
         self._console = console
-        self._bar = Progress(*columns, console=console, speed_estimate_period=PACE_WINDOW)
+        self._bar = LateProgress(*columns, console=console, speed_estimate_period=PACE_WINDOW)
         self._before = self._bad = 0
 
     def begin(self, done: int, failed: int, of: int) -> None:
