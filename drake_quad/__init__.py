@@ -52,8 +52,8 @@ if TYPE_CHECKING:
         describe_robot as describe_robot,
         print_robot as print_robot,
     )
-    from drake_quad.feasibility.passport import (
-        Passport as Passport,
+    from drake_quad.feasibility.passport import Passport as Passport
+    from drake_quad.feasibility.passport_page import (
         passport_cells as passport_cells,
         passport_columns as passport_columns,
     )
@@ -132,7 +132,8 @@ _PUBLIC = {
     "feasibility.check": "Feasibility",
     "feasibility.check_report": "CheckRequest near_words run_check",
     "feasibility.inspect_robot": "describe_robot print_robot",
-    "feasibility.passport": "Passport passport_cells passport_columns",
+    "feasibility.passport": "Passport",
+    "feasibility.passport_page": "passport_cells passport_columns",
     "feasibility.robot_picture": "check_picture_path draw_robot save_picture",
     "perception.see": "SeenStairs describe_seen parse_intrinsics read_depth_image see_stairs",
     "perception.see_picture": "draw_seen",

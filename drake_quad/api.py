@@ -21,8 +21,8 @@ from drake_quad.feasibility.passport import (
     Question,
     plan_passport,
     with_trials,
-    write_passport,
 )
+from drake_quad.feasibility.passport_page import write_passport
 from drake_quad.gait_design.tempo_search import PREFER, Wish
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel

@@ -59,6 +59,15 @@ def check(
     count: Annotated[
         int | None, typer.Option(help="Number of steps of the flight.", show_default="10")
     ] = None,
+    overhang: Annotated[
+        float | None,
+        typer.Option(
+            help="How far each tread reaches beyond the riser under it \\[m].", show_default="0"
+        ),
+    ] = None,
+    open_risers: Annotated[
+        bool, typer.Option("--open", help="The risers are open: nothing is between the treads.")
+    ] = False,
     width: Annotated[
         float | None,
         typer.Option(help="Width of the flights \\[m]; by default as the robot needs."),
@@ -128,8 +137,9 @@ def check(
     either, the answer is unknown. To find the nearest stairs that work takes minutes more.
     """
     asked = dq.CheckRequest(
-        robot, rise=rise, run=run, count=count, scenario=scenario, margin=margin, width=width,
-        landing=landing, turn=turn, prefer=prefer, speed=speed, min_margin=min_margin,
+        robot, rise=rise, run=run, count=count, overhang=overhang, open=open_risers or None,
+        scenario=scenario, margin=margin, width=width, landing=landing, turn=turn, prefer=prefer,
+        speed=speed, min_margin=min_margin,
     )  # fmt: skip
     console, said = Console(), False
     claim_file(save, "--save")

@@ -99,12 +99,13 @@ class Feasibility:
     def proof(self) -> InfeasibilityProof | None:
         """A proof that the flight cannot be climbed by any statically stable gait of its class.
 
-        None if there is a plan, if the question was about a course, or if no proof is found: then
+        None if there is a plan, if the question was about a course or stairs with open risers or
+        an overhang, where feet have places that a proof leaves out, or if no proof is found: then
         nothing is known.
         """
-        if self.feasible or self.stairs is None or self.robot is None:
-            return None
         flight = self.stairs
+        if self.feasible or flight is None or not flight.closed or self.robot is None:
+            return None
         return prove_infeasible(self.robot, ClimbClass(flight.rise, flight.run, flight.count))
 
     @property
@@ -203,8 +204,7 @@ class Feasibility:
             check = replace(self, data={**self.data, "nearest_rise": highest})
 
         def judge(stairs: Stairs) -> Feasibility:
-            rise, run = stairs.rise, stairs.run
-            note(f"not these; trying {stairs.count} steps of {rise:g} m on treads of {run:g} m")
+            note(f"not these; trying {stairs}")
             return check_flight(
                 self.scenario.robot.model, stairs, around=self.around,
                 margin=self.scenario.gait.margin, nearest=False, thorough=False, robot=self.robot,
@@ -216,8 +216,7 @@ class Feasibility:
         """The answer, where a notebook shows it."""
         rows = [("answer", "yes" if self.feasible else f"no plan was found: {self.reason}")]
         if self.stairs is not None:
-            flight = f"{self.stairs.count} steps of {self.stairs.rise:g} m"
-            rows.insert(0, ("stairs", f"{flight} on treads of {self.stairs.run:g} m"))
+            rows.insert(0, ("stairs", str(self.stairs)))
         if self.robot is not None:
             rows.insert(0, ("robot", self.robot.name))
         if self.designed is not None:
@@ -250,7 +249,7 @@ def make_stairs_scenario(
         around: Width, landing and turn.
         model: Robot name or file, as the scenario has it.
     """
-    rise, run, count = stairs.rise, stairs.run, stairs.count
+    run = stairs.run
     size = max(leg_length(robot), 0.5 * hip_length(robot))
     start = 0.5 * hip_length(robot) + 0.8 * size + 0.1
     before = start + 0.5 * hip_length(robot) + 1.2 * size + run
@@ -270,13 +269,13 @@ def make_stairs_scenario(
     ]  # fmt: skip
     course = [
         Element(kind="floor", length=_up(before), width=width),
-        Element(kind="stairs", going="up", rise=rise, run=run, count=count, width=width),
+        Element(kind="stairs", going="up", width=width, **stairs.fields()),
         *landings,
-        Element(kind="stairs", going="down", rise=rise, run=run, count=count, width=width),
+        Element(kind="stairs", going="down", width=width, **stairs.fields()),
         Element(kind="floor", length=_up(after), width=width),
     ]
     return Scenario(
-        description=f"{robot.name} on {count} steps of {rise:g} m by {run:g} m, up and down",
+        description=f"{robot.name} on {stairs}, up and down",
         robot=RobotConfig(model=model),
         design="auto",
         course=course,
@@ -300,6 +299,9 @@ def check_stairs_numbers(stairs: Stairs, around: Around = AS_USUAL) -> None:
             raise _wrong(name, value, f"give metres, more than 0 and at most {most:g}")
     if not 1 <= stairs.count <= COUNT_MOST:
         raise _wrong("count", stairs.count, f"give a whole number of steps, 1 to {COUNT_MOST}")
+    if not 0.0 <= stairs.overhang <= 0.5 * stairs.run:
+        remedy = f"give metres, 0 to half of the run, {0.5 * stairs.run:g}"
+        raise _wrong("overhang", stairs.overhang, remedy)
     for name, length in (("width", around.width), ("landing", around.landing)):
         if length is not None and not (isfinite(length) and WIDTH_MIN <= length <= LANDING_MOST):
             raise _wrong(name, length, f"give metres, {WIDTH_MIN:g} to {LANDING_MOST:g}")
@@ -354,7 +356,7 @@ def check_flight(
         # The course's fields are the options' here.
         name = error.field.rpartition(".")[2] if error.field.startswith("course") else ""
         name = "landing" if name == "length" and around.landing is not None else name
-        if name not in ("rise", "run", "count", "width", "landing"):
+        if name not in ("rise", "run", "count", "overhang", "width", "landing"):
             raise
         raise _wrong(name, error.value, error.remedy) from None
     return replace(found, stairs=stairs, around=around)
@@ -443,26 +445,29 @@ def nearest_stairs(
     """
     rise, run, count = stairs.rise, stairs.run, stairs.count
     few = min(count, SEARCH_COUNT)
+
+    def works(rise: float) -> bool:
+        return judge(replace(stairs, rise=rise, count=few)).feasible
+
     hint, deep = data.get("nearest_rise"), "deep" in data
     if "nearest_rise" not in data or hint is not None:
         # Above a hint no rise works, not even on endless stairs, as far as it was sought.
         low = _down(SHRINK * rise if hint is None else hint)
         high = rise if hint is None else min(rise, low + FINE)
         tries = TRIES_DEEP if deep else TRIES
-        while low >= LEAST_RISE and tries > 0 and not judge(Stairs(low, run, few)).feasible:
+        while low >= LEAST_RISE and tries > 0 and not works(low):
             low, high, tries = _down((SHRINK_DEEP if deep else SHRINK) * low), low, tries - 1
         if tries == 0:
             low = 0.0
         while low >= LEAST_RISE and high - low > FINE + 1e-9:
             middle = _down(0.5 * (low + high))
-            works = judge(Stairs(middle, run, few)).feasible
-            low, high = (middle, high) if works else (low, middle)
+            low, high = (middle, high) if works(middle) else (low, middle)
         for lower in range(VERIFY):
-            found = Stairs(round(low - lower * FINE, 3), run, count)
+            found = replace(stairs, rise=round(low - lower * FINE, 3))
             if found.rise >= LEAST_RISE and (few == count or judge(found).feasible):
                 return found
     for times in () if deep else DEEPER:
-        deeper = Stairs(rise, round(times * run, 2), count)
+        deeper = replace(stairs, run=round(times * run, 2))
         if deeper.run <= RUN_MAX and judge(deeper).feasible:
             return deeper
     return None

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +80,8 @@ def feasibility_report(
         check: The answer.
         robot: The robot.
         source: Robot name or file, as the person gave it.
-        asked: `rise`, `run` and `count`, or `scenario`.
+        asked: A flight's `rise`, `run` and `count`, and `overhang` and `open` if it has them; or
+            `scenario`.
     """
     designed = check.designed
     wanted = vars(targets_for(robot)) if designed is None else designed.design.wanted
@@ -212,7 +213,8 @@ def _stairs(asked: dict[str, Any]) -> str:
     """What was asked about, for people."""
     if "scenario" in asked:
         return f"the course of {asked['scenario']}"
-    return f"{asked['count']} steps of {asked['rise']:g} m on treads of {asked['run']:g} m"
+    flight = {field.name for field in fields(Stairs)}
+    return str(Stairs(**{name: value for name, value in asked.items() if name in flight}))
 
 
 def with_proof(report: dict[str, Any], proof: InfeasibilityProof | None) -> dict[str, Any]:
@@ -273,6 +275,8 @@ class CheckRequest:
         rise: Rise of the steps [m]; RISE if None.
         run: Run of the treads [m]; RUN if None.
         count: Number of steps of the flight; COUNT if None.
+        overhang: Distance that each tread reaches beyond the riser under it [m]; 0 if None.
+        open: Whether the risers are open; they are not if None.
         scenario: Scenario whose course to walk instead of a flight.
         margin: Region that the plan's margin is measured in, one of
             `stability.equilibrium_region.KINDS`.
@@ -288,6 +292,8 @@ class CheckRequest:
     rise: float | None = None
     run: float | None = None
     count: int | None = None
+    overhang: float | None = None
+    open: bool | None = None
     scenario: str | None = None
     margin: str = HULL
     width: float | None = None
@@ -341,7 +347,8 @@ def run_check(
         raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
     asked.wish.check()
     own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
-    given = {"rise": asked.rise, "run": asked.run, "count": asked.count, **own}
+    flight = {name: getattr(asked, name) for name in ("rise", "run", "count", "overhang", "open")}
+    given = {**flight, **own}
     robot = load_robot(asked.robot)
     with precompiling(DESIGN, note) as wait:
         wait()
@@ -355,13 +362,10 @@ def run_check(
             asked.robot, asked.scenario, margin=asked.margin, wish=asked.wish, nearest=nearest
         )
     else:
-        stairs = Stairs(
-            RISE if asked.rise is None else asked.rise,
-            RUN if asked.run is None else asked.run,
-            COUNT if asked.count is None else asked.count,
-        )
+        usual_flight = {"rise": RISE, "run": RUN, "count": COUNT}
+        stairs = Stairs(**usual_flight | {k: v for k, v in flight.items() if v is not None})
         known = {name: value for name, value in own.items() if value is not None}
-        question = {**asdict(stairs), **known}
+        question = {**stairs.fields(), **known}
         check = check_flight(
             asked.robot, stairs, around=Around(**known), margin=asked.margin, wish=asked.wish,
             nearest=False, robot=robot,

@@ -1,6 +1,5 @@
 """A robot's passport: which stairs of common rules it climbs, how fast, and with what margin."""
 
-import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -8,9 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import MOST_MARGIN, check_flight, check_stairs_numbers
+from drake_quad.feasibility.check import (
+    MOST_MARGIN,
+    Feasibility,
+    check_flight,
+    check_stairs_numbers,
+)
 from drake_quad.feasibility.check_report import LIMITS, feasibility_report, with_proof
-from drake_quad.feasibility.standard_stairs import STANDARDS, Standard
+from drake_quad.feasibility.same_gait import check_same_gait
+from drake_quad.feasibility.standard_stairs import BUILDS, STANDARDS, Build, Standard
 from drake_quad.gait_design.tempo_search import Wish
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.load import save_scenario
@@ -20,7 +25,27 @@ from drake_quad.util.files import write_whole
 from drake_quad.util.parallel import check_workers, map_in_processes
 
 COUNT = 10  # steps of a flight
-ANSWERS = {"yes": "yes", "no": "no, proven", "unknown": "unknown"}
+
+
+@dataclass(frozen=True)
+class BuiltOtherwise:
+    """What the robot makes of the same flight, built in another way.
+
+    Attributes:
+        build: The way.
+        verdict: `yes`, with a plan up and down in full, or `unknown`.
+        margin: Smallest static margin of the plan [m]; None without a plan.
+        same_gait: Whether the plan is by the gait of closed risers; None without a plan.
+        reason: What is in the way of a plan, in a sentence; empty if there is one.
+        scenario: File of the designed scenario in the passport's directory; empty without a plan.
+    """
+
+    build: Build
+    verdict: str
+    margin: float | None = None
+    same_gait: bool | None = None
+    reason: str = ""
+    scenario: str = ""
 
 
 @dataclass(frozen=True)
@@ -38,6 +63,8 @@ class Entry:
         reason: What is in the way of a plan, in a sentence; empty if there is one.
         scenario: File of the designed scenario in the passport's directory; empty without a plan.
         trials: How trials in physics ended, see `sweep.passport_trials`; None without any.
+        others: The same flight, built otherwise; empty without a plan. Plans treat treads as
+            solid down to the ground, so that no build is easier than closed risers.
     """
 
     stairs: Standard
@@ -50,6 +77,7 @@ class Entry:
     reason: str = ""
     scenario: str = ""
     trials: dict[str, Any] | None = None
+    others: list[BuiltOtherwise] = field(default_factory=list)
 
     @property
     def short(self) -> bool:
@@ -83,8 +111,8 @@ class Passport:
     complete: bool
     entries: list[Entry] = field(default_factory=list)
     assumes: str = (
-        "closed risers without nosings, an exact map, and trunk, legs and motors as the robot's "
-        "file has them; unknown is where no plan was found"
+        "an exact map, and trunk, legs and motors as the robot's file has them; margin, speed and "
+        "proofs are of closed risers without nosings; unknown is where no plan was found"
     )
     drawn: str = ""
 
@@ -138,20 +166,44 @@ def judge_standard(asked: Question, rise: float, run: float) -> Entry:
             raise
         reason = f"run {run:g} m: {error.remedy}"  # too shallow for the robot's feet
         return Entry(standard, "unknown", limit=LIMITS["plan"], reason=reason)
-    flight = asdict(Stairs(rise, run, count))
+    flight = Stairs(rise, run, count).fields()
     told = with_proof(feasibility_report(check, robot, source=model, asked=flight), check.proof)
     if check.designed is None:
         return Entry(standard, told["verdict"], limit=LIMITS[told["limit"]], reason=check.reason)
-    name = ""
-    if directory is not None:
-        name = f"stairs_{1e3 * rise:.0f}_{1e3 * run:.0f}.yaml"
-        scenario = check.designed.scenario
-        write_whole(directory / name, lambda to: save_scenario(scenario, to))
+    name = _save(check, directory)
     return Entry(
         standard, "yes", margin=told["plan"]["margin"], wanted=told["slacks"]["margin"]["wanted"],
         speed=check.speed, time=check.flight_time,
         limit="" if told["pace"] is None else told["pace"]["bound"]["words"], scenario=name,
+        others=[_judge_built(asked, check, build) for build in BUILDS],
     )  # fmt: skip
+
+
+def _judge_built(asked: Question, closed: Feasibility, build: Build) -> BuiltOtherwise:
+    """Plans a flight that is built otherwise, by the gait of the closed one, or by its own."""
+    assert closed.stairs is not None
+    stairs = replace(closed.stairs, overhang=build.overhang, open=build.open)
+    same = check_same_gait(closed, stairs)
+    check = same or check_flight(
+        asked.model, stairs, wish=asked.wish, nearest=False, robot=closed.robot
+    )
+    if check.designed is None:
+        return BuiltOtherwise(build, "unknown", reason=check.reason)
+    return BuiltOtherwise(
+        build, "yes", margin=check.margin, same_gait=same is not None,
+        scenario=_save(check, asked.directory),
+    )  # fmt: skip
+
+
+def _save(check: Feasibility, directory: Path | None) -> str:
+    """Writes the scenario of a plan: the file's name; empty if there is no directory."""
+    if directory is None or check.designed is None or check.stairs is None:
+        return ""
+    stairs, scenario = check.stairs, check.designed.scenario
+    kind = "_open" if stairs.open else "_nosings" if stairs.overhang else ""
+    name = f"stairs_{1e3 * stairs.rise:.0f}_{1e3 * stairs.run:.0f}{kind}.yaml"
+    write_whole(directory / name, lambda to: save_scenario(scenario, to))
+    return name
 
 
 def plan_passport(
@@ -210,70 +262,3 @@ def with_trials(passport: Passport, trials: dict[str, dict[str, Any]], drawn: st
         replace(one, trials=trials.get(one.scenario, one.trials)) for one in passport.entries
     ]
     return replace(passport, entries=entries, drawn=drawn)
-
-
-def write_passport(passport: Passport, directory: Path) -> None:
-    """Writes passport.json, passport.md and the picture, passport.svg and passport.png.
-
-    Raises:
-        InputError: If they cannot be written.
-    """
-    from drake_quad.feasibility.passport_picture import save_passport_picture
-
-    text = json.dumps(passport.as_dict(), indent=2) + "\n"
-    write_whole(directory / "passport.json", lambda to: to.write_text(text, encoding="utf-8"))
-    page = passport_page(passport)
-    write_whole(directory / "passport.md", lambda to: to.write_text(page, encoding="utf-8"))
-    save_passport_picture(passport, directory)
-
-
-def passport_page(passport: Passport, picture: str = "passport.svg") -> str:
-    """The passport as a page of Markdown.
-
-    Args:
-        passport: The passport.
-        picture: Path of its picture from the page.
-    """
-    yes = [one for one in passport.entries if one.verdict == "yes"]
-    tried = any(one.trials for one in passport.entries)
-    lines = [
-        f"# {passport.name}: stairs that it climbs",
-        "",
-        f"{len(yes)} of {len(passport.entries)} kinds of stairs by common rules, flights of "
-        f"{passport.count} steps, up and, after a turn, down. Robot mass {passport.mass:.1f} kg, "
-        f"legs {passport.leg:.2f} m. The answers assume {passport.assumes}."
-        + (f" {passport.drawn}" if passport.drawn else ""),
-        "",
-        f"![Flights to scale, with answers]({picture})",
-        "",
-        "| " + " | ".join(passport_columns(tried=tried)) + " |",
-        "|---|---|---|---:|---:|---|" + ("---|" if tried else ""),
-    ]
-    lines += [
-        "| " + " | ".join(passport_cells(one, tried=tried)) + " |" for one in passport.entries
-    ]
-    lines += ["", "Rules: " + "; ".join(f"{one.stairs.name}: {one.stairs.source}"
-                                         for one in passport.entries) + "."]  # fmt: skip
-    return "\n".join(lines) + "\n"
-
-
-def passport_columns(*, tried: bool) -> list[str]:
-    """Heads of the table."""
-    heads = ["stairs", "rise × run [m]", "answer", "margin [mm]", "speed [m/s]", "nearest limit"]
-    return [*heads, "reached the goal"] if tried else heads
-
-
-def passport_cells(entry: Entry, *, tried: bool) -> list[str]:
-    """A row of the table, for people."""
-    answer = ANSWERS[entry.verdict]
-    if entry.short and entry.wanted is not None:
-        answer = f"yes, below the {1e3 * entry.wanted:.0f} mm wanted"
-    row = [
-        entry.stairs.name,
-        f"{entry.stairs.rise:g} × {entry.stairs.run:g}",
-        answer,
-        "-" if entry.margin is None else f"{1e3 * entry.margin:.0f}",
-        "-" if entry.speed is None else f"{entry.speed:.3f}",
-        entry.limit or "-",
-    ]
-    return [*row, "-" if entry.trials is None else entry.trials["text"]] if tried else row

@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drake_quad.feasibility.passport import ANSWERS, Entry, Passport
+from drake_quad.feasibility.passport import Entry, Passport
+from drake_quad.feasibility.passport_page import ANSWERS
 from drake_quad.feasibility.robot_picture import INK, save_picture, svg_text
 
 STEPS = 3  # of each flight that are drawn

@@ -20,6 +20,28 @@ class Standard:
     source: str
 
 
+@dataclass(frozen=True)
+class Build:
+    """A way to build the steps of a flight, beside treads flush with closed risers.
+
+    Attributes:
+        name: Name for people.
+        overhang: Distance that each tread reaches beyond the riser under it [m].
+        open: Whether the risers are open.
+    """
+
+    name: str
+    overhang: float
+    open: bool
+
+
+# DIN 18065 asks for treads that reach out by 30 mm where risers are open or runs short; the
+# International Building Code has nosings of 19 to 32 mm (1011.5.5.1).
+BUILDS = (
+    Build("nosings of 30 mm", 0.03, open=False),
+    Build("open risers", 0.03, open=True),
+)
+
 _IBC, _OSHA = "International Building Code 1011.5.2", "OSHA 1910.25(c)"
 _BEFORE = "OSHA 1910.24, table D-1 (before 2017)"
 # The steepest of each rule of today, and the usual one: a chart marks these.

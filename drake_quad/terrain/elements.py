@@ -36,13 +36,34 @@ class Stairs:
 
     Attributes:
         rise: Height of every step [m].
-        run: Depth of every tread [m].
+        run: Depth of every tread [m], from nosing to nosing.
         count: Number of steps.
+        overhang: Distance that each tread reaches beyond the riser under it [m].
+        open: Whether there is nothing between the treads.
     """
 
     rise: float
     run: float
     count: int = 10
+    overhang: float = 0.0
+    open: bool = False
+
+    @property
+    def closed(self) -> bool:
+        """Whether each riser stands under the edge of its tread."""
+        return self.overhang == 0.0 and not self.open
+
+    def fields(self) -> dict[str, Any]:
+        """The fields that are not as usual, after rise, run and count."""
+        told = {"rise": self.rise, "run": self.run, "count": self.count}
+        told |= {"overhang": self.overhang} if self.overhang else {}
+        return told | ({"open": True} if self.open else {})
+
+    def __str__(self) -> str:
+        """The flight for people, in the middle of a sentence."""
+        text = f"{self.count} steps of {self.rise:g} m on treads of {self.run:g} m"
+        text += f" that reach out by {self.overhang:g} m" if self.overhang else ""
+        return text + (", with open risers" if self.open else "")
 
 
 _STAIRS = ("going", "rise", "run", "count", "rises", "runs", "overhang", "open", "thickness")

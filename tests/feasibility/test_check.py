@@ -14,6 +14,7 @@ from design_rig import COUNT, RISE, RUN, asked, found
 from rich.console import Console
 from rig import URL, paper_robot
 
+import drake_quad as dq
 from drake_quad.cli.robots import gait_lines, print_check, print_next
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import (
@@ -275,3 +276,19 @@ def test_json_is_one_object_and_the_status_the_answer(tmp_path: Path) -> None:
     told = json.loads(done.stdout)
     assert told["feasible"] and told["answer"].startswith("Yes: ")
     assert load_scenario(tmp_path / told["saved"]).design == "given"
+
+
+def test_stairs_with_an_overhang_or_open_risers_can_be_asked_about(tmp_path: Path) -> None:
+    """The answer names them, the saved course has them, and a no of theirs is not proven."""
+    asked = dq.CheckRequest("paper_quadruped", rise=0.1, run=0.4, count=2, overhang=0.03, open=True)
+    told = dq.run_check(asked, save=tmp_path / "s.yaml")
+    assert "on treads of 0.4 m that reach out by 0.03 m, with open risers" in told["answer"]
+    assert told["asked"]["overhang"] == 0.03 and told["asked"]["open"] is True
+    stairs = dq.load_scenario(tmp_path / "s.yaml").course[1]
+    assert (stairs.overhang, stairs.open) == (0.03, True)
+    closed, nosings = (dq.Stairs(1.5, 0.3, 2, overhang=reach) for reach in (0.0, 0.03))
+    hopeless = dq.check_stairs("paper_quadruped", closed, thorough=False)
+    assert hopeless.proof is not None
+    assert dq.check_stairs("paper_quadruped", nosings, thorough=False).proof is None
+    with pytest.raises(dq.InputError, match="--overhang"):
+        dq.check_stairs("paper_quadruped", dq.Stairs(0.1, 0.3, overhang=0.2))

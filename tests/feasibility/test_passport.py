@@ -1,6 +1,7 @@
 """A passport: what it says of a flight is what `check` says, and its files can be used."""
 
 import json
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -13,14 +14,15 @@ from rig import URL
 import drake_quad as dq
 from drake_quad.cli.passport import print_passport
 from drake_quad.feasibility.passport import (
+    BuiltOtherwise,
     Entry,
     Passport,
     Question,
-    passport_cells,
     plan_passport,
-    write_passport,
 )
-from drake_quad.feasibility.standard_stairs import CHARTED, STANDARDS, Standard
+from drake_quad.feasibility.passport_page import passport_cells, passport_columns, write_passport
+from drake_quad.feasibility.same_gait import check_same_gait
+from drake_quad.feasibility.standard_stairs import BUILDS, CHARTED, STANDARDS, Standard
 from drake_quad.sweep import passport_trials
 from drake_quad.terrain.elements import Stairs
 
@@ -96,7 +98,7 @@ def test_the_trials_are_a_study_of_the_flights_own_scenario(
     assert tried.entries[0].trials is not None and tried.entries[0].trials["margin"] == 0.05
     assert tried.entries[1].trials is None
     page = (tmp_path / "passport.md").read_text()
-    assert "| 3 of 3: 100.0 % |" in page and "true state" in page  # what the rate assumes
+    assert "| 3 of 3: 100.0 % | 0.40 |" in page and "true state" in page  # what the rate assumes
     assert json.loads((tmp_path / "passport.json").read_text()) == tried.as_dict()
     with pytest.raises(dq.InputError, match="--trials"):
         dq.try_passport(passport, tmp_path, 0)
@@ -137,3 +139,56 @@ def test_the_console_has_every_flight_and_what_is_assumed(made: tuple[Passport, 
     for entry in made[0].entries:
         assert entry.stairs.name in told
     assert "no, proven" in told and "closed risers" in told and "passport.png" in told
+
+
+def test_a_flight_built_otherwise_has_a_plan_of_its_own_course(
+    made: tuple[Passport, Path],
+) -> None:
+    """Its scenario has nosings or open risers; its margin is that of its plan, on the page, too."""
+    passport, directory = made
+    low, high, shallow = passport.entries
+    for other, build in zip(low.others, BUILDS, strict=True):
+        assert other.build == build and other.verdict == "yes" and other.same_gait
+        scenario = dq.load_scenario(directory / other.scenario)
+        stairs = scenario.course[1]
+        assert (stairs.overhang, stairs.open) == (build.overhang, build.open or None)
+        least = min(p.margin for p in dq.plan(scenario).plan.plans if p.margin == p.margin)
+        assert least == pytest.approx(other.margin, abs=1e-4)
+    assert passport_cells(low, tried=False)[-1] == "the same" and not (
+        high.others or shallow.others
+    )
+    columns = len(passport_columns(tried=False))
+    assert all(len(passport_cells(one, tried=False)) == columns for one in passport.entries)
+
+
+def test_what_is_built_otherwise_is_told_where_it_differs() -> None:
+    """Another margin, another gait or no plan is said; two alike are said once."""
+    nosings, no_risers = BUILDS
+    entry = Entry(FLIGHTS[0], "yes", margin=0.05, wanted=0.03)
+
+    def cell(*others: BuiltOtherwise) -> str:
+        return passport_cells(replace(entry, others=list(others)), tried=False)[-1]
+
+    same = BuiltOtherwise(nosings, "yes", margin=0.0501, same_gait=True)
+    other = BuiltOtherwise(no_risers, "yes", margin=0.04, same_gait=False)
+    assert cell(same, replace(same, build=no_risers)) == "the same"
+    assert cell(same, other) == "the same; 40 mm, another gait"
+    assert cell(BuiltOtherwise(nosings, "unknown"), other) == "unknown; 40 mm, another gait"
+
+
+def test_no_build_is_easier_than_closed_risers() -> None:
+    """Treads are solid to a plan: an overhang gives no room, and the gait is as near as before."""
+    closed = dq.check_stairs(URL, Stairs(0.2, 0.24, 2))
+    assert closed.designed is not None and closed.stairs is not None
+    for build in ({"overhang": 0.12}, {"open": True}):
+        same = check_same_gait(closed, replace(closed.stairs, **build))
+        assert same is not None and same.designed is not None
+        assert same.designed.room.weighted == pytest.approx(closed.designed.room.weighted)
+        assert same.margin == pytest.approx(closed.margin)
+
+
+def test_a_gait_is_not_taken_for_stairs_that_it_does_not_climb() -> None:
+    """On steps six times as high the gait for low ones has no plan."""
+    low = dq.check_stairs(URL, Stairs(0.08, 0.3, 2), thorough=False)
+    assert low.feasible and low.stairs is not None
+    assert check_same_gait(low, replace(low.stairs, rise=0.5)) is None
