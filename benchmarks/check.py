@@ -16,7 +16,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ def measure_checks(model: str, stairs: Sequence[Stairs], *, repeats: int) -> lis
             processor.append(time.process_time() - used)
         rows.append(
             {
-                **asdict(flight),
+                **flight.fields(),
                 "feasible": check.feasible,
                 "wall": float(np.median(wall)),
                 "processor": float(np.median(processor)),
@@ -83,7 +83,7 @@ def measure_checks(model: str, stairs: Sequence[Stairs], *, repeats: int) -> lis
 
 def measure_fresh(model: str, stairs: Stairs) -> dict[str, Any]:
     """Answer, wall and processor time [s] of `drake-quad check` in a process of its own."""
-    flight = [f"--{name}={value}" for name, value in asdict(stairs).items()]
+    flight = [f"--{name}={value}" for name, value in stairs.fields().items()]
     command = [sys.executable, "-m", "drake_quad", "check", model, *flight, "--no-nearest"]
     begun, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     answer = subprocess.run(command, check=False, capture_output=True, text=True)
@@ -107,7 +107,7 @@ def measure_robot(name: str) -> dict[str, Any] | None:
     flight, high = Stairs(rise, run, TEN), Stairs(round(TOO_HIGH * leg_length(robot), 2), run, TEN)
     (warm,) = measure_checks(name, [flight], repeats=1)
     yes, no = measure_fresh(name, flight), measure_fresh(name, high)
-    row = {"robot": name, **asdict(flight), "too_high": high.rise}
+    row = {"robot": name, **flight.fields(), "too_high": high.rise}
     return {**row, "warm": warm, "yes": yes, "no": no}
 
 

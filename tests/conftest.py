@@ -58,6 +58,13 @@ LONGEST = "test_the_case_study_in_full_keeps_all_that_is_asked_of_it"
 WITHOUT_KERNELS = ("test_sweep_crew", "test_sweep_harm", "test_sweep_dask")
 
 
+@pytest.hookimpl(tryfirst=True)  # before `-m` deselects
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Whoever leaves out what is slow leaves out what is long, too."""
+    if item.get_closest_marker("long"):
+        item.add_marker("slow")
+
+
 @pytest.hookimpl(trylast=True)  # after `-m` has deselected
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Puts tests in such an order: of n processes each begins with an nth of them."""

@@ -233,6 +233,7 @@ def check_counts(counts: Counter[tuple[str, str]]) -> None:
     assert gentle["run"] >= 0.5 * sum(gentle.values())
 
 
+@pytest.mark.long
 def test_some_cases() -> None:
     """A few of each kind."""
     numbers = [*range(32), *range(FILES, FILES + 33), *range(GENTLE, GENTLE + 10)]

@@ -93,6 +93,7 @@ def hopeless() -> dq.Feasibility:
     return dq.check_stairs(robot, dq.Stairs(0.2, 0.12, 2), thorough=False)
 
 
+@pytest.mark.long
 def test_a_no_says_why_and_what_would_work() -> None:
     """With the reason, and the nearest stairs that a quick search finds a gait for."""
     answer = hopeless()

@@ -188,6 +188,7 @@ def test_drake_moves_a_joint_as_documented_but_for_cenic(load: Any) -> None:
     assert cenic.resting_place("cenic") == pytest.approx(cenic.velocity_sign() * rest, rel=1e-3)
 
 
+@pytest.mark.long
 def test_corrected_cenic_tracks_as_the_discrete_solver(load: Any) -> None:
     """Against lagged, the joints are off by -2 d v_d / p where CENIC has the fault, else not."""
     solvers, climbs, cenic = load("contact_solvers"), load("stair_climbs"), load("cenic")
@@ -238,6 +239,7 @@ def test_benchmark_of_checks_gives_the_checks_answers(
     assert all(row["wall"] > 0.0 and row["processor"] > 0.0 for row in rows)
 
 
+@pytest.mark.long
 def test_benchmark_of_robots_times_the_command(load: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A yes and a no in processes of their own; robots that are not installed have no row."""
     check = load("check")

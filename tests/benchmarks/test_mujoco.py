@@ -136,16 +136,19 @@ def assert_stable(run: Drive) -> None:
     assert run.margin[settled].min() > 0.0
 
 
+@pytest.mark.long
 def test_controller_climbs_up_and_down_in_mujoco(climb: Drive) -> None:
     """The goal is reached, over every tread of both flights, and the base is where it ends."""
     assert_climbed(climb, stairs_up_and_down(), CLIMB, top=COUNT * RISE)
 
 
+@pytest.mark.long
 def test_robot_stays_stable_in_mujoco(climb: Drive) -> None:
     """By MuJoCo's own contacts: nothing but feet touches, and the margin stays positive."""
     assert_stable(climb)
 
 
+@pytest.mark.long
 def test_base_stays_with_its_plan_in_mujoco(climb: Drive) -> None:
     """Within 50 mm, with torque in reserve, and without long waits for a touchdown."""
     assert climb.base_error.max() < 0.05

@@ -34,7 +34,7 @@ from drake_quad.systems.joint_contact_estimator import standing_torque
 COMMAND = [sys.executable, "-m", "drake_quad"]
 
 
-@pytest.mark.parametrize("contacts", ["feet", "joints"])
+@pytest.mark.parametrize("contacts", [pytest.param("feet", marks=pytest.mark.long), "joints"])
 def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) -> None:
     """In lock step, on its own sensors alone, the shipped robot rises and shifts its weight.
 

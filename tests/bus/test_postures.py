@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from bus_rig import PERIOD_NS, QUICK, short_walk
 from hypothesis import given, settings, strategies as st
 from rig import paper_robot
@@ -46,6 +47,7 @@ def test_the_trunk_goes_straight_down_over_feet_that_stay(
     assert np.all(postures >= robot.q_lower) and np.all(postures <= robot.q_upper)
 
 
+@pytest.mark.long
 def test_a_robot_sits_down_where_its_walk_has_left_it(
     tmp_path: Path,
 ) -> None:

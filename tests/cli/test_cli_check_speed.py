@@ -11,6 +11,7 @@ import drake_quad as dq
 FLIGHT = ("check", "paper_quadruped", "--rise", "0.12", "--run", "0.4", "--count", "1")
 
 
+@pytest.mark.long
 def test_a_balanced_gait_and_its_curve_are_told_and_saved(tmp_path: Path) -> None:
     """The saved gait is the quick one that is told of, and the curve's points can be loaded."""
     done = drake_quad(

@@ -13,6 +13,7 @@ from report_run import (
     SHORT,
     add_estimate,
     add_recovery,
+    draw_only,
     make_log,
     short_scenario,
     wave_begins,
@@ -89,10 +90,11 @@ def texts(figure: Figure) -> list[str]:
 
 
 def test_sections_appear_only_when_there_is_something_to_show(
-    plain: RecordedRun, pushed: RecordedRun
+    plain: RecordedRun, pushed: RecordedRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A calm run of a robot that is told its state has neither clock, estimate nor pushes."""
     assert {kind.name for kind in FIGURES} >= CONDITIONAL
+    draw_only(monkeypatch, *CONDITIONAL, "margin")
     for run, there in ((plain, False), (pushed, True)):
         html = write_report(run, replay=False).read_text(encoding="utf-8")
         for name in (*CONDITIONAL, "pushes"):
@@ -277,7 +279,7 @@ def test_the_course_that_is_drawn_is_the_world(surprised: RecordedRun, plain: Re
 
 
 def test_the_map_is_drawn_thin_where_the_world_is_another(
-    surprised: RecordedRun, plain: RecordedRun
+    surprised: RecordedRun, plain: RecordedRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """From above its nosings where it has them, from the side its ground; else neither."""
     with report_style():
@@ -289,6 +291,7 @@ def test_the_map_is_drawn_thin_where_the_world_is_another(
         lines = draw_footprints(surprised).axes[0].lines
     for ends in surprised.course.nosings():
         assert any(np.array_equal(line.get_xydata(), ends[:, :2]) for line in lines)
+    draw_only(monkeypatch, "side")
     html = write_report(surprised, replay=False).read_text(encoding="utf-8")
     assert "differs from the map" in html
 

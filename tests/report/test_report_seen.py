@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from report_run import make_log, short_scenario, write_run
+from report_run import draw_only, make_log, short_scenario, write_run
 
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.sight import MapRevision, Sight
@@ -22,6 +22,12 @@ from drake_quad.runs.seen import IMAGE, SEEN, record_sight
 from drake_quad.scenario.build import course_of
 
 N, OFF = 4, 0.03  # [m] by which the last nosing is told too far ahead
+
+
+@pytest.fixture(autouse=True)
+def other_figures_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """These tests are about two figures."""
+    draw_only(monkeypatch, "seen", "revisions")
 
 
 def sight(*, seen: bool = True) -> Sight:

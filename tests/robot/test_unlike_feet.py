@@ -63,6 +63,7 @@ def test_a_smaller_foot_is_in_a_ball_like_the_others(model: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_all_feet_land_when_they_are_to(tmp_path: Path) -> None:
     """One foot is 4 mm thicker than the others, and is set down when they are.
 

@@ -8,8 +8,12 @@ from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.run import simulate
 from drake_quad.stability.support_polygon import stability_margin
 
+LONG = pytest.mark.long
 
-@pytest.mark.parametrize("log_period", [0.004, 0.005, 0.003])
+
+@pytest.mark.parametrize(
+    "log_period", [pytest.param(0.004, marks=LONG), 0.005, pytest.param(0.003, marks=LONG)]
+)
 def test_a_reader_recomputes_the_margin_of_every_row(log_period: float) -> None:
     """From that row's own feet and centre of mass, whether or not the monitor ticks with the log.
 

@@ -325,6 +325,7 @@ def pushed() -> pa.Table:
     ).table
 
 
+@pytest.mark.long
 def test_log_of_a_pushed_run_follows_the_plan_made_anew() -> None:
     """After the recovery the measured margin is that of the new plan, within 20 mm."""
     made = pushed().to_pydict()

@@ -58,6 +58,7 @@ def test_a_push_that_would_not_tip_it_takes_no_foot_off_the_ground() -> None:
     assert set(result.table["gait_mode"].to_pylist()) == {"run"}
 
 
+@pytest.mark.long
 def test_a_push_that_would_tip_it_is_caught_with_a_foot() -> None:
     """At 0.6 m/s between two steps: it puts a foot where it falls to, stands, and walks on.
 
@@ -100,6 +101,7 @@ def test_what_the_controller_is_not_told_of_is_survived_if_small(override: str) 
     assert not result.table.slice(0, plain.table.num_rows).equals(plain.table)
 
 
+@pytest.mark.long
 def test_feet_stand_on_the_world_and_not_on_the_map() -> None:
     """On the first tread the bearing feet are at its real height, and the run goes on, with margin.
 

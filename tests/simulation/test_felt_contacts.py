@@ -1,6 +1,7 @@
 """Whole runs in which the drives' torques alone tell which feet bear."""
 
 import numpy as np
+import pytest
 
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.scenario.load import load_scenario
@@ -18,6 +19,7 @@ CLIMB = (
 )
 
 
+@pytest.mark.long
 def test_a_robot_that_feels_with_its_joints_climbs_two_steps() -> None:
     """It gets there on estimates; every touchdown is felt, soon, and none where there was none.
 

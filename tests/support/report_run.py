@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+import pytest
 
 from drake_quad.planning.body_reference import level_pose, robot_stance
 from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
 from drake_quad.planning.task import plan_task
+from drake_quad.report import page
+from drake_quad.report.page import FIGURES
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.loader import MakeModelPlant, load_robot
 from drake_quad.robot.model import RobotModel
@@ -275,3 +278,9 @@ def write_run(
     text = json.dumps(make_summary(log, **summary))
     (directory / "summary.json").write_text(text, encoding="utf-8")
     return directory
+
+
+def draw_only(patch: pytest.MonkeyPatch, *names: str) -> None:
+    """Leaves all figures but some out of pages: to draw all of a page's takes seconds."""
+    assert set(names) <= {kind.name for kind in FIGURES}
+    patch.setattr(page, "FIGURES", tuple(kind for kind in FIGURES if kind.name in names))

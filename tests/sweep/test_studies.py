@@ -83,6 +83,7 @@ def test_some_of_every_direction_go_on_to_the_goal(load: Any) -> None:
     assert {one["direction_deg"] for one in far} == {45.0 * k for k in range(8)}
 
 
+@pytest.mark.long
 def test_a_trial_is_a_run_with_that_push(load: Any) -> None:
     """To the bit, also after other trials from the same moment; without a push it is the run."""
     overrides = (*CONTROL, WALK)
@@ -128,6 +129,7 @@ def test_scenarios_with_pushes_of_their_own_are_refused(load: Any) -> None:
         load("pushes").main(["--scenario", "flat_walk", "--set", own])
 
 
+@pytest.mark.long
 def test_the_push_study(load: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Table, curve, figures and lines agree; what is done is not done again."""
     lines, out, figures = tmp_path / "p.jsonl", tmp_path / "page.md", tmp_path / "p.json"

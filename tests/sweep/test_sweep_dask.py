@@ -97,6 +97,7 @@ def dask(directory: Path, *words: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen([sys.executable, "-m", "dask", *words, *known, *host], env=env)
 
 
+@pytest.mark.long
 def test_the_command_waits_for_a_worker_and_gives_what_it_gives_here(tmp_path: Path) -> None:
     """Real runs, by `--dask ADDRESS`: without a worker it says so; the table is the same."""
     rig.study_file(tmp_path)
