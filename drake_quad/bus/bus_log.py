@@ -145,7 +145,7 @@ def check_recording(path: Path) -> None:
         InputError: The package `mcap` is not installed.
     """
     if find_spec("mcap") is None:
-        remedy = "needs the package mcap: pip install 'drake_quad[mcap]'"
+        remedy = "needs the package mcap: pip install mcap"
         raise InputError(source="--record", field="mcap", value=str(path), remedy=remedy)
 
 
@@ -211,7 +211,7 @@ def read_bus_log(path: Path) -> BusLog:
         return InputError(source=str(path), field="bus log", value=path.name, remedy=remedy)
 
     if find_spec("mcap") is None:
-        raise fail("needs the package mcap: pip install 'drake_quad[mcap]'")
+        raise fail("needs the package mcap: pip install mcap")
     try:
         data = read_given(path, most=LARGEST)
     except OSError as problem:
@@ -283,6 +283,7 @@ class BusReplay:
                 self._stops[before] = value
             before += topic != STOP
         self._next = 0
+        self._job: PlanJob | None = None
         self.compared = 0
         self.different: int | None = None
 
@@ -334,12 +335,17 @@ class BusReplay:
         return found
 
     def ask(self, job: PlanJob) -> MotionPlan | None:
-        """The plan, made anew, when it had been made.
+        """The plan, made anew, when it had been made: of the first job of its key, as then.
 
         Raises:
             PlanningError: There is none.
         """
-        return job.make() if self._again(PLAN) else None
+        if self._job is None or self._job.key != job.key:
+            self._job = job
+        if not self._again(PLAN):
+            return None
+        first, self._job = self._job, None
+        return first.make()
 
     def close(self) -> None:
         """Has nothing to close."""

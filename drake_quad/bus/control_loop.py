@@ -1,15 +1,17 @@
 """The controller's side of a bus: one tick of it, whatever the clock and the bus."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from drake_quad.bus.bus_controller import BusController, Walker
-from drake_quad.bus.messages import CommandMessage
+from drake_quad.bus.messages import CommandMessage, StateMessage
 from drake_quad.bus.postures import lower, safety_limits, sit_to_stand
 from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
 from drake_quad.bus.safety import (
+    Drives,
     Known,
     Request,
     SafetyMode,
@@ -127,9 +129,10 @@ class ControlLoop:
         fault = fault or self._commands.take(self._bus.receive_commands())
         newest = self._states.newest
         memory, now = self._memory, (begun - self._start_ns) / NS
+        wanted = None
         if memory.mode == SafetyMode.WALKING:
-            for state in fresh:
-                self.controller.take(state)
+            wanted, failed = self._walk(fresh)
+            fault = fault or failed
         if not self.events:
             self._suit_drives()
         request = self._request(memory.mode, now)
@@ -144,9 +147,7 @@ class ControlLoop:
             age=(begun - self._states.received_ns) / NS if newest is not None else np.inf,
             fault=fault,
             request=request,
-            wanted=self.controller.wanted()
-            if memory.mode == SafetyMode.WALKING and fresh
-            else None,
+            wanted=wanted,
             ended=self.controller.ended,
         )
         before = self.told
@@ -160,6 +161,27 @@ class ControlLoop:
         age = -1 if newest is None else ended - self._states.received_ns
         self.times.note(begun, ended, age)
         self._tell(memory.mode, now)
+
+    def _walk(self, fresh: Sequence[StateMessage]) -> tuple[Drives | None, str]:
+        """What the controller wants after new states, and what went wrong in it, which damps.
+
+        Whatever that is: the drives may not be left with what they were told last.
+        """
+        try:
+            for state in fresh:
+                self.controller.take(state)
+            return self.controller.wanted() if fresh else None, ""
+        except Exception as problem:
+            said = str(problem).splitlines()[:1]
+            return None, ": ".join(["the controller failed", type(problem).__name__, *said])
+
+    def release(self) -> None:
+        """Tells the drives to damp, now, for a loop that cannot go on."""
+        told, zero = self.told, np.zeros(12)
+        self.told = Drives(told.q, zero, zero, 0.0, self.limits.damping)
+        self._memory = replace(self._memory, mode=SafetyMode.DAMPING, told=self.told)
+        if not self._silent:
+            self._publish(-1)
 
     def _suit_drives(self) -> None:
         """Takes the gains down for drives that are slower than the controller, before it arms."""

@@ -50,7 +50,7 @@ class LcmBus:
         try:
             import lcm
         except ImportError:
-            remedy = "needs the package lcm: pip install 'drake_quad[lcm]'"
+            remedy = "needs the package lcm: pip install lcm"
             raise InputError(source="--bus", field="bus", value="lcm", remedy=remedy) from None
         try:
             self._lcm = lcm.LCM(url)

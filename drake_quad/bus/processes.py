@@ -32,6 +32,7 @@ from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.terrain.elements import LEVEL
 
 BUSES = ("lcm", "unitree")
+RELEASES = 10  # times that drives are told to damp by a loop that ends by an error
 LATE = 0.1  # [s] behind, beyond which a loop gives up catching up
 ESTIMATED = ("estimator.kind=ekf",)  # before what a person sets
 FIELDS = (*ESTIMATED, "controller.period=0.002")  # where no design sets the period
@@ -294,10 +295,15 @@ def control(
         try:
             with real_time(first=fifo) as given:
                 given_up = _each_period(clock, loop.period, tick)
+        except BaseException:  # Ctrl-C a second time, too
+            for _ in range(RELEASES):  # a bus may lose messages
+                loop.release()
+                clock.sleep_until(clock.now_ns() + round(loop.period * NS))
+            raise
         finally:
             bus.close()
             if recorder is not None and record is not None:
-                write_bus_log(record, prepared, recorder.events, loop.session)
+                _write_log(record, prepared, recorder, loop)
         return {
             "outcome": loop.outcome,
             "events": [asdict(event) for event in loop.events],
@@ -309,6 +315,16 @@ def control(
             "largest_step": loop.largest_step,
             "real_time": {**given, "time_given_up": given_up, **loop.times.figures()},
         }
+
+
+def _write_log(
+    record: Path, prepared: PreparedScenario, recorder: BusRecorder, loop: ControlLoop
+) -> None:
+    """Writes the log; where that cannot be, the loop's own findings are not lost with it."""
+    try:
+        write_bus_log(record, prepared, recorder.events, loop.session)
+    except InputError as problem:
+        loop.remarks.append(f"the log was not written: {problem}")
 
 
 def _line(event: Event) -> str:

@@ -20,6 +20,7 @@ NOT_ARMED = "not armed"
 # [s] of silence after which the last message holds, and after which there is damping: both sides'
 # watchdogs. The second leaves time for ticks, so that damping is there within 100 ms.
 HOLD_AFTER, DAMP_AFTER = 0.02, 0.09
+STIFFENING = 0.2  # of the time for folding, in which stiffness grows as it begins to stand up
 SLOW = 1.25  # periods between states from which on drives are taken to be slower than that
 
 
@@ -354,7 +355,11 @@ def _wish(
             torque = bearing
         else:
             q, torque = _along(postures, 1.0 - after), _blend(bearing, zero, after)
-    return Drives(q, zero, torque, limits.stiffness, limits.damping)
+    stiffness = limits.stiffness
+    if mode == SafetyMode.STANDING_UP:
+        # A joint that armed beyond its limit is not where it is wanted: no torque at one stroke.
+        stiffness *= quintic(min(elapsed / (STIFFENING * limits.fold_time), 1.0))
+    return Drives(q, zero, torque, stiffness, limits.damping)
 
 
 def _blend(start: FloatArray, end: FloatArray, share: float) -> FloatArray:

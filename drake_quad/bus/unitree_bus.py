@@ -54,7 +54,7 @@ class UnitreeBus:
 
             from drake_quad.bus.unitree_types import LowCmd_, LowState_, message_of
         except ImportError:
-            remedy = "needs the package cyclonedds: pip install 'drake_quad[unitree]'"
+            remedy = "needs the package cyclonedds: pip install cyclonedds"
             raise InputError(source="--bus", field="bus", value="unitree", remedy=remedy) from None
         self._now_ns, self._joints, self._sequence = now_ns, joints, 0
         self._reader = LowStateReader(joints)

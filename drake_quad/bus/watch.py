@@ -108,7 +108,8 @@ class StateWatch:
         elif sound:
             gap_ns = state.time_ns - last.time_ns
             self._gaps_ns.append(gap_ns)
-            self.lost += max(round(gap_ns / self._period_ns) - 1, 0)
+            usual_ns = max(self._period_ns, self.interval * NS)  # a robot may be slower
+            self.lost += max(round(gap_ns / usual_ns) - 1, 0)
         if sound:
             self.newest, self.received_ns = state, time_ns
 

@@ -372,9 +372,10 @@ def _next(told: dict[str, Any]) -> str:
             f" --count {told['asked']['count']}"
             + "".join(
                 f" --{name.replace('_', '-')} {told['asked'][name]}"
-                for name in ("width", "landing", "turn", "margin", "prefer", "speed", "min_margin")
+                for name in ("overhang", "width", "landing", "turn", "margin")
                 if name in told["asked"]
             )
+            + (" --open" if told["asked"].get("open") else "")
         )
     return f"now: drake-quad chart {robot}"
 

@@ -243,7 +243,9 @@ def compute_foot_targets(
             swing_foot(k, now, memory[DEPTH], more, new, target, pace)
         else:
             stand_foot(k, now, follow, new, target, pace)
-            if now.bearing[k] > 0.5:
+            # Where the plan has stopped for a push a foot may stand elsewhere than its place in it,
+            # which of a foot in the air is no foothold at all: that says nothing of the ground.
+            if now.bearing[k] > 0.5 and not now.urgent:
                 error += new[HOLD + 3 * k + 2] - planned.place[k, 2]
                 count += 1
     if not swinging:

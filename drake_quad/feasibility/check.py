@@ -187,6 +187,8 @@ class Feasibility:
         Args:
             note: Receives a line about each kind of stairs before it is tried.
 
+        They are sought for margin, whatever the gait was to be good at.
+
         Returns:
             The stairs of the question if the robot climbs these; None if nothing was found, or if
             the question was about a course.

@@ -11,7 +11,7 @@ from drake_quad.terrain.elements import Stairs
 
 
 def check_same_gait(found: Feasibility, stairs: Stairs) -> Feasibility | None:
-    """Plans a gait that was found on another flight, as of the same size with open risers.
+    """Plans a gait on another flight than the one that it was found for.
 
     Args:
         found: The answer of `check_flight` for the flight that the gait is of.

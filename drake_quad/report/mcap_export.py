@@ -44,7 +44,7 @@ def write_mcap(run: RecordedRun, path: Path, *, option: str = "--mcap") -> dict[
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
-        remedy = "needs the package mcap: pip install 'drake_quad[mcap]'"
+        remedy = "needs the package mcap: pip install mcap"
         raise InputError(source=option, field="mcap", value=str(path), remedy=remedy) from None
     if not len(run.log):
         raise InputError(

@@ -56,7 +56,7 @@ def write_ros2_bag(run: RecordedRun, path: Path, *, option: str = "--ros2") -> d
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
-        remedy = "needs the package rosbags: pip install 'drake_quad[ros2]'"
+        remedy = "needs the package rosbags: pip install rosbags"
         raise InputError(source=option, field="rosbags", value=str(path), remedy=remedy) from None
     store = get_typestore(Stores.ROS2_HUMBLE)
 

@@ -46,7 +46,7 @@ class FoxgloveServer:
             import foxglove
             from foxglove.websocket import ServerListener
         except ImportError:
-            remedy = "needs the package foxglove-sdk: pip install 'drake_quad[foxglove]'"
+            remedy = "needs the package foxglove-sdk: pip install foxglove-sdk"
             raise InputError(
                 source="--foxglove", field="foxglove", value=True, remedy=remedy
             ) from None

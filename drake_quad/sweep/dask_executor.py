@@ -42,7 +42,7 @@ def connect(address: str) -> Any:
     try:
         from distributed import Client
     except ImportError:
-        raise _error(address, 'Dask is not installed: pip install "drake_quad[dask]"') from None
+        raise _error(address, "Dask is not installed: pip install distributed") from None
     # An error of the connection is reported here, in one line.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:

@@ -115,6 +115,6 @@ def test_a_log_that_could_not_be_written_is_refused_before_a_robot_moves(
     """Without the package mcap, `--record` is refused with how to get it; no bus is opened."""
     monkeypatch.setattr("drake_quad.bus.bus_log.find_spec", lambda _: None)
     monkeypatch.setattr(processes, "open_bus", lambda *_, **__: pytest.fail("a bus was opened"))
-    with pytest.raises(InputError, match=r"drake_quad\[mcap\]"):
+    with pytest.raises(InputError, match="pip install mcap"):
         control("flat_walk", record=tmp_path / "bus.mcap")
     assert not (tmp_path / "bus.mcap").exists()

@@ -118,6 +118,40 @@ def test_each_fault_damps_at_any_moment(
         assert {SafetyMode.STANDING_UP, SafetyMode.STANDING, SafetyMode.WALKING} <= modes
 
 
+@pytest.mark.parametrize("fails", ["take", "wanted"])
+def test_an_error_of_the_controller_damps_the_robot(
+    fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever Python raises in a walk: no stiffness from the same tick on, and it is said why."""
+    show = PuppetShow(short_walk(tmp_path))
+    while show.loop.mode != SafetyMode.WALKING:
+        show.tick()
+    assert show.loop.told.stiffness > 0.0
+
+    def fail(*_: object) -> None:
+        raise IndexError("leg 5 is none")
+
+    monkeypatch.setattr(show.loop.controller, fails, fail)
+    show.tick()
+    assert show.loop.mode == SafetyMode.DAMPING and show.loop.told.stiffness == 0.0
+    while not show.loop.outcome:
+        show.tick()
+    assert show.loop.outcome == "damped: the controller failed: IndexError: leg 5 is none"
+
+
+def test_a_loop_that_cannot_go_on_tells_the_drives_to_damp(tmp_path: Path) -> None:
+    """By one message, at any moment: no stiffness, no torque, and no other angles."""
+    show = PuppetShow(short_walk(tmp_path))
+    while show.loop.mode != SafetyMode.WALKING:
+        show.tick()
+    before = show.loop.told
+    show.loop.release()
+    show.puppet.obey()
+    told = show.loop.told
+    assert told.stiffness == 0.0 and not told.torque.any() and told.damping == before.damping
+    assert show.loop.mode == SafetyMode.DAMPING and np.array_equal(told.q, before.q)
+
+
 def test_a_show_without_faults_ends_well(tmp_path: Path) -> None:
     """With nothing wrong the same loop stands up, walks, sits down and says so."""
     show = PuppetShow(short_walk(tmp_path))

@@ -1,5 +1,7 @@
 """The safety machine: whatever comes, what the drives are told stays within its limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -51,6 +53,22 @@ known = st.builds(
 def at(known: Known, time: float) -> Known:
     """The same a while later."""
     return Known(**{**{n: getattr(known, n) for n in known.__dataclass_fields__}, "time": time})
+
+
+def test_stiffness_comes_slowly_to_a_joint_that_armed_beyond_its_limit() -> None:
+    """0.09 rad beyond: its torque grows by a tenth of the whole a tick at the most."""
+    limits = replace(LIMITS, fold_time=1.0)
+    beyond = limits.q_upper + 0.09
+    memory, before, reached = initial_safety_memory(limits, 0.0), 0.0, 0.0
+    for tick in range(1, 800):
+        known = Known(time=0.002 * tick, q=beyond, v=np.zeros(12), request=Request.STAND)
+        memory, told = advance(memory, known, limits, POSTURES, BEARING)
+        spring = told.stiffness * float((told.q - beyond)[0])
+        whole = limits.stiffness * 0.09
+        if memory.mode == SafetyMode.STANDING_UP and told.stiffness < limits.stiffness:
+            assert abs(spring - before) < 0.1 * whole
+        before, reached = spring, max(reached, told.stiffness)
+    assert memory.mode == SafetyMode.STANDING_UP and reached == limits.stiffness
 
 
 @settings(max_examples=200, deadline=None)

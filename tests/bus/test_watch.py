@@ -1,6 +1,7 @@
-"""StateWatch alone: which way is up, by the gyroscope and the accelerometer."""
+"""StateWatch alone: which way is up, and how many states did not come."""
 
 import numpy as np
+import pytest
 from bus_rig import PERIOD_NS
 from hypothesis import given, strategies as st
 
@@ -42,3 +43,14 @@ def test_up_is_drawn_to_what_is_felt(roll: float, pitch: float) -> None:
         force = np.array([5.0 * GRAVITY, 0.0, 0.0]) if knock else GRAVITY * up
         watch.take([seen(tick, np.zeros(3), force)])
     np.testing.assert_allclose(watch.up, up, atol=1e-3)
+
+
+@given(st.integers(1, 5), st.integers(0, 3))
+def test_of_a_slower_robot_only_what_is_missing_is_lost(periods: int, missing: int) -> None:
+    """Its states may come every 2 ms or every 10: those that lack among them are counted."""
+    watch, up, tick = StateWatch(), np.array([0.0, 0.0, GRAVITY]), 0
+    for k in range(40):
+        watch.take([seen(tick, np.zeros(3), up)])
+        tick += periods * (1 + (missing if k == 30 else 0))
+    assert watch.interval == pytest.approx(periods * PERIOD_NS * 1e-9)
+    assert watch.lost == missing

@@ -262,6 +262,22 @@ def test_while_one_foot_catches_the_others_are_held() -> None:
     assert FEET[1, 2] < result.place[1, 2] < walk.feet[1, 2]
 
 
+def test_feet_that_a_stopped_plan_has_in_the_air_say_nothing_of_the_ground() -> None:
+    """While a push is caught a foot stands where the plan has it half a step above the ground.
+
+    It had drawn the body down by a quarter of that.
+    """
+    walk = Walk(swing=1)
+    walk.planned[1, 2] += 0.1
+    walk.urgent, walk.s = True, float("nan")
+    walk.standing, walk.bearing = np.ones(4, dtype=bool), np.ones(4)
+    walk.memory[HEIGHT] = 0.004  # as the ground was found before
+    assert walk.tick(400).memory[HEIGHT] == 0.004
+    walk.urgent = False
+    walk.planned[1, 2] -= 0.1
+    assert abs(walk.tick(2000).memory[HEIGHT]) < 1e-4
+
+
 @pytest.mark.parametrize(("urgent", "speed"), [(False, PACE.search_speed), (True, URGENT_SEARCH)])
 def test_standing_foot_that_loses_the_ground_goes_straight_down_after_it(
     urgent: bool, speed: float

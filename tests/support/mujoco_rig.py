@@ -2,9 +2,7 @@
 
 import pytest
 
-mujoco = pytest.importorskip(
-    "mujoco", reason="drives the controller in MuJoCo: install drake_quad[mujoco]"
-)
+mujoco = pytest.importorskip("mujoco", reason="drives the controller in MuJoCo: pip install mujoco")
 
 from benchmarks.mujoco_drive import Drive, drive  # noqa: E402  (it needs mujoco)
 from benchmarks.mujoco_model import GRAVITY, STEP  # noqa: E402

@@ -92,6 +92,7 @@ def test_where_nothing_is_random_nothing_is_chance(tmp_path: Path, trials: int) 
 @pytest.mark.parametrize(
     "scenario",
     [STILL.replace("truth", "ekf"), STILL.replace("false", "true"), STILL.replace("0.0", "0.002"),
+     STILL.replace("feet", "joints"), STILL.replace("told", "seen"),
      "", "nonsense", "world: [", "world: 3"],
 )  # fmt: skip
 def test_where_a_seed_is_read_a_grid_is_a_sample(tmp_path: Path, scenario: str) -> None:

@@ -75,8 +75,14 @@ def test_stairs_in_an_image_become_a_belief_in_the_world() -> None:
     assert abs(seen.belief.yaw - turn) < np.radians(0.3)
     assert abs(seen.belief.places[0] - 0.9) < 0.006
     assert abs(seen.belief.heights[1] - 1.15) < 0.004
-    simulator.AdvanceTo(0.11)  # the same image again is no news
-    assert port.Eval(context) is seen or port.Eval(context).stamp == 0.0
+    blank = DepthImage(0.0, read_only(np.zeros_like(depth)), read_only(pose))
+    estimator.GetInputPort("depth_measured").FixValue(context, AbstractValue.Make(blank))
+    simulator.AdvanceTo(0.11)  # an image of the same time is no news: nobody looks at it
+    assert port.Eval(context).belief is not None
+    late = DepthImage(0.1, blank.depth, read_only(pose))
+    estimator.GetInputPort("depth_measured").FixValue(context, AbstractValue.Make(late))
+    simulator.AdvanceTo(0.21)
+    assert port.Eval(context).belief is None and port.Eval(context).stamp == 0.1
 
 
 def test_the_cameras_pose_is_known_as_well_as_the_bases() -> None:

@@ -19,7 +19,6 @@ from drake_quad.common import FloatArray
 from drake_quad.robot.importer.meshes import Faces, coarsen, have_trimesh, load_parts, write_surface
 from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink, NormalRobot
 from drake_quad.robot.importer.raw_robot import ASSUMED, DROPPED, GeometryInstance, Note
-from drake_quad.robot.importer.sources import EXTRA
 
 FOLDER = "meshes"
 MOST_FACES = 6000  # of one mesh file
@@ -66,7 +65,7 @@ def write_visuals(
             if path not in done:
                 done[path] = _convert(path, folder)
                 if not done[path]:
-                    hint = "" if have_trimesh() else f"; pip install '{EXTRA}' reads it"
+                    hint = "" if have_trimesh() else "; pip install pycollada trimesh reads it"
                     notes.append(Note(DROPPED, f"visual mesh {path.name} cannot be shown{hint}"))
             scale = tuple(float(x) for x in piece.shape.scale3())
             for part in done[path]:

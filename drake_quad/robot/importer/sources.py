@@ -14,7 +14,7 @@ from drake_quad.errors import InputError
 from drake_quad.robot.importer.xml_io import read_text
 from drake_quad.util.files import is_given, user_path
 
-EXTRA = "drake_quad[robots]"
+EXTRA = "example-robot-data pycollada trimesh"  # robots, and what reads their meshes
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ PACKAGES = (
         "example-robot-data",
         "cmeel.prefix",
         "share/example-robot-data",
-        f"pip install '{EXTRA}'",
+        f"pip install {EXTRA}",
         "example-robot-data",
         {
             "a1": "robots/a1_description/urdf/a1.urdf",
@@ -96,7 +96,7 @@ PACKAGES = (
         "drake_quad",
         "drake_quad_models",
         ".",
-        "pip install drake_quad",
+        "it belongs to drake_quad itself: install that anew",
         "drake_quad_models",
         {"paper_quadruped": "paper_quadruped.urdf"},
     ),
