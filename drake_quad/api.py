@@ -22,7 +22,7 @@ from drake_quad.feasibility.passport import (
     plan_passport,
     with_trials,
 )
-from drake_quad.feasibility.passport_page import write_passport
+from drake_quad.feasibility.passport_page import PASSPORT, write_passport
 from drake_quad.gait_design.tempo_search import PREFER, Wish
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
@@ -151,18 +151,18 @@ def make_viewers(
     from drake_quad.simulation.viewers import MakeMeldisViewer, MakeMeshcatViewer, Together
 
     chosen = []
+    if foxglove:  # its port may be taken
+        from drake_quad.simulation.foxglove_live import HOST, FoxgloveServer, MakeFoxgloveViewer
+
+        live = FoxgloveServer()
+        tell(f"open the connection ws://{HOST}:{live.port} in Foxglove")
+        chosen.append(MakeFoxgloveViewer(live))
     if meshcat:
         server = StartMeshcat()
         tell(f"watch at {server.web_url()}")
         chosen.append(MakeMeshcatViewer(server))
     if meldis:
         chosen.append(MakeMeldisViewer())
-    if foxglove:
-        from drake_quad.simulation.foxglove_live import HOST, FoxgloveServer, MakeFoxgloveViewer
-
-        live = FoxgloveServer()
-        tell(f"open the connection ws://{HOST}:{live.port} in Foxglove")
-        chosen.append(MakeFoxgloveViewer(live))
     return Together(*chosen)
 
 
@@ -303,7 +303,8 @@ def make_passport(
         prefer: What the gaits are to be good at, as for `check_stairs`.
         workers: Number of processes; one for each core if None.
         progress: Called with the number of flights that are planned, and of all.
-        stop: Called now and then; what is done so far is written where it is true.
+        stop: Called now and then; where it is true, what is done so far is written, unless there
+            is a passport already.
         ready: Called before any long work, once all that was given can be used.
 
     Returns:
@@ -316,7 +317,8 @@ def make_passport(
     count_of = workers if workers is not None else os.cpu_count() or 1
     asked = Question(_model_of(robot), count=count, wish=Wish(prefer), directory=directory)
     found = plan_passport(asked, workers=count_of, progress=progress, stop=stop, ready=ready)
-    write_passport(found, directory)
+    if found.complete or not (directory / PASSPORT).exists():
+        write_passport(found, directory)
     return found
 
 
@@ -338,7 +340,8 @@ def try_passport(
             of 95 %.
         workers: Number of processes; one for each core if None.
         console: Console for progress; standard error if None.
-        stop: Called now and then; what is done so far is written where it is true.
+        stop: Called now and then; where it is true, the trials so far are kept, and the next call
+            goes on with them. The page is written after each flight.
 
     Raises:
         InputError: If there cannot be so many trials, or a file cannot be written.
@@ -348,9 +351,16 @@ def try_passport(
     check_trials(trials)
     count_of = workers if workers is not None else os.cpu_count() or 1
     shown = console or Console(stderr=True)
-    told = run_trials(passport, Path(out), trials, workers=count_of, console=shown, stop=stop)
-    tried = with_trials(passport, told, DRAWN)
-    write_passport(tried, Path(out))
+    directory, tried = Path(out), passport
+
+    def keep(told: dict[str, dict[str, Any]]) -> None:
+        nonlocal tried
+        tried = with_trials(passport, told, DRAWN)
+        write_passport(tried, directory)
+
+    run_trials(
+        passport, directory, trials, workers=count_of, console=shown, stop=stop, done=keep
+    )  # fmt: skip
     return tried
 
 

@@ -83,7 +83,10 @@ def check_choice(choice: BusChoice, *, named: bool, ready: bool) -> None:
     if choice.interface not in known:
         raise fail("interface", choice.interface, f"this machine has {', '.join(known)}")
     if choice.interface != LOOPBACK and not (named and ready):
-        remedy = "a robot may be there: name it, and give --i-am-ready (see docs/bus.md)"
+        missing = " and ".join(
+            [*([] if named else ["--interface"]), *([] if ready else ["--i-am-ready"])]
+        )
+        remedy = f"a robot may be there: give {missing}, too (see docs/bus.md)"
         raise fail("interface", choice.interface, remedy)
     if not 0 <= choice.domain <= 230:
         raise fail("domain", choice.domain, "give a number from 0 to 230")

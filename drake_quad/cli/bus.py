@@ -125,7 +125,7 @@ def simulate(
     for name, time in (("delay", delay), ("jitter", jitter), ("duration", duration),
                        ("freeze-at", freeze_at)):  # fmt: skip
         if time is not None and not 0.0 <= time < 1e6:
-            raise _wrong(name, time, "give seconds, not below 0")
+            raise _wrong(name, time, "give seconds, from 0 to a million")
     if out is not None:
         claim(out)
     prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)

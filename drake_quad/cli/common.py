@@ -7,7 +7,7 @@ answer, although `head` reads no more than ten lines.
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from errno import ENAMETOOLONG
 from io import TextIOWrapper
@@ -113,23 +113,48 @@ def stem(scenario: str) -> str:
     return Path(scenario).name.removesuffix(".yaml").removesuffix(".scenario")
 
 
-def claim(directory: Path, option: str = "--out") -> None:
+def claim(directory: Path, option: str = "--out", files: Sequence[str] = ()) -> None:
     """Makes sure before any long work that the directory can be written to; makes nothing.
+
+    Args:
+        directory: The directory.
+        option: Option by which it was given.
+        files: Names of files that will be written there.
 
     Raises:
         InputError: If it cannot; it names the option by which the directory was given.
     """
     with _writing(directory, option):
         _probe(directory / LONGEST)
+    for name in files:
+        claim_file(directory / name, option)
 
 
-def claim_file(path: Path | None, option: str) -> None:
-    """The same of a file, if there is to be one."""
+def claim_apart(files: Mapping[str, Path | None]) -> None:
+    """Makes sure that no two options, by their names, would write to one place.
+
+    Raises:
+        InputError: If two would.
+    """
+    seen: dict[Path, str] = {}
+    for option, path in files.items():
+        if path is None:
+            continue
+        other = seen.setdefault(path.resolve(), option)
+        if other != option:
+            remedy = f"is what {other} writes; give another"
+            raise InputError(source=option, field=option[2:], value=str(path), remedy=remedy)
+
+
+def claim_file(path: Path | None, option: str, *, reads: Sequence[Path] = ()) -> None:
+    """The same of a file, if there is to be one, which is none of those that are read."""
     if path is None:
         return
     refusal = ""
     with _writing(path, option):
-        if path.is_dir():
+        if path.exists() and any(one.exists() and path.samefile(one) for one in reads):
+            refusal = "is read by this command; give another file"
+        elif path.is_dir():
             refusal = "is a directory; give a file in it"
         elif path.exists() and not path.is_file():  # to be in place of /dev/null would harm
             refusal = "is no file that could be written anew; give another"

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 import drake_quad as dq
@@ -21,6 +20,7 @@ from drake_quad.cli.common import (
     stem,
 )
 
+WIDE = 44  # of a title
 COLOURS = {"yes": "green", "no": "red", "unknown": "yellow"}
 
 
@@ -60,8 +60,10 @@ def passport(
         with cells_progress(MESSAGES) as progress:
             found = dq.make_passport(
                 robot, directory, count=count, prefer=prefer, workers=workers, progress=progress,
-                stop=interrupted, ready=lambda: claim(directory),
+                stop=interrupted, ready=lambda: claim(directory, files=("passport.json",)),
             )  # fmt: skip
+        if not found.entries:
+            raise KeyboardInterrupt  # before there was anything to keep
         if trials is not None and not interrupted():
             found = dq.try_passport(
                 found, directory, trials, workers=workers, console=MESSAGES, stop=interrupted
@@ -70,22 +72,30 @@ def passport(
         print(json.dumps({**found.as_dict(), "directory": str(directory)}))
     else:
         print_passport(found, directory, Console())
-    raise typer.Exit(0 if found.complete else 1)
+    if interrupted():
+        MESSAGES.print("interrupted: not all is there; the same command goes on with trials")
+    raise typer.Exit(0 if found.complete and not interrupted() else 1)
 
 
 def print_passport(found: "dq.Passport", directory: Path, console: Console) -> None:
-    """Prints the table, and where the page is."""
+    """Prints a line or two for each kind of stairs, and where the page is."""
     tried = any(entry.trials for entry in found.entries)
-    table = Table(box=None, pad_edge=False)
-    for head in dq.passport_columns(tried=tried):
-        table.add_column(
-            Text(head), justify="right" if "[m" in head and "×" not in head else "left"
-        )
+    heads = dq.passport_columns(tried=tried)
     for entry in found.entries:
-        name, size, answer, *rest = dq.passport_cells(entry, tried=tried)
-        colour = COLOURS[entry.verdict]
-        table.add_row(Text(name), Text(size), Text(answer, colour), *(Text(cell) for cell in rest))
-    console.print(table)
+        name, _, answer, margin, speed, limit, others, *rates = dq.passport_cells(
+            entry, tried=tried
+        )
+        size = f"{entry.stairs.rise:g} × {entry.stairs.run:g} m"
+        figures = f": {margin} mm, {speed} m/s" if entry.margin is not None else ""
+        title = f"{name} ({size})".ljust(WIDE)
+        console.print(Text.assemble(title, (answer, COLOURS[entry.verdict]), figures))
+        where = "nearest limit" if entry.margin is not None else "in the way"
+        console.print(Text(f"    {where}: {limit}"))
+        if entry.others:
+            console.print(Text(f"    with {heads[6]}: {others}"))
+        if entry.trials is not None:
+            console.print(Text(f"    reached the goal: {rates[0]}"))
+            console.print(Text(f"    cost of transport: {rates[1]}"))
     assumes = f"These answers assume {found.assumes}. {found.drawn}".strip()
-    console.print(Text(assumes), soft_wrap=True)
+    console.print(Text(assumes))
     console.print(Text(f"look at {directory / 'passport.png'}"), soft_wrap=True)

@@ -19,6 +19,7 @@ from drake_quad.cli.common import (
     WorkersOption,
     cells_progress,
     claim,
+    claim_apart,
     claim_file,
     interruptible,
     stem,
@@ -147,6 +148,7 @@ def check(
     claim_file(picture, "--picture")
     if curve is not None:
         claim(curve, "--curve")
+    claim_apart({"--save": save, "--proof": proof, "--picture": picture, "--curve": curve})
 
     def say(told: dict[str, Any]) -> None:
         nonlocal said
@@ -162,6 +164,9 @@ def check(
     if proof is not None and told["proof"] is None:
         why = "there is a plan" if told["feasible"] else "no proof was found"
         MESSAGES.print(Text(f"{proof} is not written: {why}"), soft_wrap=True)
+    for path in (save, picture, curve):
+        if path is not None and not told["feasible"]:
+            MESSAGES.print(Text(f"{path} is not written: there is no plan"), soft_wrap=True)
     if as_json:
         print(json.dumps(told))
     else:
@@ -195,7 +200,7 @@ def chart(
     directory = out if out is not None else Path("charts") / stem(robot)
 
     def ready() -> None:
-        claim(directory)
+        claim(directory, files=("chart.json",))
 
     with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
         found = dq.chart_stairs(
@@ -203,8 +208,13 @@ def chart(
             stop=interrupted, ready=ready,
         )  # fmt: skip
     told = found.as_dict()
-    write_chart(told, directory)
-    dq.save_chart(found, directory)
+    if not found.cells:
+        raise KeyboardInterrupt  # before there was anything to keep
+    if told["complete"] or not (directory / "chart.json").exists():
+        write_chart(told, directory)
+        dq.save_chart(found, directory)
+    else:
+        MESSAGES.print(Text(f"interrupted: {directory} keeps its chart"), soft_wrap=True)
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
     else:

@@ -214,12 +214,20 @@ def export(
         return
     path = csv if csv is not None else directory / "joints.csv"
     dq.read_summary(directory)
-    claim_file(path, "--csv")
-    rows = dq.write_joint_table(dq.load_run(directory), path)
+    files = [file for file in directory.iterdir() if file.suffix != ".csv"]
+    claim_file(path, "--csv", reads=files)
+    rows = dq.write_joint_table(_notice(dq.load_run(directory)), path)
     if as_json:
         print(json.dumps({"csv": str(path), "rows": rows}))
     else:
         Console().print(Text(f"{rows} rows in {path}"), soft_wrap=True)
+
+
+def _notice(run: "dq.RecordedRun") -> "dq.RecordedRun":
+    """Says what of a run's files cannot be used."""
+    for notice in run.notices:
+        MESSAGES.print(Text(f"note: {notice}"), soft_wrap=True)
+    return run
 
 
 def _export_messages(
@@ -230,14 +238,15 @@ def _export_messages(
         given = {"--csv": csv, "--mcap": mcap or None, "--ros2": ros2 or None}
         named = [name for name, value in given.items() if value is not None]
         remedy = f"one kind of file at a time: leave out all but one of {', '.join(named)}"
-        raise InputError(source=named[0], field=named[0][2:], value=str(directory), remedy=remedy)
+        value = str(given[named[0]])
+        raise InputError(source=named[0], field=named[0][2:], value=value, remedy=remedy)
     option, path = (
         ("--mcap", directory / "run.mcap") if mcap else ("--ros2", directory / "ros2_bag")
     )
     dq.read_summary(directory)
     if mcap:
         claim_file(path, option)
-    run = dq.load_run(directory)
+    run = _notice(dq.load_run(directory))
     counts = dq.write_mcap(run, path) if mcap else dq.write_ros2_bag(run, path)
     size = sum(file.stat().st_size for file in ([path] if mcap else path.iterdir()))
     if as_json:

@@ -50,7 +50,7 @@ def see(
     _check("--baseline", baseline, 0.005, 1.0)
     _check("--scale", scale, 1e-6, 1.0)
     dq.check_picture_path(picture)
-    claim_file(picture, "--picture")
+    claim_file(picture, "--picture", reads=[image])
     depth = dq.read_depth_image(image, scale=scale)
     model = dq.parse_intrinsics(intrinsics, width=depth.shape[1], height=depth.shape[0])
     seen = dq.see_stairs(

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, floor, isfinite
+from math import ceil, floor
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +23,18 @@ from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import RobotConfig, Scenario, StartConfig
 from drake_quad.scenario.load import load_scenario
-from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, WIDTH_MIN, Element, Stairs
+from drake_quad.stability.equilibrium_region import HULL, KINDS
+from drake_quad.terrain.elements import (
+    DEFAULT_THICKNESS,
+    RISE_MAX,
+    RUN_MAX,
+    WIDTH_MIN,
+    Element,
+    Stairs,
+)
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table
+from drake_quad.util.numbers import is_integer, is_number
 
 TURNS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # [deg] turns that a landing can have
 LEAST_LANDING = 1.5  # [m]
@@ -297,15 +305,23 @@ def check_stairs_numbers(stairs: Stairs, around: Around = AS_USUAL) -> None:
         InputError: The error names the option, its value and what would be right.
     """
     for name, value, most in (("rise", stairs.rise, RISE_MAX), ("run", stairs.run, RUN_MAX)):
-        if not (isfinite(value) and 0.0 < value <= most):
+        if not (is_number(value) and 0.0 < value <= most):
             raise _wrong(name, value, f"give metres, more than 0 and at most {most:g}")
-    if not 1 <= stairs.count <= COUNT_MOST:
+    if not (is_integer(stairs.count) and 1 <= stairs.count <= COUNT_MOST):
         raise _wrong("count", stairs.count, f"give a whole number of steps, 1 to {COUNT_MOST}")
-    if not 0.0 <= stairs.overhang <= 0.5 * stairs.run:
+    if not (is_number(stairs.overhang) and 0.0 <= stairs.overhang <= 0.5 * stairs.run):
         remedy = f"give metres, 0 to half of the run, {0.5 * stairs.run:g}"
         raise _wrong("overhang", stairs.overhang, remedy)
+    if not isinstance(stairs.open, bool):
+        raise _wrong("open", stairs.open, "give True or False")
+    if not stairs.closed and stairs.rise <= DEFAULT_THICKNESS:
+        remedy = (
+            f"give more than {DEFAULT_THICKNESS:g} m, for treads with an overhang or open risers "
+            "are so thick"
+        )
+        raise _wrong("rise", stairs.rise, remedy)
     for name, length in (("width", around.width), ("landing", around.landing)):
-        if length is not None and not (isfinite(length) and WIDTH_MIN <= length <= LANDING_MOST):
+        if length is not None and not (is_number(length) and WIDTH_MIN <= length <= LANDING_MOST):
             raise _wrong(name, length, f"give metres, {WIDTH_MIN:g} to {LANDING_MOST:g}")
     if around.turn not in TURNS:
         remedy = f"give degrees, one of {', '.join(f'{turn:g}' for turn in TURNS)}"
@@ -313,6 +329,16 @@ def check_stairs_numbers(stairs: Stairs, around: Around = AS_USUAL) -> None:
     if around.turn and (around.landing or LANDING_MOST) < (around.width or 0.0):
         remedy = f"give at least the width, {around.width:g} m: the robot turns on it"
         raise _wrong("landing", around.landing, remedy)
+
+
+def check_margin_kind(margin: str) -> None:
+    """Makes sure that there is such a margin.
+
+    Raises:
+        InputError: If there is not.
+    """
+    if margin not in KINDS:
+        raise _wrong("margin", margin, f"give {', '.join(KINDS[:-1])} or {KINDS[-1]}")
 
 
 def _wrong(option: str, value: object, remedy: str) -> InputError:
@@ -346,6 +372,7 @@ def check_flight(
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     check_stairs_numbers(stairs, around)
+    check_margin_kind(margin)
     wish.check()
     robot = robot or load_robot(model)
     scenario = make_stairs_scenario(robot, stairs, around, model=_whole_path(model))
@@ -384,6 +411,7 @@ def design_for_course(
     Raises:
         InputError: If robot or scenario cannot be used.
     """
+    check_margin_kind(margin)
     wish.check()
     robot = load_robot(model)
     given = load_scenario(scenario)

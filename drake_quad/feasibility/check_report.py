@@ -10,7 +10,14 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
+from drake_quad.feasibility.check import (
+    Around,
+    Feasibility,
+    check_flight,
+    check_margin_kind,
+    check_stairs_numbers,
+    design_for_course,
+)
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
@@ -21,9 +28,9 @@ from drake_quad.infeasibility.proof import InfeasibilityProof, proof_record
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.robot.model import RobotModel
-from drake_quad.scenario.load import save_scenario
+from drake_quad.scenario.load import load_scenario, save_scenario
 from drake_quad.simulation.precompile import DESIGN, precompiling
-from drake_quad.stability.equilibrium_region import HULL, KINDS
+from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import Stairs
 from drake_quad.util.files import write_whole
 
@@ -342,29 +349,31 @@ def run_check(
         from drake_quad.feasibility.robot_picture import check_picture_path
 
         check_picture_path(picture)
-    if asked.margin not in KINDS:
-        remedy = "give hull, friction or feasible"
-        raise InputError(source="--margin", field="margin", value=asked.margin, remedy=remedy)
+    check_margin_kind(asked.margin)
     asked.wish.check()
     own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
     flight = {name: getattr(asked, name) for name in ("rise", "run", "count", "overhang", "open")}
     given = {**flight, **own}
     robot = load_robot(asked.robot)
-    with precompiling(DESIGN, note) as wait:
-        wait()
-    if asked.scenario is not None:
+    usual_flight = {"rise": RISE, "run": RUN, "count": COUNT}
+    stairs = Stairs(**usual_flight | {k: v for k, v in flight.items() if v is not None})
+    known = {name: value for name, value in own.items() if value is not None}
+    if asked.scenario is None:
+        check_stairs_numbers(stairs, Around(**known))
+    else:
         for name, value in given.items():
             if value is not None:
                 remedy = "leave it out: with --scenario the stairs are the scenario's"
                 raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
+        load_scenario(asked.scenario)
+    with precompiling(DESIGN, note) as wait:
+        wait()
+    if asked.scenario is not None:
         question: dict[str, Any] = {"scenario": asked.scenario}
         check = design_for_course(
             asked.robot, asked.scenario, margin=asked.margin, wish=asked.wish, nearest=nearest
         )
     else:
-        usual_flight = {"rise": RISE, "run": RUN, "count": COUNT}
-        stairs = Stairs(**usual_flight | {k: v for k, v in flight.items() if v is not None})
-        known = {name: value for name, value in own.items() if value is not None}
         question = {**stairs.fields(), **known}
         check = check_flight(
             asked.robot, stairs, around=Around(**known), margin=asked.margin, wish=asked.wish,

@@ -7,7 +7,9 @@ from drake_quad.feasibility.passport import BuiltOtherwise, Entry, Passport
 from drake_quad.feasibility.standard_stairs import BUILDS
 from drake_quad.util.files import write_whole
 
+PASSPORT = "passport.json"
 ANSWERS = {"yes": "yes", "no": "no, proven", "unknown": "unknown"}
+PREFERRED = {"margin": "margin", "balanced": "margin and speed", "speed": "speed"}
 
 
 def write_passport(passport: Passport, directory: Path) -> None:
@@ -19,7 +21,7 @@ def write_passport(passport: Passport, directory: Path) -> None:
     from drake_quad.feasibility.passport_picture import save_passport_picture
 
     text = json.dumps(passport.as_dict(), indent=2) + "\n"
-    write_whole(directory / "passport.json", lambda to: to.write_text(text, encoding="utf-8"))
+    write_whole(directory / PASSPORT, lambda to: to.write_text(text, encoding="utf-8"))
     page = passport_page(passport)
     write_whole(directory / "passport.md", lambda to: to.write_text(page, encoding="utf-8"))
     save_passport_picture(passport, directory)
@@ -39,8 +41,8 @@ def passport_page(passport: Passport, picture: str = "passport.svg") -> str:
         "",
         f"{len(yes)} of {len(passport.entries)} kinds of stairs by common rules, flights of "
         f"{passport.count} steps, up and, after a turn, down. Robot mass {passport.mass:.1f} kg, "
-        f"legs {passport.leg:.2f} m. The answers assume {passport.assumes}."
-        + (f" {passport.drawn}" if passport.drawn else ""),
+        f"legs {passport.leg:.2f} m. The gaits are designed for {PREFERRED[passport.prefer]}. The "
+        f"answers assume {passport.assumes}." + (f" {passport.drawn}" if passport.drawn else ""),
         "",
         f"![Flights to scale, with answers]({picture})",
         "",

@@ -186,13 +186,13 @@ def draw_robot(robot: RobotModel) -> Figure:
     return figure
 
 
-def check_picture_path(path: Path | None) -> None:
+def check_picture_path(path: str | Path | None) -> None:
     """Checks, before any work, that a picture can have the path's format.
 
     Raises:
         InputError: If it cannot.
     """
-    if path is not None and path.suffix.lower() not in KINDS:
+    if path is not None and Path(path).suffix.lower() not in KINDS:
         remedy = f"a picture's file ends in {', '.join(KINDS)}"
         raise InputError(source="--picture", field="picture", value=str(path), remedy=remedy)
 

@@ -1,5 +1,6 @@
 """What stairs a depth image in a file shows: reading it, and telling them in plain figures."""
 
+import warnings
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -76,14 +77,16 @@ def read_depth_image(path: Path, *, scale: float) -> FloatArray:
     data = read_given(path, most=MOST_IMAGE)
     remedy = "must be a depth image of 16 bits a pixel, as PNG or TIFF"
     try:
-        with Image.open(BytesIO(data), formats=("PNG", "TIFF")) as image:
-            width, height = image.size
-            if max(width, height) > MOST_PIXELS or min(width, height) < 16:
-                size = f"{width} by {height} pixels"
-                raise fail("size", size, f"must have from 16 to {MOST_PIXELS} pixels a side")
-            if not (image.mode.startswith("I") or image.mode == "F"):
-                raise fail("pixels", image.mode, remedy)
-            values = np.asarray(image, dtype=np.float64)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of damaged files: what is wrong is told below
+            with Image.open(BytesIO(data), formats=("PNG", "TIFF")) as image:
+                width, height = image.size
+                if max(width, height) > MOST_PIXELS or min(width, height) < 16:
+                    size = f"{width} by {height} pixels"
+                    raise fail("size", size, f"must have from 16 to {MOST_PIXELS} pixels a side")
+                if not (image.mode.startswith("I") or image.mode == "F"):
+                    raise fail("pixels", image.mode, remedy)
+                values = np.asarray(image, dtype=np.float64)
     except InputError:
         raise
     except Exception:  # whatever a damaged file makes of its reader

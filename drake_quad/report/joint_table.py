@@ -51,7 +51,7 @@ def joint_table(run: RecordedRun) -> tuple[list[str], FloatArray]:
     return [*names, *BASE], np.concatenate([*parts, _trunk_poses(run, mapping)], axis=1)
 
 
-def write_joint_table(run: RecordedRun, path: Path, *, option: str = "--csv") -> int:
+def write_joint_table(run: RecordedRun, path: str | Path, *, option: str = "--csv") -> int:
     """Writes the table as CSV, and returns how many rows it has.
 
     Raises:
@@ -66,7 +66,7 @@ def write_joint_table(run: RecordedRun, path: Path, *, option: str = "--csv") ->
             rows.writerows([f"{x:.{DIGITS}g}" if np.isfinite(x) else "" for x in row]
                            for row in values.tolist())  # fmt: skip
 
-    write_whole(path, write, option=option)
+    write_whole(Path(path), write, option=option)
     return len(values)
 
 

@@ -34,13 +34,14 @@ MARGINS = ("margin", "margin_planned", "zmp_margin", "margin_friction", "margin_
            "push_budget", "gait_rate")  # fmt: skip
 
 
-def write_mcap(run: RecordedRun, path: Path, *, option: str = "--mcap") -> dict[str, int]:
+def write_mcap(run: RecordedRun, path: str | Path, *, option: str = "--mcap") -> dict[str, int]:
     """Writes the run, and returns how many messages each topic has.
 
     Raises:
         InputError: The package `mcap` is not installed, the log has no sample, or the file cannot
             be written.
     """
+    path = Path(path)
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:

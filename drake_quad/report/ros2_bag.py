@@ -40,7 +40,7 @@ Message = tuple[str, int, Any]  # topic, time [ns], message
 Make = Callable[..., Any]  # makes a message of a type of ROS by the type's name
 
 
-def write_ros2_bag(run: RecordedRun, path: Path, *, option: str = "--ros2") -> dict[str, int]:
+def write_ros2_bag(run: RecordedRun, path: str | Path, *, option: str = "--ros2") -> dict[str, int]:
     """Writes the run, and returns how many messages each topic has.
 
     Args:
@@ -52,6 +52,7 @@ def write_ros2_bag(run: RecordedRun, path: Path, *, option: str = "--ros2") -> d
         InputError: The package rosbags is not installed, the log has no sample of the robot's
             joints, or the files cannot be written.
     """
+    path = Path(path)
     try:
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         from rosbags.typesys import Stores, get_typestore

@@ -342,7 +342,7 @@ def _check_times(t: np.ndarray[Any, Any], path: Path) -> None:
         raise fail(str(t.dtype), "must be a column of numbers")
     for wrong, remedy in (
         (~np.isfinite(t), "must be finite, a time in seconds"),
-        (np.abs(t) > LONGEST_RUN, f"must be within {LONGEST_RUN:g} s"),
+        ((t < 0.0) | (t > LONGEST_RUN), f"must be from 0 to {LONGEST_RUN:g} s"),
     ):
         if np.any(wrong):
             raise fail(float(t[wrong][0]), remedy)
@@ -355,7 +355,7 @@ def _check_times(t: np.ndarray[Any, Any], path: Path) -> None:
             raise fail(float(t[1:][wrong][0]), remedy)
 
 
-def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
+def read_summary(directory: str | Path, *, or_sweep: bool = False) -> dict[str, Any]:
     """The summary of a finished run, all of whose files can be read; `load_run` tolerates more.
 
     Args:
@@ -366,6 +366,7 @@ def read_summary(directory: Path, *, or_sweep: bool = False) -> dict[str, Any]:
         InputError: A file is not there, or is none of a run's; or a value that is printed is none
             that runs write.
     """
+    directory = Path(directory)
     wanted = "`drake-quad run`" + (" or `drake-quad sweep`" if or_sweep else "")
 
     def fail(name: str, what: str) -> InputError:

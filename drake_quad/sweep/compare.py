@@ -225,7 +225,7 @@ class Comparison:
         return html_table(rows)
 
 
-def compare_sweeps(before: Path, after: Path) -> Comparison:
+def compare_sweeps(before: str | Path, after: str | Path) -> Comparison:
     """Compares the rates of two sweeps.
 
     Trials of both that have the same index, overrides and seed are the same but for the program and
@@ -236,7 +236,7 @@ def compare_sweeps(before: Path, after: Path) -> Comparison:
     Raises:
         InputError: If there is no sweep in one of the directories, or its files are spoilt.
     """
-    (one, one_figures), (other, other_figures) = _side(before), _side(after)
+    (one, one_figures), (other, other_figures) = _side(Path(before)), _side(Path(after))
     why_unpaired = why_apart(one, other) or None
     paired: dict[str, Any] | None = None
     if why_unpaired:

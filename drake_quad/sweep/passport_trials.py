@@ -13,8 +13,10 @@ from rich.console import Console
 
 from drake_quad.errors import InputError
 from drake_quad.feasibility.passport import Passport
+from drake_quad.sweep.journal import NAME
 from drake_quad.sweep.run import SweepRequest, run_sweep
 from drake_quad.util.files import write_whole
+from drake_quad.util.numbers import is_integer
 
 # What is never quite as in the file. The map is exact, and the state is the true one.
 STUDY = """# Trials of a passport: friction, masses, and a kick somewhere. The map is exact, and the
@@ -54,8 +56,8 @@ def check_trials(trials: int) -> None:
     Raises:
         InputError: If not.
     """
-    if not 1 <= trials <= MOST_TRIALS:
-        remedy = f"give 1 to {MOST_TRIALS}"
+    if not (is_integer(trials) and 1 <= trials <= MOST_TRIALS):
+        remedy = f"give a whole number, 1 to {MOST_TRIALS}"
         raise InputError(source="--trials", field="trials", value=trials, remedy=remedy)
 
 
@@ -71,8 +73,11 @@ def run_trials(
     workers: int,
     console: Console,
     stop: Callable[[], bool] = lambda: False,
+    done: Callable[[dict[str, dict[str, Any]]], object] = lambda _: None,
 ) -> dict[str, dict[str, Any]]:
     """Runs so many trials on each of the stairs that there is a plan for.
+
+    It goes on with the trials of the same passport that were interrupted.
 
     Args:
         passport: The passport, whose scenarios are in the directory.
@@ -81,6 +86,7 @@ def run_trials(
         workers: Number of processes.
         console: Console for progress.
         stop: Whether to stop.
+        done: Called with what there is after the trials of each of the stairs.
 
     Returns:
         By the scenarios' files: `good`, `trials`, `low` and `high` (bounds of the rate at 95 %),
@@ -99,13 +105,18 @@ def run_trials(
         study = directory / f"{stem}_trials.yaml"
         write_whole(study, partial(_write, text))
         console.print(f"{entry.stairs.name}: {trials} trials", highlight=False)
-        asked = SweepRequest(study=study, out=directory / f"{stem}_trials", workers=workers)
+        out = directory / f"{stem}_{trials}_trials"
+        resume = (out / NAME).exists()
+        asked = SweepRequest(study=study, out=out, workers=workers, resume=resume)
         told = run_sweep(asked, console, stop, lambda: None)
         rate, figures = told["rate"], told["figures"]
+        if not rate["trials"]:
+            continue
         found[entry.scenario] = {
             "good": rate["good"], "trials": rate["trials"], "low": rate["low"],
             "high": rate["high"], "text": f"{rate['good']} of {rate['trials']}: {rate['text']}",
             "margin": figures.get("margin.minimum", {}).get("least"),
             "cost_of_transport": figures.get("cost_of_transport", {}).get("median"),
         }  # fmt: skip
+        done(found)
     return found

@@ -61,7 +61,8 @@ class Stairs:
 
     def __str__(self) -> str:
         """The flight for people, in the middle of a sentence."""
-        text = f"{self.count} steps of {self.rise:g} m on treads of {self.run:g} m"
+        steps = "1 step" if self.count == 1 else f"{self.count} steps"
+        text = f"{steps} of {self.rise:g} m on treads of {self.run:g} m"
         text += f" that reach out by {self.overhang:g} m" if self.overhang else ""
         return text + (", with open risers" if self.open else "")
 

@@ -42,7 +42,8 @@ def write_together(
         option: Command-line option that gave their place, for the error.
 
     Raises:
-        InputError: If one cannot be filled, with the system's reason; what was there before stays.
+        InputError: If one cannot be filled, with the system's reason; what was there before stays,
+            and nothing half-written does, whatever ends it.
     """
     partials = {path: _partial(path) for path in files}
     gone, now = tuple(gone), next(iter(files))
@@ -57,10 +58,12 @@ def write_together(
             now.unlink(missing_ok=True)
         for now, partial in partials.items():
             partial.replace(now)
-    except OSError as error:
+    except BaseException as error:  # Ctrl-C, too
         for partial in partials.values():
             with suppress(OSError):  # it may never have been made
                 partial.unlink()
+        if not isinstance(error, OSError):
+            raise
         raise InputError(
             source=option,
             field=now.name,

@@ -10,6 +10,7 @@ from multiprocessing import get_context
 from typing import TypeVar
 
 from drake_quad.errors import InputError
+from drake_quad.util.numbers import is_integer
 
 LOOK_PERIOD = 0.3  # [s] between looks at whether to stop
 Result = TypeVar("Result")
@@ -102,6 +103,6 @@ def check_workers(workers: int) -> None:
         InputError: Naming the option, its value and what would be right.
     """
     cores = os.cpu_count() or 1
-    if not 1 <= workers <= MOST_PER_CORE * cores:
+    if not (is_integer(workers) and 1 <= workers <= MOST_PER_CORE * cores):
         remedy = f"give 1 to {MOST_PER_CORE * cores} processes: there are {cores} cores"
         raise InputError(source="--workers", field="workers", value=workers, remedy=remedy)

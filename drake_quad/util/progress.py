@@ -22,5 +22,7 @@ class LateProgress(Progress):
 
     def stop(self) -> None:
         """Takes the bar away, or leaves its last state, if it ever appeared."""
-        if self.live.is_started:
+        if self.live.is_started and self.console.is_interactive:
             super().stop()
+        elif self.live.is_started:
+            self.live.stop()  # rich's own writes an empty line where nobody sees the bar

@@ -118,14 +118,20 @@ def test_each_fault_damps_at_any_moment(
         assert {SafetyMode.STANDING_UP, SafetyMode.STANDING, SafetyMode.WALKING} <= modes
 
 
+def walking_show(folder: Path) -> PuppetShow:
+    """A show that has come to walk."""
+    show = PuppetShow(short_walk(folder))
+    while show.loop.mode != SafetyMode.WALKING:
+        show.tick()
+    return show
+
+
 @pytest.mark.parametrize("fails", ["take", "wanted"])
 def test_an_error_of_the_controller_damps_the_robot(
     fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whatever Python raises in a walk: no stiffness from the same tick on, and it is said why."""
-    show = PuppetShow(short_walk(tmp_path))
-    while show.loop.mode != SafetyMode.WALKING:
-        show.tick()
+    show = walking_show(tmp_path)
     assert show.loop.told.stiffness > 0.0
 
     def fail(*_: object) -> None:
@@ -141,9 +147,7 @@ def test_an_error_of_the_controller_damps_the_robot(
 
 def test_a_loop_that_cannot_go_on_tells_the_drives_to_damp(tmp_path: Path) -> None:
     """By one message, at any moment: no stiffness, no torque, and no other angles."""
-    show = PuppetShow(short_walk(tmp_path))
-    while show.loop.mode != SafetyMode.WALKING:
-        show.tick()
+    show = walking_show(tmp_path)
     before = show.loop.told
     show.loop.release()
     show.puppet.obey()

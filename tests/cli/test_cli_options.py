@@ -25,7 +25,7 @@ from synthetic_robot import Quadruped
 
 from drake_quad import __version__
 from drake_quad.cli import main as cli, robots as cli_robots
-from drake_quad.cli.common import claim_file
+from drake_quad.cli.common import claim, claim_apart, claim_file
 from drake_quad.errors import InputError
 from drake_quad.feasibility import chart as chart_grid, check_report as check_command
 from drake_quad.feasibility.chart import Span, grid_of
@@ -282,3 +282,29 @@ def test_the_version_is_told(tmp_path: Path) -> None:
     assert done.returncode == 0 and done.stderr == ""
     assert re.fullmatch(r"drake-quad \S+ \(Drake \S+, Python 3\.\S+\)\n", done.stdout)
     assert f"drake-quad {__version__} (Drake {version('drake')}," in done.stdout
+
+
+def test_two_options_do_not_write_to_one_place(tmp_path: Path) -> None:
+    """The second of them is refused, before any work; two places are two."""
+    claim_apart({"--save": tmp_path / "a", "--picture": tmp_path / "b", "--proof": None})
+    with pytest.raises(InputError, match=r"--picture: .*is what --save writes"):
+        claim_apart({"--save": tmp_path / "a", "--picture": tmp_path / "c" / ".." / "a"})
+
+
+def test_what_a_command_reads_it_does_not_write_over(tmp_path: Path) -> None:
+    """By whatever name: a link to it is the same file."""
+    read, link = tmp_path / "depth.png", tmp_path / "link.png"
+    read.write_bytes(b"an image")
+    link.symlink_to(read)
+    for path in (read, link):
+        with pytest.raises(InputError, match="is read by this command"):
+            claim_file(path, "--picture", reads=[read])
+    claim_file(tmp_path / "other.png", "--picture", reads=[read])
+
+
+def test_a_directory_in_a_files_place_is_told_at_once(tmp_path: Path) -> None:
+    """Not after a minute of planning."""
+    (tmp_path / "passport.json").mkdir()
+    claim(tmp_path)
+    with pytest.raises(InputError, match=r"--out: .*passport\.json.*is a directory"):
+        claim(tmp_path, files=("passport.json",))

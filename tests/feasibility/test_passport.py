@@ -192,3 +192,77 @@ def test_a_gait_is_not_taken_for_stairs_that_it_does_not_climb() -> None:
     low = dq.check_stairs(URL, Stairs(0.08, 0.3, 2), thorough=False)
     assert low.feasible and low.stairs is not None
     assert check_same_gait(low, replace(low.stairs, rise=0.5)) is None
+
+
+def test_an_interrupted_passport_replaces_none_that_is_whole(
+    made: tuple[Passport, Path], tmp_path: Path
+) -> None:
+    """What was there stays, to the byte; where nothing was, what is done is kept."""
+    passport, _ = made
+    write_passport(passport, tmp_path)
+    before = (tmp_path / "passport.json").read_bytes()
+    found = dq.make_passport(URL, tmp_path, count=1, workers=1, stop=lambda: True)
+    assert not found.complete and (tmp_path / "passport.json").read_bytes() == before
+    dq.make_passport(URL, tmp_path / "new", count=1, workers=1, stop=lambda: True)
+    assert not json.loads((tmp_path / "new" / "passport.json").read_text())["complete"]
+
+
+def test_trials_go_on_where_they_were_and_each_flight_is_kept(
+    made: tuple[Passport, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A journal that is there is gone on with; a flight without a trial has no rate."""
+    passport, directory = made
+    scenario = passport.entries[0].scenario
+    (tmp_path / scenario).write_bytes((directory / scenario).read_bytes())
+    seen: list[bool] = []
+
+    def run(asked: Any, *_: Any) -> dict[str, Any]:
+        seen.append(asked.resume)
+        asked.out.mkdir(exist_ok=True)
+        (asked.out / "journal.jsonl").touch()
+        rate = {
+            "good": len(seen) - 1,
+            "trials": len(seen) - 1,
+            "low": 0.0,
+            "high": 1.0,
+            "text": "-",
+        }
+        return {"rate": rate, "figures": {}}
+
+    monkeypatch.setattr(passport_trials, "run_sweep", run)
+    console = Console(quiet=True)
+    first = dq.try_passport(passport, tmp_path, 2, workers=1, console=console)
+    assert first.entries[0].trials is None and not first.drawn
+    second = dq.try_passport(passport, tmp_path, 2, workers=1, console=console)
+    assert seen == [False, True] and second.entries[0].trials is not None
+
+
+@pytest.mark.parametrize(
+    "stairs",
+    [
+        {"rise": "0.1"}, {"rise": None}, {"rise": 10**400}, {"run": "0.3"}, {"count": 2.5},
+        {"count": "3"}, {"count": True}, {"overhang": float("nan")}, {"open": "no"},
+        {"rise": 0.03, "open": True}, {"rise": 0.04, "overhang": 0.02},
+    ],
+)  # fmt: skip
+def test_stairs_that_are_none_are_refused_in_a_line(stairs: dict[str, Any]) -> None:
+    """Of whatever type a value is: the field is named, by `check_stairs` as by `check`."""
+    flight = Stairs(**{"rise": 0.1, "run": 0.3, "count": 2} | stairs)
+    with pytest.raises(dq.InputError, match=rf"--{next(iter(stairs))}:"):
+        dq.check_stairs(URL, flight)
+
+
+@pytest.mark.parametrize("margin", ["HULL", "nonsense", None])
+def test_a_margin_that_is_none_is_refused(margin: Any) -> None:
+    """A typing error is no answer about another margin."""
+    with pytest.raises(dq.InputError, match="--margin"):
+        dq.check_stairs(URL, Stairs(0.1, 0.3, 2), margin=margin)
+    with pytest.raises(dq.InputError, match="--margin"):
+        dq.check_course(URL, "flat_walk", margin=margin)
+
+
+@pytest.mark.parametrize("trials", [0, 2.5, True, "29", None])
+def test_so_many_trials_are_none(trials: Any) -> None:
+    """Neither halves nor words."""
+    with pytest.raises(dq.InputError, match="--trials"):
+        dq.check_trials(trials)

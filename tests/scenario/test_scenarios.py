@@ -16,7 +16,10 @@ import pyarrow as pa
 import pytest
 from rig import GRAVITY, paper_robot
 
+from drake_quad.errors import InputError
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.robot.loader import load_robot
+from drake_quad.robot.model import leg_length
 from drake_quad.runs.result import RunResult
 from drake_quad.runs.schema import summary_lines
 from drake_quad.scenario.build import course_of
@@ -104,10 +107,23 @@ def broken(result: RunResult, bounds: Bounds) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("name", [name for name, _ in shipped_scenarios()])
+LONG_STARTS = {"unmapped_go2"}  # whose design takes a while
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.long] if name in LONG_STARTS else [])
+        for name, _ in shipped_scenarios()
+    ],
+)
 def test_a_shipped_scenario_runs(name: str) -> None:
     """Two seconds of each: the robot stands on three feet at least, and nothing complains."""
     scenario, chunks = load_scenario(name), itertools.count()
+    try:
+        robot = load_robot(scenario.robot.model)
+    except InputError as error:
+        pytest.skip(str(error))  # its package is not installed
     kinematic = scenario.simulation.mode == "kinematic"
     result = simulate(scenario, stop=lambda: next(chunks) >= 7)
     assert result.outcome == ("goal_reached" if kinematic else "stopped")
@@ -115,7 +131,7 @@ def test_a_shipped_scenario_runs(name: str) -> None:
     assert result.summary["nonfoot_contact_samples"] == 0
     assert result.summary["simulated_time"] >= 2.0
     if not kinematic:
-        assert result.summary["margin"]["minimum"] > 0.06
+        assert result.summary["margin"]["minimum"] > 0.05 * leg_length(robot)
         assert result.summary["base_error_max"] < 0.01
 
 

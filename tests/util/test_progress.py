@@ -27,3 +27,11 @@ def test_a_bar_shows_its_task_from_the_first_update_on() -> None:
         assert bar.live.is_started
     assert "walking" in written.getvalue() and "50%" in written.getvalue()
     assert not bar.live.is_started
+
+
+def test_a_bar_that_nobody_sees_leaves_no_empty_line() -> None:
+    """Where there is no terminal a transient bar writes nothing at all."""
+    written = io.StringIO()
+    with LateProgress(console=Console(file=written), transient=True) as bar:
+        bar.update(bar.add_task("walking", total=2), completed=1)
+    assert written.getvalue() == ""
