@@ -181,13 +181,17 @@ def _leave(result: dict[str, Any], out: Path | None, name: str, *, as_json: bool
         return
     if "outcome" in result:
         print(result["outcome"])
-    print(f"real time: {json.dumps(_short(result['real_time']))}")
+    print(time_kept(result["real_time"]))
 
 
-def _short(times: dict[str, Any]) -> dict[str, Any]:
-    """The figures without their histograms."""
-    return {
-        name: {k: v for k, v in value.items() if k != "histogram"}
-        if isinstance(value, dict) else value
-        for name, value in times.items()
-    }  # fmt: skip
+def time_kept(times: dict[str, Any]) -> str:
+    """How well a loop kept its time, in a line for people; all figures are in the JSON."""
+    if "period_ms" not in times:
+        return f"{times['ticks']} ticks"
+    work, age = times["work_ms"], times["state_age_ms"]
+    line = (
+        f"{times['ticks']} ticks, {times['overrun_share']:.2%} of them late by half a period; "
+        f"99.9 % within {times['jitter_ms']['p99_9']:.2f} ms of their time; a tick took "
+        f"{work['median']:.2f} ms (99.9 %: {work['p99_9']:.2f} ms)"
+    )
+    return line + (f"; states were {age['median']:.1f} ms old when answered" if age else "")

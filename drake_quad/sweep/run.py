@@ -4,7 +4,7 @@ import json
 import shlex
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -266,6 +266,15 @@ def run_sweep(
     Raises:
         InputError: If anything given cannot be used.
     """
+    with ExitStack() as opened:  # a refusal leaves no connection behind
+        return _run_sweep(asked, console, stop, ready, opened)
+
+
+def _run_sweep(
+    asked: SweepRequest, console: Console, stop: Callable[[], bool],
+    ready: Callable[[], object], opened: ExitStack,
+) -> dict[str, Any]:  # fmt: skip
+    """See `run_sweep`; what is `opened` is closed at its end."""
     check_workers(asked.workers)
     least = {"limit": 1, "replays": 0}
     for name, value in ((name, getattr(asked, name)) for name in least):
@@ -278,7 +287,7 @@ def run_sweep(
     here = (
         _local(asked, study.limits, stop)
         if asked.dask is None
-        else _cluster(asked.dask, study.limits, console, stop)
+        else _cluster(asked.dask, study.limits, console, stop, opened)
     )
     ready()
     if asked.dask is None:  # once for all processes
@@ -352,10 +361,12 @@ def _local(asked: SweepRequest, limits: Limits, stop: Callable[[], bool]) -> Car
     )
 
 
-def _cluster(address: str, limits: Limits, console: Console, stop: Callable[[], bool]) -> CarryOut:
+def _cluster(
+    address: str, limits: Limits, console: Console, stop: Callable[[], bool], opened: ExitStack
+) -> CarryOut:
     from drake_quad.sweep.dask_executor import connect, run_on_dask
 
-    client = connect(address)
+    client = opened.enter_context(connect(address))
     if not client.scheduler_info()["workers"]:
         words = f"{address} has no worker yet: waiting for one (dask worker {address})"
         console.print(words, markup=False, highlight=False, soft_wrap=True)

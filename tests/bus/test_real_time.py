@@ -7,7 +7,8 @@ import sys
 
 import pytest
 
-from drake_quad.bus.real_time import real_time
+from drake_quad.bus.real_time import LoopTimes, real_time
+from drake_quad.cli.bus import time_kept
 
 ASK = "import os; print(os.sched_getscheduler(0))"
 
@@ -36,3 +37,15 @@ def test_real_time_asks_for_nothing_unless_told() -> None:
         if before is not None:
             assert os.sched_getscheduler(0) == before
     assert gc.isenabled()
+
+
+def test_how_time_was_kept_is_told_in_a_line() -> None:
+    """Ticks, overruns and work, also where a loop ended before there was anything to measure."""
+    times = LoopTimes(0.002)
+    assert time_kept(times.figures()) == "0 ticks"
+    for k in range(100):
+        begun = k * 2_000_000 + (1_500_000 if k == 50 else 0)
+        times.note(begun, begun + 500_000, 1_000_000)
+    line = time_kept(times.figures())
+    assert "100 ticks, 1.01% of them late" in line and "took 0.50 ms" in line
+    assert "1.0 ms old" in line and "\n" not in line

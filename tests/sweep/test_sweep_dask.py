@@ -14,12 +14,14 @@ import pytest
 import sweep_rig as rig
 from command import drake_quad, refused
 from distributed import Client, LocalCluster
+from rich.console import Console
 
 from drake_quad.errors import InputError
 from drake_quad.sweep import dask_executor as cluster
 from drake_quad.sweep.dask_executor import ClusterGoneError, connect, run_on_dask
 from drake_quad.sweep.executors import Work
 from drake_quad.sweep.journal import read_journal
+from drake_quad.sweep.run import SweepRequest, run_sweep
 from drake_quad.sweep.study import Limits
 from drake_quad.sweep.trials import Trial
 
@@ -231,3 +233,20 @@ def test_nobody_at_the_address_is_one_line(tmp_path: Path, monkeypatch: pytest.M
     line = refused(drake_quad("sweep", "study.yaml", "--dask", "nonsense", cwd=tmp_path))
     assert "--dask" in line and "nonsense" in line
     assert not (tmp_path / "sweeps").exists()
+
+
+def test_a_sweep_that_is_refused_leaves_no_connection(tmp_path: Path) -> None:
+    """A directory that holds another sweep is told after the cluster was reached: it is let go."""
+    study = rig.study_file(tmp_path)
+
+    def refuse() -> None:
+        raise InputError(source="--out", field="directory", value="x", remedy="holds a sweep")
+
+    with LocalCluster(n_workers=0, processes=False, dashboard_address=None) as local:
+        asked = SweepRequest(study, tmp_path / "x", workers=1, dask=local.scheduler_address)
+        with pytest.raises(InputError, match="holds a sweep"):
+            run_sweep(asked, Console(quiet=True), lambda: False, refuse)
+        until = time.monotonic() + 10.0
+        while local.scheduler.clients.keys() - {"fire-and-forget"} and time.monotonic() < until:
+            time.sleep(0.05)
+        assert not local.scheduler.clients.keys() - {"fire-and-forget"}
