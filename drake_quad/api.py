@@ -249,6 +249,7 @@ def chart_stairs(
     progress: Callable[[int, int], object] = _nothing,
     stop: Callable[[], bool] = _never,
     ready: Callable[[], object] = _nothing,
+    tell: Callable[[str], object] = _nothing,
 ) -> StairChart:
     """Which stairs of a grid of rises and runs a robot climbs.
 
@@ -261,6 +262,7 @@ def chart_stairs(
         progress: Called with the number of cells that are done, and of all.
         stop: Called now and then; the chart ends with the cells that are done where it is true.
         ready: Called before any long work, once rises, runs and workers can be used.
+        tell: Told in a line if there is something to wait for first.
 
     Returns:
         The chart in SI units; a notebook shows its picture.
@@ -280,6 +282,7 @@ def chart_stairs(
         workers=count_of,
         progress=progress,
         stop=stop,
+        tell=tell,
     )
 
 
@@ -293,6 +296,7 @@ def make_passport(
     progress: Callable[[int, int], object] = _nothing,
     stop: Callable[[], bool] = _never,
     ready: Callable[[], object] = _nothing,
+    tell: Callable[[str], object] = _nothing,
 ) -> Passport:
     """Which stairs of common rules a robot climbs, on paper; `try_passport` tries them.
 
@@ -306,6 +310,7 @@ def make_passport(
         stop: Called now and then; where it is true, what is done so far is written, unless there
             is a passport already.
         ready: Called before any long work, once all that was given can be used.
+        tell: Told in a line if there is something to wait for first.
 
     Returns:
         The passport; a notebook shows its picture.
@@ -316,7 +321,9 @@ def make_passport(
     directory = Path(out)
     count_of = workers if workers is not None else os.cpu_count() or 1
     asked = Question(_model_of(robot), count=count, wish=Wish(prefer), directory=directory)
-    found = plan_passport(asked, workers=count_of, progress=progress, stop=stop, ready=ready)
+    found = plan_passport(
+        asked, workers=count_of, progress=progress, stop=stop, ready=ready, tell=tell
+    )
     if found.complete or not (directory / PASSPORT).exists():
         write_passport(found, directory)
     return found

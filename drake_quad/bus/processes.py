@@ -292,7 +292,9 @@ def control(
             if dry_run and loop.time >= next_look:
                 next_look = loop.time + 1.0
                 angles = " ".join(f"{q:.2f}" for q in loop.told.q)
-                tell(f"{loop.time:8.3f} s  would command {loop.mode.name.lower()}: {angles} rad")
+                why = f" ({loop.reason})" if loop.reason else ""
+                wish = f"would command {loop.mode.name.lower()}{why}: {angles} rad"
+                tell(f"{loop.time:8.3f} s  {wish}")
             return not loop.outcome
 
         try:

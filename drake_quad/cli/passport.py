@@ -61,6 +61,7 @@ def passport(
             found = dq.make_passport(
                 robot, directory, count=count, prefer=prefer, workers=workers, progress=progress,
                 stop=interrupted, ready=lambda: claim(directory, files=("passport.json",)),
+                tell=MESSAGES.print,
             )  # fmt: skip
         if not found.entries:
             raise KeyboardInterrupt  # before there was anything to keep

@@ -205,7 +205,7 @@ def chart(
     with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
         found = dq.chart_stairs(
             robot, rises, runs, count=count, workers=workers, progress=progress,
-            stop=interrupted, ready=ready,
+            stop=interrupted, ready=ready, tell=MESSAGES.print,
         )  # fmt: skip
     told = found.as_dict()
     if not found.cells:
@@ -423,6 +423,9 @@ def print_chart(told: dict[str, Any], directory: Path, console: Console) -> None
             "-" if above is None else told["limits"][above["limit"]],
         )
     console.print(table, highlight=False)
+    if cells and not works and cells[0]["reason"]:
+        first = f"of {cells[0]['rise']:g} m on {cells[0]['run']:g} m: {cells[0]['reason']}"
+        console.print(Text(first), soft_wrap=True)
     console.print(Text(f"look at {directory / 'chart.png'}"), soft_wrap=True)
 
 

@@ -170,6 +170,7 @@ def chart_grid(
     judge: Judge | None = None,
     progress: Callable[[int, int], object] = lambda _done, _total: None,
     stop: Callable[[], bool] = lambda: False,
+    tell: Callable[[str], object] = lambda _: None,
 ) -> StairChart:
     """Judges every cell of a grid.
 
@@ -182,6 +183,7 @@ def chart_grid(
         judge: Function to use instead of `judge_cell`.
         progress: Receives the number of cells that are done and of all cells.
         stop: Whether to stop.
+        tell: Told in a line if there is something to wait for first.
 
     Raises:
         InputError: If anything given cannot be used, before any long work.
@@ -189,7 +191,7 @@ def chart_grid(
     cells = grid_of(rises, runs, count)
     check_workers(workers)
     robot = load_robot(model)  # here first: it is imported once, and what is wrong is said once
-    with precompiling(DESIGN) as wait:
+    with precompiling(DESIGN, tell) as wait:
         wait()
     found = map_in_processes(
         judge or partial(judge_cell, model, count), cells,

@@ -213,6 +213,7 @@ def plan_passport(
     progress: Callable[[int, int], object] = lambda _done, _total: None,
     stop: Callable[[], bool] = lambda: False,
     ready: Callable[[], object] = lambda: None,
+    tell: Callable[[str], object] = lambda _: None,
 ) -> Passport:
     """Looks at all flights on paper.
 
@@ -222,6 +223,7 @@ def plan_passport(
         progress: Receives the number of flights that are done and of all.
         stop: Whether to stop.
         ready: Called once all that was given can be used.
+        tell: Told in a line if there is something to wait for first.
 
     Raises:
         InputError: If anything given cannot be used, before any long work.
@@ -232,7 +234,7 @@ def plan_passport(
     check_stairs_numbers(Stairs(*flights[0], asked.count))
     robot = load_robot(asked.model)
     ready()
-    with precompiling(DESIGN) as wait:
+    with precompiling(DESIGN, tell) as wait:
         wait()
     found = map_in_processes(
         partial(judge_standard, asked), flights, workers=workers, progress=progress, stop=stop

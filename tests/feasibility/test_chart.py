@@ -1,7 +1,11 @@
 """`drake-quad chart`: the same whatever the number of processes, and files that are whole."""
 
+import io
 import json
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +14,10 @@ from chart_rig import made_up, made_up_slowly
 from command import drake_quad, refused
 from design_rig import asked
 from hypothesis import given, strategies as st
+from rich.console import Console
 from rig import URL
 
-from drake_quad.cli.robots import write_chart
+from drake_quad.cli.robots import print_chart, write_chart
 from drake_quad.errors import InputError
 from drake_quad.feasibility import chart as chart_stairs_module
 from drake_quad.feasibility.chart import (
@@ -142,3 +147,29 @@ def test_command_writes_its_files_and_one_object(tmp_path: Path) -> None:
     assert {p.name for p in (tmp_path / "c").iterdir()} == {"chart.json", "chart.svg", "chart.png"}
     line = refused(drake_quad("chart", URL, "--count", "0", cwd=tmp_path))
     assert "--count" in line
+
+
+def test_where_none_is_climbed_the_console_says_what_is_in_the_way() -> None:
+    """Of the lowest flight on the first run; where some are climbed nobody asks."""
+    console = Console(record=True, width=120, file=io.StringIO())
+    cells = [replace(c, margin=None, limit="plan", reason="too shallow") for c in chart(1).cells]
+    told = replace(chart(1), cells=cells).as_dict()
+    print_chart(told, Path("c"), console)
+    assert "of 0.05 m on 0.25 m: too shallow" in console.export_text()
+    told["cells"][3]["margin"] = 0.05
+    print_chart(told, Path("c"), console)
+    assert "too shallow" not in console.export_text()
+
+
+def test_that_kernels_are_compiled_first_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A person who waits for them knows what for."""
+    told: list[object] = []
+
+    @contextmanager
+    def precompiling(_: object, tell: Any) -> Iterator[Any]:
+        tell("compiling")
+        yield lambda: None
+
+    monkeypatch.setattr(chart_stairs_module, "precompiling", precompiling)
+    chart(1, tell=told.append)
+    assert told == ["compiling"]
