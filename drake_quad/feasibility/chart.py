@@ -13,7 +13,7 @@ from drake_quad.feasibility.standard_stairs import CHARTED, Standard
 from drake_quad.robot.loader import load_robot
 from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, Stairs
-from drake_quad.util.numbers import is_number
+from drake_quad.util.numbers import is_finite_real
 from drake_quad.util.parallel import check_workers, map_in_processes
 
 MOST_CELLS = 10_000
@@ -39,7 +39,7 @@ class Span:
         for word, value, bound in (
             ("from", self.first, most), ("to", self.last, most), ("step", self.step, inf)
         ):  # fmt: skip
-            if not (is_number(value) and FINEST <= value <= bound):
+            if not (is_finite_real(value) and FINEST <= value <= bound):
                 to = f"{FINEST:g} or more" if bound == inf else f"{FINEST:g} to {bound:g}"
                 raise _wrong(f"--{name}-{word}", value, f"give metres, {to}")
         if self.last < self.first:

@@ -34,7 +34,7 @@ from drake_quad.terrain.elements import (
 )
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table
-from drake_quad.util.numbers import is_integer, is_number
+from drake_quad.util.numbers import is_finite_real, is_integer
 
 TURNS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # [deg] turns that a landing can have
 LEAST_LANDING = 1.5  # [m]
@@ -305,11 +305,11 @@ def check_stairs_numbers(stairs: Stairs, around: Around = AS_USUAL) -> None:
         InputError: The error names the option, its value and what would be right.
     """
     for name, value, most in (("rise", stairs.rise, RISE_MAX), ("run", stairs.run, RUN_MAX)):
-        if not (is_number(value) and 0.0 < value <= most):
+        if not (is_finite_real(value) and 0.0 < value <= most):
             raise _wrong(name, value, f"give metres, more than 0 and at most {most:g}")
     if not (is_integer(stairs.count) and 1 <= stairs.count <= COUNT_MOST):
         raise _wrong("count", stairs.count, f"give a whole number of steps, 1 to {COUNT_MOST}")
-    if not (is_number(stairs.overhang) and 0.0 <= stairs.overhang <= 0.5 * stairs.run):
+    if not (is_finite_real(stairs.overhang) and 0.0 <= stairs.overhang <= 0.5 * stairs.run):
         remedy = f"give metres, 0 to half of the run, {0.5 * stairs.run:g}"
         raise _wrong("overhang", stairs.overhang, remedy)
     if not isinstance(stairs.open, bool):
@@ -321,7 +321,9 @@ def check_stairs_numbers(stairs: Stairs, around: Around = AS_USUAL) -> None:
         )
         raise _wrong("rise", stairs.rise, remedy)
     for name, length in (("width", around.width), ("landing", around.landing)):
-        if length is not None and not (is_number(length) and WIDTH_MIN <= length <= LANDING_MOST):
+        if length is not None and not (
+            is_finite_real(length) and WIDTH_MIN <= length <= LANDING_MOST
+        ):
             raise _wrong(name, length, f"give metres, {WIDTH_MIN:g} to {LANDING_MOST:g}")
     if around.turn not in TURNS:
         remedy = f"give degrees, one of {', '.join(f'{turn:g}' for turn in TURNS)}"

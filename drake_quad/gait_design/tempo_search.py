@@ -34,7 +34,7 @@ from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.safety import safe_margin
 from drake_quad.terrain.course import Course
-from drake_quad.util.numbers import is_number
+from drake_quad.util.numbers import is_finite_real
 
 PREFER = ("margin", "balanced", "speed")
 KEPT = 0.8  # of the margin of the gait that was found for margin: what `balanced` keeps
@@ -85,7 +85,7 @@ class Wish:
             ("speed", self.speed, "m/s"),
             ("min-margin", self.min_margin, "metres"),
         ):
-            if value is not None and not (is_number(value) and value > 0.0):
+            if value is not None and not (is_finite_real(value) and value > 0.0):
                 remedy = f"give {unit}, more than 0"
                 field = option.replace("-", "_")
                 raise InputError(source=f"--{option}", field=field, value=value, remedy=remedy)

@@ -4,7 +4,7 @@ from math import isfinite
 from numbers import Integral, Real
 
 
-def is_number(value: object) -> bool:
+def is_finite_real(value: object) -> bool:
     """Whether it is a finite number; True and False are none."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return False
