@@ -15,6 +15,7 @@ from benchmarks.mujoco_model import STEP
 from benchmarks.mujoco_robot import MujocoRobot
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import GaitPhase
+from drake_quad.errors import DrakeQuadError
 from drake_quad.planning.motion_plan import MotionPlan
 
 TILT_LIMIT = np.radians(40.0)  # beyond it the robot fell
@@ -99,7 +100,11 @@ def drive(
             for sense, value in senses:
                 value.GetMutableData().get_mutable_value().SetFromVector(sense())
             # Half a step on: rounding cannot decide on which side of a clock's tick this is.
-            status = simulator.AdvanceTo(body.time + 0.5 * STEP)
+            try:
+                status = simulator.AdvanceTo(body.time + 0.5 * STEP)
+            except DrakeQuadError as problem:  # no way back to the plan: a run in Drake stops, too
+                outcome = f"stopped: {problem}"
+                break
             body.command(
                 ports["joint_state_desired"].Eval(context),
                 ports["joint_torque_feedforward"].Eval(context),

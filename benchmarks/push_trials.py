@@ -24,7 +24,7 @@ from pydrake.systems.framework import Context
 from benchmarks.study import Result, finding
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import GaitPhase, Mode
-from drake_quad.errors import InputError
+from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.legs import SHORT_NAMES
@@ -160,7 +160,11 @@ class PushBench:
         while not outcome and now < last:
             to = min(now + look, last)
             now = min(to, pushed) if now < pushed else to
-            status = simulator.AdvanceTo((now - BEFORE) * self._dt)
+            try:
+                status = simulator.AdvanceTo((now - BEFORE) * self._dt)
+            except DrakeQuadError as error:  # no way back to the plan: such a run stops, too
+                outcome, reason = "stopped", str(error)
+                break
             if now == pushed:
                 self._set_force(context, np.zeros(3))
             off, tilt = self._base_error(context)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from drake_quad.errors import PlanningError
 from drake_quad.planning.motion_plan import Segment
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.diagram import stair_climb_of
@@ -120,6 +121,27 @@ def test_a_run_that_ends_before_its_push_says_so(load: Any) -> None:
     assert far["outcome"] == "goal_reached"
     late = bench.try_push(push(3.0, 0.3, 0.0), tail=0.5)
     assert late["outcome"] == "stopped" and "goal_reached" in late["reason"]
+
+
+def test_where_no_way_back_is_found_the_robot_has_stopped(load: Any) -> None:
+    """As in a run: that is a finding about the push, and no error of the study."""
+    bench = load("push_trials").PushBench(Base("flat_walk"), (*CONTROL, STAND))
+
+    class Lost:
+        """A simulator whose planner finds no way back."""
+
+        def __init__(self, simulator: Simulator) -> None:
+            self._simulator = simulator
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self._simulator, name)
+
+        def AdvanceTo(self, time: float) -> None:
+            raise PlanningError(f"no way back at {time:g} s")
+
+    bench._branch = Lost(bench._branch)
+    found = bench.try_push(push(0.1, 0.1, 0.0), tail=0.1)
+    assert found["outcome"] == "stopped" and "no way back" in found["reason"]
 
 
 def test_scenarios_with_pushes_of_their_own_are_refused(load: Any) -> None:
