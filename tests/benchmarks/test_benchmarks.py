@@ -106,6 +106,7 @@ def test_the_bare_plant_follows_to_the_bit(load: Any) -> None:
     assert moved.state_difference() > 1e-3  # the comparison would notice
 
 
+@pytest.mark.long
 def test_real_time_reports_every_system(load: Any, capsys: pytest.CaptureFixture[str]) -> None:
     """As JSON: both factors, their ratio, and as many ticks of each system as its rate asks for."""
     load("real_time").main(
@@ -224,6 +225,7 @@ def test_corrected_cenic_tracks_as_the_discrete_solver(load: Any) -> None:
     assert np.max(np.abs(right - discrete)) < 2e-3
 
 
+@pytest.mark.long
 def test_benchmark_of_checks_gives_the_checks_answers(
     load: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

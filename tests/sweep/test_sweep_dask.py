@@ -28,7 +28,10 @@ from drake_quad.sweep.trials import Trial
 TEXT = rig.PLUMBING.replace("trials: 4", "trials: 20")
 
 
-@pytest.mark.parametrize("workers", [2, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "workers",
+    [pytest.param(2, marks=pytest.mark.long), pytest.param(4, marks=pytest.mark.slow)],
+)
 def test_a_worker_that_is_killed_costs_no_trial(tmp_path: Path, workers: int) -> None:
     """Nor does one that is restarted: each is in the table once, which is that of a sweep here."""
     with LocalCluster(
