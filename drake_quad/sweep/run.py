@@ -366,7 +366,8 @@ def _cluster(
 ) -> CarryOut:
     from drake_quad.sweep.dask_executor import connect, run_on_dask
 
-    client = opened.enter_context(connect(address))
+    client = connect(address)
+    opened.callback(client.close)  # which may be closed already
     if not client.scheduler_info()["workers"]:
         words = f"{address} has no worker yet: waiting for one (dask worker {address})"
         console.print(words, markup=False, highlight=False, soft_wrap=True)
