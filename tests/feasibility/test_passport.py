@@ -75,13 +75,18 @@ def test_a_yes_below_the_wanted_margin_says_so() -> None:
     assert passport_cells(entry, tried=False)[2] == "yes, below the 30 mm wanted"
 
 
+def copy_scenario(made: tuple[Passport, Path], to: Path) -> Passport:
+    """The passport, whose one scenario is in another directory, too."""
+    scenario = made[0].entries[0].scenario
+    (to / scenario).write_bytes((made[1] / scenario).read_bytes())
+    return made[0]
+
+
 def test_the_trials_are_a_study_of_the_flights_own_scenario(
     made: tuple[Passport, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Each yes gets a study that can be loaded, so many trials, and its rate on the page."""
-    passport, directory = made
-    scenario = passport.entries[0].scenario
-    (tmp_path / scenario).write_bytes((directory / scenario).read_bytes())
+    passport, scenario = copy_scenario(made, tmp_path), made[0].entries[0].scenario
     seen: list[Any] = []
 
     def run(asked: Any, *_: Any) -> dict[str, Any]:
@@ -211,9 +216,7 @@ def test_trials_go_on_where_they_were_and_each_flight_is_kept(
     made: tuple[Passport, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A journal that is there is gone on with; a flight without a trial has no rate."""
-    passport, directory = made
-    scenario = passport.entries[0].scenario
-    (tmp_path / scenario).write_bytes((directory / scenario).read_bytes())
+    passport = copy_scenario(made, tmp_path)
     seen: list[bool] = []
 
     def run(asked: Any, *_: Any) -> dict[str, Any]:
