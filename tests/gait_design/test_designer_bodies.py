@@ -253,6 +253,7 @@ def test_deep_treads_are_walked_like_floors_where_no_gait_suits_them(
     kept: float | None,
 ) -> None:
     """And the better of both is kept; that treads are deep is told with a no."""
+    base = designed()  # before the design is replaced
     depths: list[float] = []
     monkeypatch.setattr(Designed, "quality", property(lambda found: found.margin))
 
@@ -260,7 +261,7 @@ def test_deep_treads_are_walked_like_floors_where_no_gait_suits_them(
         depths.append(scenario.gait.deep_tread)
         if depths[-1] not in found:
             raise PlanningError("no plan", excess=0.1)
-        return replace(designed(), margin=found[depths[-1]])
+        return replace(base, margin=found[depths[-1]])
 
     monkeypatch.setattr(designer, "_design", design)
     scenario = make_stairs_scenario(paper_robot(), Stairs(0.1, run, 2), model=MODEL)
