@@ -14,7 +14,8 @@ from rich.console import Console
 from drake_quad.certificate.certify import Certificate
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
-from drake_quad.feasibility.check import Around, Feasibility, check_flight, design_for_course
+from drake_quad.feasibility.check import Feasibility, check_flight, design_for_course
+from drake_quad.feasibility.flight import Around
 from drake_quad.feasibility.passport import (
     COUNT,
     Passport,

@@ -7,8 +7,9 @@ from math import floor, inf
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import check_flight, check_stairs_numbers
+from drake_quad.feasibility.check import check_flight
 from drake_quad.feasibility.check_report import LIMITS, limit_of
+from drake_quad.feasibility.flight import check_stairs_numbers
 from drake_quad.feasibility.standard_stairs import CHARTED, Standard
 from drake_quad.robot.loader import load_robot
 from drake_quad.simulation.precompile import DESIGN, precompiling

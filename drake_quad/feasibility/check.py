@@ -3,12 +3,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import ceil, floor
 from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.gait_design.candidates import hip_length
+from drake_quad.feasibility.flight import (
+    AS_USUAL,
+    Around,
+    check_margin_kind,
+    check_stairs_numbers,
+    make_stairs_scenario,
+    wrong_option,
+)
+from drake_quad.feasibility.nearest import nearest_stairs
 from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
 from drake_quad.gait_design.plan_candidates import Designed
@@ -19,56 +26,17 @@ from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof, prove_infeasible
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
-from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
+from drake_quad.robot.model import RobotModel, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
-from drake_quad.scenario.config import RobotConfig, Scenario, StartConfig
+from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
-from drake_quad.stability.equilibrium_region import HULL, KINDS
+from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import (
-    DEFAULT_THICKNESS,
-    RISE_MAX,
-    RUN_MAX,
-    WIDTH_MIN,
-    Element,
     Stairs,
 )
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table
-from drake_quad.util.numbers import is_finite_real, is_integer
 
-TURNS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # [deg] turns that a landing can have
-LEAST_LANDING = 1.5  # [m]
-COUNT_MOST = 100
-LANDING_MOST = 100.0  # [m] longest landing, and greatest width
-
-SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
-LEAST_RISE = 0.02  # [m] below which nothing is called stairs
-FINE = 0.01  # [m] to which the nearest rise is sought
-SHRINK = 0.85  # ratio of the next rise to the last as long as nothing works
-# Ratio and tries on treads like floors, which take long to plan; deeper ones are no easier.
-SHRINK_DEEP = 0.6
-TRIES, TRIES_DEEP = 30, 2
-DEEPER = (1.15, 1.3, 1.5, 1.75, 2.0)  # ratios of deeper treads, tried if no rise works
-VERIFY = 3  # rises that are tried on the flight's real number of steps
-
-
-@dataclass(frozen=True)
-class Around:
-    """What is around the flights up and down.
-
-    Attributes:
-        width: Width of the flights and the floors [m]; as the robot needs if None.
-        landing: Length of the landing between them [m]; as the robot needs if None.
-        turn: Turn on the landing [deg], left positive; one of TURNS. A half turn takes two
-            landings.
-    """
-
-    width: float | None = None
-    landing: float | None = None
-    turn: float = 90.0
-
-
-AS_USUAL = Around()
 MOST_MARGIN = Wish()
 
 
@@ -213,14 +181,14 @@ class Feasibility:
             )
             check = replace(self, data={**self.data, "nearest_rise": highest})
 
-        def judge(stairs: Stairs) -> Feasibility:
+        def climbs(stairs: Stairs) -> bool:
             note(f"not these; trying {stairs}")
             return check_flight(
                 self.scenario.robot.model, stairs, around=self.around,
                 margin=self.scenario.gait.margin, nearest=False, thorough=False, robot=self.robot,
-            )  # fmt: skip
+            ).feasible  # fmt: skip
 
-        return nearest_stairs(judge, check.data, self.stairs)
+        return nearest_stairs(climbs, check.data, self.stairs)
 
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""
@@ -246,105 +214,6 @@ class Feasibility:
                 ("the whole course takes", f"{self.designed.plan.duration:.0f} s"),
             ]
         return html_table(rows)
-
-
-def make_stairs_scenario(
-    robot: RobotModel, stairs: Stairs, around: Around = AS_USUAL, *, model: str
-) -> Scenario:
-    """A flight up, a landing with a turn, and the same flight down, wide enough for the robot.
-
-    Args:
-        robot: The robot.
-        stairs: The flight.
-        around: Width, landing and turn.
-        model: Robot name or file, as the scenario has it.
-    """
-    run = stairs.run
-    size = max(leg_length(robot), 0.5 * hip_length(robot))
-    start = 0.5 * hip_length(robot) + 0.8 * size + 0.1
-    before = start + 0.5 * hip_length(robot) + 1.2 * size + run
-    landing = max(LEAST_LANDING, 2.0 * (0.5 * hip_length(robot) + 1.1 * size + run))
-    after = hip_length(robot) + 2.5 * size + 2.0 * run
-    width = max(1.2, 3.0 * size) if around.width is None else around.width
-    wide = _up(max(landing, width)) if around.landing is None else around.landing
-    turns: dict[float, list[float | None]] = {
-        0.0: [None],
-        180.0: [90.0, 90.0],
-        -180.0: [-90.0, -90.0],
-    }
-    landings = [
-        Element(kind="landing", length=wide, width=width if turn is None else None,
-                      turn_deg=turn)
-        for turn in turns.get(around.turn, [around.turn])
-    ]  # fmt: skip
-    course = [
-        Element(kind="floor", length=_up(before), width=width),
-        Element(kind="stairs", going="up", width=width, **stairs.fields()),
-        *landings,
-        Element(kind="stairs", going="down", width=width, **stairs.fields()),
-        Element(kind="floor", length=_up(after), width=width),
-    ]
-    return Scenario(
-        description=f"{robot.name} on {stairs}, up and down",
-        robot=RobotConfig(model=model),
-        design="auto",
-        course=course,
-        start=StartConfig(distance=round(start, 3)),
-    )
-
-
-def _up(length: float) -> float:
-    """A length [m], rounded up to decimetres."""
-    return ceil(10.0 * length) / 10.0
-
-
-def check_stairs_numbers(stairs: Stairs, around: Around = AS_USUAL) -> None:
-    """Makes sure that there can be such stairs.
-
-    Raises:
-        InputError: The error names the option, its value and what would be right.
-    """
-    for name, value, most in (("rise", stairs.rise, RISE_MAX), ("run", stairs.run, RUN_MAX)):
-        if not (is_finite_real(value) and 0.0 < value <= most):
-            raise _wrong(name, value, f"give metres, more than 0 and at most {most:g}")
-    if not (is_integer(stairs.count) and 1 <= stairs.count <= COUNT_MOST):
-        raise _wrong("count", stairs.count, f"give a whole number of steps, 1 to {COUNT_MOST}")
-    if not (is_finite_real(stairs.overhang) and 0.0 <= stairs.overhang <= 0.5 * stairs.run):
-        remedy = f"give metres, 0 to half of the run, {0.5 * stairs.run:g}"
-        raise _wrong("overhang", stairs.overhang, remedy)
-    if not isinstance(stairs.open, bool):
-        raise _wrong("open", stairs.open, "give True or False")
-    if not stairs.closed and stairs.rise <= DEFAULT_THICKNESS:
-        remedy = (
-            f"give more than {DEFAULT_THICKNESS:g} m, for treads with an overhang or open risers "
-            "are so thick"
-        )
-        raise _wrong("rise", stairs.rise, remedy)
-    for name, length in (("width", around.width), ("landing", around.landing)):
-        if length is not None and not (
-            is_finite_real(length) and WIDTH_MIN <= length <= LANDING_MOST
-        ):
-            raise _wrong(name, length, f"give metres, {WIDTH_MIN:g} to {LANDING_MOST:g}")
-    if around.turn not in TURNS:
-        remedy = f"give degrees, one of {', '.join(f'{turn:g}' for turn in TURNS)}"
-        raise _wrong("turn", around.turn, remedy)
-    if around.turn and (around.landing or LANDING_MOST) < (around.width or 0.0):
-        remedy = f"give at least the width, {around.width:g} m: the robot turns on it"
-        raise _wrong("landing", around.landing, remedy)
-
-
-def check_margin_kind(margin: str) -> None:
-    """Makes sure that there is such a margin.
-
-    Raises:
-        InputError: If there is not.
-    """
-    if margin not in KINDS:
-        raise _wrong("margin", margin, f"give {', '.join(KINDS[:-1])} or {KINDS[-1]}")
-
-
-def _wrong(option: str, value: object, remedy: str) -> InputError:
-    return InputError(source=f"--{option}", field=option, value=value, remedy=remedy)
 
 
 def check_flight(
@@ -389,7 +258,7 @@ def check_flight(
         name = "landing" if name == "length" and around.landing is not None else name
         if name not in ("rise", "run", "count", "overhang", "width", "landing"):
             raise
-        raise _wrong(name, error.value, error.remedy) from None
+        raise wrong_option(name, error.value, error.remedy) from None
     return replace(found, stairs=stairs, around=around)
 
 
@@ -460,51 +329,3 @@ def _whole_path(model: str) -> str:
     """A robot's file by its whole path, so that a scenario can be saved anywhere; names stay."""
     path = user_path(model)
     return str(path.resolve()) if "://" not in model and path.is_file() else model
-
-
-def nearest_stairs(
-    judge: Callable[[Stairs], Feasibility], data: dict[str, Any], stairs: Stairs
-) -> Stairs | None:
-    """The nearest stairs that a robot climbs: a lower rise, or if none a deeper run.
-
-    Args:
-        judge: Says whether stairs can be climbed.
-        data: Figures behind the reason why `stairs` cannot be climbed.
-        stairs: The stairs that cannot be climbed.
-
-    Returns:
-        Stairs of as many steps that `judge` found feasible; None if nothing was found.
-    """
-    rise, run, count = stairs.rise, stairs.run, stairs.count
-    few = min(count, SEARCH_COUNT)
-
-    def works(rise: float) -> bool:
-        return judge(replace(stairs, rise=rise, count=few)).feasible
-
-    hint, deep = data.get("nearest_rise"), "deep" in data
-    if "nearest_rise" not in data or hint is not None:
-        # Above a hint no rise works, not even on endless stairs, as far as it was sought.
-        low = _down(SHRINK * rise if hint is None else hint)
-        high = rise if hint is None else min(rise, low + FINE)
-        tries = TRIES_DEEP if deep else TRIES
-        while low >= LEAST_RISE and tries > 0 and not works(low):
-            low, high, tries = _down((SHRINK_DEEP if deep else SHRINK) * low), low, tries - 1
-        if tries == 0:
-            low = 0.0
-        while low >= LEAST_RISE and high - low > FINE + 1e-9:
-            middle = _down(0.5 * (low + high))
-            low, high = (middle, high) if works(middle) else (low, middle)
-        for lower in range(VERIFY):
-            found = replace(stairs, rise=round(low - lower * FINE, 3))
-            if found.rise >= LEAST_RISE and (few == count or judge(found).feasible):
-                return found
-    for times in () if deep else DEEPER:
-        deeper = replace(stairs, run=round(times * run, 2))
-        if deeper.run <= RUN_MAX and judge(deeper).feasible:
-            return deeper
-    return None
-
-
-def _down(rise: float) -> float:
-    """A rise [m], rounded down to millimetres."""
-    return floor(1000.0 * rise + 1e-6) / 1000.0

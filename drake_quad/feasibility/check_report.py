@@ -10,14 +10,8 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import (
-    Around,
-    Feasibility,
-    check_flight,
-    check_margin_kind,
-    check_stairs_numbers,
-    design_for_course,
-)
+from drake_quad.feasibility.check import Feasibility, check_flight, design_for_course
+from drake_quad.feasibility.flight import Around, check_margin_kind, check_stairs_numbers
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed

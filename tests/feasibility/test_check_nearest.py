@@ -15,7 +15,7 @@ import drake_quad as dq
 from drake_quad.cli import robots as cli_robots
 from drake_quad.cli.robots import print_next
 from drake_quad.feasibility import check as check_nearest, check_report as check_command
-from drake_quad.feasibility.check import Feasibility, check_flight, nearest_stairs
+from drake_quad.feasibility.check import Feasibility, check_flight
 from drake_quad.feasibility.check_report import (
     LIMITS,
     CheckRequest,
@@ -23,6 +23,7 @@ from drake_quad.feasibility.check_report import (
     run_check,
     with_nearest,
 )
+from drake_quad.feasibility.nearest import nearest_stairs
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.scenario.config import Scenario
 from drake_quad.terrain.elements import Stairs
@@ -141,9 +142,7 @@ def test_no_names_what_is_short_and_the_nearest_stairs() -> None:
 @pytest.mark.parametrize("highest", [0.03, 0.111, 0.24, 0.2995])
 def test_nearest_rise_is_the_highest_that_works(highest: float) -> None:
     """Whatever the robot can, to a centimetre below it, and never above."""
-    near = nearest_stairs(
-        lambda stairs: made_up(feasible=stairs.rise <= highest), {}, Stairs(0.3, 0.3)
-    )
+    near = nearest_stairs(lambda stairs: stairs.rise <= highest, {}, Stairs(0.3, 0.3))
     assert near is not None and near.run == 0.3
     assert highest - 0.0111 <= near.rise <= highest
 
@@ -152,11 +151,11 @@ def test_above_the_rise_that_was_said_to_work_none_is_judged() -> None:
     """What the search on endless stairs ruled out is not planned; what it named is judged first."""
     judged: list[float] = []
 
-    def judge(stairs: Stairs) -> Feasibility:
+    def climbs(stairs: Stairs) -> bool:
         judged.append(stairs.rise)
-        return made_up(feasible=True)
+        return True
 
-    near = nearest_stairs(judge, {"nearest_rise": 0.2117}, Stairs(0.3, 0.3, 4))
+    near = nearest_stairs(climbs, {"nearest_rise": 0.2117}, Stairs(0.3, 0.3, 4))
     assert near == Stairs(0.211, 0.3, 4)
     assert judged == [0.211]
 
@@ -164,7 +163,7 @@ def test_above_the_rise_that_was_said_to_work_none_is_judged() -> None:
 def test_nearest_stairs_hold_for_all_steps_of_the_flight() -> None:
     """Where ten steps allow less than four, what is named is judged with ten."""
     near = nearest_stairs(
-        lambda stairs: made_up(feasible=stairs.rise <= (0.2 if stairs.count < 10 else 0.19)),
+        lambda stairs: stairs.rise <= (0.2 if stairs.count < 10 else 0.19),
         {},
         Stairs(0.3, 0.3),
     )
@@ -174,25 +173,23 @@ def test_nearest_stairs_hold_for_all_steps_of_the_flight() -> None:
 def test_where_no_rise_works_a_deeper_run_may() -> None:
     """A run that suits the rise is named, and if there is none either, nothing."""
 
-    def judge(stairs: Stairs) -> Feasibility:
-        return made_up(feasible=stairs.run >= 0.3)
+    def climbs(stairs: Stairs) -> bool:
+        return stairs.run >= 0.3
 
     data = {"nearest_rise": None}
-    assert nearest_stairs(judge, data, Stairs(0.2, 0.22)) == Stairs(0.2, 0.33)
-    assert nearest_stairs(judge, data, Stairs(0.2, 0.10)) is None
+    assert nearest_stairs(climbs, data, Stairs(0.2, 0.22)) == Stairs(0.2, 0.33)
+    assert nearest_stairs(climbs, data, Stairs(0.2, 0.10)) is None
 
 
 def test_the_nearest_stairs_to_treads_like_floors_are_sought_briefly() -> None:
     """They take long to plan; and deeper ones are no easier."""
     judged: list[Stairs] = []
 
-    def judge(stairs: Stairs) -> Feasibility:
+    def climbs(stairs: Stairs) -> bool:
         judged.append(stairs)
-        return made_up(feasible=False)
+        return False
 
-    assert nearest_stairs(judge, {"deep": True}, Stairs(0.3, 2.0, 4)) is None
+    assert nearest_stairs(climbs, {"deep": True}, Stairs(0.3, 2.0, 4)) is None
     assert len(judged) == 2 and {stairs.run for stairs in judged} == {2.0}
-    near = nearest_stairs(
-        lambda stairs: made_up(feasible=stairs.rise <= 0.2), {"deep": True}, Stairs(0.3, 2.0, 4)
-    )
+    near = nearest_stairs(lambda stairs: stairs.rise <= 0.2, {"deep": True}, Stairs(0.3, 2.0, 4))
     assert near is not None and 0.19 <= near.rise <= 0.2

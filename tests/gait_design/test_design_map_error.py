@@ -6,7 +6,7 @@ import pytest
 from design_rig import MODEL, shape
 from rig import paper_robot
 
-from drake_quad.feasibility.check import make_stairs_scenario
+from drake_quad.feasibility.flight import make_stairs_scenario
 from drake_quad.gait_design import designer
 from drake_quad.gait_design.candidates import Staircase
 from drake_quad.gait_design.designer import design_scenario

@@ -8,7 +8,7 @@ from design_rig import MODEL, designed
 from rig import paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.feasibility.check import make_stairs_scenario
+from drake_quad.feasibility.flight import make_stairs_scenario
 from drake_quad.gait_design import designer
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.plan_candidates import (

@@ -7,7 +7,7 @@ from design_rig import MODEL, designed
 from rig import paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.feasibility.check import make_stairs_scenario
+from drake_quad.feasibility.flight import make_stairs_scenario
 from drake_quad.gait_design import plan_candidates
 from drake_quad.gait_design.doubts import find_doubt
 from drake_quad.gait_design.plan_candidates import (

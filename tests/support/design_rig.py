@@ -7,7 +7,8 @@ import numpy as np
 from rig import paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.feasibility.check import AS_USUAL, Feasibility, check_flight, make_stairs_scenario
+from drake_quad.feasibility.check import Feasibility, check_flight
+from drake_quad.feasibility.flight import AS_USUAL, make_stairs_scenario
 from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.kernels import slacks
