@@ -76,7 +76,11 @@ def main() -> None:
     """Entry point: errors on purpose become one line and an exit status."""
     make_streams_last()
     try:
-        app()
+        status = app(standalone_mode=False)
+    except typer.TyperException as error:  # an option or a command that there is not
+        if len(sys.argv) == 1:  # Typer has printed the help
+            raise SystemExit(2) from None
+        _fail(_usage_line(error), 2)
     except InputError as error:
         _fail(str(error), 2)
     except PlanningError as error:
@@ -88,10 +92,18 @@ def main() -> None:
         _fail(f"{where}: {error.strerror or error}", 2)
     except KeyboardInterrupt:  # before Typer sees to it
         _fail("interrupted", INTERRUPTED)
-    except SystemExit as end:
-        if end.code == INTERRUPTED:  # what Typer makes of Ctrl-C, without a word
-            _fail("interrupted", INTERRUPTED)
-        raise
+    if status == INTERRUPTED:  # what Typer makes of Ctrl-C, without a word
+        _fail("interrupted", INTERRUPTED)
+    raise SystemExit(status or 0)
+
+
+def _usage_line(error: typer.TyperException) -> str:
+    """What is wrong with how the command was called, and where the right ways are told."""
+    message = error.format_message()
+    message = message[:1].lower() + message[1:] + ("" if message.endswith((".", "?")) else ".")
+    context = getattr(error, "ctx", None)  # errors of usage have one
+    command = "drake-quad" if context is None else context.command_path
+    return f"{message} `{command} --help` tells what there is."
 
 
 def _fail(message: str, status: int) -> None:

@@ -219,14 +219,18 @@ def test_each_end_has_its_status(
     assert end.value.code == status and capsys.readouterr().err == line
 
 
-def test_usage_errors_and_help_are_typers_own(tmp_path: Path) -> None:
-    """An unknown option: status 2 and how it is used; help: 0; no arguments: help, and 2."""
+def test_a_call_that_is_wrong_is_one_line(tmp_path: Path) -> None:
+    """An unknown option: status 2, its name and where to look; help: 0; nothing: help, and 2."""
     unknown = drake_quad("plan", "--no-such", cwd=tmp_path)
-    assert unknown.returncode == 2 and "No such option: --no-such" in unknown.stderr
-    assert "Usage" in unknown.stderr and unknown.stdout == ""
+    assert unknown.returncode == 2 and unknown.stdout == ""
+    assert unknown.stderr.count("\n") == 1 and "no such option: --no-such" in unknown.stderr
+    assert "plan --help` tells what there is" in unknown.stderr
+    command = drake_quad("paln", cwd=tmp_path)
+    assert command.returncode == 2 and command.stderr.count("\n") == 1
+    assert "no such command 'paln'. Did you mean 'plan'? `" in command.stderr
     shown, bare = drake_quad("--help", cwd=tmp_path), drake_quad(cwd=tmp_path)
     assert shown.returncode == 0 and "Usage" in shown.stdout and shown.stderr == ""
-    assert bare.returncode == 2 and "Usage" in bare.stdout + bare.stderr
+    assert bare.returncode == 2 and "Usage" in bare.stdout and bare.stderr == ""
 
 
 DEGREES = Quadruped(limits=((-34.0, 46.0), (-69.0, 86.0), (-143.0, -17.0)))
