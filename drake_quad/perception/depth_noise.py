@@ -11,7 +11,7 @@ shadow), and pixels in between lie on neither side.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, grey_dilation, maximum_filter, minimum_filter
+import scipy  # its part ndimage is loaded at its first use: most runs have no camera
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.perception.camera_model import CameraModel, StereoCamera
@@ -108,7 +108,7 @@ def smooth_field(
     rows, columns = shape[0] // skip + 8, shape[1] // skip + 8
     sigma = length / skip
     white = generator.standard_normal((rows, columns))
-    field = gaussian_filter(white, sigma, mode="wrap") if sigma > 0.05 else white
+    field = scipy.ndimage.gaussian_filter(white, sigma, mode="wrap") if sigma > 0.05 else white
     if sigma > 0.05:  # the deviation that smoothing leaves, for a kernel summed in both directions
         x = np.arange(-int(4 * sigma + 0.5), int(4 * sigma + 0.5) + 1)
         kernel = np.exp(-0.5 * (x / sigma) ** 2)
@@ -178,16 +178,17 @@ def add_noise(
     if noise.fattening > 0.0:
         reach = noise.fattening / ratio
         share = np.clip(0.5 + 0.5 * smooth_field(shape, 6.0 / ratio, generator), 0.0, 1.0)
-        grown = grey_dilation(disparity, size=(2 * int(np.ceil(reach)) + 1,) * 2)
+        grown = scipy.ndimage.grey_dilation(disparity, size=(2 * int(np.ceil(reach)) + 1,) * 2)
         # A growth of less than a pixel happens to a share of the pixels along an edge.
         chance = reach / np.ceil(reach)
-        beside = maximum_filter(edges_of(disparity), 2 * int(np.ceil(reach)) + 1)
+        beside = scipy.ndimage.maximum_filter(edges_of(disparity), 2 * int(np.ceil(reach)) + 1)
         near = beside & (grown - disparity > EDGE_JUMP) & (share < chance)
         disparity = np.where(near, grown, disparity)
         lost &= ~near
     if noise.flying > 0.0:
-        high, low = maximum_filter(disparity, 3), minimum_filter(disparity, 3)
-        edge = maximum_filter(edges_of(disparity), 3) & (high - low > EDGE_JUMP)
+        high = scipy.ndimage.maximum_filter(disparity, 3)
+        low = scipy.ndimage.minimum_filter(disparity, 3)
+        edge = scipy.ndimage.maximum_filter(edges_of(disparity), 3) & (high - low > EDGE_JUMP)
         mixed = low + (high - low) * generator.random(shape)
         disparity = np.where(edge & (generator.random(shape) < noise.flying), mixed, disparity)
     if noise.white > 0.0:

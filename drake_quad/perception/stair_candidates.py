@@ -4,8 +4,8 @@ from math import floor
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import correlate1d
 
 from drake_quad.common import FloatArray
 from drake_quad.jit import jit
@@ -86,6 +86,14 @@ def score_profile(
                 costs[f, r, q] = total / s.shape[0]
 
 
+def _correlate(
+    values: FloatArray, weights: FloatArray, *, axis: int = -1, mode: str = "reflect"
+) -> FloatArray:
+    # Loaded at its first use: most runs have no camera, and need not wait for scipy.ndimage.
+    found: FloatArray = scipy.ndimage.correlate1d(values, weights, axis=axis, mode=mode)
+    return found
+
+
 def surface_normals(frame: DepthFrame) -> tuple[FloatArray, NDArray[np.int64]]:
     """Normals of local planes of 5 by 5 pixels, in L, and the places of their pixels in `index`.
 
@@ -95,13 +103,13 @@ def surface_normals(frame: DepthFrame) -> tuple[FloatArray, NDArray[np.int64]]:
     flat = np.zeros(model.height * model.width)
     flat[frame.index] = frame.rho
     image = flat.reshape(model.height, model.width)
-    whole = correlate1d(
-        correlate1d((image > 0).astype(float), np.ones(5), axis=0), np.ones(5), axis=1
+    whole = _correlate(
+        _correlate((image > 0).astype(float), np.ones(5), axis=0), np.ones(5), axis=1
     )
     slope, mean = np.arange(-2.0, 3.0) / 10.0, np.ones(5) / 5.0
-    a = correlate1d(correlate1d(image, slope, axis=1), mean, axis=0).ravel()[frame.index]
-    b = correlate1d(correlate1d(image, slope, axis=0), mean, axis=1).ravel()[frame.index]
-    rho = correlate1d(correlate1d(image, mean, axis=0), mean, axis=1).ravel()[frame.index]
+    a = _correlate(_correlate(image, slope, axis=1), mean, axis=0).ravel()[frame.index]
+    b = _correlate(_correlate(image, slope, axis=0), mean, axis=1).ravel()[frame.index]
+    rho = _correlate(_correlate(image, mean, axis=0), mean, axis=1).ravel()[frame.index]
     u, v = frame.index % model.width, frame.index // model.width
     normal = np.stack(
         [a * model.fx, b * model.fy, rho - a * (u - model.cx) - b * (v - model.cy)], axis=-1
@@ -168,7 +176,7 @@ def candidate_yaws(frame: DepthFrame) -> list[float]:
 
 
 def _peaks(votes: FloatArray, bins: FloatArray, most: int) -> list[float]:
-    smooth = correlate1d(votes, np.array([0.5, 1.0, 0.5]), mode="constant")
+    smooth = _correlate(votes, np.array([0.5, 1.0, 0.5]), mode="constant")
     centres = 0.5 * (bins[1:] + bins[:-1])
     found: list[float] = []
     for i in np.argsort(-smooth, kind="stable"):
@@ -193,7 +201,7 @@ def candidate_floors(frame: DepthFrame, priors: StairPriors) -> list[float]:
         return []
     bins = np.arange(-2.5, 0.5, 0.02)
     votes, _ = np.histogram(heights, bins)
-    smooth = correlate1d(votes.astype(float), np.ones(3), mode="constant")
+    smooth = _correlate(votes.astype(float), np.ones(3), mode="constant")
     centres = 0.5 * (bins[1:] + bins[:-1])
     found: list[float] = []
     for i in np.argsort(-smooth, kind="stable"):
