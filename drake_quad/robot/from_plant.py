@@ -15,6 +15,7 @@ from pydrake.systems.framework import Context
 
 from drake_quad.common import FloatArray, read_only
 from drake_quad.errors import InputError
+from drake_quad.robot.importer.sanitize import states_friction
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import LegGeometry, RobotModel
 from drake_quad.robot.read_outline import bounding_box, outer_boxes, read_sides, read_thighs
@@ -205,7 +206,7 @@ def read_model(
     *,
     url: str,
     tolerance: Tolerance = EXACT,
-    frictional: Set[str] = frozenset(),
+    frictional: Set[tuple[str, str]] = frozenset(),
 ) -> RobotModel:
     """Reads the robot of a finalized plant, whose file is in the normal form of this module.
 
@@ -215,8 +216,8 @@ def read_model(
         instance: The robot in the plant.
         url: File that it was read from.
         tolerance: How far from normal form it may be.
-        frictional: Links whose collision shapes state a friction in the file: of the others the
-            plant has Drake's default.
+        frictional: Collision shapes that state a friction in the file, see `shapes_with_friction`:
+            of the others the plant has Drake's default.
 
     Raises:
         InputError: If it is not a quadruped in normal form.
@@ -276,7 +277,9 @@ def read_model(
         foot_friction=read_only(
             np.array(
                 [
-                    leg.friction if chain[2].child_body().name() in frictional else np.nan
+                    leg.friction
+                    if states_friction(frictional, chain[2].child_body().name(), leg.foot)
+                    else np.nan
                     for chain, leg in zip(chains, legs, strict=True)
                 ]
             )

@@ -21,7 +21,7 @@ from drake_quad.robot.importer.meshes import files_of_mesh
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
 from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
-from drake_quad.robot.importer.sanitize import HEAVY, joint_friction, links_with_friction
+from drake_quad.robot.importer.sanitize import HEAVY, joint_friction, shapes_with_friction
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
 from drake_quad.robot.importer.xml_io import read_xml
@@ -69,7 +69,7 @@ def load_robot(url: str | Path) -> RobotModel:
     instance = _parse(plant, file)
     plant.Finalize()
     root = read_xml(find_source(file).found.path, url)
-    frictional = links_with_friction(root)
+    frictional = shapes_with_friction(root)
     robot = read_model(
         plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
     )

@@ -150,12 +150,12 @@ def test_hydroelastic_feet_have_it_too(friction: float) -> None:
     np.testing.assert_allclose(found, friction, rtol=0.01)
 
 
-def with_own_friction(folder: Path, *, importable: bool = False) -> RobotModel:
+def with_own_friction(folder: Path, *, importable: bool = False, shape: str = "foot") -> RobotModel:
     """The shipped robot, its left feet with a friction of their own; perhaps not in normal form."""
     text = resources.files("drake_quad_models").joinpath("paper_quadruped.urdf").read_text()
     tag = '<drake:proximity_properties><drake:mu_dynamic value="0.6"/></drake:proximity_properties>'
     for leg in ("FL", "RL"):
-        foot = f'<collision name="{leg}_foot">'
+        foot = f'<collision name="{leg}_{shape}">'
         assert foot in text
         text = text.replace(foot, foot + tag)
     if importable:  # limits that make the importer read it
@@ -174,6 +174,14 @@ def test_a_foots_own_friction_is_combined_as_drake_does(importable: bool, tmp_pa
     expected = contact_friction(robot, 0.3)
     np.testing.assert_allclose(expected, [0.4, 0.3, 0.4, 0.3], rtol=1e-12)
     np.testing.assert_allclose(slide(robot, 0.3), expected, rtol=0.01)
+
+
+@pytest.mark.parametrize("importable", [False, True])
+def test_a_friction_of_the_shank_is_none_of_the_foot(importable: bool, tmp_path: Path) -> None:
+    """Of a link of which another shape states one, the foot has what is said, not Drake's 1.0."""
+    robot = with_own_friction(tmp_path, importable=importable, shape="shank")
+    np.testing.assert_array_equal(contact_friction(robot, 0.3), np.full(4, 0.3))
+    np.testing.assert_allclose(slide(robot, 0.3), 0.3, rtol=0.01)
 
 
 def test_the_shipped_robots_feet_state_no_friction() -> None:

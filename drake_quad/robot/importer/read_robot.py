@@ -22,7 +22,7 @@ from drake_quad.robot.importer.raw_robot import (
     RigidGroup,
     RigidMass,
 )
-from drake_quad.robot.importer.sanitize import Cleaned, Drive
+from drake_quad.robot.importer.sanitize import Cleaned, Drive, states_friction
 
 NO_INERTIA = 1e-10  # [m²] per mass: rounding, when masses at points are added up
 
@@ -186,7 +186,7 @@ def _pieces(
             if properties.HasProperty("phong", "diffuse"):
                 rgba = properties.GetProperty("phong", "diffuse")
                 colour = (rgba.r(), rgba.g(), rgba.b(), rgba.a())
-        elif body.name() in parsed.cleaned.frictional:  # type: ignore[attr-defined]
+        elif states_friction(parsed.cleaned.frictional, body.name(), name):  # type: ignore[attr-defined]
             properties = inspector.GetProximityProperties(g)
             stated = properties.GetProperty("material", "coulomb_friction")
             friction = (stated.static_friction(), stated.dynamic_friction())

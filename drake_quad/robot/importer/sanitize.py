@@ -5,7 +5,7 @@ Drake's parsers put a stand-in in the place of many of them (of 1 kg, or a ball 
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from drake_quad.robot.importer.xml_io import COLON, check_depth, floats, read_xm
 
 # Of Drake's tags for a drive: what is taken if there is none, and the most that any drive has.
 DRIVE_NUMBERS = (("rotor_inertia", 0.0, 1e3), ("gear_ratio", 1.0, 1e4))  # [kg m²], none
+Shapes = set[tuple[str, str]]  # names of a link and of one of its collision shapes
 
 
 @dataclass
@@ -48,7 +49,8 @@ class Cleaned:
         shapeless: Links of which a collision mesh is missing.
         included: Every file that was included, as often as it was.
         massless: Links that have no mass whatever Drake reads, `model::link`.
-        frictional: Links whose collision shapes state a friction of Drake's kind.
+        frictional: The collision shapes that state a friction of Drake's kind: see
+            `shapes_with_friction`.
         joint_friction: Coulomb friction of the joints by name, where the file has it [Nm].
     """
 
@@ -63,7 +65,7 @@ class Cleaned:
     shapeless: set[str] = field(default_factory=set)
     included: list[Path] = field(default_factory=list)
     massless: set[str] = field(default_factory=set)
-    frictional: set[str] = field(default_factory=set)
+    frictional: Shapes = field(default_factory=set)
     joint_friction: dict[str, float] = field(default_factory=dict)
 
     def refuse(self, field: str, value: Any, remedy: str) -> InputError:
@@ -364,18 +366,30 @@ DRAKE_TAGS = (f"drake{COLON}mu_static", f"drake{COLON}mu_dynamic")
 OTHERS = ("mu", "mu1", "mu2")  # ODE's, in SDF and in a URDF's `gazebo`
 
 
-def states_friction(link: ET.Element) -> bool:
-    """Whether a collision shape of a link (URDF or SDF) has a friction of Drake's kind."""
-    return any(
-        element.tag in DRAKE_TAGS
+def shapes_with_friction(root: ET.Element) -> Shapes:
+    """The collision shapes of a URDF or SDF that state a friction of Drake's kind.
+
+    Returns:
+        Names of link and shape; the shape's is empty where the file gives it none.
+    """
+    return {
+        (link.get("name", ""), collision.get("name", ""))
+        for link in root.iter("link")
         for collision in link.findall("collision")
-        for element in collision.iter()
-    )
+        if any(element.tag in DRAKE_TAGS for element in collision.iter())
+    }
 
 
-def links_with_friction(root: ET.Element) -> set[str]:
-    """The links of a URDF or SDF that state a friction of Drake's kind, by name."""
-    return {link.get("name", "") for link in root.iter("link") if states_friction(link)}
+def states_friction(frictional: Set[tuple[str, str]], link: str, shape: str) -> bool:
+    """Whether a shape is one of those of `shapes_with_friction`.
+
+    Args:
+        frictional: Those.
+        link: Name of the link.
+        shape: Name of the collision geometry as Drake has it, which may begin with the model's.
+    """
+    # Drake makes up a name for a shape without one: which of them it is cannot be told.
+    return bool({(link, shape.rpartition("::")[2]), (link, "")} & frictional)
 
 
 MOST_JOINT_FRICTION = 1000.0  # [Nm]
@@ -413,7 +427,7 @@ def joint_friction(
 
 def read_friction(c: Cleaned) -> None:
     """Remembers which links and joints state their friction, and notes what is not used."""
-    c.frictional |= links_with_friction(c.root)
+    c.frictional |= shapes_with_friction(c.root)
     c.joint_friction |= joint_friction(c.root, c.refuse)
     mjcf = c.root.tag == "mujoco"
     if any(e.get("friction") for e in c.root.iter("geom")) if mjcf else _has_others(c.root):
