@@ -83,7 +83,7 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
     t = c["t"]
     period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
     bearing = np.stack([c[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=-1)
-    few = bearing.sum(axis=1) < 3
+    few, touched = bearing.sum(axis=1) < 3, c["nonfoot_contacts"] > 0
     difference = np.abs(c["margin"] - c["margin_planned"])
     q = _joints(c, "q_", "_q", robot)
     qd = _joints(c, "v_", "_w", robot)
@@ -103,9 +103,12 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "margin_within_20mm": _share(-difference, -WITHIN),
         "samples": len(t),
         "samples_under_three_feet": int(few.sum()),
-        "time_under_three_feet": float(few.sum() * period),
-        "nonfoot_contact_samples": int(np.sum(c["nonfoot_contacts"] > 0)),
-        "nonfoot_force_max": _largest(c["nonfoot_force"]),
+        "time_under_three_feet": _total_time(c, "time_under_three_feet", few, period),
+        "nonfoot_contact_samples": int(touched.sum()),
+        "nonfoot_contact_time": _total_time(c, "nonfoot_contact_time", touched, period),
+        "nonfoot_force_max": _largest(
+            np.concatenate([c["nonfoot_force"], c.get("nonfoot_force_most", c["nonfoot_force"])])
+        ),
         "nonfoot_depth_max": _largest(c["nonfoot_depth"]) if "nonfoot_depth" in c else None,
         "foot_depth_max": _largest(c["foot_depth"]) if "foot_depth" in c else None,
         **swing_figures(c),
@@ -128,6 +131,16 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "carried": _plain(payload_figures(c) or {}) or None,
     }
     return {**_plain(figures), "segments": segment_figures(c)}
+
+
+def _total_time(c: Columns, name: str, samples: BoolArray, period: float) -> float:
+    """How long something was so [s]: over all ticks, of which the last is a sample's own.
+
+    Over the samples where the log does not have that, as in a replay of the plan.
+    """
+    if name not in c:
+        return float(samples.sum() * period)
+    return float(c[name][-1]) or float(samples.sum() * period)
 
 
 def segment_figures(c: Columns) -> list[dict[str, Any]]:

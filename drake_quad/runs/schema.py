@@ -63,6 +63,7 @@ SOURCES = (
     Source("margin", "stability_monitor", "stability_margin"),
     Source("zmp_margin", "stability_monitor", "zmp_margin"),
     Source("least_margins", "stability_monitor", "least_margins"),
+    Source("contact_totals", "stability_monitor", "contact_totals"),
     Source("com", "stability_monitor", "com_position"),
     Source("push_force", "push_source", "push_force"),
     Source("catch", "controller", "catch"),
@@ -184,9 +185,15 @@ SIGNALS = (
     Signal("zmp_margin", "m", "Margin of the centre of pressure of the measured foot forces",
            "zmp_margin"),
     Signal("margin_least", "m", "The smallest `margin` since the sample before, over all ticks of "
-           "the monitor (`controller.period`, or its multiple next to 4 ms)", where=PHYSICS),
+           "the controller", where=PHYSICS),
     Signal("zmp_margin_least", "m", "The smallest `zmp_margin` since the sample before, over all "
-           "ticks of the monitor", where=PHYSICS),
+           "ticks of the controller", where=PHYSICS),
+    Signal("time_under_three_feet", "s", "How long fewer than three feet have borne since the run "
+           "began, over all ticks of the controller", "contact_totals", 0, where=PHYSICS),
+    Signal("nonfoot_contact_time", "s", "How long anything but a foot has touched since the run "
+           "began, over all ticks of the controller", "contact_totals", 1, where=PHYSICS),
+    Signal("nonfoot_force_most", "N", "The greatest normal force of these contacts since the run "
+           "began, over all ticks of the controller", "contact_totals", 2, where=PHYSICS),
     Signal("nonfoot_contacts", "", "Contacts of anything but a foot with the course, or of the "
            "robot with itself; in a kinematic replay overlaps of the collision geometry, asked of "
            "Drake at every sample", "nonfoot", 0, kind="int"),
@@ -364,11 +371,15 @@ SUMMARY = (
            physics=True),
     Figure("samples", "samples", "Samples in the log"),
     Figure("samples_under_three_feet", "samples", "Samples with fewer than three feet bearing"),
-    Figure("time_under_three_feet", "s", "Time with fewer than three feet bearing",
+    Figure("time_under_three_feet", "s", "Time with fewer than three feet bearing, over all ticks "
+           "of the controller",
            shown=Shown("Time with fewer than three feet bearing", 3), at_most=0.0),
     Figure("nonfoot_contact_samples", "samples", "Samples with a contact of anything but feet",
            shown=Shown("Contacts of anything but a foot", 0), at_most=0.0),
-    Figure("nonfoot_force_max", "N", "The greatest `nonfoot_force`"),
+    Figure("nonfoot_contact_time", "s", "Time with a contact of anything but feet, over all ticks "
+           "of the controller; in a kinematic replay over the samples"),
+    Figure("nonfoot_force_max", "N", "The greatest normal force of these, over all ticks of the "
+           "controller"),
     Figure("nonfoot_depth_max", "m", "The greatest `nonfoot_depth`; null in physics",
            shown=Shown("The deepest of these, by geometry", 1, "mm"), at_most=0.0),
     Figure("foot_depth_max", "m", "The greatest `foot_depth`; null in physics",

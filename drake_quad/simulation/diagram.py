@@ -166,7 +166,7 @@ class StairClimb:
     scene_graph: SceneGraph
     layout: StateLayout
     loggers: dict[str, PartLogger]
-    monitor_period: float
+    sensing_period: float
 
 
 def MakeStairClimb(
@@ -198,7 +198,7 @@ def MakeStairClimb(
         course: The map that the controller plans on.
         settings: Settings of the planner.
         mission: The tasks.
-        control: Settings of the controller; see monitor_period for its period.
+        control: Settings of the controller; see sensing_period for its period.
         stance: Stance in which the robot stands at first.
         plant_config: Drake's settings of the plant.
         friction: Coulomb's coefficient between feet and ground.
@@ -251,7 +251,8 @@ def MakeStairClimb(
         simulated,
         robot=robot,
         disturbances=disturbances,
-        period=monitor_period(control.period),
+        sensing_period=sensing_period(control.period),
+        period=control.period,
         log_period=log_period,
         height_limit=0.5 * settings.body_height,
         margins=margins,
@@ -318,14 +319,15 @@ def MakeStairClimb(
         visualize(builder, plant, scene_graph)
     diagram = builder.Build()
     diagram.set_name("stair_climb")
-    period = monitor_period(control.period)
+    period = sensing_period(control.period)
     return StairClimb(diagram, plant, scene_graph, layout, loggers, period)
 
 
-def monitor_period(control_period: float) -> float:
-    """Period of the monitors and of the feet's contact sensors [s]: a few controller updates.
+def sensing_period(control_period: float) -> float:
+    """Period of the feet's contact sensors [s]: a few controller updates.
 
-    250 Hz are enough for what they tell, and leave the loop its time.
+    250 Hz are enough for what they tell, and leave the loop its time. Margins, and what touches,
+    are measured at each controller update, of the contacts of that instant.
     """
     return control_period * max(1, round(SENSING_PERIOD / control_period))
 

@@ -28,7 +28,7 @@ from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.disturbances import Disturbances, PushSource
 from drake_quad.systems.leaf_system import Parts
 from drake_quad.systems.sensors import Imu, JointSensor, TorqueSensor
-from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor
+from drake_quad.systems.stability_monitor import FIRST, NO_SUPPORT, StabilityMonitor
 
 GAUGE_PERIOD = 0.1  # [s] between measurements of the margins that take longer
 
@@ -46,6 +46,7 @@ def AddMonitors(
     *,
     robot: RobotModel,
     disturbances: Disturbances,
+    sensing_period: float,
     period: float,
     log_period: float,
     height_limit: float,
@@ -59,7 +60,8 @@ def AddMonitors(
         simulated: The plant.
         robot: The robot as its controller knows it.
         disturbances: What makes it another robot than that.
-        period: Time between measurements [s].
+        sensing_period: Time between samples of the feet's contact sensors [s].
+        period: Time between measurements of the margins, and of what touches [s].
         log_period: Time between samples of the log, which is to miss no smallest margin [s].
         height_limit: Height of the trunk over its feet below which the robot fell [m].
         margins: Kind of the margins that are measured, one of `equilibrium_region.KINDS`.
@@ -74,7 +76,7 @@ def AddMonitors(
             plant=plant,
             foot_geometries=find_feet(plant, robot, names),
             robot=robot,
-            period=period,
+            period=sensing_period,
         ),
     )
     model = MakeTrueModel(robot, disturbances)
@@ -96,7 +98,8 @@ def AddMonitors(
             height_limit=height_limit,
             gauge=gauge,
             window=ceil(log_period / period - 1e-9) + 1,
-            gauge_period=period * max(1, round(GAUGE_PERIOD / period)),
+            gauge_period=sensing_period * max(1, round(GAUGE_PERIOD / sensing_period)),
+            since=FIRST * sensing_period,
         ),
     )
     builder.Connect(

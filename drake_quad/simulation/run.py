@@ -314,7 +314,7 @@ def _collect(p: PreparedScenario, climb: StairClimb, context: Any) -> pa.Table:
     times = logs["state"].sample_times()
     plans = _plans(climb, context)
     # Contact results exist once the plant has taken a step and the monitors have seen it.
-    first = int(np.searchsorted(times, 2.5 * climb.monitor_period))
+    first = int(np.searchsorted(times, 2.5 * climb.sensing_period))
     count = count_finite(logs["state"].data().T)
     return log_table(
         p.robot,

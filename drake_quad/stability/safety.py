@@ -74,8 +74,10 @@ def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
     under = _number(summary, "time_under_three_feet")
     words = _figure("feet that bear", "{:.2f} s on fewer than three feet", under)
     put(under == 0.0, "three feet bore throughout" if under == 0.0 else words)
-    touched, form = _number(summary, "nonfoot_contact_samples"), "other contacts in {:.0f} samples"
-    none = "nothing but feet touched"
+    figure, form = "nonfoot_contact_time", "other contacts for {:.3f} s"
+    if figure not in summary:  # older runs counted samples alone
+        figure, form = "nonfoot_contact_samples", "other contacts in {:.0f} samples"
+    touched, none = _number(summary, figure), "nothing but feet touched"
     put(touched == 0.0, none if touched == 0.0 else _figure("contacts", form, touched))
     slip = _number(summary, "slip_max")
     most = f" (at most {1e3 * MOST_SLIP:g})"

@@ -7,7 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem, State
 
 from drake_quad.common import FloatArray
-from drake_quad.estimation.sensor_models import CONTACTS_SIZE, FORCES, PLACES, SLIPS
+from drake_quad.estimation.sensor_models import CONTACTS_SIZE, FORCES, OTHERS, PLACES, SLIPS
 from drake_quad.robot.state import StateLayout
 from drake_quad.stability.equilibrium_region import AT_REST, HULL
 from drake_quad.stability.margins import (
@@ -31,6 +31,9 @@ from drake_quad.systems.leaf_system import (
 )
 
 FIRST = 1.5  # periods, before which no contact is measured yet
+FEW = 3  # feet that have to bear
+# Places of `contact_totals`.
+FEW_FEET, OTHERS_TIME, OTHERS_FORCE = range(3)
 # The outputs of one instant and their sizes.
 MARGIN_PORTS = {"stability_margin": 1, "zmp_margin": 1, "com_position": 3, "ground_height": 1}
 COM, GROUND = slice(2, 5), 5  # places among them
@@ -53,6 +56,9 @@ class StabilityMonitor(LeafSystem):
         margins: (6,) the four above, one after the other.
         least_margins: (2,) the smallest of both margins over the last `window` measurements [m]: no
             less frequent log passes one over. Infinite until contacts are measured.
+        contact_totals: (3,) since the run began, over every measurement: how long fewer than three
+            feet bore [s], how long anything else touched [s], and the greatest normal force of
+            that [N].
         further_margins: See Margins; what the gauge does not measure is nan. Every `gauge_period`.
     """
 
@@ -67,7 +73,21 @@ class StabilityMonitor(LeafSystem):
         gauge: MarginEstimator | None = None,
         gauge_period: float = 0.1,
         window: int = 1,
+        since: float | None = None,
     ) -> None:
+        """Declares it.
+
+        Args:
+            model: The robot as it is, for its centre of mass and momentum.
+            layout: Places in its state.
+            period: Time between measurements [s].
+            tilt_limit: Tilt of the trunk from which it counts as falling [rad].
+            height_limit: Height of the trunk over the feet, below which it counts as down [m].
+            gauge: Measures the further margins; None for none of them.
+            gauge_period: Time between measurements of those [s].
+            window: Number of measurements that `least_margins` looks back on.
+            since: Time from which contacts are measured, and count [s].
+        """
         super().__init__()
         self.set_name("stability_monitor")
         self._model, self._layout, self._base = model, layout, int(layout.q_base)
@@ -75,6 +95,7 @@ class StabilityMonitor(LeafSystem):
         self._state_port = self.DeclareVectorInputPort("robot_state", layout.size)
         self._contact_port = self.DeclareVectorInputPort("contacts", CONTACTS_SIZE)
         self._least = DeclareStateOutput(self, "least_margins", np.full(2, np.inf))
+        self._totals = DeclareStateOutput(self, "contact_totals", np.zeros(3))
         self._further = DeclareStateOutput(self, "further_margins", np.full(len(Margins), np.nan))
         # For how long the trunk has been tilted, and down [s]; whether the further margins are
         # known; the margins of the last ticks, the oldest first [m].
@@ -85,6 +106,7 @@ class StabilityMonitor(LeafSystem):
         depends = {self._state_port.ticket(), self._contact_port.ticket()}
         self.parts = Instant(self, "margins", MARGIN_PORTS, self._calc_now, depends)
         self._period = period
+        self._since = FIRST * period if since is None else since
         # Unrestricted, as the contact monitor's.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
         self._gauge = None if gauge is None or gauge.kind == HULL else gauge
@@ -112,10 +134,12 @@ class StabilityMonitor(LeafSystem):
         state = states.get_mutable_discrete_state()
         memory = state.get_mutable_value(self._memory)  # begins as the Context's: it goes on
         fallen, recent = memory[:2], memory[3:]
-        known = context.get_time() > FIRST * self._period
+        known = context.get_time() > self._since
         watch = (recent, state.get_mutable_value(self._least), fallen)
         now = (margin, zmp_margin, ground)
         upright = watch_margins(x, self._base, now, known, self._limits, watch)
+        if known:
+            self._count(self._contact_port.Eval(context), state.get_mutable_value(self._totals))
         if known and self._gauge is not None and not memory[2]:
             self._measure(context, state)  # the first time, as soon as contacts are known
         if fallen[0] > FALL_TIME:
@@ -125,6 +149,14 @@ class StabilityMonitor(LeafSystem):
             return EventStatus.ReachedTermination(self, "fell: the trunk is down at its feet")
         return EventStatus.Succeeded()
 
+    def _count(self, contacts: FloatArray, totals: FloatArray) -> None:
+        """Adds a measurement's contacts to `contact_totals`."""
+        if contacts[:4].sum() < FEW:
+            totals[FEW_FEET] += self._period
+        if contacts[OTHERS] > 0.0:
+            totals[OTHERS_TIME] += self._period
+            totals[OTHERS_FORCE] = max(totals[OTHERS_FORCE], contacts[OTHERS + 1])
+
     def _gauge_now(self, context: Context, state: State) -> None:
         self._measure(context, state.get_mutable_discrete_state())
 
@@ -132,7 +164,7 @@ class StabilityMonitor(LeafSystem):
         """The margins that take longer, and so are held for a while."""
         x: FloatArray = self._state_port.Eval(context)
         t = context.get_time()
-        if not isfinite(x.dot(x)) or t < FIRST * self._period:
+        if not isfinite(x.dot(x)) or t < self._since:
             return
         assert self._gauge is not None
         model, scratch = self._model, EvalModelContext(self._scratch, context)

@@ -54,6 +54,18 @@ def test_contacts_of_anything_but_feet_are_counted() -> None:
     assert found["nonfoot_contact_samples"] == 3 and found["nonfoot_force_max"] == 77.0
 
 
+def test_contacts_between_samples_are_counted_where_the_monitor_saw_them() -> None:
+    """Times and force are of all ticks: a contact that no sample shows is no less one."""
+    n = log().num_rows
+    seen = {"time_under_three_feet": 0.002, "nonfoot_contact_time": 0.004,
+            "nonfoot_force_most": 55.0}  # fmt: skip
+    ramp = np.minimum(np.arange(n), 1.0)
+    found = summary(changed(**{name: most * ramp for name, most in seen.items()}))
+    assert found["samples_under_three_feet"] == found["nonfoot_contact_samples"] == 0
+    assert found["time_under_three_feet"] == 0.002 and found["nonfoot_contact_time"] == 0.004
+    assert found["nonfoot_force_max"] == 55.0
+
+
 def test_what_swing_feet_touch_is_counted_between_lift_off_and_touchdown() -> None:
     """Of the leg that swings, and not as it leaves the ground or finds it."""
     leg, phase = values("swing_leg"), values("swing_phase")

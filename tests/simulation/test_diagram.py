@@ -242,7 +242,7 @@ def test_monitors_measure_once_for_the_log_and_for_their_own_update(
     count(ContactMonitor, "_measure")
     count(StabilityMonitor, "_calc_now")
     made = make_climb(log_period=TICK)
-    assert made.monitor_period == TICK
+    assert made.sensing_period == TICK
     simulator = Simulator(made.diagram)
     simulator.AdvanceTo(40 * TICK)
     samples = made.loggers["margin"].FindLog(simulator.get_context()).num_samples()

@@ -43,6 +43,8 @@ def test_a_run_that_lacks_nothing_is_safe() -> None:
         ({"margin": "x"}, "margin not measured"),
         ({"time_under_three_feet": 0.05}, "0.05 s on fewer than three feet"),
         ({"nonfoot_contact_samples": 3}, "other contacts in 3 samples"),
+        ({"nonfoot_contact_time": 0.004}, "other contacts for 0.004 s"),
+        ({"nonfoot_contact_time": None}, "contacts not measured"),
         ({"slip_max": 0.0111}, "slip 11.1 mm (at most 10)"),
         ({"slip_max": True}, "slip not measured"),
         ({"pushes": [{"recovered": True}, {"recovered": None}]}, "1 of 2 kicks withstood"),

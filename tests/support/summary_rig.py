@@ -43,10 +43,13 @@ def values(name: str, table: pa.Table | None = None) -> np.ndarray:
 
 
 def changed(**columns: np.ndarray) -> pa.Table:
-    """The log with other values in these columns."""
+    """The log with other values in these columns, or with columns that a replay does not log."""
     table = log()
     for name, new in columns.items():
-        table = table.set_column(table.column_names.index(name), name, pa.array(new))
+        if name in table.column_names:
+            table = table.set_column(table.column_names.index(name), name, pa.array(new))
+        else:
+            table = table.append_column(name, pa.array(new))
     return table
 
 

@@ -31,6 +31,7 @@ class Monitor:
         self.bearing = np.ones(4)
         self.feet = np.array(self.stance.feet)
         self.force = np.tile([0.0, 0.0, 147.0], (4, 1))
+        self.other = (0.0, 0.0)  # contacts of anything but feet, and their greatest force
 
     def run(self, ticks: int = 2) -> SimulatorStatus:
         """Gives the inputs and lets so many ticks pass."""
@@ -38,7 +39,9 @@ class Monitor:
             self.system,
             self.context,
             robot_state=self.state,
-            contacts=contacts_of(self.bearing, self.feet, self.force),
+            contacts=np.concatenate(
+                [contacts_of(self.bearing, self.feet, self.force)[:-2], self.other]
+            ),
         )
         return self.simulator.AdvanceTo(self.context.get_time() + ticks * PERIOD)
 
@@ -129,6 +132,27 @@ def test_the_least_margins_of_the_last_ticks_are_kept() -> None:
         assert monitor.read("stability_margin")[0] == usual[0]
         found = monitor.read("least_margins")
         np.testing.assert_array_equal(found, np.minimum(expected, usual))
+
+
+def test_what_touches_is_counted_at_every_tick() -> None:
+    """Between two samples of any log, too: for how long, and the greatest force; nothing is lost.
+
+    Ticks before contacts are measured count for nothing.
+    """
+    monitor = Monitor()
+    monitor.bearing = np.array([1.0, 0.0, 0.0, 1.0])
+    monitor.other = (2.0, 40.0)
+    monitor.run(1)
+    np.testing.assert_array_equal(monitor.read("contact_totals"), np.zeros(3))
+    monitor.run(2)  # the tick at one period counts for nothing, either
+    np.testing.assert_allclose(monitor.read("contact_totals"), [PERIOD, PERIOD, 40.0])
+    monitor.bearing = np.array([1.0, 1.0, 0.0, 1.0])
+    monitor.other = (1.0, 30.0)
+    monitor.run(3)
+    np.testing.assert_allclose(monitor.read("contact_totals"), [PERIOD, 4 * PERIOD, 40.0])
+    monitor.other = (0.0, 0.0)
+    monitor.run(5)
+    np.testing.assert_allclose(monitor.read("contact_totals"), [PERIOD, 4 * PERIOD, 40.0])
 
 
 def test_fewer_feet_than_three_have_no_positive_margin() -> None:
