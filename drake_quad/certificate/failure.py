@@ -27,7 +27,6 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.legs import LEGS
 
 NEAR = 1e-3  # [s] to which the time is found
-_ROUNDS = 30
 # If several fail at once the first of these says most.
 _ORDER = (REACH, JOINTS, MARGIN, SHARES, TORQUE, GROUND, FOOT, SHANK)
 
@@ -54,16 +53,23 @@ class Failure:
 
 
 def first_failure(problem: Problem, proof: Proof) -> Failure | None:
-    """The earliest time that is not proven to meet the demand; None if all is."""
+    """The earliest time that is not proven to meet the demand; None if the proof meets it.
+
+    Cells that are not proven are halved, in the order of time, until one is that is no longer than
+    NEAR. Where halves prove all of them, the proof as it is still claims less than is demanded: the
+    first of its own cells is told then.
+    """
     if np.all(proof.met):
         return None
     demand = proof.demand + ROUNDING
-    below = np.flatnonzero(np.any(proof.bounds.low < demand, axis=1))
-    cells, bounds = pick(proof.cells, below[:1]), pick(proof.bounds, below[:1])
-    later = below[1:]
-    for _ in range(_ROUNDS):
+    below = np.flatnonzero(np.any(proof.bounds.low - ROUNDING < proof.demand, axis=1))
+    open_cells = [(pick(proof.cells, below[k : k + 1]), pick(proof.bounds, below[k : k + 1]))
+                  for k in reversed(range(len(below)))]  # fmt: skip
+    first = open_cells[-1]
+    while open_cells:
+        cells, bounds = open_cells.pop()
         if 2.0 * cells.half[0] < NEAR:
-            break
+            return _describe(problem, proof, cells, bounds)
         parts = halves(problem, cells)
         found = bound_cells(
             problem,
@@ -73,14 +79,9 @@ def first_failure(problem: Problem, proof: Proof) -> Failure | None:
             demand=demand,
         )
         bad = np.flatnonzero(np.any(found.low < demand, axis=1))
-        if len(bad):
-            cells, bounds = pick(parts, bad[:1]), pick(found, bad[:1])
-        elif len(later):  # both halves are good: the next one is the first
-            cells, bounds = pick(proof.cells, later[:1]), pick(proof.bounds, later[:1])
-            later = later[1:]
-        else:
-            return None
-    return _describe(problem, proof, cells, bounds)
+        open_cells += [(pick(parts, bad[k : k + 1]), pick(found, bad[k : k + 1]))
+                       for k in reversed(range(len(bad)))]  # fmt: skip
+    return _describe(problem, proof, *first)
 
 
 def _describe(problem: Problem, proof: Proof, cells: Cells, bounds: Bounds) -> Failure:

@@ -43,6 +43,26 @@ def test_no_sample_is_below_what_is_claimed_of_its_segment(name: str) -> None:
             assert claims["joint_room"] <= room[mine].min() <= claims["joint_room"] + 2e-2
 
 
+@pytest.mark.parametrize("demand", [0.12, 0.16, 0.2, 0.21, 0.22, 0.23, 0.24, 0.24942, 0.2495])
+def test_all_before_a_failure_is_proven(demand: float) -> None:
+    """No sample before it is below what is demanded; and where none is told, the demand is met."""
+    p = prepared("flat_walk")
+    plans = p.plan.plans[:2]
+    problem = pose_problem(
+        p.robot, paper_shank(), cut_pieces(plans), find_box_obstacles(p.course.boxes)
+    )
+    proof = prove(problem, make_demand(margin=demand))
+    failure = first_failure(problem, proof)
+    assert (failure is None) == bool(np.all(proof.met))
+    for task, plan in enumerate(plans):
+        times = np.arange(0.0, plan.duration, 2e-3)
+        margins = evaluate(p.robot, plan, times).margin
+        if failure is not None and task == failure.task:
+            margins = margins[times < failure.time]
+        if failure is None or task <= failure.task:
+            assert np.all(margins >= demand)
+
+
 def test_claims_are_as_near_to_the_truth_as_said() -> None:
     """No claim is further below a value that was found than TOLERANCE, rounding aside."""
     proof = certified("case_study").proof
