@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Capsule, Cylinder, SceneGraph, SceneGraphInspector, Sphere
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import RigidBody
+from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody
 from pydrake.systems.framework import Context
 
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
 SAME = 1e-9  # relative, or of 1: rounding on the way
+# Of an axis of unit length: 5 degrees, by which that of an imported robot may be out of square.
+SKEW = 0.09
 
 
 def compare_robot(record: Record, path: str | Path) -> None:
@@ -35,8 +37,11 @@ def compare_robot(record: Record, path: str | Path) -> None:
     found = read_urdf(plant, scene_graph.model_inspector(), robot)
     for name, value in found.items():
         here, there = np.array(robot[name], dtype=float), np.array(value, dtype=float)
-        far = np.abs(here - there) > SAME * np.maximum(1.0, np.abs(there))
-        require(not np.any(far), f"the robot's {name} are not those of {path}")
+        known = np.all(np.isfinite(here)) and np.all(np.isfinite(there))
+        require(known, f"{name} without an end are none that a record can have: {path}")
+        near = np.abs(here - there) <= SAME * np.maximum(1.0, np.abs(there))
+        same = here.shape == there.shape and np.all(near)
+        require(same, f"the robot's {name} are not those of {path}")
 
 
 def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Record) -> Record:
@@ -45,6 +50,7 @@ def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Reco
     plant.SetPositions(context, default_positions(plant))
     trunk = plant.GetBodyByName(robot["trunk"])
     joints = [plant.GetJointByName(name) for name in robot["joints"]]
+    require_chains(plant, trunk, joints)
     plane = [j.frame_on_parent().GetFixedPoseInBodyFrame().translation() for j in joints]
     hips, axles, knees = (np.array(plane[k::3]) for k in range(3))
     require(np.allclose(axles[:, 0], 0.0) and np.allclose(knees[:, :2], 0.0), "the normal form")
@@ -57,6 +63,11 @@ def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Reco
     }
     require(set(robot["joints"]) <= set(efforts), "joints without actuators have no torque limit")
     mass, com = rigid(plant, context, trunk)
+    whole = mass + sum(m for m, _ in links)
+    require(
+        abs(whole - plant.CalcTotalMass(context)) <= SAME * whole,
+        "masses that neither the trunk nor the legs have",
+    )
     more = {"trunk_box": box_of(plant, inspector, trunk)} if "trunk_box" in robot else {}
     return more | {
         "hips": hips,
@@ -75,6 +86,28 @@ def read_urdf(plant: MultibodyPlant, inspector: SceneGraphInspector, robot: Reco
         "link_masses": np.reshape([m for m, _ in links], (4, 3)),
         "link_coms": np.reshape([c for _, c in links], (4, 3, 3)),
     }
+
+
+def require_chains(plant: MultibodyPlant, trunk: RigidBody, joints: list[Joint]) -> None:
+    """Refuses a record that names another trunk than the one that floats, or other legs than four.
+
+    Each leg is a chain from the trunk: abduction, hip pitch, knee. At angle zero all of its frames
+    are turned as the trunk's.
+    """
+    require(plant.GetFloatingBaseBodies() == {trunk.index()}, "the trunk is what floats")
+    require(len(joints) == 12 and len({j.index() for j in joints}) == 12, "twelve joints")
+    for k, joint in enumerate(joints):
+        parent = trunk if k % 3 == 0 else joints[k - 1].child_body()
+        require(joint.parent_body().index() == parent.index(), "legs are chains from the trunk")
+        require(isinstance(joint, RevoluteJoint), "joints that turn")
+        axis = np.array([1.0, 0.0, 0.0] if k % 3 == 0 else [0.0, 1.0, 0.0])
+        off = float(np.linalg.norm(joint.revolute_axis() - axis))
+        require(off <= SKEW, "axes: abduction about x, hip pitch and knee about y")
+        for frame in (joint.frame_on_parent(), joint.frame_on_child()):
+            turned = frame.GetFixedPoseInBodyFrame().rotation().matrix() - np.eye(3)
+            require(np.abs(turned).max() <= SAME, "frames turned as the trunk's at angle zero")
+        at = joint.frame_on_child().GetFixedPoseInBodyFrame().translation()
+        require(np.abs(at).max() <= SAME, "links whose frames are at their joints")
 
 
 def box_of(plant: MultibodyPlant, inspector: SceneGraphInspector, trunk: RigidBody) -> Floats:

@@ -36,6 +36,7 @@ Record = dict[str, Any]
 SHORTEST = 1e-7  # [s] below which nothing is halved any more
 MOST = 3_000_000  # stretches that are looked at before giving up
 ROUNDING = 1e-9
+FARTHEST = 0.1  # [m] of a clearance; where there is more, that is what is told
 
 
 def check(record: Record) -> None:
@@ -67,6 +68,8 @@ def check_content(record: Record) -> None:
         settle(work, feet_items(work, cuts), feet)
         settle(work, shank_items(work, cuts), shanks)
         rolling(work)
+    # Nothing farther than that is looked at: a greater claim would rest on nothing.
+    require(work.segments.claims[:, 1:3].max() <= FARTHEST, f"clearances above {FARTHEST:g} m")
 
 
 def read(record: Record) -> Bag:

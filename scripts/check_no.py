@@ -25,11 +25,14 @@ Record = dict[str, Any]
 Floats = NDArray[np.float64]
 
 CERTAIN = 5e-10  # [m] by which a condition must be violated: far more than rounding
+ROOT = 1e-12  # [m^2] added under a root, which near full stretch makes much of rounding
 MOST = 2_000_000  # boxes that are looked at before giving up
 SHAPES = dict(hips=(4, 3), offsets=(4,), raised=(4,), thighs=(4,), shanks=(4,), q_lower=(12,),
               q_upper=(12,), trunk_mass=(), trunk_com=(3,), link_masses=(4, 3), link_coms=(4, 3, 3),
               foot_radius=(), trunk_box=(2, 3))  # fmt: skip
 QUARTER = 0.5 * np.pi
+# What is beyond these is no robot, and CERTAIN would be less than the rounding of its numbers.
+LONGEST, HEAVIEST, TURNED = 100.0, 1e6, 100.0  # [m], [kg], [rad]
 POINTS = 13  # under the trunk, from its rear end to its front
 
 
@@ -100,6 +103,7 @@ def read_climb(values: Record) -> Bag:
     climb = Bag(**{k: float(numbers(values[k])) for k in names})
     climb.count = whole(values["count"], "count")
     require(climb.rise > 0.0 and climb.run > 0.0 and 1 <= climb.count <= 1000, "there are stairs")
+    require(max(climb.rise, climb.run) <= LONGEST, "steps that stairs have")
     angles = (climb.pitch, climb.roll, climb.yaw)
     require(all(0.0 <= a <= 1.5 for a in angles), "angles are within a quarter turn")
     return climb
@@ -111,6 +115,12 @@ def read_robot(values: Record) -> Bag:
     masses = np.append(r.link_masses, r.trunk_mass)
     require(masses.min() >= 0.0 and masses.sum() > 0.0, "masses")
     require(min(r.thighs.min(), r.shanks.min(), r.foot_radius) > 0.0, "lengths are positive")
+    lengths = (r.hips, r.offsets, r.raised, r.thighs, r.shanks, r.trunk_com, r.link_coms,
+               r.foot_radius, r.trunk_box)  # fmt: skip
+    require(max(np.abs(v).max() for v in lengths) <= LONGEST, "lengths that a robot has")
+    require(masses.max() <= HEAVIEST, "masses that a robot has")
+    angles = np.abs(np.append(r.q_lower, r.q_upper))
+    require(angles.max() <= TURNED, "angles that a joint has")
     lower, upper = r.q_lower.reshape(4, 3), r.q_upper.reshape(4, 3)
     require(np.all(lower <= upper), "limits are in order")
     require(np.all(r.trunk_box[0] <= r.trunk_box[1]), "the trunk's box is in order")
@@ -262,7 +272,7 @@ def places(
             front -= robot.radius  # the ball is not inside the next riser
         drop = Span(level * climb.rise + robot.radius) - hip[1]
         near = drop.nearest_zero()
-        wide = np.sqrt(np.maximum(reach**2 - near**2, 0.0)) + CERTAIN
+        wide = np.sqrt(np.maximum(reach**2 - near**2, 0.0) + ROOT) + CERTAIN
         low, high = hip[0].lo - wide, hip[0].hi + wide
         # B's z: ux dx + uy dy + uz dz <= up, with |dy| <= reach, is a bound of dx if ux has a sign.
         ux, uy, uz = (rotation[k][2] for k in range(3))

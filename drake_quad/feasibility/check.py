@@ -16,6 +16,7 @@ from drake_quad.feasibility.flight import (
     wrong_option,
 )
 from drake_quad.feasibility.nearest import nearest_stairs
+from drake_quad.gait_design.candidates import hip_length
 from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
 from drake_quad.gait_design.plan_candidates import Designed
@@ -26,7 +27,7 @@ from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof, prove_infeasible
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.robot.loader import load_robot
-from drake_quad.robot.model import RobotModel, link_outline_of
+from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
@@ -75,14 +76,19 @@ class Feasibility:
     def proof(self) -> InfeasibilityProof | None:
         """A proof that the flight cannot be climbed by any statically stable gait of its class.
 
-        None if there is a plan, if the question was about a course or stairs with open risers or
-        an overhang, where feet have places that a proof leaves out, or if no proof is found: then
-        nothing is known.
+        None if there is a plan, if no proof is found, or if none is sought: of a course; of open
+        risers or an overhang, where feet have places that a proof leaves out; of another margin
+        than the hull's, for on steep stairs friction holds a robot whose centre of mass is beside
+        the polygon; of a landing so short that not all feet need to be on it at once.
         """
-        flight = self.stairs
-        if self.feasible or flight is None or not flight.closed or self.robot is None:
+        flight, robot = self.stairs, self.robot
+        if self.feasible or flight is None or not flight.closed or robot is None:
             return None
-        return prove_infeasible(self.robot, ClimbClass(flight.rise, flight.run, flight.count))
+        landing = self.around.landing
+        apart = hip_length(robot) + 2.0 * leg_length(robot)  # of fore and hind feet, at most
+        if self.scenario.gait.margin != HULL or (landing is not None and landing < apart):
+            return None
+        return prove_infeasible(robot, ClimbClass(flight.rise, flight.run, flight.count))
 
     @property
     def plan(self) -> MissionPlan | None:

@@ -247,9 +247,9 @@ def _answer(report: dict[str, Any]) -> str:
     if report["verdict"] == "no":
         pitch, roll = np.degrees(ClimbClass.pitch), np.degrees(ClimbClass.roll)
         return (
-            f"No, and proven: no statically stable gait takes {report['name']} up {stairs} with "
-            f"its trunk pitched by at most {pitch:.0f}°, and by {roll:.0f}° in roll and heading; "
-            f"what was in the way of a plan {why}"
+            f"No, and proven: no gait takes {report['name']} up {stairs} with its centre of mass "
+            f"over the polygon of its feet, and its trunk pitched by at most {pitch:.0f}°, and by "
+            f"{roll:.0f}° in roll and heading; what was in the way of a plan {why}"
         )
     return f"Unknown: no plan was found for {report['name']} on {stairs} {why}"
 

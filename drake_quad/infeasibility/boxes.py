@@ -17,6 +17,7 @@ from drake_quad.infeasibility.climb import FEET, Moment
 from drake_quad.infeasibility.robot_bounds import RobotBounds
 
 SLACK = 1e-9  # [m]
+ROOT = 1e-12  # [m^2] under a root, as the independent checker has it
 OPEN = "."
 LEG_REASONS = "abcd"  # foot FL, FR, RL, RR reaches no place on its side
 SUPPORT, TRUNK = "s", "t"
@@ -163,14 +164,15 @@ def reachable_places(
         within = nearest <= reach + SLACK
         if not np.any(within):
             continue
-        half = np.sqrt(np.maximum(reach**2 - nearest**2, 0.0)) + SLACK
+        # Near full stretch a root makes much of rounding: it is of a little more.
+        half = np.sqrt(np.maximum(reach**2 - nearest**2, 0.0) + 2.0 * ROOT) + SLACK
         near, far = _hanging(robot.rise[leg], reach, dz, turn)
         start, end = places_on(climb, robot.foot_radius, level)
         low = np.maximum(np.maximum(hx[0] - half, hx[0] + near), start)
         high = np.minimum(np.minimum(hx[1] + half, hx[1] + far), end)
         there = within & (low <= high + SLACK)
         first = np.where(there, np.minimum(first, low), first)
-        last = np.where(there, np.maximum(last, high), last)
+        last = np.where(there, np.maximum(last, np.maximum(low, high)), last)
     return first, last
 
 

@@ -60,8 +60,9 @@ def bounds_of(robot: RobotModel) -> RobotBounds:
     high += robot.trunk_mass * robot.trunk_com
     for k in range(4):
         d, raised = float(g.offset[k]), float(g.raised[k])
-        bent = _least_bend(lower[k, 2], upper[k, 2])
-        longest = sqrt(g.thigh[k] ** 2 + g.shank[k] ** 2 + 2 * g.thigh[k] * g.shank[k] * cos(bent))
+        straightest = _sinusoid(1.0, 0.0, lower[k, 2], upper[k, 2])[1]
+        square = g.thigh[k] ** 2 + g.shank[k] ** 2 + 2 * g.thigh[k] * g.shank[k] * straightest
+        longest = sqrt(max(square, 0.0))
         reach[k] = hypot(d, longest + abs(raised))
         # d sin(a) + z cos(a), z <= 0 in the plane, and cos(a) >= 0 within a quarter turn.
         quarter = max(abs(lower[k, 0]), abs(upper[k, 0])) <= 0.5 * pi
@@ -81,11 +82,6 @@ def bounds_of(robot: RobotModel) -> RobotBounds:
         trunk=line,
         foot_radius=float(robot.foot_radius),
     )
-
-
-def _least_bend(lower: float, upper: float) -> float:
-    """The angle nearest to a straight knee within limits [rad]."""
-    return 0.0 if lower <= 0.0 <= upper else min(abs(lower), abs(upper))
 
 
 def _sinusoid(c: float, s: float, lower: float, upper: float) -> tuple[float, float]:

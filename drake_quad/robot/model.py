@@ -133,9 +133,12 @@ def contact_friction(robot: RobotModel, friction: float) -> FloatArray:
 def leg_length(robot: RobotModel) -> float:
     """Length of the shortest leg, stretched as far as its knee allows [m]."""
     g = robot.geometry
-    knees = np.stack([robot.q_lower[2::3], robot.q_upper[2::3]])
-    straightest = np.where(np.prod(knees, axis=0) <= 0.0, 0.0, np.min(np.abs(knees), axis=0))
-    square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * np.cos(straightest)
+    turn = 2.0 * np.pi
+    low, high = robot.q_lower[2::3], robot.q_upper[2::3]
+    # A knee is straight at zero, and at each whole turn.
+    through = np.floor(high / turn) >= np.ceil(low / turn)
+    straightest = np.where(through, 1.0, np.maximum(np.cos(low), np.cos(high)))
+    square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * straightest
     return float(np.sqrt(np.min(square)))
 
 

@@ -13,6 +13,7 @@ from benchmarks.check import STEEPEST
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import Feasibility
+from drake_quad.feasibility.flight import Around
 from drake_quad.infeasibility.boxes import (
     OPEN,
     ClimbClass,
@@ -27,7 +28,9 @@ from drake_quad.infeasibility.proof import AXES, prove_infeasible
 from drake_quad.infeasibility.robot_bounds import bounds_of
 from drake_quad.robot.kinematics import calc_com, calc_feet
 from drake_quad.robot.loader import load_robot
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, leg_length
+from drake_quad.scenario.config import Scenario
+from drake_quad.stability.equilibrium_region import FRICTION
 from drake_quad.terrain.elements import Stairs
 
 SHARES = st.lists(st.floats(0.0, 1.0), min_size=12, max_size=12)
@@ -53,6 +56,30 @@ def robot_of(raised: float, longer: float) -> RobotModel:
     """The paper's robot with other legs."""
     robot = with_raised(paper_robot(), np.full(4, raised))
     return replace(robot, geometry=replace(robot.geometry, thigh=longer * robot.geometry.thigh))
+
+
+@pytest.mark.parametrize("turns", [-1, 1, 2])
+def test_a_whole_turn_of_the_knees_limits_changes_no_bound(turns: int) -> None:
+    """A knee that may go from 3.5 to 6.1 rad is as straight at its end as one from -2.8 to -0.2."""
+    robot = paper_robot()
+    lower, upper = np.array(robot.q_lower), np.array(robot.q_upper)
+    lower[2::3] += turns * 2.0 * np.pi
+    upper[2::3] += turns * 2.0 * np.pi
+    wound = replace(robot, q_lower=lower, q_upper=upper)
+    np.testing.assert_allclose(bounds_of(wound).reach, bounds_of(robot).reach, rtol=1e-12)
+    assert leg_length(wound) == pytest.approx(leg_length(robot), rel=1e-12)
+    assert prove_infeasible(wound, ClimbClass(0.4, RUN, COUNT)) is None
+
+
+def test_what_a_proof_is_not_about_has_none() -> None:
+    """Margins that count on friction, and landings on which not all feet need to be at once."""
+    no = Feasibility(Scenario(), None, "", {}, paper_robot(), Stairs(HIGH, RUN, COUNT))
+    assert no.proof is not None
+    assert replace(no, around=Around(landing=1.0)).proof is None
+    assert replace(no, around=Around(landing=5.0)).proof is not None
+    scenario = Scenario()
+    scenario.gait.margin = FRICTION
+    assert replace(no, scenario=scenario).proof is None
 
 
 @given(shares=SHARES, raised=st.floats(-0.1, 0.1), longer=st.floats(0.5, 1.5))

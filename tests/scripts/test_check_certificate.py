@@ -180,6 +180,17 @@ def test_an_untrue_record_is_refused_even_with_its_hash_made_right(kind: str) ->
     assert told is not None and why in told, told
 
 
+def test_a_clearance_that_nobody_looked_for_is_refused() -> None:
+    """On level ground no riser is near, and yet no more is claimed than what is looked at."""
+    record = record_of("flat_walk")
+    record["claimed"]["foot_clearance"] = 1000.0
+    for task in record["tasks"]:
+        for segment in task["segments"]:
+            segment["foot_clearance"] = 1000.0
+    told = refusal(record, rehash=True)
+    assert told is not None and "clearances above 0.1 m" in told
+
+
 def test_command_says_what_it_found(tmp_path: Path) -> None:
     """Exit status 0 for a true certificate, 1 for a changed one, 2 for no file."""
     script = str(SCRIPTS / "check_certificate.py")

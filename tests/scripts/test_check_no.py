@@ -100,6 +100,11 @@ def falsified(kind: str) -> dict[str, Any]:
         first["above"] = [True] * 4
     elif kind == "negative masses":
         changed["robot"]["trunk_mass"] = -1000.0
+    elif kind == "hips without end":  # whose differences are no number
+        for hip in changed["robot"]["hips"]:
+            hip[1] = 1e200 if hip[1] > 0.0 else -1e200
+    elif kind == "mass without end":  # of which moments overflow
+        changed["robot"] |= {"trunk_mass": 1.7e308, "trunk_com": [2.0, 0.0, 0.0]}
     elif kind == "no number":
         changed["climb"]["rise"] = float("nan")
     elif kind == "crossed limits":
@@ -123,8 +128,8 @@ def falsified(kind: str) -> dict[str, Any]:
     [
         "lower stairs", "longer legs", "no moment", "no moments", "no boxes", "cut tree",
         "closed at once", "all one reason", "unknown reason", "no letters", "all feet above",
-        "negative masses", "no number", "crossed limits", "no stairs", "true for a number",
-        "other claim", "turned about", "wider class",
+        "negative masses", "hips without end", "mass without end", "no number", "crossed limits",
+        "no stairs", "true for a number", "other claim", "turned about", "wider class",
     ],
 )  # fmt: skip
 def test_a_false_claim_is_refused_whatever_its_hash(kind: str) -> None:
