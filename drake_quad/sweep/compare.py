@@ -78,6 +78,17 @@ class Swept:
         columns = (self.table[name].to_pylist() for name in ("index", "success"))
         return dict(zip(*columns, strict=True))
 
+    def drawn(self) -> dict[int, tuple[Any, ...]]:
+        """Seed of each trial, and its overrides but for those that all trials have, by index."""
+        all_have = self.definition["set"]
+        found = {}
+        for row in self.table.select(SAME).to_pylist():
+            own = row["overrides"]
+            if own[: len(all_have)] == all_have:
+                own = own[len(all_have) :]
+            found[row["index"]] = (row["seed"], *own)
+        return found
+
     def ended(self) -> list[int]:
         """Indices of the trials that did not end by themselves."""
         columns = (self.table[name].to_pylist() for name in ("index", "outcome"))
@@ -115,22 +126,20 @@ def differing_figures(one: Swept, other: Swept) -> list[str]:
 def why_apart(one: Swept, other: Swept) -> str:
     """Why trials of one sweep are not those of the other; empty if they are.
 
-    A trial is the same if its scenario's name, its overrides and its seed are. Changes of the
+    A trial is the same if its scenario's name, what was drawn for it, and its seed are. What all
+    trials of a study are set to may differ, as where two controllers are compared. Changes of the
     scenario's file and of the robots' are then compared, like changes of the program.
     """
     names = [side.definition["scenario"] for side in (one, other)]
     if names[0] != names[1]:
         return f"their scenarios are {names[0]} and {names[1]}"
-    rows = [
-        {row.pop("index"): row for row in side.table.select(SAME).to_pylist()}
-        for side in (one, other)
-    ]
+    rows = [side.drawn() for side in (one, other)]
     both = sorted(rows[0].keys() & rows[1].keys())
     if not both:
         return "no trial was done in both"
     unlike = [index for index in both if rows[0][index] != rows[1][index]]
     if unlike:
-        which = f"{len(unlike)} of {len(both)} trials have other overrides or seeds"
+        which = f"{len(unlike)} of {len(both)} trials have other draws or seeds"
         return f"{which}, trial {unlike[0]} the first"
     return ""
 

@@ -35,7 +35,7 @@ def swept_of(success: Success, study: Study, scenario: str = "") -> Swept:
         "success": list(done.values()),
         "outcome": ["goal_reached" if good else "fell" for good in done.values()],
         "reason": [""] * len(done),
-        "overrides": [[f"simulation.seed={seed}"] for seed in seeds],
+        "overrides": [[*study.set, f"simulation.seed={seed}"] for seed in seeds],
         "scenario": [scenario] * len(done),
     }
     return swept(pa.table(columns), json.loads(json.dumps(as_plain(study))))

@@ -52,7 +52,7 @@ def test_without_pairs_fishers_test_decides_which_way(tmp_path: Path) -> None:
         told, text = compared(tmp_path / name, well(good[0], 20), well(good[1], 20), *studies)
         assert told["verdict"] == verdict and told["p"] == pytest.approx(p)
         assert told["paired"] is None and "Fisher" in told["test"] and told["units"] == [20, 20]
-        assert text.count(verdict) == 1 and "20 of 20 trials have other overrides or seeds" in text
+        assert text.count(verdict) == 1 and "20 of 20 trials have other draws or seeds" in text
         assert "differ in seed" in text
 
 
@@ -183,6 +183,7 @@ def test_common_draws_that_are_not_paired(tmp_path: Path) -> None:
         ([], {"description": "Does it walk?!"}),
         ([], {"gate": Gate(rate=0.9), "maps": [["a", "b"]]}),
         (["trials"], {"trials": 6}),
+        (["set"], {"set": ["controller.kind=ik"]}),
         (["success"], {"success": [SuccessBound("margin.minimum", least=0.1)]}),
     ],
 )
@@ -232,7 +233,7 @@ def test_one_trial_that_is_another_is_enough(tmp_path: Path) -> None:
         table = first.table.set_column(place, name, pa.array(changed))
         pq.write_table(table, (one, other)[k] / "trials.parquet")
         why = compare_sweeps(one, other).unpaired
-        assert why == "1 of 9 trials have other overrides or seeds, trial 4 the first"
+        assert why == "1 of 9 trials have other draws or seeds, trial 4 the first"
         pq.write_table(first.table, (one, other)[k] / "trials.parquet")
 
 
