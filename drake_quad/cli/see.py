@@ -43,7 +43,7 @@ def see(
 
     Exit status 1 if it shows none.
     """
-    _check("--tilt", tilt, -60.0, 89.0)
+    _check("--tilt", tilt, -40.0, 89.0)
     _check("--roll", roll, -60.0, 60.0)
     _check("--tilt-error", tilt_error, 0.01, 10.0)
     _check("--height", height, 0.05, 3.0)

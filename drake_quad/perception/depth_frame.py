@@ -194,6 +194,9 @@ def find_edges(
     return count
 
 
+NEAREST_DEPTH, FARTHEST_DEPTH = 0.15, 4.0  # [m] between which depths are used
+
+
 def prepare_frame(
     depth: NDArray[np.floating],
     model: CameraModel,
@@ -201,8 +204,8 @@ def prepare_frame(
     accuracy: DepthAccuracy,
     *,
     rows: int = 120,
-    nearest: float = 0.15,
-    farthest: float = 4.0,
+    nearest: float = NEAREST_DEPTH,
+    farthest: float = FARTHEST_DEPTH,
 ) -> DepthFrame:
     """Makes an image ready.
 

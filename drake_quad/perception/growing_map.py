@@ -38,11 +38,13 @@ NEAREST = 0.08  # [m] ahead of the camera, from which a nosing may be the first 
 SIGMAS = 4.0  # deviations by which two looks at one nosing may differ
 LEAST_PLACE, LEAST_HEIGHT = 0.05, 0.03  # [m] by which they may differ in any case
 SHARE = 0.35  # of a run or a rise, by which they may differ at most
-FEET_APART = 0.04  # [m] by which a foot may stand off the map, the mean of all taken out
+FEET_APART = 0.04  # [m] by which two feet may stand higher above each other than the map has it
 
 
 def trust(found: StairMap, *, reach: float, yaw_sigma: float) -> StairMap:
     """A map of first steps with how many of them are known well enough to be planned on.
+
+    The places' errors then have the heading's in them, which later looks do not tell anew.
 
     Args:
         found: The map.
@@ -53,10 +55,12 @@ def trust(found: StairMap, *, reach: float, yaw_sigma: float) -> StairMap:
     good = errors <= TRUSTED_PLACE
     count = len(good) if np.all(good) else int(np.argmin(good))
     if found.complete or count == 0:
-        return replace(found, trusted=len(good) if found.complete else 0)
+        trusted = len(good) if found.complete else 0
+        return replace(found, trusted=trusted, place_errors=errors)
     return replace(
         found,
         trusted=count,
+        place_errors=errors,
         error_place=float(errors[:count].max()),
         error_height=float(found.height_errors[:count].max()),
     )
@@ -86,15 +90,19 @@ def feet_offset(known: StairMap, feet: FloatArray) -> float:
     """
     if not len(feet):
         return 0.0
-    off = feet[:, 2] - ground_height(known, lane_places(known, feet))
-    offset = float(np.median(off))
-    worst = float(np.abs(off - offset).max())
-    if worst > FEET_APART:
+    apart = feet_apart(known, feet)
+    if apart > FEET_APART:
         raise PlanningError(
-            f"the feet contradict the map: one stands {worst:.2f} m off the tread that it is on",
-            off=worst,
+            f"the feet contradict the map: treads that they stand on differ in height by "
+            f"{apart:.2f} m more, or less, than it has",
+            off=apart,
         )
-    return offset
+    return float(np.median(feet[:, 2] - ground_height(known, lane_places(known, feet))))
+
+
+def feet_apart(known: StairMap, feet: FloatArray) -> float:
+    """How much the ground under the feet differs from the map's, beyond what all feet share [m]."""
+    return float(np.ptp(feet[:, 2] - ground_height(known, lane_places(known, feet))))
 
 
 def describe_standing(known: StairMap, feet: FloatArray) -> str:
@@ -219,6 +227,9 @@ def grow_map(
         raise PlanningError("no steps are seen from here")
     offset = feet_offset(known, feet)
     found = match_look(known, belief, level, offset=offset, reach=reach)
+    if len(feet):  # by so much the offset is not that of the treads ahead
+        wider = np.hypot(found.height_errors, feet_apart(known, feet))
+        found = found._replace(height_errors=wider)
     complete, count = sees_end(belief, level), found.first + len(found.places)
     if complete and count < len(known.places):
         raise PlanningError(

@@ -18,6 +18,8 @@ from drake_quad.perception.camera_model import (
     level_rotation,
 )
 from drake_quad.perception.depth_frame import (
+    FARTHEST_DEPTH,
+    NEAREST_DEPTH,
     DepthAccuracy,
     DepthFrame,
     prepare_frame,
@@ -94,6 +96,11 @@ def read_depth_image(path: Path, *, scale: float) -> FloatArray:
     values = np.where(np.isfinite(values) & (values > 0.0), values, 0.0) * scale
     if np.count_nonzero(values) < 0.02 * values.size:
         raise fail("depths", f"{np.count_nonzero(values)} pixels", "fewer than 2 % have a depth")
+    used = (values > NEAREST_DEPTH) & (values < FARTHEST_DEPTH)
+    if np.count_nonzero(used) < 0.02 * values.size:
+        told = f"{float(np.median(values[values > 0.0])):.4g} m in the median"
+        between = f"fewer than 2 % lie between {NEAREST_DEPTH:g} and {FARTHEST_DEPTH:g} m"
+        raise fail("depths", told, f"{between}; --scale says how long a unit of the image is")
     return values
 
 

@@ -36,7 +36,8 @@ class StairMap:
         floor: Height of the floor in W [m].
         places: The nosings' places along the lane, (n,) [m].
         heights: Their heights in W, (n,) [m].
-        place_errors: Half of the 95 % interval of each place, (n,) [m].
+        place_errors: Half of the 95 % interval of each place, (n,) [m]; of a map of first steps as
+            it is within half a stance's width of the lane.
         height_errors: The same of each height, (n,) [m].
         error_place: How far a riser may be off within half a stance's width of the lane [m].
         error_height: How far a tread may be off in height [m].

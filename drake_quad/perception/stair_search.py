@@ -51,6 +51,8 @@ THINNED = 5  # of so many pixels one is looked at by the first fits
 RISES = np.arange(0.08, 0.235, 0.02)
 RUNS = np.arange(0.20, 0.43, 0.03)
 FIRSTS = np.arange(0.06, 2.7, 0.04)
+FLOOR_UNKNOWN = 0.05  # [m] deviation of the floor's height, from which nobody has told it
+FOOT_PIXELS = 25.0  # of the ground before the first nosing, that have to agree
 RISE_BOUNDS, RUN_BOUNDS = (0.05, 0.26), (0.15, 0.60)
 
 
@@ -302,12 +304,32 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
             break
         # What lies beyond a step that nothing speaks for is not known to be the same flight.
         final = fit_stairs(inner, *with_steps(final, whole), priors, FINE) if whole > 1 else None
+    if final is not None and priors.floor[1] > FLOOR_UNKNOWN:
+        final = _without_unseen_foot(inner, final, priors)
     if final is None or final.shape.steps < 2:
         return None
     rise, run = abs(final.other(RISE)), final.other(RUN)
     if not (RISE_BOUNDS[0] < rise < RISE_BOUNDS[1] and RUN_BOUNDS[0] < run < RUN_BOUNDS[1]):
         return None
     return FoundStairs(final, at_most, width[0], width[1])
+
+
+def _without_unseen_foot(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> StairFit | None:
+    """Takes away first steps before which no ground is seen.
+
+    Where nobody tells how high the floor is, a nosing at the image's lower edge costs nothing: the
+    floor in view may then be taken for the first tread, and the floor itself for out of view.
+    """
+    found: StairFit | None = fit
+    while found is not None and found.shape.steps >= 2:
+        table, _ = count_evidence(frame, found, priors)
+        if table[1, 0, 1] >= FOOT_PIXELS:
+            break
+        n = found.shape.steps
+        shape = replace(found.shape, steps=n - 1)
+        theta = np.concatenate([found.theta[1:n], found.theta[n + 1 :]])
+        found = fit_stairs(frame, shape, theta, priors, FINE)
+    return found
 
 
 def _stands(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> bool:

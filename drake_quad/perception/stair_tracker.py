@@ -124,9 +124,8 @@ def make_belief(
     at_most = None if found.at_most is None else passed + found.at_most
     yaw = float(np.remainder(fit.other(YAW) + pose.heading + np.pi, 2.0 * np.pi) - np.pi)
     covariance *= np.outer(by, by)
-    x, y, z = pose.place_sigmas
+    x, y, _ = pose.place_sigmas
     covariance[:n, :n] += (np.cos(yaw) * x) ** 2 + (np.sin(yaw) * y) ** 2
-    covariance[n:base, n:base] += z**2
     return StairBelief(
         stamp=stamp,
         origin=pose.p_WC[:2],
@@ -144,6 +143,17 @@ def make_belief(
         right=found.right,
         left=found.left,
     )
+
+
+def in_world(belief: StairBelief, pose: CameraPose) -> StairBelief:
+    """The belief with the error of the camera's own height in W, which all of its heights share.
+
+    Feet have the same error: so they refine heights before it is added, and say nothing of it.
+    """
+    heights = slice(len(belief.places), 2 * len(belief.places) + 1)
+    covariance = np.array(belief.covariance)
+    covariance[heights, heights] += pose.place_sigmas[2] ** 2
+    return replace(belief, covariance=covariance)
 
 
 def felt(belief: StairBelief, feet: FloatArray | None) -> StairBelief:
@@ -229,11 +239,12 @@ class StairTracker:
                 belief = make_belief(
                     found, pose, stamp=stamp, tilt=self._accuracy.tilt, passed=passed
                 )
-                return felt(belief, feet)
+                return in_world(felt(belief, feet), pose)
         searched = find_stairs(frame, priors, np.random.default_rng(SEED))
         if searched is None:
             return None
-        return felt(make_belief(searched, pose, stamp=stamp, tilt=self._accuracy.tilt), feet)
+        belief = make_belief(searched, pose, stamp=stamp, tilt=self._accuracy.tilt)
+        return in_world(felt(belief, feet), pose)
 
     def _floor(self, pose: CameraPose, feet: FloatArray | None) -> tuple[float, float]:
         if feet is None or len(feet) == 0:
@@ -251,6 +262,9 @@ class StairTracker:
         feet: FloatArray | None,
     ) -> tuple[FoundStairs, int] | None:
         moved = float((pose.p_WC[:2] - last.origin) @ last.direction)
+        aside = np.array([-last.direction[1], last.direction[0]])
+        aside_moved = float((pose.p_WC[:2] - last.origin) @ aside)
+        right, left = last.right - aside_moved, last.left - aside_moved
         places, heights = last.places - moved, last.heights - pose.p_WC[2]
         gone = int(np.count_nonzero(places < LEAST_PLACE))
         places, heights, passed = places[gone:], heights[gone:], last.passed + gone
@@ -269,7 +283,7 @@ class StairTracker:
             sigma = float(last.height_sigmas[gone]) + 0.003
             priors = replace(priors, floor=(float(heights[0]), sigma))
         guess = StairFit(shape, theta, np.eye(len(theta)), 0.0, 1.0)
-        inner = crop(frame, guess, (last.right - 0.03, last.left + 0.03))
+        inner = crop(frame, guess, (right - 0.03, left + 0.03))
         inner = keep_pixels(inner, np.arange(len(inner.rho)) % TRACKED == 0)
         fit = fit_stairs(inner, shape, theta, priors, TRACKING)
         if fit is None:
@@ -281,7 +295,7 @@ class StairTracker:
         most = None if last.count_most is None else last.count_most - passed
         if most is None and n < MOST_STEPS:
             fit, most = self._one_more(inner, fit, priors)
-        return FoundStairs(fit, most, last.right, last.left), passed
+        return FoundStairs(fit, most, right, left), passed
 
     def _one_more(
         self, frame: DepthFrame, fit: StairFit, priors: StairPriors

@@ -102,13 +102,16 @@ def _nosings(belief: StairBelief, true: FloatArray) -> list[dict[str, Any]]:
     return rows
 
 
-def record_sight(sight: Sight, world: Course, revisions: Sequence[MapRevision] = ()) -> SeenRecord:
+def record_sight(
+    sight: Sight, world: Course, revisions: Sequence[MapRevision] = (), *, refused: str = ""
+) -> SeenRecord:
     """What was seen, beside what there is.
 
     Args:
         sight: What was seen from the start.
         world: The course as it really is.
         revisions: The maps that the robot had on its way, that of the start first.
+        refused: Why no way on was planned after the last look; empty if one was.
     """
     belief = sight.belief
     last = revisions[-1].map if revisions else sight.map
@@ -120,10 +123,12 @@ def record_sight(sight: Sight, world: Course, revisions: Sequence[MapRevision] =
         "stairs": belief is not None,
         "level_seen": None if sight.level is None else sight.level.length,
         "map": None if last is None else last.describe(),
-        "error_place": None if last is None else last.error_place,
-        "error_height": None if last is None else last.error_height,
+        "error_place": None if sight.map is None else sight.map.error_place,
+        "error_height": None if sight.map is None else sight.map.error_height,
         "revisions": [_revision(revision, world) for revision in revisions],
     }
+    if refused and told["revisions"] and not told["revisions"][-1]["reason"]:
+        told["revisions"][-1]["reason"] = refused
     if belief is not None:
         true = true_crossings(world, belief.origin, belief.direction)
         n = len(belief.places)

@@ -42,6 +42,7 @@ from drake_quad.util.collector import frozen_objects
 
 AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
 INTERRUPTED = "interrupted"  # the reason of a run that a person ended
+WHAT_IS_SEEN = "what is seen is"  # in the reason of a run that ended at a look
 
 
 def result_of(
@@ -66,7 +67,8 @@ def result_of(
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
     failed = outcome != "goal_reached" and reason != INTERRUPTED
-    seen = None if p.sight is None else record_sight(p.sight, p.world, p.revisions)
+    refused = reason if outcome == "stopped" and WHAT_IS_SEEN in reason else ""
+    seen = None if p.sight is None else record_sight(p.sight, p.world, p.revisions, refused=refused)
     summary: dict[str, Any] = {
         "description": p.scenario.description,
         "outcome": outcome,

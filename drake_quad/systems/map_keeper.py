@@ -16,6 +16,7 @@ from drake_quad.systems.depth_camera import NO_IMAGE, DepthImage
 from drake_quad.systems.stair_estimator import StairReport
 from drake_quad.terrain.elements import Element
 
+LONGEST_WAIT = 5.0  # [s] for an image
 AT_REST = 0.3  # [s] after a robot has come to stand, from which on an image of it counts
 
 
@@ -120,9 +121,18 @@ class MapKeeper(LeafSystem):
             self._keep(state, MapMemory(kept.revisions, task, now))
             return EventStatus.Succeeded()
         report: StairReport = self._stairs.Eval(context)
-        if task == kept.task or report.stamp < kept.since + AT_REST:
+        if task == kept.task:
             return EventStatus.DidNothing()
-        revision = self._revise(context, kept.revisions[-1], report)
+        last = kept.revisions[-1]
+        if report.stamp >= kept.since + AT_REST:
+            revision = self._revise(context, last, report)
+        elif now > kept.since + LONGEST_WAIT:
+            depth = self._image.Eval(context).depth
+            revision = MapRevision(
+                last.number + 1, now, None, None, last.map, "no image has come", depth
+            )
+        else:
+            return EventStatus.DidNothing()
         self._keep(state, MapMemory((*kept.revisions, revision)))
         state.get_mutable_abstract_state(self._newest).set_value(revision)
         return EventStatus.Succeeded()

@@ -49,6 +49,8 @@ def test_a_rendered_flight_is_told_with_a_picture(image: Path, tmp_path: Path) -
         (["--intrinsics", "400,400,212,nan"], "cy"),
         (["--intrinsics", "kinect_v2"], "kinect_v2"),
         (["--intrinsics", "d435", "--scale", "0"], "--scale"),
+        (["--intrinsics", "d435", "--scale", "0.1"], "between 0.15 and 4 m"),
+        (["--intrinsics", "d435", "--tilt", "-50"], "must be from -40 to 89"),
         (["--intrinsics", "d435", "--tilt-error", "nan"], "--tilt-error"),
         (["--intrinsics", "d435", "--picture", "seen.txt"], "seen.txt"),
     ],

@@ -130,14 +130,40 @@ def test_what_contradicts_the_map_is_refused() -> None:
             grown(known, wrong, level)
 
 
+def test_the_heading_stays_in_the_errors_of_steps_that_are_not_seen_again() -> None:
+    """A later look that tells nothing new of them leaves them as uncertain as they were."""
+    stood = make_stair_map(flight(0, 5), NOT_SEEN, standing=np.zeros(2), floor=0.0, behind=0.5,
+                           landing=1.5, reach=0.4, to_its_end=False)  # fmt: skip
+    sure, unsure = (trust(stood, reach=0.4, yaw_sigma=sigma) for sigma in (0.0, 0.01))
+    assert np.all(unsure.place_errors > sure.place_errors + 1e-3)
+    again = grown(unsure, flight(4, 3), NOT_SEEN)
+    np.testing.assert_array_equal(again.place_errors[:4], unsure.place_errors[:4])
+    assert again.error_place >= unsure.place_errors[:4].max()
+
+
+def test_feet_that_stand_apart_make_the_treads_ahead_uncertain() -> None:
+    """By as much as they contradict the map and each other: what is taken off is their middle."""
+    known = first_map()
+    odd = FEET.copy()
+    odd[:2, 2] += 0.03
+    even, uneven = (
+        grow_map(known, flight(3, 4), NOT_SEEN, feet=feet, landing=1.5, reach=0.4, look=1)
+        for feet in (FEET, odd)
+    )
+    assert np.all(even.height_errors[5:] < 0.03) and np.all(uneven.height_errors[5:] >= 0.03)
+
+
 def test_feet_that_stand_on_other_treads_than_mapped_contradict_it() -> None:
-    """One that is a third of a rise off the others ends it; all of them higher do not."""
+    """One, or two on one tread, a third of a rise off the others end it; all higher do not."""
     known = first_map()
     assert feet_offset(known, FEET + np.array([0.0, 0.0, 0.05])) == pytest.approx(0.05)
     wrong = FEET.copy()
     wrong[0, 2] += 0.06
-    with pytest.raises(PlanningError, match="feet contradict"):
-        feet_offset(known, wrong)
+    pair = FEET.copy()
+    pair[:2, 2] += 0.06  # of which the median of all four takes half
+    for feet in (wrong, pair):
+        with pytest.raises(PlanningError, match="feet contradict"):
+            feet_offset(known, feet)
 
 
 def test_steps_are_told_apart_by_their_heights() -> None:

@@ -10,6 +10,7 @@ from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotation_exp
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import DepthFrame, prepare_frame, stereo_accuracy
+from drake_quad.perception.see import see_stairs
 from drake_quad.perception.stair_candidates import candidate_levels
 from drake_quad.perception.stair_fit import StairPriors
 from drake_quad.perception.stair_profile import PITCH
@@ -67,6 +68,21 @@ def test_open_risers_are_told_from_closed_ones(is_open: bool) -> None:
     frame = frame_of(flight(0.16, 5, is_open=is_open))
     found = find_stairs(frame, PRIORS, np.random.default_rng(0))
     assert found is not None and found.fit.shape.is_open == is_open
+
+
+@pytest.mark.parametrize("off", [0.0, 2.0, 3.0])
+def test_a_floor_out_of_view_makes_no_step_of_what_is_in_view(off: float) -> None:
+    """Where nobody tells the floor's height, and the tilt is off: three steps are no four.
+
+    The floor in view was taken for a first tread, and the floor itself for below the image.
+    """
+    places, heights = 0.8 + 0.3 * np.arange(3), 0.16 * np.arange(4)
+    scene = Scene("up", places, heights, 0.0, 0.0, (0.8, 0.8), build_boxes(places, heights))
+    depth = render(scene, MODEL, level_rotation(pitch=DOWN), HEIGHT)
+    depth = np.where(np.isfinite(depth), np.round(depth, 3), 0.0)
+    seen = see_stairs(depth, MODEL, pitch=float(DOWN + np.radians(off)))
+    assert seen.belief is not None and seen.belief.count_least == 3
+    assert seen.belief.places[0] == pytest.approx(0.8, abs=0.02)
 
 
 def test_a_wall_beside_the_stairs_is_left_out() -> None:

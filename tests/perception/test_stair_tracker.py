@@ -121,6 +121,32 @@ def test_tracking_follows_the_camera_past_steps() -> None:
     assert belief.passed >= 1 and belief.count_least == 6
 
 
+def test_tracking_goes_along_with_a_camera_that_moves_aside() -> None:
+    """The sides of the flight stay where they are in W, so the pixels that count are its own."""
+    scene = flight(rise=0.15, run=0.30, first=0.8, count=4)
+    depth, pose = look(scene, height=0.95, pitch=35.0)
+    before = tracker().update(depth, pose, feet=FEET)
+    assert before is not None
+    y = 0.3
+    moved = Scene("up", scene.places, scene.heights, 0.0, 0.0, (0.8 - y, 0.8 + y),
+                  scene.boxes - np.array([0, y, 0, 0, y, 0]))  # fmt: skip
+    depth, pose = look(moved, height=0.95, pitch=35.0)
+    pose = CameraPose(pose.R_WC, np.array([0.0, y, 0.95]))
+    after = tracker().update(depth, pose, stamp=0.1, last=before)
+    assert after is not None
+    assert (after.right + y, after.left + y) == pytest.approx((before.right, before.left), abs=0.02)
+    assert np.abs(after.places - scene.places[: len(after.places)]).max() < 0.02
+
+
+def test_feet_say_nothing_of_the_height_of_camera_and_robot() -> None:
+    """Both have the base's error: a foot on a tread leaves it in all heights as it is."""
+    image, pose = look(flight(rise=0.15, run=0.30, first=0.8, count=4), height=0.95, pitch=35.0)
+    unsure = CameraPose(pose.R_WC, pose.p_WC, place_sigmas=np.array([0.0, 0.0, 0.03]))
+    feet = np.array([*FEET, [0.95, 0.1, 0.15]])
+    belief = tracker().update(image, unsure, feet=feet)
+    assert belief is not None and np.all(belief.height_sigmas >= 0.03)
+
+
 @pytest.mark.parametrize("off", [-1.0, 1.0])
 def test_an_attitude_that_is_an_estimate_may_be_off_by_its_deviation(off: float) -> None:
     """Pitch off by 1 deg and known to 0.56: nosings to 3 mm of an exact image; by 12 mm if untold.

@@ -13,7 +13,7 @@ from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.planning.onward import LOOK_AGAIN
 from drake_quad.systems.depth_camera import NO_IMAGE
-from drake_quad.systems.map_keeper import MapKeeper, MapSettings
+from drake_quad.systems.map_keeper import LONGEST_WAIT, MapKeeper, MapSettings
 from drake_quad.systems.stair_estimator import StairReport
 from drake_quad.terrain.elements import Element
 
@@ -96,11 +96,19 @@ def test_a_look_grows_the_map_and_all_revisions_are_kept() -> None:
 
 
 def test_an_image_of_before_the_look_does_not_count() -> None:
-    """It waits for one that was taken at rest, however long that takes."""
+    """It waits for one that was taken at rest."""
     keeper, newest = looked_again(flight(3, 4), stamp=1.2)
     assert newest is FIRST and keeper.looking
     keeper.see(2.2, flight(3, 4))
     assert keeper.run(2.4).number == 1
+
+
+def test_without_an_image_it_gives_up_after_a_while() -> None:
+    """The robot does not stand there until the run's time is over: the revision says why."""
+    keeper, newest = looked_again(flight(3, 4), stamp=1.2)
+    assert newest is FIRST and keeper.run(1.0 + LONGEST_WAIT) is FIRST
+    newest = keeper.run(1.2 + LONGEST_WAIT)
+    assert newest.number == 1 and newest.map is FIRST.map and newest.reason == "no image has come"
 
 
 def test_what_contradicts_the_map_leaves_it_and_says_why() -> None:
