@@ -285,7 +285,7 @@ def _plausible(
     Raises:
         InputError: The times are none of a run, or words are as many as no run has.
     """
-    found = {}
+    found, beyond = {}, {}
     for name, column in columns.items():
         values = _values_of(name, column, path)
         if name == "t":
@@ -294,11 +294,15 @@ def _plausible(
             wrong = np.abs(values) > LARGEST
             if np.any(wrong):
                 values = np.where(wrong, np.nan, values)
-                notices.append(
-                    f"{path.name} has {int(wrong.sum())} values in column {name} that are beyond "
-                    f"{LARGEST:g}: they are left out."
-                )
+                beyond[name] = int(wrong.sum())
         found[name] = values
+    if beyond:
+        first, *others = beyond
+        more = f" and {len(others)} others" if others else ""
+        notices.append(
+            f"{path.name} has {sum(beyond.values())} values in column {first}{more} that are beyond "
+            f"{LARGEST:g}: they are left out."
+        )
     return found
 
 
