@@ -298,9 +298,9 @@ def _plausible(
         found[name] = values
     if beyond:
         first, *others = beyond
-        more = f" and {len(others)} others" if others else ""
+        where = f"column {first}" + (f" and {len(others)} others" if others else "")
         notices.append(
-            f"{path.name} has {sum(beyond.values())} values in column {first}{more} that are beyond "
+            f"{path.name} has {sum(beyond.values())} values in {where} that are beyond "
             f"{LARGEST:g}: they are left out."
         )
     return found
