@@ -197,7 +197,7 @@ def read_roll(tasks: list[Record], lasts: Floats) -> Bag:
         numbers(t["roll"]["offset"], len(v), 4, 2) for t, v in zip(tasks, times, strict=True)
     ]
     for t, end in zip(times, lasts, strict=True):
-        # Nearer ones would be taken for one time, and what a foot rolls between them be looked over.
+        # Nearer ones would be taken for one time, and rolling between them be passed over.
         good = len(t) > 1 and np.all(np.diff(t) > SAME) and t[0] == 0.0
         require(good and abs(t[-1] - end) <= SAME, "feet roll from a task's begin to its end")
     start = np.cumsum([0.0, *(lasts[:-1] + GAP)])
