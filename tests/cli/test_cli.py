@@ -164,7 +164,7 @@ def test_systems_error_without_a_file_names_the_command(
 ) -> None:
     """Not every error of the system says which file it is about; then the command is told."""
 
-    def fail() -> None:
+    def fail(**_: object) -> None:
         raise OSError(5, "Input/output error")
 
     monkeypatch.setattr(cli, "app", fail)
