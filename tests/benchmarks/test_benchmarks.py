@@ -121,8 +121,7 @@ def test_real_time_reports_every_system(load: Any, capsys: pytest.CaptureFixture
         ticks = {name: w["ticks"] for name, w in result["ticks"]["systems"].items()}
         assert len(ticks) == systems
         assert ticks.pop("TransitionPlanner") in (10, 11)
-        for monitor in ("ContactMonitor", "StabilityMonitor"):
-            assert 124 <= ticks.pop(monitor) <= 127
+        assert 124 <= ticks.pop("ContactMonitor") <= 127  # it stands for sensors of 250 Hz
         assert all(249 <= n <= 252 for n in ticks.values())
 
 
