@@ -1,12 +1,14 @@
-"""Carries out the studies behind the documents' tables, one after the other, at one commit.
+"""Carries out studies behind tables of the documents, one after the other, at one commit.
 
     python -m benchmarks.tables --list
     python -m benchmarks.tables kicks_03 blind_stairs
     python -m benchmarks.tables
 
-Each leaves a folder under --out: its log, its files, and `commit.txt` once it is done. What the
-same sources have done is passed over, so that a later call goes on. Pages are not written: whoever
-reads a result puts it where it belongs, by the commands' own --page or --out, or by hand.
+Each leaves a folder under --out: its log, its files, and `done.json` once it is done. What the
+same sources have done is passed over, so that a later call goes on. The long studies `nominal` and
+`robots` (600 trials), the contact solvers and the state estimator have their own commands. Pages
+are not written: whoever reads a result puts it where it belongs, by the commands' own --page or
+--out, or by hand.
 """
 
 import argparse
@@ -21,7 +23,7 @@ from pathlib import Path
 from benchmarks.page import ROOT, commit
 from drake_quad.sweep.provenance import own_sources
 
-DONE, LOG = "commit.txt", "log.txt"
+DONE, LOG = "done.json", "log.txt"
 
 
 @dataclass(frozen=True)
@@ -147,9 +149,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(f"there is no table {unknown[0]}; there are {', '.join(known)}")
     out, failed = asked.out.resolve(), []
     for study in [known[name] for name in asked.names] or TABLES:
-        done = "done" if is_done(out / study.name) else f"{study.minutes} minutes of a core"
-        print(f"{study.name}: {study.page}, {done}", flush=True)
-        if asked.list or done == "done":
+        done = is_done(out / study.name)
+        told = "done" if done else f"{study.minutes} minutes of a core"
+        print(f"{study.name}: {study.page}, {told}", flush=True)
+        if asked.list or done:
             continue
         status = carry_out(study, out / study.name, asked.workers)
         print(f"  ended with status {status}; look at {out / study.name}", flush=True)

@@ -17,7 +17,7 @@ from drake_quad.infeasibility.climb import FEET, Moment
 from drake_quad.infeasibility.robot_bounds import RobotBounds
 
 SLACK = 1e-9  # [m]
-ROOT = 1e-12  # [m^2] under a root, as the independent checker has it
+ROOT = 2e-12  # [m^2] under a root: twice what the independent checker adds, so that it agrees
 OPEN = "."
 LEG_REASONS = "abcd"  # foot FL, FR, RL, RR reaches no place on its side
 SUPPORT, TRUNK = "s", "t"
@@ -165,7 +165,7 @@ def reachable_places(
         if not np.any(within):
             continue
         # Near full stretch a root makes much of rounding: it is of a little more.
-        half = np.sqrt(np.maximum(reach**2 - nearest**2, 0.0) + 2.0 * ROOT) + SLACK
+        half = np.sqrt(np.maximum(reach**2 - nearest**2, 0.0) + ROOT) + SLACK
         near, far = _hanging(robot.rise[leg], reach, dz, turn)
         start, end = places_on(climb, robot.foot_radius, level)
         low = np.maximum(np.maximum(hx[0] - half, hx[0] + near), start)

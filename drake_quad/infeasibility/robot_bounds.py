@@ -13,13 +13,13 @@ All bounds hold for every joint position within the limits, whatever the trunk's
 """
 
 from dataclasses import dataclass
-from math import ceil, cos, floor, hypot, pi, sqrt
+from math import ceil, cos, floor, hypot, pi
 from typing import Any
 
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, leg_lengths
 
 TRUNK_POINTS = 13  # points of the line under the trunk
 
@@ -58,12 +58,10 @@ def bounds_of(robot: RobotModel) -> RobotBounds:
     reach, rise, low, high = np.zeros(4), np.zeros(4), np.zeros(3), np.zeros(3)
     low += robot.trunk_mass * robot.trunk_com
     high += robot.trunk_mass * robot.trunk_com
+    longest = leg_lengths(robot)
     for k in range(4):
         d, raised = float(g.offset[k]), float(g.raised[k])
-        straightest = _sinusoid(1.0, 0.0, lower[k, 2], upper[k, 2])[1]
-        square = g.thigh[k] ** 2 + g.shank[k] ** 2 + 2 * g.thigh[k] * g.shank[k] * straightest
-        longest = sqrt(max(square, 0.0))
-        reach[k] = hypot(d, longest + abs(raised))
+        reach[k] = hypot(d, float(longest[k]) + abs(raised))
         # d sin(a) + z cos(a), z <= 0 in the plane, and cos(a) >= 0 within a quarter turn.
         quarter = max(abs(lower[k, 0]), abs(upper[k, 0])) <= 0.5 * pi
         rise[k] = _sinusoid(0.0, d, lower[k, 0], upper[k, 0])[1] if quarter else reach[k]

@@ -1,6 +1,6 @@
 """What a robot saw from where it stood, and what came of it; and what it saw later on its way."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -64,3 +64,19 @@ class MapRevision:
     def __deepcopy__(self, memo: object) -> "MapRevision":
         """It never changes, so that Drake may copy a Context without copying it."""
         return self
+
+
+def with_reason(
+    revisions: tuple[MapRevision, ...], planned_on: int, reason: str
+) -> tuple[MapRevision, ...]:
+    """The revisions, with why nothing came of the last one where nothing was planned on it.
+
+    Args:
+        revisions: The revisions of a run that has ended.
+        planned_on: Number of the revision that was planned on last.
+        reason: Why the run ended.
+    """
+    last = revisions[-1]
+    if last.number <= planned_on or last.reason:
+        return revisions
+    return (*revisions[:-1], replace(last, reason=reason))

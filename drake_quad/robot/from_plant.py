@@ -15,7 +15,7 @@ from pydrake.systems.framework import Context
 
 from drake_quad.common import FloatArray, read_only
 from drake_quad.errors import InputError
-from drake_quad.robot.importer.sanitize import states_friction
+from drake_quad.robot.importer.stated_friction import states_friction
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import LegGeometry, RobotModel
 from drake_quad.robot.read_outline import bounding_box, outer_boxes, read_sides, read_thighs

@@ -21,9 +21,10 @@ from drake_quad.robot.importer.meshes import files_of_mesh
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
 from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
-from drake_quad.robot.importer.sanitize import HEAVY, joint_friction, shapes_with_friction
+from drake_quad.robot.importer.sanitize import HEAVY
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
+from drake_quad.robot.importer.stated_friction import joint_friction, shapes_with_friction
 from drake_quad.robot.importer.xml_io import read_xml
 from drake_quad.robot.model import RobotModel
 from drake_quad.util.files import MOST_MESH, MOST_TEXT, check_given, read_given, user_path

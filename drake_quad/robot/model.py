@@ -129,9 +129,8 @@ def contact_friction(robot: RobotModel, friction: float) -> FloatArray:
     return np.where(np.isnan(own), friction, 2.0 * own * friction / both)
 
 
-@lru_cache(maxsize=8)  # a search asks four thousand times
-def leg_length(robot: RobotModel) -> float:
-    """Length of the shortest leg, stretched as far as its knee allows [m]."""
+def leg_lengths(robot: RobotModel) -> FloatArray:
+    """Length of each leg, stretched as far as its knee allows (4,) [m]."""
     g = robot.geometry
     turn = 2.0 * np.pi
     low, high = robot.q_lower[2::3], robot.q_upper[2::3]
@@ -139,7 +138,13 @@ def leg_length(robot: RobotModel) -> float:
     through = np.floor(high / turn) >= np.ceil(low / turn)
     straightest = np.where(through, 1.0, np.maximum(np.cos(low), np.cos(high)))
     square = g.thigh**2 + g.shank**2 + 2.0 * g.thigh * g.shank * straightest
-    return float(np.sqrt(np.min(square)))
+    return np.asarray(np.sqrt(square))
+
+
+@lru_cache(maxsize=8)  # a search asks four thousand times
+def leg_length(robot: RobotModel) -> float:
+    """Length of the shortest leg, stretched as far as its knee allows [m]."""
+    return float(leg_lengths(robot).min())
 
 
 # From the knee on, to the foot: 1. The last is where a thick shank ends above a thin foot: over a

@@ -134,9 +134,10 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
 
 
 def _total_time(c: Columns, name: str, samples: BoolArray, period: float) -> float:
-    """How long something was so [s]: over all ticks, of which the last is a sample's own.
+    """How long something was so [s], by what the monitor counted at every tick.
 
-    Over the samples where the log does not have that, as in a replay of the plan.
+    By the samples where it counted nothing: in a replay of the plan, or at the very last sample,
+    which the monitor had yet to count.
     """
     if name not in c:
         return float(samples.sum() * period)

@@ -377,7 +377,8 @@ SUMMARY = (
     Figure("nonfoot_contact_samples", "samples", "Samples with a contact of anything but feet",
            shown=Shown("Contacts of anything but a foot", 0), at_most=0.0),
     Figure("nonfoot_contact_time", "s", "Time with a contact of anything but feet, over all ticks "
-           "of the controller; in a kinematic replay over the samples"),
+           "of the controller; in a kinematic replay over the samples",
+           shown=Shown("Time with a contact of anything but a foot", 3), at_most=0.0),
     Figure("nonfoot_force_max", "N", "The greatest normal force of these, over all ticks of the "
            "controller"),
     Figure("nonfoot_depth_max", "m", "The greatest `nonfoot_depth`; null in physics",

@@ -102,16 +102,13 @@ def _nosings(belief: StairBelief, true: FloatArray) -> list[dict[str, Any]]:
     return rows
 
 
-def record_sight(
-    sight: Sight, world: Course, revisions: Sequence[MapRevision] = (), *, refused: str = ""
-) -> SeenRecord:
+def record_sight(sight: Sight, world: Course, revisions: Sequence[MapRevision] = ()) -> SeenRecord:
     """What was seen, beside what there is.
 
     Args:
         sight: What was seen from the start.
         world: The course as it really is.
         revisions: The maps that the robot had on its way, that of the start first.
-        refused: Why no way on was planned after the last look; empty if one was.
     """
     belief = sight.belief
     last = revisions[-1].map if revisions else sight.map
@@ -127,8 +124,6 @@ def record_sight(
         "error_height": None if sight.map is None else sight.map.error_height,
         "revisions": [_revision(revision, world) for revision in revisions],
     }
-    if refused and told["revisions"] and not told["revisions"][-1]["reason"]:
-        told["revisions"][-1]["reason"] = refused
     if belief is not None:
         true = true_crossings(world, belief.origin, belief.direction)
         n = len(belief.places)

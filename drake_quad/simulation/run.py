@@ -17,6 +17,7 @@ from pydrake.systems.framework import Context
 from drake_quad import __version__
 from drake_quad.common import FloatArray
 from drake_quad.errors import DrakeQuadError
+from drake_quad.perception.sight import with_reason
 from drake_quad.planning.contact_forces import SHARES
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.loader import MakeModelPlant
@@ -42,7 +43,6 @@ from drake_quad.util.collector import frozen_objects
 
 AT_GOAL = 0.1  # [m], [rad]: farthest from the end of the plan that counts as there
 INTERRUPTED = "interrupted"  # the reason of a run that a person ended
-WHAT_IS_SEEN = "what is seen is"  # in the reason of a run that ended at a look
 
 
 def result_of(
@@ -67,8 +67,7 @@ def result_of(
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
     failed = outcome != "goal_reached" and reason != INTERRUPTED
-    refused = reason if outcome == "stopped" and WHAT_IS_SEEN in reason else ""
-    seen = None if p.sight is None else record_sight(p.sight, p.world, p.revisions, refused=refused)
+    seen = None if p.sight is None else record_sight(p.sight, p.world, p.revisions)
     summary: dict[str, Any] = {
         "description": p.scenario.description,
         "outcome": outcome,
@@ -266,7 +265,7 @@ def _simulate(
             outcome, reason = "stopped", f"simulation failed: {type(error).__name__}: {error}"
             logging.getLogger(__name__).exception("simulation failed")
     wall = time.perf_counter() - begun
-    p = _as_it_grew(p, climb, context)
+    p = _as_it_grew(p, climb, context, reason)
     table = _collect(p, climb, context)
     if outcome == "goal_reached":
         outcome, reason = at_goal(table, reason)
@@ -290,17 +289,35 @@ def _time_limit(p: PreparedScenario, climb: StairClimb, context: Context) -> flo
 
 def _plans(climb: StairClimb, context: Context) -> tuple[MotionPlan, ...]:
     """The plans of all tasks begun so far, and their revisions."""
-    controller = climb.diagram.GetSubsystemByName("controller")
-    planner: TransitionPlanner = controller.GetSubsystemByName("transition_planner")
+    planner = _planner_of(climb)
     return planner.plans(planner.GetMyContextFromRoot(context))
 
 
-def _as_it_grew(p: PreparedScenario, climb: StairClimb, context: Context) -> PreparedScenario:
-    """What was prepared, with the map as it is in the end, and how it came to that."""
+def _planner_of(climb: StairClimb) -> TransitionPlanner:
+    controller = climb.diagram.GetSubsystemByName("controller")
+    planner: TransitionPlanner = controller.GetSubsystemByName("transition_planner")
+    return planner
+
+
+def _as_it_grew(
+    p: PreparedScenario, climb: StairClimb, context: Context, reason: str
+) -> PreparedScenario:
+    """What was prepared, with the map as it is in the end, and how it came to that.
+
+    Args:
+        p: What was prepared.
+        climb: The simulation.
+        context: Its Context as the run has ended.
+        reason: Why it ended.
+    """
     if p.growth is None:
         return p
     keeper: MapKeeper = climb.diagram.GetSubsystemByName("map_keeper")
-    revisions = keeper.revisions(keeper.GetMyContextFromRoot(context))
+    planner = _planner_of(climb)
+    planned_on = planner.map_number(planner.GetMyContextFromRoot(context))
+    revisions = with_reason(
+        keeper.revisions(keeper.GetMyContextFromRoot(context)), planned_on, reason
+    )
     course = revisions[-1].map.course(foot_radius=p.robot.foot_radius)
     return replace(p, course=course, revisions=revisions)
 

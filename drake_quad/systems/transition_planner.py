@@ -139,6 +139,10 @@ class TransitionPlanner(LeafSystem):
         plans: tuple[MotionPlan, ...] = context.get_abstract_state(int(self._history)).get_value()
         return plans
 
+    def map_number(self, context: Context) -> int:
+        """Number of the map's revision that the newest stretch is planned on."""
+        return self._known_to(context).revision
+
     def _initialize(self, context: Context, state: State) -> EventStatus:
         measured = self._layout.read(self._state_port.Eval(context))
         R = measured.R_WB

@@ -100,9 +100,14 @@ def falsified(kind: str) -> dict[str, Any]:
         first["above"] = [True] * 4
     elif kind == "negative masses":
         changed["robot"]["trunk_mass"] = -1000.0
-    elif kind == "hips without end":  # whose differences are no number
+    elif kind == "hips without end":  # whose differences are no number: any box seems closed
         for hip in changed["robot"]["hips"]:
             hip[1] = 1e200 if hip[1] > 0.0 else -1e200
+        changed["climb"]["rise"], changed["boundary"] = 0.1, 3
+        changed["moments"] = [
+            {"above": [leg != mover for leg in range(4)], "mover": mover, "tree": ["z", "aa"]}
+            for mover in range(4)
+        ]
     elif kind == "mass without end":  # of which moments overflow
         changed["robot"] |= {"trunk_mass": 1.7e308, "trunk_com": [2.0, 0.0, 0.0]}
     elif kind == "no number":

@@ -1,5 +1,6 @@
 """The Diagrams: what is in them, what is on their ports, and that nothing leaks between runs."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +9,15 @@ from pydrake.geometry import GeometryId, Role
 from pydrake.multibody.plant import AddMultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, System
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    EventStatus,
+    LeafSystem,
+    State,
+    System,
+)
 from rig import feet_of
 
 from drake_quad.common import FloatArray
@@ -222,6 +231,25 @@ def test_a_prepared_scenario_is_wired_as_by_hand() -> None:
         simulator.AdvanceTo(1.3)
         states.append(state_of_plant(made, simulator.get_context()))
     np.testing.assert_array_equal(states[0], states[1])
+
+
+def test_margins_are_measured_at_every_tick_of_the_controller(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where contacts are sensed at every second one, too: what is least is of all of them."""
+    ticks, own = [], StabilityMonitor._update
+
+    def counted(monitor: StabilityMonitor, context: Context, state: State) -> EventStatus:
+        ticks.append(context.get_time())
+        return own(monitor, context, state)
+
+    monkeypatch.setattr(StabilityMonitor, "_update", counted)
+    control = replace(prepared().scenario.controller, period=0.002)
+    made = make_climb(control=control, log_period=0.1)
+    assert made.sensing_period == pytest.approx(0.004)
+    Simulator(made.diagram).AdvanceTo(0.05)
+    np.testing.assert_allclose(ticks, 0.002 * np.arange(len(ticks)), atol=1e-12)
+    assert len(ticks) >= 25
 
 
 def test_monitors_measure_once_for_the_log_and_for_their_own_update(

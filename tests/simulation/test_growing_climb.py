@@ -74,6 +74,7 @@ def test_where_the_flight_goes_on_too_steep_it_stops_on_a_tread() -> None:
     assert result.outcome == "stopped"
     assert result.reason.startswith("stands ") and "on step" in result.reason
     assert "; what is seen is: " in result.reason
+    assert result.seen is not None and result.seen.told["revisions"][-1]["reason"]
     assert result.summary["samples_under_three_feet"] == 0
     assert result.summary["margin"]["minimum"] > 0.03
     assert result.summary["nonfoot_contact_samples"] == 0

@@ -9,7 +9,7 @@ from rig import fix_inputs, stand_plan
 
 from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.perception.level_beyond import Level
-from drake_quad.perception.sight import MapRevision
+from drake_quad.perception.sight import MapRevision, with_reason
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.planning.onward import LOOK_AGAIN
 from drake_quad.systems.depth_camera import NO_IMAGE
@@ -109,6 +109,16 @@ def test_without_an_image_it_gives_up_after_a_while() -> None:
     assert newest is FIRST and keeper.run(1.0 + LONGEST_WAIT) is FIRST
     newest = keeper.run(1.2 + LONGEST_WAIT)
     assert newest.number == 1 and newest.map is FIRST.map and newest.reason == "no image has come"
+
+
+def test_a_map_that_nothing_was_planned_on_says_why() -> None:
+    """By the reason of the run's end; a revision that has one of its own, or was used, keeps it."""
+    last = replace(FIRST, number=1)
+    refused = with_reason((FIRST, last), 0, "no way on")
+    assert refused[0] is FIRST and (refused[1].number, refused[1].reason) == (1, "no way on")
+    assert with_reason((FIRST, last), 1, "fell later")[1] is last
+    own = replace(last, reason="ends after 4 steps")
+    assert with_reason((FIRST, own), 0, "no way on")[1] is own
 
 
 def test_what_contradicts_the_map_leaves_it_and_says_why() -> None:

@@ -22,7 +22,8 @@ from drake_quad.robot.importer.raw_robot import (
     RigidGroup,
     RigidMass,
 )
-from drake_quad.robot.importer.sanitize import Cleaned, Drive, states_friction
+from drake_quad.robot.importer.sanitize import Cleaned, Drive
+from drake_quad.robot.importer.stated_friction import states_friction
 
 NO_INERTIA = 1e-10  # [m²] per mass: rounding, when masses at points are added up
 

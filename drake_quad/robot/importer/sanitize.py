@@ -5,7 +5,6 @@ Drake's parsers put a stand-in in the place of many of them (of 1 kg, or a ball 
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,11 +16,16 @@ from drake_quad.robot.importer.meshes import hull_as_obj
 from drake_quad.robot.importer.raw_robot import DOUBTFUL, DROPPED, REPAIRED, Note
 from drake_quad.robot.importer.sources import resolve
 from drake_quad.robot.importer.spelling import check_spelling
-from drake_quad.robot.importer.xml_io import COLON, check_depth, floats, read_xml
+from drake_quad.robot.importer.stated_friction import (
+    Shapes,
+    has_friction_of_others,
+    joint_friction,
+    shapes_with_friction,
+)
+from drake_quad.robot.importer.xml_io import check_depth, floats, read_xml
 
 # Of Drake's tags for a drive: what is taken if there is none, and the most that any drive has.
 DRIVE_NUMBERS = (("rotor_inertia", 0.0, 1e3), ("gear_ratio", 1.0, 1e4))  # [kg m²], none
-Shapes = set[tuple[str, str]]  # names of a link and of one of its collision shapes
 
 
 @dataclass
@@ -362,79 +366,13 @@ def _sizes_above_zero(c: Cleaned, field: str, text: str | None, count: int) -> N
         raise c.refuse(field, text, f"{what} above zero [m]")
 
 
-DRAKE_TAGS = (f"drake{COLON}mu_static", f"drake{COLON}mu_dynamic")
-OTHERS = ("mu", "mu1", "mu2")  # ODE's, in SDF and in a URDF's `gazebo`
-
-
-def shapes_with_friction(root: ET.Element) -> Shapes:
-    """The collision shapes of a URDF or SDF that state a friction of Drake's kind.
-
-    Returns:
-        Names of link and shape; the shape's is empty where the file gives it none.
-    """
-    return {
-        (link.get("name", ""), collision.get("name", ""))
-        for link in root.iter("link")
-        for collision in link.findall("collision")
-        if any(element.tag in DRAKE_TAGS for element in collision.iter())
-    }
-
-
-def states_friction(frictional: Set[tuple[str, str]], link: str, shape: str) -> bool:
-    """Whether a shape is one of those of `shapes_with_friction`.
-
-    Args:
-        frictional: Those.
-        link: Name of the link.
-        shape: Name of the collision geometry as Drake has it, which may begin with the model's.
-    """
-    # Drake makes up a name for a shape without one: which of them it is cannot be told.
-    return bool({(link, shape.rpartition("::")[2]), (link, "")} & frictional)
-
-
-MOST_JOINT_FRICTION = 1000.0  # [Nm]
-
-
-def joint_friction(
-    root: ET.Element, refuse: Callable[[str, Any, str], InputError]
-) -> dict[str, float]:
-    """Coulomb friction [Nm] of the joints of a URDF, SDF or MJCF that have any, by name.
-
-    Args:
-        root: The file, an MJCF's defaults written out.
-        refuse: Makes the error from field, value and what would be right.
-
-    Raises:
-        InputError: If a friction is no number, or one that no joint has.
-    """
-    found = {}
-    for joint in root.iter("joint"):
-        dynamics, name = joint.find("dynamics"), joint.get("name", "")
-        if dynamics is not None:
-            text = dynamics.get("friction")
-        else:
-            text = joint.get("frictionloss", joint.findtext("axis/dynamics/friction"))
-        if not (text or "").strip():
-            continue
-        values = floats(text)
-        if not values or not 0.0 <= values[0] <= MOST_JOINT_FRICTION:
-            remedy = f"must be a number from 0 to {MOST_JOINT_FRICTION:g} [Nm]"
-            raise refuse(f"{name}: friction", text, remedy)
-        if values[0] > 0.0:
-            found[name] = values[0]
-    return found
-
-
 def read_friction(c: Cleaned) -> None:
     """Remembers which links and joints state their friction, and notes what is not used."""
     c.frictional |= shapes_with_friction(c.root)
     c.joint_friction |= joint_friction(c.root, c.refuse)
     mjcf = c.root.tag == "mujoco"
-    if any(e.get("friction") for e in c.root.iter("geom")) if mjcf else _has_others(c.root):
+    of_mujoco = mjcf and any(e.get("friction") for e in c.root.iter("geom"))
+    if of_mujoco or (not mjcf and has_friction_of_others(c.root)):
         whose = "MuJoCo's" if mjcf else "ODE's"
         text = f"friction of {whose} kind is not used: that of contacts is simulation.friction"
         c.note(DROPPED, text)
-
-
-def _has_others(root: ET.Element) -> bool:
-    return any(element.tag in OTHERS for element in root.iter())
