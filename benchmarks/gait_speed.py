@@ -28,19 +28,24 @@ from drake_quad.simulation.run import simulate
 from drake_quad.terrain.elements import Stairs
 
 COUNT = 4
-# What each climbs: the steepest of the three flights of docs/robots.md that it has a good plan for.
+# What each climbs: the steepest of the three flights of docs/robots.md that it has a plan for.
 FLIGHTS = {
     "paper_quadruped": (0.178, 0.28),
-    "anymal_c": (0.17, 0.29),
+    "anymal_c": (0.178, 0.28),
     "anymal_b": (0.12, 0.30),
     "spot": (0.178, 0.28),
     "b1": (0.178, 0.28),
-    "hyq": (0.12, 0.30),
-    "go1": (0.10, 0.30),
+    "b2": (0.178, 0.28),
+    "a2": (0.178, 0.28),
+    "go1": (0.12, 0.30),
     "go2": (0.12, 0.30),
-    "a1": (0.10, 0.30),
-    "laikago": (0.12, 0.30),
-    "solo12": (0.10, 0.30),
+    "a1": (0.12, 0.30),
+    "aliengo": (0.178, 0.28),
+    "laikago": (0.178, 0.28),
+    "solo12": (0.12, 0.30),
+    "mini_cheetah": (0.12, 0.30),
+    "hyqreal1": (0.12, 0.30),
+    "hyq": (0.178, 0.28),
 }
 PAPER_SPEED, PAPER_LEG = 0.125, 1.22  # [m/s], [m] of the paper's robot
 Row = dict[str, Any]
