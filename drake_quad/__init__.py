@@ -37,15 +37,16 @@ if TYPE_CHECKING:
         MachineError as MachineError,
         PlanningError as PlanningError,
     )
+    from drake_quad.feasibility.changes import Change as Change
     from drake_quad.feasibility.chart import (
         Span as Span,
         StairChart as StairChart,
     )
     from drake_quad.feasibility.chart_picture import save_chart as save_chart
     from drake_quad.feasibility.check import Feasibility as Feasibility
-    from drake_quad.feasibility.check_report import (
+    from drake_quad.feasibility.check_report import near_words as near_words
+    from drake_quad.feasibility.check_request import (
         CheckRequest as CheckRequest,
-        near_words as near_words,
         run_check as run_check,
     )
     from drake_quad.feasibility.inspect_robot import (
@@ -130,7 +131,9 @@ _PUBLIC = {
     "feasibility.chart": "Span StairChart",
     "feasibility.chart_picture": "save_chart",
     "feasibility.check": "Feasibility",
-    "feasibility.check_report": "CheckRequest near_words run_check",
+    "feasibility.changes": "Change",
+    "feasibility.check_report": "near_words",
+    "feasibility.check_request": "CheckRequest run_check",
     "feasibility.inspect_robot": "describe_robot print_robot",
     "feasibility.passport": "Passport",
     "feasibility.passport_page": "passport_cells passport_columns",

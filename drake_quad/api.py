@@ -197,7 +197,7 @@ def check_stairs(
 
     Returns:
         The answer, with the gait's scenario and plan, or the reason for a no; its `nearest()`
-        looks for stairs that work.
+        looks for stairs that work, and its `changes()` for what would make it a yes.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError, PlanningError
+from drake_quad.feasibility.changes import Case, Change, find_change, kinds_for
 from drake_quad.feasibility.flight import (
     AS_USUAL,
     Around,
@@ -37,6 +39,7 @@ from drake_quad.terrain.elements import (
 )
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table
+from drake_quad.util.parallel import map_in_processes
 
 MOST_MARGIN = Wish()
 
@@ -196,6 +199,34 @@ class Feasibility:
 
         return nearest_stairs(climbs, check.data, self.stairs)
 
+    def changes(
+        self,
+        *,
+        workers: int = 1,
+        progress: Callable[[int, int], object] = lambda _done, _total: None,
+    ) -> list[Change]:
+        """What would make it a yes: the least change of each kind, alone, by a quick search.
+
+        Each that is found is planned in full, on the whole flight. Empty if there is a plan, or if
+        the question was about a course.
+
+        Args:
+            workers: Number of processes.
+            progress: Receives the number of kinds of change that are done, and of all.
+
+        Returns:
+            A change of each kind; those that are found come first, the least of their figures'
+            shares first.
+        """
+        if self.feasible or self.stairs is None or self.robot is None:
+            return []
+        case = Case(self.robot, self.stairs, self.around.landing)
+        model, margin = self.scenario.robot.model, self.scenario.gait.margin
+        search = partial(_find_change, model, self.around, margin, case)
+        names = [(name,) for name in kinds_for(case)]
+        found = map_in_processes(search, names, workers=workers, progress=progress)
+        return sorted(found, key=lambda one: inf if one.share is None else abs(one.share))
+
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""
         rows = [("answer", "yes" if self.feasible else f"no plan was found: {self.reason}")]
@@ -220,6 +251,21 @@ class Feasibility:
                 ("the whole course takes", f"{self.designed.plan.duration:.0f} s"),
             ]
         return html_table(rows)
+
+
+def _find_change(model: str, around: Around, margin: str, case: Case, name: str) -> Change:
+    """The least change of a kind by which a robot climbs a flight that it has no plan for."""
+
+    def climbs(changed: Case) -> float | None:
+        try:
+            return check_flight(
+                model, changed.stairs, around=replace(around, landing=changed.landing),
+                margin=margin, nearest=False, thorough=False, robot=changed.robot,
+            ).margin  # fmt: skip
+        except InputError:  # no such stairs can be built, or they are too shallow for the feet
+            return None
+
+    return find_change(climbs, name, case)
 
 
 def check_flight(

@@ -1,32 +1,24 @@
-"""The answer to `check` as plain values, and the work that gives it."""
+"""The answer to `check` as plain values."""
 
-import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
-from pathlib import Path
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.errors import InputError
-from drake_quad.feasibility.check import Feasibility, check_flight, design_for_course
-from drake_quad.feasibility.flight import Around, check_margin_kind, check_stairs_numbers
+from drake_quad.feasibility.changes import Change
+from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.tempo import tread_way
-from drake_quad.gait_design.tempo_search import PREFER, Wish
+from drake_quad.gait_design.tempo_search import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
-from drake_quad.infeasibility.proof import InfeasibilityProof, proof_record
+from drake_quad.infeasibility.proof import InfeasibilityProof
 from drake_quad.planning.motion_plan import evaluate
-from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.robot.model import RobotModel
-from drake_quad.scenario.load import load_scenario, save_scenario
-from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import Stairs
-from drake_quad.util.files import write_whole
 
 PERIOD = 0.05  # [s] between the samples of the plan that are looked at
 
@@ -43,8 +35,6 @@ LIMITS = {
     "pattern": "treads do not suit the hips",
     "plan": "no plan",
 }
-
-RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
 
 
 def limit_of(check: Feasibility, robot: RobotModel) -> str:
@@ -99,6 +89,7 @@ def feasibility_report(
         "limit": limit_of(check, robot),
         "nearest": None,
         "sought": False,
+        "changes": None,
         "doubts": all_doubts(robot),
         "slacks": {
             name: {
@@ -180,6 +171,12 @@ def with_nearest(report: dict[str, Any], nearest: Stairs | None) -> dict[str, An
     return sought | {"answer": f"{report['answer']}; {near_words(sought)}"}
 
 
+def with_changes(report: dict[str, Any], changes: list[Change]) -> dict[str, Any]:
+    """A no as plain values, with what would make it a yes."""
+    told = [asdict(change) | {"share": change.share} for change in changes]
+    return report | {"changes": told}
+
+
 def near_words(report: dict[str, Any]) -> str:
     """Says which stairs would work, after the search for the nearest."""
     near = report["nearest"]
@@ -210,7 +207,7 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     return left | {part: designed.room.weighted}
 
 
-def _stairs(asked: dict[str, Any]) -> str:
+def stairs_in_words(asked: dict[str, Any]) -> str:
     """What was asked about, for people."""
     if "scenario" in asked:
         return f"the course of {asked['scenario']}"
@@ -229,7 +226,7 @@ def with_proof(report: dict[str, Any], proof: InfeasibilityProof | None) -> dict
 def _answer(report: dict[str, Any]) -> str:
     """The answer in a line: yes with its margin, a proven no, or what was in the way of a plan."""
     asked = report["asked"]
-    stairs = _stairs(asked)
+    stairs = stairs_in_words(asked)
     if report["feasible"]:
         plan = report["plan"]
         kind = "static" if plan["margin_kind"] == HULL else plan["margin_kind"]
@@ -265,143 +262,3 @@ def _how_quick(pace: dict[str, Any] | None) -> str:
 def _figures(wish: dict[str, Any]) -> dict[str, Any]:
     """A Wish's own fields."""
     return {name: value for name, value in wish.items() if name != "fulfilled"}
-
-
-@dataclass(frozen=True)
-class CheckRequest:
-    """The question, as a person put it.
-
-    Attributes:
-        robot: Robot name or file.
-        rise: Rise of the steps [m]; RISE if None.
-        run: Run of the treads [m]; RUN if None.
-        count: Number of steps of the flight; COUNT if None.
-        overhang: Distance that each tread reaches beyond the riser under it [m]; 0 if None.
-        open: Whether the risers are open; they are not if None.
-        scenario: Scenario whose course to walk instead of a flight.
-        margin: Region that the plan's margin is measured in, one of
-            `stability.equilibrium_region.KINDS`.
-        width: Width of the flights [m]; as the robot needs if None.
-        landing: Length of the landing between the flights [m]; as the robot needs if None.
-        turn: Turn on the landing [deg], left positive; 90 if None.
-        prefer: What the gait is to be good at, one of `PREFER`.
-        speed: Speed on the flights that is enough [m/s], see `Wish`.
-        min_margin: Margin that the plan is to keep [m], see `Wish`.
-    """
-
-    robot: str
-    rise: float | None = None
-    run: float | None = None
-    count: int | None = None
-    overhang: float | None = None
-    open: bool | None = None
-    scenario: str | None = None
-    margin: str = HULL
-    width: float | None = None
-    landing: float | None = None
-    turn: float | None = None
-    prefer: str = PREFER[0]
-    speed: float | None = None
-    min_margin: float | None = None
-
-    @property
-    def wish(self) -> Wish:
-        """What the gait is to be good at."""
-        return Wish(self.prefer, self.speed, self.min_margin)
-
-
-def run_check(
-    asked: CheckRequest,
-    *,
-    save: Path | None = None,
-    proof: Path | None = None,
-    picture: Path | None = None,
-    curve: Path | None = None,
-    nearest: bool = True,
-    first: Callable[[dict[str, Any]], object] = lambda _: None,
-    note: Callable[[str], object] = lambda _: None,
-) -> dict[str, Any]:
-    """Answers the question, as `feasibility_report` has it.
-
-    Args:
-        asked: The question.
-        save: Where to write the designed scenario, if there is one.
-        proof: Where to write the proof that there is no climb, if one is found.
-        picture: Where to draw the climb, if there is one.
-        curve: Directory to write the curve of speed against margin into, if there is a gait.
-        nearest: Whether to look for the nearest stairs that it climbs, if not these; it takes a
-            minute or two.
-        first: Receives the answer, with the reason of a no, before the search for the nearest
-            stairs and before any file is written.
-        note: Receives a line about what is being done.
-
-    Raises:
-        InputError: If anything given cannot be used, before any long work; or a file cannot be
-            written, after `first` had the answer.
-    """
-    if picture is not None:  # drawing takes matplotlib, which an answer alone does without
-        from drake_quad.feasibility.robot_picture import check_picture_path
-
-        check_picture_path(picture)
-    check_margin_kind(asked.margin)
-    asked.wish.check()
-    own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
-    flight = {name: getattr(asked, name) for name in ("rise", "run", "count", "overhang", "open")}
-    given = {**flight, **own}
-    robot = load_robot(asked.robot)
-    usual_flight = {"rise": RISE, "run": RUN, "count": COUNT}
-    stairs = Stairs(**usual_flight | {k: v for k, v in flight.items() if v is not None})
-    known = {name: value for name, value in own.items() if value is not None}
-    if asked.scenario is None:
-        check_stairs_numbers(stairs, Around(**known))
-    else:
-        for name, value in given.items():
-            if value is not None:
-                remedy = "leave it out: with --scenario the stairs are the scenario's"
-                raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
-        load_scenario(asked.scenario)
-    with precompiling(DESIGN, note) as wait:
-        wait()
-    if asked.scenario is not None:
-        question: dict[str, Any] = {"scenario": asked.scenario}
-        check = design_for_course(
-            asked.robot, asked.scenario, margin=asked.margin, wish=asked.wish, nearest=nearest
-        )
-    else:
-        question = {**stairs.fields(), **known}
-        check = check_flight(
-            asked.robot, stairs, around=Around(**known), margin=asked.margin, wish=asked.wish,
-            nearest=False, robot=robot,
-        )  # fmt: skip
-    if asked.margin != HULL:
-        question["margin"] = asked.margin
-    usual = asdict(Wish())
-    question |= {k: v for k, v in asdict(asked.wish).items() if v != usual[k]}
-    report = feasibility_report(check, robot, source=asked.robot, asked=question)
-    report = with_proof(report, check.proof)
-    first(report)
-    if check.proof is not None and proof is not None:
-        record = proof_record(check.proof, robot, file_digest=robot_digest(asked.robot))
-        text = json.dumps(record) + "\n"
-        write_whole(proof, lambda to: to.write_text(text, encoding="utf-8"), option="--proof")
-        report["proof"] = str(proof)
-    if not check.feasible and asked.scenario is None and nearest:
-        report = with_nearest(report, check.nearest(note))
-    if check.designed is not None and save is not None:
-        scenario = check.designed.scenario
-        write_whole(save, lambda to: save_scenario(scenario, to), option="--save")
-        report["saved"] = str(save)
-    if check.designed is not None and picture is not None:
-        from drake_quad.feasibility.check_picture import draw_check
-        from drake_quad.feasibility.robot_picture import save_picture
-
-        note("drawing")
-        save_picture(draw_check(check.designed, robot), picture, salt=robot.name, dpi=110)
-        report["picture"] = str(picture)
-    traced = check.curve(note) if curve is not None else None
-    if traced is not None and curve is not None:
-        from drake_quad.feasibility.curve_picture import save_speed_curve
-
-        save_speed_curve(traced, curve, f"{robot.name} on {_stairs(question)}")
-        report["curve"] = traced.as_dict() | {"directory": str(curve)}
-    return report

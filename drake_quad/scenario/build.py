@@ -22,7 +22,8 @@ from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.problem import PlanSettings, Task, derive_mission
 from drake_quad.robot.legs import Leg
 from drake_quad.robot.loader import MakeModelPlant, load_robot
-from drake_quad.robot.model import RobotModel, with_point_feet
+from drake_quad.robot.model import RobotModel
+from drake_quad.robot.variants import with_foot_radius
 from drake_quad.scenario.config import PushConfig, Scenario
 from drake_quad.systems.disturbances import Disturbances, Push, Vector
 from drake_quad.terrain.as_built import MapErrors, build_as_built
@@ -314,4 +315,4 @@ def robot_of(scenario: Scenario) -> RobotModel:
         InputError: If there is no such robot, or it is no quadruped with abduction-hip-knee legs.
     """
     robot = load_robot(scenario.robot.model)
-    return with_point_feet(robot) if scenario.robot.point_feet else robot
+    return with_foot_radius(robot, 0.0) if scenario.robot.point_feet else robot

@@ -7,7 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from drake_quad.errors import InputError
 from drake_quad.util.numbers import is_integer
@@ -17,8 +17,8 @@ Result = TypeVar("Result")
 
 
 def map_in_processes(
-    evaluate: Callable[[float, float], Result],
-    cells: Sequence[tuple[float, float]],
+    evaluate: Callable[..., Result],
+    cells: Sequence[tuple[Any, ...]],
     *,
     workers: int,
     progress: Callable[[int, int], object] = lambda _done, _total: None,
@@ -27,8 +27,8 @@ def map_in_processes(
     """Evaluates the cells in as many processes; the result is in their order whatever the number.
 
     Args:
-        evaluate: Function of rise and run; it must be picklable if there are several workers.
-        cells: Rise and run of each cell [m].
+        evaluate: Function of a cell's values; it must be picklable if there are several workers.
+        cells: The values of each cell, as rise and run of a chart's.
         workers: Number of processes; with one, all is done in this process.
         progress: Called with the number of cells done, and the number of all.
         stop: Function that says whether to stop; the results so far are then returned.

@@ -27,10 +27,10 @@ from drake_quad import __version__
 from drake_quad.cli import main as cli, robots as cli_robots
 from drake_quad.cli.common import claim, claim_apart, claim_file
 from drake_quad.errors import InputError
-from drake_quad.feasibility import chart as chart_grid, check_report as check_command
+from drake_quad.feasibility import chart as chart_grid, check_request as check_command
 from drake_quad.feasibility.chart import Span, grid_of
 from drake_quad.feasibility.check import Feasibility
-from drake_quad.feasibility.check_report import CheckRequest, run_check
+from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.inspect_robot import describe_robot, doubts, print_robot
 from drake_quad.robot.importer.pipeline import MAPPING
 from drake_quad.robot.loader import load_robot

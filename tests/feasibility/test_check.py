@@ -15,16 +15,12 @@ from rich.console import Console
 from rig import URL, paper_robot
 
 import drake_quad as dq
-from drake_quad.cli.robots import gait_lines, print_check, print_next
+from drake_quad.cli.check_answer import gait_lines, print_check, print_next
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.check_picture import draw_check, find_stretches
-from drake_quad.feasibility.check_report import (
-    CheckRequest,
-    feasibility_report,
-    limit_of,
-    run_check,
-)
+from drake_quad.feasibility.check_report import feasibility_report, limit_of
+from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.flight import Around, make_stairs_scenario
 from drake_quad.feasibility.robot_picture import save_picture
 from drake_quad.gait_design import search as choose

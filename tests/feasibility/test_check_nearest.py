@@ -13,16 +13,11 @@ from rig import URL, paper_robot
 
 import drake_quad as dq
 from drake_quad.cli import robots as cli_robots
-from drake_quad.cli.robots import print_next
-from drake_quad.feasibility import check as check_nearest, check_report as check_command
+from drake_quad.cli.check_answer import print_next
+from drake_quad.feasibility import check as check_nearest, check_request as check_command
 from drake_quad.feasibility.check import Feasibility, check_flight
-from drake_quad.feasibility.check_report import (
-    LIMITS,
-    CheckRequest,
-    feasibility_report,
-    run_check,
-    with_nearest,
-)
+from drake_quad.feasibility.check_report import LIMITS, feasibility_report, with_nearest
+from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.nearest import nearest_stairs
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.scenario.config import Scenario

@@ -10,7 +10,7 @@ from rich.console import Console
 from rig import paper_robot
 from synthetic_robot import Quadruped
 
-from drake_quad.cli.robots import print_check
+from drake_quad.cli.check_answer import print_check
 from drake_quad.errors import InputError
 from drake_quad.feasibility.inspect_robot import all_doubts, describe_robot, print_robot
 from drake_quad.robot.loader import load_robot

@@ -7,7 +7,7 @@ import pytest
 from design_rig import COUNT, RUN, found
 from rig import URL, paper_robot
 
-from drake_quad.cli.robots import pace_lines
+from drake_quad.cli.check_answer import pace_lines
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design.pace import JOINTS, SPEED_SPARE, joint_speeds, nearest_limit
 from drake_quad.planning.mission import CHECK_PERIOD

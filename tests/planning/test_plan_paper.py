@@ -16,7 +16,7 @@ from drake_quad.planning.contact_plan import Step
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import calc_feet, solve_legs
 from drake_quad.robot.loader import load_robot
-from drake_quad.robot.model import with_point_feet
+from drake_quad.robot.variants import with_foot_radius
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.simulation.run import simulate
@@ -227,7 +227,7 @@ def test_swings_on_the_stairs_are_equations_one_to_three(index: int, sign: float
 
 def test_a_point_foot_is_the_lowest_point_of_its_ball() -> None:
     """The leg ends a radius farther from the knee; the joints that put it there are the same."""
-    ball, point = paper_robot(), with_point_feet(paper_robot())
+    ball, point = paper_robot(), with_foot_radius(paper_robot(), 0.0)
     assert point.foot_radius == 0.0
     q = np.tile([0.1, 0.6, -1.1], (4, 1))
     upright = np.zeros((4, 3))

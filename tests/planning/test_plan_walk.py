@@ -26,7 +26,7 @@ from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.task import plan_task
 from drake_quad.robot.legs import LEGS, WAVE_ORDER
-from drake_quad.robot.model import with_point_feet
+from drake_quad.robot.variants import with_foot_radius
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.elements import Element
 from drake_quad.terrain.lane import Lane
@@ -159,7 +159,7 @@ def test_walk_on_a_lane_that_heads_elsewhere_is_the_walk_turned() -> None:
 
 
 def table_one_walk() -> MotionPlan:
-    robot = with_point_feet(paper_robot())
+    robot = with_foot_radius(paper_robot(), 0.0)
     return walk_plan(flat_course(8.0), goal=5.25, settings=TABLE_I, robot=robot)
 
 

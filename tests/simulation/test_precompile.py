@@ -21,7 +21,7 @@ SCRIPT = """
 import sys
 from importlib import import_module
 from drake_quad.simulation import precompile
-from drake_quad.feasibility.check_report import CheckRequest, run_check
+from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.run import simulate
 

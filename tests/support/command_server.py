@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 IMPORTED = (
     "drake_quad.cli.main",
     "drake_quad.simulation.run",
-    "drake_quad.feasibility.check_report",
+    "drake_quad.feasibility.check_request",
     "drake_quad.sweep.run",
     "drake_quad.report.page",
     "drake_quad.feasibility.chart",

@@ -1,0 +1,98 @@
+"""Robots that differ from a given one in one respect, for planning: the file stays as it is."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from drake_quad.common import FloatArray
+from drake_quad.robot.model import SHANK_POINTS, RobotModel
+
+ALONG = np.array([1.0, 1.0, 0.0])  # what of a link's point stays, as the link gets longer
+STRAIGHT, FOLDED = 0.05, 2.9  # [rad] a widened knee comes no nearer to straight, folds no farther
+
+
+def with_longer_legs(robot: RobotModel, factor: float) -> RobotModel:
+    """Returns the robot with thighs and shanks longer by a factor, as heavy and thick as before.
+
+    Args:
+        robot: The robot.
+        factor: Ratio of the new lengths to the old ones.
+    """
+    geometry, along = robot.geometry, ALONG + factor * (1.0 - ALONG)
+    link_com = robot.link_com.copy()
+    link_com[:, 1:] *= along
+    return replace(
+        robot,
+        geometry=replace(geometry, thigh=factor * geometry.thigh, shank=factor * geometry.shank),
+        link_com=link_com,
+        thigh_points=robot.thigh_points * along,
+    )
+
+
+def with_wider_knees(robot: RobotModel, angle: float) -> RobotModel:
+    """Returns the robot with knees that fold and stretch farther, each by an angle.
+
+    They neither stretch beyond STRAIGHT nor fold beyond FOLDED by it.
+
+    Args:
+        robot: The robot.
+        angle: Angle by which both limits move [rad].
+    """
+    sign = robot.geometry.knee_sign
+    ends = sign * robot.q_lower[2::3], sign * robot.q_upper[2::3]
+    least, most = np.minimum(*ends), np.maximum(*ends)  # how far a knee is bent
+    least = np.where(least > STRAIGHT, np.maximum(least - angle, STRAIGHT), least)
+    most = np.where(most < FOLDED, np.minimum(most + angle, FOLDED), most)
+    lower, upper = robot.q_lower.copy(), robot.q_upper.copy()
+    lower[2::3] = np.minimum(sign * least, sign * most)
+    upper[2::3] = np.maximum(sign * least, sign * most)
+    return replace(robot, q_lower=lower, q_upper=upper)
+
+
+def with_wider_hips(robot: RobotModel, angle: float) -> RobotModel:
+    """Returns the robot with hips that pitch farther to both sides by an angle [rad]."""
+    lower, upper = robot.q_lower.copy(), robot.q_upper.copy()
+    lower[1::3] -= angle
+    upper[1::3] += angle
+    return replace(robot, q_lower=lower, q_upper=upper)
+
+
+def with_torque(robot: RobotModel, factor: float) -> RobotModel:
+    """Returns the robot with all torque limits multiplied by a factor."""
+    return replace(robot, effort=factor * robot.effort)
+
+
+def with_trunk_mass(robot: RobotModel, mass: float) -> RobotModel:
+    """Returns the robot with a trunk of another mass [kg], its centre where it was."""
+    return replace(robot, mass=robot.mass - robot.trunk_mass + mass, trunk_mass=mass)
+
+
+def with_foot_radius(robot: RobotModel, radius: float) -> RobotModel:
+    """Returns the robot with feet of another radius, the legs as long as they are.
+
+    Each foot's lowest point stays where it is, on the shank's own line. Masses, limits and shapes
+    stay, too.
+
+    Args:
+        robot: The robot.
+        radius: The feet's radius [m]; 0 for feet that are points, which do not roll and whose
+            swings clear edges by the paper's Δh alone.
+    """
+    geometry, less = robot.geometry, robot.foot_radius - radius
+    # Along the longer line from knee to foot the shank's outline is nearer to the knee.
+    longer = 1.0 + less / geometry.shank
+    along = SHANK_POINTS * longer[:, None]
+
+    def at_new_points(rows: FloatArray) -> FloatArray:
+        return np.stack(
+            [np.interp(a, SHANK_POINTS, row) for a, row in zip(along, rows, strict=True)]
+        )
+
+    return replace(
+        robot,
+        geometry=replace(geometry, shank=geometry.shank + less),
+        foot_radius=radius,
+        foot_smaller=np.zeros(4),
+        shank_offsets=at_new_points(robot.shank_offsets),
+        shank_radii=at_new_points(robot.shank_radii),
+    )
