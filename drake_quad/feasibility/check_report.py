@@ -1,6 +1,7 @@
 """The answer to `check` as plain values."""
 
 from dataclasses import asdict, fields
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -175,6 +176,19 @@ def with_changes(report: dict[str, Any], changes: list[Change]) -> dict[str, Any
     """A no as plain values, with what would make it a yes."""
     told = [asdict(change) | {"share": change.share} for change in changes]
     return report | {"changes": told}
+
+
+def treads_in_words(count: int, places: int) -> str:
+    """So many places to step on, in treads.
+
+    Args:
+        count: Number of places.
+        places: Number of places on a tread.
+    """
+    share = Fraction(count, places)
+    parts = {Fraction(1, 2): "half a tread", Fraction(1, 3): "a third of a tread",
+             Fraction(2, 3): "two thirds of a tread", Fraction(1): "1 tread"}  # fmt: skip
+    return parts.get(share, f"{float(share):.3g} treads")
 
 
 def near_words(report: dict[str, Any]) -> str:

@@ -347,9 +347,10 @@ def flights_of(course: Course, deep: float = np.inf) -> list[Staircase]:
     """
     found: list[Staircase] = []
     for lane in course.lanes:
+        before = lane.end_heights
         for flight in lane.close_flights(deep):
             for i in range(flight.first, flight.last + 1):
-                rise = float(lane.heights[i] - lane.heights[i - 1])
+                rise = float(lane.heights[i] - before[i - 1])
                 run = float(lane.breaks[i + 1] - lane.breaks[i])
                 if not any(abs(s.rise - rise) < SAME and abs(s.run - run) < SAME for s in found):
                     found.append(Staircase(rise, run))

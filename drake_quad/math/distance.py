@@ -144,14 +144,50 @@ def _to_step(beside: float, above: float) -> float:
 
 
 @jit
-def _to_ground(s: float, z: float, ends: FloatArray, heights: FloatArray) -> float:
-    """Signed distance of a point from the level stretches of `profile_distance` [m]."""
+def _to_slope(s: float, z: float, begin: float, end: float, low: float, gradient: float) -> float:
+    """Signed distance from what is below a sloped stretch of a profile, inside negative [m].
+
+    Args:
+        s: Place along the profile [m].
+        z: Height [m].
+        begin: Where the stretch begins [m]; it may have no end.
+        end: Where it ends [m].
+        low: Height of its line at `s` [m].
+        gradient: Its rise along s [m/m].
+    """
+    above = (z - low) / sqrt(1.0 + gradient * gradient)
+    foot = s + gradient * (z - low) / (1.0 + gradient * gradient)  # of the perpendicular
+    beside = max(begin - s, s - end)
+    if beside <= 0.0 and above <= 0.0:
+        return max(beside, above)
+    if begin <= foot <= end and above > 0.0:
+        return above
+    corner = begin if foot < begin else end
+    over = z - (low + gradient * (corner - s))
+    if beside > 0.0:  # what faces the point is the stretch's upright end
+        corner = begin if s < begin else end
+        over = z - (low + gradient * (corner - s))
+        if over <= 0.0:
+            return beside
+    return sqrt((s - corner) ** 2 + over * over)
+
+
+@jit
+def _to_ground(
+    s: float, z: float, ends: FloatArray, begins: FloatArray, heights: FloatArray,
+    gradients: FloatArray,
+) -> float:  # fmt: skip
+    """Signed distance of a point from the stretches of `profile_distance` [m]."""
     best = inf
     for k in range(len(heights)):
         beside = max(ends[k] - s, s - ends[k + 1])
         if beside > 0.0 and beside >= best:
             continue
-        best = min(best, _to_step(beside, z - heights[k]))
+        if gradients[k] == 0.0:
+            best = min(best, _to_step(beside, z - heights[k]))
+        else:
+            line = heights[k] + gradients[k] * (s - begins[k])
+            best = min(best, _to_slope(s, z, ends[k], ends[k + 1], line, gradients[k]))
     return best
 
 
@@ -161,9 +197,9 @@ SURE = 1e-9  # [m] by which a bound may be wrong, for rounding
 
 @jit
 def from_nosing(
-    p: tuple[float, float], q: tuple[float, float], edge: float, low: float, high: float, far: float
+    p: tuple[float, float], q: tuple[float, float], edge: float, top: float, far: float
 ) -> float:
-    """Signed distance of the line from p to q from the nosing between two treads [m].
+    """Signed distance of the line from p to q from a nosing, or a slope's crest [m].
 
     Negative where the line goes through what is below the nosing, though neither of its ends does.
 
@@ -171,13 +207,11 @@ def from_nosing(
         p: Where the line begins: along the stairs, and how high [m].
         q: Where the line ends, likewise [m].
         edge: Where the nosing is along the stairs [m].
-        low: Height of the tread before the nosing [m].
-        high: Height of the tread after the nosing [m].
+        top: Height of the nosing [m].
         far: Cut-off distance: larger ones are reported as this [m].
     """
     (s0, z0), (s1, z1) = p, q
-    top = max(low, high)
-    if low == high or min(s0, s1) - edge > far or edge - max(s0, s1) > far:
+    if min(s0, s1) - edge > far or edge - max(s0, s1) > far:
         return far
     ds, dz = s1 - s0, z1 - z0
     square = ds * ds + dz * dz
@@ -192,16 +226,23 @@ def from_nosing(
 
 @jit
 def _to_nosings(
-    p: tuple[float, float], q: tuple[float, float], ends: FloatArray, heights: FloatArray
-) -> float:
-    """Signed distance of the line from p to q from the nearest of all nosings, at most FAR [m]."""
+    p: tuple[float, float], q: tuple[float, float], ends: FloatArray, begins: FloatArray,
+    heights: FloatArray, gradients: FloatArray,
+) -> float:  # fmt: skip
+    """Signed distance of the line from p to q from the nearest nosing or crest, at most FAR [m]."""
     least, low, high = FAR, min(p[0], q[0]), max(p[0], q[0])
     for k in range(len(heights) - 1):
         beside = max(low - ends[k + 1], ends[k + 1] - high)
         # Nothing of a line that is not over or below the nosing is nearer than along the profile.
         if beside > 0.0 and beside - SURE >= least:
             continue
-        least = min(least, from_nosing(p, q, ends[k + 1], heights[k], heights[k + 1], FAR))
+        before, after = heights[k], heights[k + 1]
+        if gradients[k] != 0.0:
+            before += gradients[k] * (ends[k + 1] - begins[k])
+        # Where ground of one height bends upwards, what is above it sees all of it from there.
+        if abs(after - before) <= SURE and gradients[k] <= gradients[k + 1]:
+            continue
+        least = min(least, from_nosing(p, q, ends[k + 1], max(before, after), FAR))
     return least
 
 
@@ -211,7 +252,9 @@ def profile_distance(
     origin: FloatArray,
     heading: FloatArray,
     ends: FloatArray,
+    begins: FloatArray,
     heights: FloatArray,
+    gradients: FloatArray,
 ) -> FloatArray:
     """Signed distances of points (N, M, 3) and their lines from a profile [m].
 
@@ -219,8 +262,10 @@ def profile_distance(
         points: Points in W; those of a row are joined by lines, each to the next [m].
         origin: Where the profile begins in W (2,) [m].
         heading: Unit vector along the profile in W (2,).
-        ends: Ends of the level stretches along the profile (n + 1,) [m], the outermost infinite.
-        heights: Heights of the stretches (n,) [m].
+        ends: Ends of the stretches along the profile (n + 1,) [m], the outermost infinite.
+        begins: Where along the profile each stretch has its height (n,) [m].
+        heights: Heights of the stretches there (n,) [m].
+        gradients: Rises of the stretches along the profile (n,) [m/m]; 0 of level ones.
 
     Returns:
         (N, 2 M - 1), negative inside the ground: for each row its points' distances from the
@@ -232,10 +277,10 @@ def profile_distance(
         for j in range(count):
             x, y = points[i, j, 0] - origin[0], points[i, j, 1] - origin[1]
             along[j] = heading[0] * x + heading[1] * y
-            found[i, j] = _to_ground(along[j], points[i, j, 2], ends, heights)
+            found[i, j] = _to_ground(along[j], points[i, j, 2], ends, begins, heights, gradients)
         for j in range(count - 1):
             p, q = (along[j], points[i, j, 2]), (along[j + 1], points[i, j + 1, 2])
-            found[i, count + j] = _to_nosings(p, q, ends, heights)
+            found[i, count + j] = _to_nosings(p, q, ends, begins, heights, gradients)
     return found
 
 
@@ -344,4 +389,7 @@ def line_to_stairs(p: FloatArray, q: FloatArray, rise: float, run: float) -> flo
     """Signed distance of the line from p to q from the nosing of a Staircase next to it [m]."""
     k = np.floor(0.5 * (p[0] + q[0]) / run)
     edge = (k + 0.5) * run
-    return from_nosing((p[0], p[2]), (q[0], q[2]), edge, k * rise, (k + 1.0) * rise, run)
+    if rise == 0.0:
+        return run
+    top = max(k * rise, (k + 1.0) * rise)
+    return from_nosing((p[0], p[2]), (q[0], q[2]), edge, top, run)

@@ -42,11 +42,12 @@ def from_course(lane: Lane, points: FloatArray) -> FloatArray:
     """Both of points (..., M, 3) in W: `from_ground`, then `from_nosings`, (..., 2 M - 1) [m]."""
     ends = np.concatenate([[-np.inf], np.array(lane.breaks)[1:-1], [np.inf]])
     # Copies: kernels are compiled anew for arrays that are read-only.
-    origin, heading, heights = (
-        np.array(values, dtype=float) for values in (lane.p_WL, lane.heading, lane.heights)
+    origin, heading, begins, heights, gradients = (
+        np.array(values, dtype=float)
+        for values in (lane.p_WL, lane.heading, lane.breaks[:-1], lane.heights, lane.gradients)
     )
     rows = np.array(points, order="C").reshape(-1, *points.shape[-2:])
-    found = profile_distance(rows, origin, heading, ends, heights)
+    found = profile_distance(rows, origin, heading, ends, begins, heights, gradients)
     return found.reshape(*points.shape[:-2], found.shape[1])
 
 
@@ -271,15 +272,21 @@ def check_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSam
         PlanningError: With which, where and how far.
     """
     clearance = thigh_clearance(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
-    _refuse(clearance, NAMES, "the thigh of {} would be {:.3f} m inside the stairs", samples, task)
+    words = "the thigh of {} would be {:.3f} m inside the stairs"
+    _refuse(clearance, NAMES, words, samples, task, data="room")
 
 
 def _refuse(
-    clearance: FloatArray, names: Sequence[str], words: str, samples: PlanSamples, task: Task
-) -> None:
-    """Refuses a plan if a clearance (N, K), at N samples between K named parts, is not positive."""
+    clearance: FloatArray, names: Sequence[str], words: str, samples: PlanSamples, task: Task,
+    data: str = "apart",
+) -> None:  # fmt: skip
+    """Refuses a plan if a clearance (N, K), at N samples between K named parts, is not positive.
+
+    `data` is the name that the clearance has among the error's figures: `room` from the ground.
+    """
     n, k = np.unravel_index(np.argmin(clearance), clearance.shape)
     least = float(clearance[n, k])
     if least <= 0.0:
         what = words.format(names[int(k)], -least)
-        raise PlanningError(f"{what} at {samples.times[n]:.1f} s of '{task.name}'", apart=least)
+        when = f"{samples.times[n]:.1f} s of '{task.name}'"
+        raise PlanningError(f"{what} at {when}", **{data: least})

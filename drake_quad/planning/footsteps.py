@@ -348,16 +348,16 @@ def foothold(
 
 
 def _level_stretch(lane: Lane, s: float) -> tuple[float, float]:
-    """From riser to riser around `s` [m]; infinite where the lane ends first.
+    """From edge to edge around `s` [m]; infinite where the lane ends first.
 
     A flight's last tread is flush with what follows: the stretch may be longer than the tread.
     """
     here = int(lane.interval(s))
-    other = np.flatnonzero(lane.heights != lane.heights[here])
-    before, after = other[other < here], other[other > here]
+    before = lane.edges[lane.edges <= lane.breaks[here]]
+    after = lane.edges[lane.edges >= lane.breaks[here + 1]]
     return (
-        float(lane.breaks[before[-1] + 1]) if len(before) else -np.inf,
-        float(lane.breaks[after[0]]) if len(after) else np.inf,
+        float(before[-1]) if len(before) else -np.inf,
+        float(after[0]) if len(after) else np.inf,
     )
 
 

@@ -252,6 +252,17 @@ class Lane:
             yaws[flight.first : flight.last + 1] = flight.yaw
         return np.asarray(yaws[self._risers()[0]])
 
+    @cached_property
+    def end_heights(self) -> FloatArray:
+        """Height in W of each interval where it ends (n,) [m]."""
+        return read_only(self._height_in(np.arange(len(self.heights)), self.breaks[1:]))
+
+    @cached_property
+    def edges(self) -> FloatArray:
+        """Where along s the ground steps up or down, or a slope begins or ends (m,) [m]."""
+        steps = np.abs(self.heights[1:] - self.end_heights[:-1]) > EDGE
+        return read_only(self.breaks[1:-1][steps | (np.diff(self.gradients) != 0.0)])
+
     def risers(self) -> tuple[FloatArray, FloatArray]:
         """Where the risers are along s, and how much higher the ground is beyond (m,), (m,) [m]."""
         at, before, after = self._risers()
@@ -259,8 +270,7 @@ class Lane:
 
     def _risers(self) -> tuple[np.ndarray, FloatArray, FloatArray]:
         """Indices (m,) of the breaks that are risers, and heights before and after each [m]."""
-        before = self._height_in(np.arange(len(self.heights)), self.breaks[1:])[:-1]
-        after = self.heights[1:]
+        before, after = self.end_heights[:-1], self.heights[1:]
         at = np.flatnonzero(np.abs(after - before) > EDGE)
         return at + 1, before[at], after[at]
 
@@ -278,8 +288,7 @@ def reverse_lane(lane: Lane) -> Lane:
     ground before the flight, as deep as the flight's first tread, or half of that ground.
     """
     lengths = np.diff(lane.breaks)
-    ends = lane.heights + lane.gradients * lengths
-    columns = (lengths, ends, 0.0 - lane.gradients, lane.half_widths)
+    columns = (lengths, lane.end_heights, 0.0 - lane.gradients, lane.half_widths)
     numbers = (column[::-1].tolist() for column in columns)
     pieces = [list(piece) for piece in zip(*numbers, lane.kinds[::-1], strict=True)]
     count = len(pieces)

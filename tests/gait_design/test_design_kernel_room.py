@@ -266,7 +266,7 @@ def test_nosings_that_are_passed_over_are_not_the_nearest() -> None:
         for i in range(3):
             p, q = ((float(v[0]), float(v[2])) for v in (line[i], line[i + 1]))
             every = [
-                from_nosing(p, q, float(at), float(low), float(high), FAR)
+                from_nosing(p, q, float(at), float(max(low, high)), FAR) if low != high else FAR
                 for at, low, high in zip(
                     lane.breaks[1:-1], lane.heights, lane.heights[1:], strict=False
                 )

@@ -99,4 +99,4 @@ def test_a_plan_in_which_a_thigh_comes_into_the_ground_is_refused() -> None:
     low = replace(samples, body=samples.body - [0.0, 0.0, 0.6, 0.0, 0.0])
     with pytest.raises(PlanningError, match=r"the thigh of .* inside the stairs") as caught:
         check_thighs(robot, course, task, low)
-    assert caught.value.data["apart"] < 0.0
+    assert caught.value.data["room"] < 0.0
