@@ -1,7 +1,6 @@
 """How the answer of `check` is printed."""
 
 import shlex
-from fractions import Fraction
 from typing import Any
 
 from rich.console import Console
@@ -72,10 +71,10 @@ def gait_lines(told: dict[str, Any]) -> list[str]:
     level = max(up, down) < LEVEL_DEG
     tilt = "level" if level else f"pitched by up to {up:.1f}° nose up and {down:.1f}° nose down"
     return [
-        f"It moves one leg at a time, {_treads(gait['treads'], places)} every "
+        f"It moves one leg at a time, {dq.treads_in_words(gait['treads'], places)} every "
         f"{gait['cycle_lasts']:.2f} s{speed}; on level ground {gait['stride']:.2f} m, "
         f"{gait['speed_level']:.3f} m/s.",
-        f"Rear feet follow {_treads(gait['lag'], places)} behind the front "
+        f"Rear feet follow {dq.treads_in_words(gait['lag'], places)} behind the front "
         f"ones as a cycle begins; left and right feet are {gait['stance_width']:.2f} m apart.",
         f"The body is {gait['body_height']:.2f} m above the treads and {tilt}.",
         *pace_lines(told),
@@ -105,14 +104,6 @@ def pace_lines(told: dict[str, Any]) -> list[str]:
             f"{slow['speed']:.3f} m/s"
         )
     return [f"{took}{least}."]
-
-
-def _treads(count: int, places: int) -> str:
-    """So many places to step on, of which a tread has `places`, in treads."""
-    share = Fraction(count, places)
-    parts = {Fraction(1, 2): "half a tread", Fraction(1, 3): "a third of a tread",
-             Fraction(2, 3): "two thirds of a tread", Fraction(1): "1 tread"}  # fmt: skip
-    return parts.get(share, f"{float(share):.3g} treads")
 
 
 def _table(told: dict[str, Any]) -> Table:

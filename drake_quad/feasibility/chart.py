@@ -84,7 +84,7 @@ class Cell:
         margin: Smallest static margin of the plan [m]; None if there is no plan.
         quality: Smallest ratio of a margin or clearance to what is wanted; None if there is no
             plan.
-        treads: Number of treads in a gait cycle; None if there is no plan.
+        treads: Number of treads that a gait cycle goes over; None if there is no plan.
         limit: What is in the way, one of `check_report.LIMITS`; empty if nothing is.
         reason: What is in the way, in a sentence.
         proven: Whether it is proven that no statically stable gait climbs them.
@@ -94,7 +94,7 @@ class Cell:
     run: float
     margin: float | None
     quality: float | None
-    treads: int | None
+    treads: float | None
     limit: str
     reason: str
     proven: bool = False
@@ -157,7 +157,7 @@ def judge_cell(model: str, count: int, rise: float, run: float) -> Cell:
     if found is None:
         limit, proven = limit_of(check, load_robot(model)), check.proof is not None
         return Cell(rise, run, None, None, None, limit, check.reason, proven)
-    treads = found.scenario.gait.treads
+    treads = found.scenario.gait.treads / found.scenario.gait.places_per_tread
     return Cell(rise, run, found.margin, found.quality, treads, "", "")
 
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from drake_quad.common import FloatArray
+from drake_quad.feasibility.check_report import treads_in_words
 from drake_quad.feasibility.robot_picture import FRONT, INK, REAR
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.math.rotations import rotations
@@ -186,8 +187,9 @@ def draw_check(designed: Designed, robot: RobotModel) -> Figure:
                 _label(ax, stretch, k)
         _margin(figure.add_subplot(grid[rows, :]), designed, robot, stretches)
     gait = designed.scenario.gait
+    way = treads_in_words(gait.treads, gait.places_per_tread)
     figure.suptitle(
-        f"{designed.scenario.description}: {gait.treads} tread{'s' if gait.treads > 1 else ''} "
+        f"{designed.scenario.description}: {way} "
         f"a cycle, smallest static margin {1e3 * designed.margin:.0f} mm",
         fontsize=11,
         parse_math=False,

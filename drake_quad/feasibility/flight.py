@@ -61,6 +61,8 @@ def make_stairs_scenario(
     landing = max(LEAST_LANDING, 2.0 * (0.5 * hip_length(robot) + 1.1 * size + run))
     after = hip_length(robot) + 2.5 * size + 2.0 * run
     width = max(1.2, 3.0 * size) if around.width is None else around.width
+    if around.width is None and around.landing is not None and around.turn:
+        width = min(width, around.landing)  # a landing on which it turns is as wide as the flights
     wide = _up(max(landing, width)) if around.landing is None else around.landing
     turns: dict[float, list[float | None]] = {
         0.0: [None],

@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import floor
 from typing import Any
 
-from drake_quad.terrain.elements import RUN_MAX, Stairs
+from drake_quad.terrain.elements import DEFAULT_THICKNESS, RUN_MAX, Stairs
 
 SEARCH_COUNT = 4  # steps of the flights that are tried in search of the nearest
 LEAST_RISE = 0.02  # [m] below which nothing is called stairs
@@ -33,6 +33,8 @@ def nearest_stairs(
     """
     rise, run, count = stairs.rise, stairs.run, stairs.count
     few = min(count, SEARCH_COUNT)
+    # Treads with an overhang or over open risers are as thick as that.
+    least = LEAST_RISE if stairs.closed else max(LEAST_RISE, DEFAULT_THICKNESS + 0.001)
 
     def works(rise: float) -> bool:
         return climbs(replace(stairs, rise=rise, count=few))
@@ -43,16 +45,16 @@ def nearest_stairs(
         low = _down(SHRINK * rise if hint is None else hint)
         high = rise if hint is None else min(rise, low + FINE)
         tries = TRIES_DEEP if deep else TRIES
-        while low >= LEAST_RISE and tries > 0 and not works(low):
+        while low >= least and tries > 0 and not works(low):
             low, high, tries = _down((SHRINK_DEEP if deep else SHRINK) * low), low, tries - 1
         if tries == 0:
             low = 0.0
-        while low >= LEAST_RISE and high - low > FINE + 1e-9:
+        while low >= least and high - low > FINE + 1e-9:
             middle = _down(0.5 * (low + high))
             low, high = (middle, high) if works(middle) else (low, middle)
         for lower in range(VERIFY):
             found = replace(stairs, rise=round(low - lower * FINE, 3))
-            if found.rise >= LEAST_RISE and (few == count or climbs(found)):
+            if found.rise >= least and (few == count or climbs(found)):
                 return found
     for times in () if deep else DEEPER:
         deeper = replace(stairs, run=round(times * run, 2))

@@ -230,8 +230,8 @@ def _lift_rules(
     """Returns the rules of the lifts, and the rows of the legs that have to move."""
     if mode not in ("still", "shift"):
         raise ValueError(f"mode = {mode!r}: must be 'still' or 'shift'")
-    if mode == "shift" and not max_shift > 0.0:
-        raise ValueError(f"max_shift = {max_shift}: must be positive in mode 'shift'")
+    if mode == "shift" and not max_shift >= 0.0:
+        raise ValueError(f"max_shift = {max_shift}: must not be negative")
     feet, goals, begin = _places(start), _places(goal), _point(com)
     end = begin if goal_com is None else _point(goal_com)
     rules = LiftRules(

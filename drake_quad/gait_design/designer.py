@@ -346,7 +346,8 @@ def _hopeless(
     here = f"rise {abs(steepest.rise):g} m on a run of {steepest.run:g} m: {reason}"
     if not nearest:
         return PlanningError(here, slacks=design.slacks, run=steepest.run)
-    highest = highest_rise(robot, shape, steepest.run, below=abs(steepest.rise))
+    going = sorted({1 if stairs.rise > 0.0 else -1 for stairs in flights}, reverse=True)
+    highest = highest_rise(robot, shape, steepest.run, below=abs(steepest.rise), going=going)
     works = (
         f"; a quick search finds gaits for up to {highest:.3g} m"
         if highest is not None

@@ -54,13 +54,15 @@ def find_doubt(
         return None
     setback = max(settings.riser_setback, initial_setback(robot.foot_radius))
     settings = replace(settings, riser_setback=setback)
-    first = True
+    begin = start
     for task in mission:
         lane = course.lanes[task.lane]
-        if task.kind != "walk" or not lane.flights:
+        if task.kind != "walk":
             continue
-        stance = _stand(robot, lane, settings, start if first else 0.0)
-        first = False
+        begin, at = 0.0, begin
+        if not lane.flights:
+            continue
+        stance = _stand(robot, lane, settings, at)
         try:
             contacts, route, _ = plan_walk_footsteps(robot, course, settings, task, stance)
             poses = PoseSearch(robot, contacts, route, settings, None, NOT_ROLLED)

@@ -205,7 +205,9 @@ def quicken(
         return designed
     tasks = mission_of(designed.scenario, course, source=source)
     before = measure_pace(robot, course, tasks, designed.plan)
-    if before.slowest is None or (wish.speed is not None and before.slowest.speed >= wish.speed):
+    if before.slowest is None:
+        return designed
+    if wish.speed is not None and before.slowest.speed >= ENOUGH * wish.speed:
         return designed
     least = wish.least_margin(robot, designed.margin)
     kept = Kept(least, min(least, wish.least_margin(robot, before.zmp_margin)))

@@ -4,14 +4,16 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
+from math import inf, isfinite
 
 import numpy as np
 
+from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.body_reference import level_pose, robot_stance
 from drake_quad.planning.contact_forces import find_overload
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
-from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
 from drake_quad.planning.stance_margin import check_stance
 from drake_quad.planning.step_builder import peak_speed
 from drake_quad.planning.task import plan_task
@@ -20,6 +22,7 @@ from drake_quad.robot.legs import LEGS
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.course import Course
+from drake_quad.terrain.lane import Lane
 
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
 TORQUE_EVERY = 4  # so many samples are looked at for torques, which change slowly
@@ -50,14 +53,42 @@ class MissionPlan:
 def initial_stance(
     robot: RobotModel, course: Course, settings: PlanSettings, *, start: float
 ) -> Stance:
-    """The stance at `start` [m] along the first lane: feet at their workspaces' centres."""
+    """The stance at `start` [m] along the first lane: feet at their workspaces' centres.
+
+    Raises:
+        PlanningError: If a foot would stand beyond the ground, or in a riser or on its nosing.
+    """
     lane = course.lanes[0]
     stance = robot_stance(settings)
-    places = lane.point(start + stance[:, 0], stance[:, 1])
-    heights = lane.height(start + stance[:, 0])
+    at = start + stance[:, 0]
+    places = lane.point(at, stance[:, 1])
+    heights = lane.height(at)
+    _check_start(lane, at, heights, robot.foot_radius + EDGE_CLEARANCE, start)
     feet = np.column_stack([places, heights + robot.foot_radius])
     ground = float(np.mean(heights))
     return Stance(level_pose(lane.point(start), lane.yaw, ground, settings), feet)
+
+
+def _check_start(
+    lane: Lane, at: FloatArray, heights: FloatArray, margin: float, start: float
+) -> None:
+    """Refuses a start with a foot at `at` (4,) that has no ground, or is too near to a riser."""
+    risers = lane.risers()[0]
+    for leg in LEGS:
+        s = float(at[leg.row])
+        if not isfinite(float(heights[leg.row])):
+            raise PlanningError(
+                f"start.distance = {start:g}: foot {leg.short} would stand at {s:.3f} m, where "
+                "there is no ground; give another distance",
+                place=s,
+            )
+        near = float(np.abs(risers - s).min(initial=inf))
+        if near < margin:
+            raise PlanningError(
+                f"start.distance = {start:g}: foot {leg.short} would stand {near:.3f} m from a "
+                f"riser, {margin:.3f} m is the least; give another distance",
+                place=s,
+            )
 
 
 def plan_mission(
@@ -242,7 +273,7 @@ def _check_joints(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
     if over[k, j] > 0.0:
         raise PlanningError(
             f"joint {robot.joint_names[j]} would be {over[k, j]:.3f} rad beyond its limits at "
-            f"{s.times[k]:.1f} s of '{plan.segments[0].name}'",
+            f"{s.times[k]:.1f} s of '{plan.segment_name(float(s.times[k]))}'",
             joint=robot.joint_names[j],
             excess=float(over[k, j]),
             body=s.body[k, 0].tolist(),

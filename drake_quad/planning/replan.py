@@ -219,6 +219,8 @@ def replan_task(
         PlanningError: If no way back is stable, with the reason.
     """
     enough = MARGIN_ENOUGH if isnan(plan.margin) else min(MARGIN_ENOUGH, plan.margin - 0.02)
+    if plan.margin > 0.0:  # plans without a margin of their own, crossings, may have none here
+        enough = max(enough, 0.0)
     best: tuple[float, MotionPlan] | None = None
     reason: PlanningError | None = None
     for way in _WAYS:

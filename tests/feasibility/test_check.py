@@ -16,21 +16,22 @@ from rig import URL, paper_robot
 
 import drake_quad as dq
 from drake_quad.cli.check_answer import gait_lines, print_check, print_next
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.check_picture import draw_check, find_stretches
 from drake_quad.feasibility.check_report import feasibility_report, limit_of
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.flight import Around, make_stairs_scenario
 from drake_quad.feasibility.robot_picture import save_picture
-from drake_quad.gait_design import search as choose
+from drake_quad.gait_design import designer, search as choose
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.planning.contact_forces import torque_ratio
 from drake_quad.planning.mission import check_plan
 from drake_quad.scenario.build import course_of
+from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, save_scenario
 from drake_quad.simulation.prepare import prepare
-from drake_quad.terrain.elements import Stairs
+from drake_quad.terrain.elements import Element, Stairs
 
 
 def test_a_feasible_checks_scenario_loads_and_prepares(tmp_path: Path) -> None:
@@ -284,3 +285,45 @@ def test_stairs_with_an_overhang_or_open_risers_can_be_asked_about(tmp_path: Pat
     assert dq.check_stairs("paper_quadruped", nosings, thorough=False).proof is None
     with pytest.raises(dq.InputError, match="--overhang"):
         dq.check_stairs("paper_quadruped", dq.Stairs(0.1, 0.3, overhang=0.2))
+
+
+def test_flights_are_no_wider_than_a_landing_that_is_turned_on() -> None:
+    """A landing shorter than the flights' usual width makes them narrower, unless told a width."""
+    robot, stairs = paper_robot(), Stairs(0.15, 0.32, 4)
+    usual = make_stairs_scenario(robot, stairs, model=URL).course[1].width
+    assert usual is not None and usual > 2.5
+    for turn, width in ((90.0, 2.5), (180.0, 2.5), (0.0, usual)):
+        course = make_stairs_scenario(
+            robot, stairs, Around(landing=2.5, turn=turn), model=URL
+        ).course
+        assert {e.width for e in course if e.kind in ("floor", "stairs")} == {width}
+
+
+def test_what_would_work_is_sought_for_the_ways_that_are_gone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A course that only climbs names the rise for climbing, which may be higher."""
+    asked: list[list[int]] = []
+
+    def highest(*_: object, going: list[int], **__: object) -> None:
+        asked.append(going)
+
+    monkeypatch.setattr(designer, "highest_rise", highest)
+    floor, stairs = Element("floor", length=3.0), {"rise": 0.9, "run": 0.25, "count": 2}
+    up = Element("stairs", going="up", **stairs)  # type: ignore[arg-type]
+    down = Element("stairs", going="down", **stairs)  # type: ignore[arg-type]
+    for course, going in (([floor, up, floor], [1]), ([floor, up, floor, down, floor], [1, -1])):
+        scenario = Scenario(course=course, design="auto")
+        scenario.robot.model = URL
+        with pytest.raises(PlanningError):
+            designer.design_scenario(scenario, robot=paper_robot())
+        assert asked.pop() == going and not asked
+
+
+@pytest.mark.parametrize(
+    ("count", "places", "words"),
+    [(1, 1, "1 tread"), (2, 2, "1 tread"), (1, 2, "half a tread"), (3, 2, "1.5 treads")],
+)
+def test_places_are_told_in_treads(count: int, places: int, words: str) -> None:
+    """A gait's numbers are of places to step on, of which a tread may have several."""
+    assert dq.treads_in_words(count, places) == words

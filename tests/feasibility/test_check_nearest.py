@@ -21,7 +21,7 @@ from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.nearest import nearest_stairs
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.scenario.config import Scenario
-from drake_quad.terrain.elements import Stairs
+from drake_quad.terrain.elements import DEFAULT_THICKNESS, Stairs
 
 
 def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
@@ -188,3 +188,18 @@ def test_the_nearest_stairs_to_treads_like_floors_are_sought_briefly() -> None:
     assert len(judged) == 2 and {stairs.run for stairs in judged} == {2.0}
     near = nearest_stairs(lambda stairs: stairs.rise <= 0.2, {"deep": True}, Stairs(0.3, 2.0, 4))
     assert near is not None and 0.19 <= near.rise <= 0.2
+
+
+def test_treads_thicker_than_steps_are_not_judged() -> None:
+    """Treads over open risers are thicker than the lowest stairs that there can be."""
+    judged: list[float] = []
+
+    def climbs(stairs: Stairs) -> bool:
+        judged.append(stairs.rise)
+        return False
+
+    assert nearest_stairs(climbs, {}, Stairs(0.2, 0.3, open=True)) is None
+    assert judged and min(judged) > DEFAULT_THICKNESS
+    judged.clear()
+    assert nearest_stairs(climbs, {"nearest_rise": 0.03}, Stairs(0.2, 0.3, overhang=0.03)) is None
+    assert min(judged, default=1.0) > DEFAULT_THICKNESS

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 from design_rig import MODEL, designed
-from rig import paper_robot
+from rig import course_of as course_of_elements, paper_robot
 
 from drake_quad.errors import PlanningError
 from drake_quad.feasibility.flight import make_stairs_scenario
-from drake_quad.gait_design import plan_candidates
+from drake_quad.gait_design import doubts, plan_candidates
 from drake_quad.gait_design.doubts import find_doubt
 from drake_quad.gait_design.plan_candidates import (
     LOWER,
@@ -19,9 +19,11 @@ from drake_quad.gait_design.plan_candidates import (
     plan_any,
     plan_gaits,
 )
+from drake_quad.planning.motion_plan import Stance
+from drake_quad.planning.problem import PlanSettings, derive_mission
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
-from drake_quad.terrain.elements import Stairs
+from drake_quad.terrain.elements import Element, Stairs
 
 
 def doubt_on(rise: float, *, margin: float = 0.01, shanks: float = 0.01) -> PlanningError | None:
@@ -121,3 +123,25 @@ def test_where_any_plan_will_do_doubtful_gaits_are_not_planned(doubtful: bool) -
     found, refused = plan_any([gait("a", tried, designed(), doubtful=doubtful)], 0.5)
     assert (found is None) == doubtful == (not tried)
     assert (refused is not None and refused.reason == "a hardly can") == doubtful
+
+
+def test_a_walk_without_a_flight_takes_the_start_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The walk on the second lane is looked at from that lane's beginning, not from the start."""
+    looked: list[tuple[object, float]] = []
+
+    def stand(robot: object, lane: object, settings: object, s: float) -> Stance:
+        looked.append((lane, s))
+        raise PlanningError("looked at")
+
+    monkeypatch.setattr(doubts, "_stand", stand)
+    course = course_of_elements(
+        Element("floor", length=5.0),
+        Element("landing", length=3.5, turn_deg=90.0),
+        Element("stairs", going="up", rise=0.13, run=0.5, count=3),
+        Element("floor", length=3.0),
+    )
+    settings = PlanSettings()
+    tasks = derive_mission(course, settings)
+    with pytest.raises(PlanningError, match="looked at"):
+        find_doubt(paper_robot(), course, settings, tasks, start=2.5, margin=0.01, shanks=0.0)
+    assert looked == [(course.lanes[1], 0.0)]

@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 from rig import URL, paper_robot
 
 from drake_quad.errors import InputError, PlanningError
+from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design import tempo_search
 from drake_quad.gait_design.candidates import flights_of
@@ -233,6 +234,10 @@ def test_what_is_not_asked_for_is_not_changed() -> None:
     slow = designed()
     assert quicken(slow, paper_robot(), Wish()) is slow
     assert quicken(slow, paper_robot(), Wish(speed=0.001)) is slow
+    answer = Feasibility(slow.scenario, slow, "", {}, paper_robot())
+    speed = answer.speed
+    assert speed is not None  # what counts as met is not made worse
+    assert quicken(slow, paper_robot(), Wish(speed=1.02 * speed)) is slow
     assert quicken(slow, paper_robot(), Wish(min_margin=10.0 * slow.margin)) is slow
     assert found().wish == Wish() and found().slow is found().designed
 

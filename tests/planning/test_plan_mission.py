@@ -18,6 +18,7 @@ from drake_quad.planning.mission import (
     check_mission,
     check_torques,
     initial_stance,
+    join_plans,
     plan_mission,
 )
 from drake_quad.planning.motion_plan import evaluate
@@ -256,3 +257,30 @@ def test_joints_that_cannot_hold_the_robot_refuse_its_plan() -> None:
     with pytest.raises(PlanningError, match="of its torque to stand still") as refused:
         check_torques(replace(robot, effort=0.6 * ratio * robot.effort), plan, s)
     assert refused.value.data["torque"] > 1.2
+
+
+@pytest.mark.parametrize(
+    ("start", "match"), [(0.2, "there is no ground"), (2.62, "from a riser"), (2.63, "a riser")]
+)
+def test_a_robot_does_not_begin_in_a_riser_or_beyond_the_ground(start: float, match: str) -> None:
+    """A start whose feet have no place is refused, with the foot and what is the least."""
+    with pytest.raises(PlanningError, match=match) as caught:
+        initial_stance(paper_robot(), stairs_course("up"), DEFAULT, start=start)
+    assert f"start.distance = {start:g}" in caught.value.reason and "foot " in caught.value.reason
+
+
+def test_a_joint_beyond_its_limits_is_told_with_the_segment_that_it_happens_in() -> None:
+    """The worst moment is in the walk, not in the transition that comes first."""
+    robot, plan = paper_robot(), climb(0.13).plans[0]
+    samples = evaluate(robot, plan, np.arange(0.0, plan.duration, 0.05))
+    q = samples.q.reshape(-1, 12)
+    first = samples.times < plan.segments[0].end
+    over = q[~first].max(axis=0) - q[first].max(axis=0)
+    j = int(np.argmax(over))
+    upper = robot.q_upper.copy()
+    upper[j] = 0.5 * (q[~first, j].max() + q[first, j].max())
+    when = float(samples.times[int(np.argmax(q[:, j]))])
+    short = replace(robot, q_upper=upper)
+    with pytest.raises(PlanningError, match=f"of '{plan.segment_name(when)}'"):
+        check_mission(short, join_plans([plan], 0.0))
+    assert plan.segment_name(when) != plan.segments[0].name

@@ -1,5 +1,6 @@
 """Plans of shipped scenarios that are held to a figure: Table I in physics, and 1 m in 2 s."""
 
+from contextlib import suppress
 from functools import cache
 from itertools import combinations
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from rig import GRAVITY, paper_robot
 
+from drake_quad.errors import PlanningError
 from drake_quad.gait.workspace import PAPER_WORKSPACE
 from drake_quad.planning.mission import MissionPlan, check_mission, initial_stance, plan_mission
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
@@ -114,3 +116,14 @@ def test_fast_can_be_told_when_to_lift_by_what_a_controller_knows() -> None:
             still.append(stability_margin(zmp.com[k], feet))
     assert min(leaning) > 0.05
     assert min(still) < 0.0
+
+
+@pytest.mark.parametrize("mode", ["still", "shift"])
+def test_a_transition_without_a_shift_is_no_error_of_the_program(mode: str) -> None:
+    """0 m is a figure that a scenario may have: there is a plan, or a reason why there is none."""
+    sets = ["transition.max_shift=0", f"transition.mode={mode}"]
+    scenario, robot = load_scenario("flat_walk", sets), paper_robot()
+    course, settings = course_of(scenario), plan_settings(scenario)
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    with suppress(PlanningError):
+        plan_mission(robot, course, settings, mission_of(scenario, course), stance)

@@ -1,5 +1,6 @@
 """Planning anew: from the feet as they really stand, back into the plan, and to the same goal."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -20,6 +21,7 @@ from rig import (
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
+from drake_quad.planning import replan
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.remaining_plan import remaining_plan
@@ -319,3 +321,26 @@ def test_a_robot_that_is_over_its_edge_has_no_way_back() -> None:
     over = Stance(np.add(stance.body, [0.0, 0.45, -0.2, 0.0, 0.0]), stance.feet)
     with pytest.raises(PlanningError):
         replan_task(ROBOT, course, DEFAULT, plan, 0.0, over)
+
+
+@pytest.mark.parametrize("own", [0.012, 0.0199, 0.03])
+def test_no_way_back_of_negative_margin_is_taken(
+    own: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plan of little margin has a way back of a margin above zero, or none at all."""
+    plan, course = case("level")
+    stance, tried = stance_in(plan, course, 0.0), []
+    found = [-0.0075, -0.001, 0.002, 0.02, 0.05, 0.05, 0.05, 0.05]
+
+    def resume(*_: object) -> tuple[float, MotionPlan]:
+        tried.append(found[len(tried)])
+        return tried[-1], plan
+
+    monkeypatch.setattr(replan, "_resume", resume)
+    thin = replace(plan, margin=own)
+    assert replan_task(ROBOT, course, DEFAULT, thin, 0.0, stance) is plan
+    assert tried[-1] > 0.0 and len(tried) >= 3
+    tried.clear()
+    found[:] = [-0.001] * 8
+    with pytest.raises(PlanningError, match="best way back"):
+        replan_task(ROBOT, course, DEFAULT, thin, 0.0, stance)
