@@ -44,13 +44,18 @@ def test_what_the_same_sources_did_is_passed_over(
         TableStudy(f"ends_{status}", "a page", 1, f"python -c 'raise SystemExit({status})'")
         for status in (0, 1, 2)
     )
+    error = "python -c 'raise SystemExit(\"benchmarks.x: sources were changed\")'"
+    studies = (*studies, TableStudy("ends_early", "a page", 1, error))
     monkeypatch.setattr(tables, "TABLES", studies)
-    for begun in (3, 1):
-        with pytest.raises(SystemExit, match="not done: ends_2"):
+    for begun in (4, 2):
+        with pytest.raises(SystemExit, match="not done: ends_2, ends_early"):
             tables.main(["--out", str(tmp_path)])
         assert capsys.readouterr().out.count("ended with status") == begun
     monkeypatch.setattr(tables, "own_sources", lambda: "others")
     assert not tables.is_done(tmp_path / "ends_0")
     with pytest.raises(SystemExit, match="2"):
         tables.main(["no_such"])
-    assert "there is no table no_such; there are ends_0, ends_1, ends_2" in capsys.readouterr().err
+    assert (
+        "there is no table no_such; there are ends_0, ends_1, ends_2, ends_early"
+        in capsys.readouterr().err
+    )

@@ -329,7 +329,7 @@ def test_no_way_back_of_negative_margin_is_taken(
 ) -> None:
     """A plan of little margin has a way back of a margin above zero, or none at all."""
     plan, course = case("level")
-    stance, tried = stance_in(plan, course, 0.0), []
+    stance, tried = stance_in(plan, course, 0.0), list[float]()
     found = [-0.0075, -0.001, 0.002, 0.02, 0.05, 0.05, 0.05, 0.05]
 
     def resume(*_: object) -> tuple[float, MotionPlan]:
