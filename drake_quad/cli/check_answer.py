@@ -55,6 +55,13 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     if told.get("picture"):
         console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)
     console.print(Text(_next(told)), soft_wrap=True)
+    if (
+        not told["feasible"]
+        and told.get("changes") is None
+        and "scenario" not in told.get("asked", {})
+    ):
+        line = "for the least change that would make it a yes: the same with --changes"
+        console.print(Text(line), soft_wrap=True)
     pace = told["pace"] if told["feasible"] else None
     if pace is not None and pace["flights"] and pace["slow"] is None:
         line = "for a quicker gait that keeps 0.8 of this margin: the same with --prefer balanced"

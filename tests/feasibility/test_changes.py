@@ -124,18 +124,17 @@ def test_the_command_tells_the_changes_instead_of_the_nearest_stairs(
     monkeypatch.setattr(Feasibility, "nearest", lambda *_, **__: pytest.fail("sought"))
     monkeypatch.setattr(check_request, "check_flight", asked)
     told: dict[str, Any] = run_check(CheckRequest(URL, rise=1.9, run=RUN), changes=True)
-    assert told["nearest"] is None and [one["kind"] for one in told["changes"]] == [
-        "legs",
-        "torque",
-    ]
+    kinds = [one["kind"] for one in told["changes"]]
+    assert told["nearest"] is None and kinds == ["legs", "torque"]
     assert told["changes"][0]["share"] == pytest.approx(0.05)
     console = Console(file=io.StringIO(), width=150)
     print_next(told, console)
     printed = console.file.getvalue()  # type: ignore[attr-defined]
-    assert (
-        "1.220 m" in printed and "1.281 m" in printed and "+5 %" in printed and "31 mm" in printed
-    )
-    assert "no plan up to 900.0 Nm" in printed
+    for words in ("1.220 m", "1.281 m", "+5 %", "31 mm", "no plan up to 900.0 Nm"):
+        assert words in printed
+    assert "--changes" not in printed
+    print_next({**told, "changes": None}, console)
+    assert "the same with --changes" in console.file.getvalue()  # type: ignore[attr-defined]
 
 
 def test_changes_are_of_a_flight_and_not_of_a_scenarios_course() -> None:
