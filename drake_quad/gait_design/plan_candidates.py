@@ -35,6 +35,7 @@ from drake_quad.terrain.course import Course
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
 GOOD_ROOM = 0.8  # of the clearance wanted, a gait is as good as any
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
+FAIR_MARGIN = 0.8  # of the margin wanted on endless stairs: with less, lower bodies are tried, too
 POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
 THIGHS_EVERY = 2  # so many are looked at for thighs
 TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
@@ -68,6 +69,11 @@ class Designed:
     def has_margin(self) -> bool:
         """Whether the plan's margin is no less than what is wanted of a gait on endless stairs."""
         return self.margin >= self.design.wanted["margin"]
+
+    @property
+    def is_fair(self) -> bool:
+        """Whether it is good enough that no gait is tried with a lower body."""
+        return self.quality >= POOR and self.margin >= FAIR_MARGIN * self.design.wanted["margin"]
 
     @property
     def quality(self) -> float:
@@ -314,7 +320,7 @@ def plan_gaits(
         if best is not None and taken(best):
             break
     best = _lower_all(tried, best)
-    if best is None or best.quality < POOR:
+    if best is None or not best.is_fair:
         for lowering in tried:
             lowering.take_up()
         best = _lower_all(tried, best)
@@ -323,13 +329,13 @@ def plan_gaits(
 
 def _lower_all(tried: Sequence[Lowering], best: Designed | None) -> Designed | None:
     """The better one of what there is already and of lower bodies, until one's plan is fair."""
-    while best is None or best.quality < POOR:
+    while best is None or not best.is_fair:
         left = [lowering for lowering in tried if not lowering.done]
         if not left:
             break
         for lowering in left:
             best = lowering.plan(best)
-            if best is not None and best.quality >= POOR:
+            if best is not None and best.is_fair:
                 break
     return best
 

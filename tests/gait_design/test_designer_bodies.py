@@ -13,6 +13,7 @@ from drake_quad.gait_design import designer
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.plan_candidates import (
     ANY_LOWER,
+    FAIR_MARGIN,
     LOWER,
     POOR,
     Designed,
@@ -81,6 +82,31 @@ def test_a_good_gait_is_found_before_the_bodies_of_others_are_lowered() -> None:
     best, refused = plan_gaits([gait("a", None), gait("b", good)], 0.5, None)
     assert tried == ["a", "b"] and best is good
     assert refused is not None and refused.reason == "a cannot"
+
+
+@pytest.mark.parametrize(("share", "tried"), [(0.5, "abab"), (0.9, "ab")])
+def test_a_thin_margin_has_the_bodies_of_other_gaits_lowered(share: float, tried: str) -> None:
+    """ANYmal C was told 17 mm, of 31 mm wanted, where a gait with a lower body keeps 51 mm."""
+    asked: list[str] = []
+    good = designed()
+    thin = replace(good, margin=share * good.design.wanted["margin"])
+    assert thin.quality >= POOR and good.quality > thin.quality
+
+    def plan_a(scenario: Scenario, beat: Designed | None) -> Designed:
+        asked.append("a")
+        if beat is not None:
+            raise PlanningError("no lower body")
+        return thin
+
+    def plan_b(scenario: Scenario, beat: Designed | None) -> Designed:
+        asked.append("b")
+        if asked.count("b") == 1:
+            raise PlanningError("its legs are too short")
+        return good
+
+    best, _ = plan_gaits([Gait(1.0, Scenario(), plan_a), Gait(1.0, Scenario(), plan_b)], 0.5, None)
+    assert "".join(asked) == tried
+    assert best is (good if share < FAIR_MARGIN else thin)
 
 
 @pytest.mark.parametrize(("data", "touches", "heights"), [("room", 1, 1), ("apart", 2, 2),
