@@ -125,17 +125,22 @@ def _is_imported(file: str) -> bool:
     return "://" not in file and (Path(file).parent / MAPPING).is_file()
 
 
+BODIES, POSITIONS = 13, 19  # of a robot in normal form: a trunk that floats, and four legs
+
+
 @lru_cache(maxsize=64)
 def _is_normal(path: str, mtime: int, size: int) -> bool:
     """Whether a file, at a time and of a size, is in normal form just as it is.
 
     It is a URDF: of the other formats Drake's parser misses things that the importer does not.
+    Trunk and legs are all that it has: of a welded or locked link planning would miss the mass.
     """
     if not path.endswith(".urdf"):
         return False
     with quiet(logging.WARNING) as warnings:  # the importer reports what is wrong
         try:
-            check_spelling(read_xml(Path(path), path), path)  # the parser passes over it
+            root = read_xml(Path(path), path)
+            check_spelling(root, path)  # the parser passes over it
             plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
             plant.RegisterAsSourceForSceneGraph(scene_graph)
             instance = _parse(plant, path)
@@ -143,6 +148,9 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
             robot = read_model(plant, scene_graph, instance, url=path)
         except (InputError, *PARSER_ERRORS):
             return False
+    has = len(plant.GetBodyIndices(instance)), plant.num_positions(instance)
+    if has != (BODIES, POSITIONS) or root.find(".//mimic") is not None:
+        return False  # the importer welds, locks and frees what there is beside the legs' joints
     if any(_is_point(plant.get_body(index)) for index in plant.GetBodyIndices(instance)):
         return False  # the importer reports it
     if not min(robot.trunk_mass, *robot.link_mass[:, 2]) > 0.0:

@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 from rig import URL, paper_robot
 
 from drake_quad.errors import InputError
-from drake_quad.robot.loader import load_robot
+from drake_quad.robot.kinematics import calc_com
+from drake_quad.robot.loader import AddRobot, MakeModelPlant, load_robot
 from drake_quad.robot.model import RobotModel
 
 MODEL = Path(__file__).resolve().parents[2] / "models" / "paper_quadruped.urdf"
@@ -233,6 +236,52 @@ def test_file_in_normal_form_is_taken_as_it_is(tmp_path: Path, own_cache: Path) 
     assert load_robot(URL).url == URL
     assert load_text(TEXT, tmp_path).url == str(tmp_path / "robot.urdf")
     assert not (own_cache / "robots").exists()
+
+
+PACK = (
+    '<link name="pack"><inertial><mass value="20"/>'
+    '<inertia ixx="0.2" iyy="0.2" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    '<joint name="mount" type="{}"><parent link="trunk"/><child link="pack"/>'
+    '<origin xyz="0.4 0.05 0.1"/><axis xyz="1 0 0"/>'
+    '<limit lower="-0.1" upper="0.1" effort="10" velocity="1"/></joint></robot>'
+)
+
+
+@pytest.mark.parametrize("mount", ["fixed", "prismatic", "revolute"])
+def test_planning_misses_no_mass_of_a_link_beside_the_legs(mount: str, tmp_path: Path) -> None:
+    """However a pack is mounted on a robot in normal form, the planner's centre of mass is Drake's.
+
+    Nothing else of the robot is changed by it.
+    """
+    robot = load_text(TEXT.replace("</robot>", PACK.format(mount)), tmp_path)
+    plain = paper_robot()
+    assert robot.mass == pytest.approx(plain.mass + 20.0)
+    assert robot.trunk_mass + robot.link_mass.sum() == pytest.approx(robot.mass)
+    np.testing.assert_allclose(robot.geometry.p_BH, plain.geometry.p_BH, atol=1e-12)
+    plant = MakeModelPlant(robot.url)
+    context = plant.CreateDefaultContext()
+    trunk = plant.GetBodyByName(robot.trunk)
+    plant.SetFloatingBaseBodyPoseInWorldFrame(context, trunk, RigidTransform())
+    q = np.tile([0.1, 0.6, -1.2], 4)
+    for name, angle in zip(robot.joint_names, q, strict=True):
+        plant.GetJointByName(name).set_angle(context, float(angle))
+    (com,) = calc_com(robot, q.reshape(1, 4, 3))
+    np.testing.assert_allclose(com, plant.CalcCenterOfMassPositionInWorld(context), atol=1e-9)
+
+
+def test_a_joint_that_mimics_another_is_free(tmp_path: Path) -> None:
+    """In a file in normal form as in any other: physics couples no joints that planning moves."""
+    mimic = '<mimic joint="FL_knee"/></joint>'
+    text = re.sub(
+        r'(<joint name="FR_knee".*?)</joint>', rf"\1{mimic}", TEXT, count=1, flags=re.DOTALL
+    )
+    robot = load_text(text, tmp_path)
+    plant = MultibodyPlant(0.001)
+    plant.set_discrete_contact_approximation(DiscreteContactApproximation.kSap)
+    AddRobot(plant, robot.url)
+    plant.Finalize()
+    assert mimic in text and plant.num_constraints() == 0
+    np.testing.assert_allclose(robot.link_mass, paper_robot().link_mass, rtol=1e-9)
 
 
 @pytest.mark.parametrize("wrong", WRONG)
