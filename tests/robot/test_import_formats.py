@@ -76,6 +76,23 @@ def test_a_robot_in_normal_form_has_its_friction_checked_too(tmp_path: Path) -> 
         load_robot(write(tmp_path, text.replace('friction="0"', 'friction="-0.5"', 1), "bad.urdf"))
 
 
+@pytest.mark.parametrize("actuator", ["motor", "position", "general"])
+@pytest.mark.parametrize("default", ["motor", "position", "velocity", "general"])
+def test_actuators_of_a_class_share_its_defaults(
+    default: str, actuator: str, tmp_path: Path
+) -> None:
+    """As in MuJoCo: whatever kind of actuator a class tells a limit for, all kinds of it have it.
+
+    What only one kind knows, such as a gain, does no harm to another.
+    """
+    gain = ' kp="30"' if default == "position" else ""
+    text = mjcf().replace("<motor ctrlrange", f"<{default}{gain} forcerange")
+    text = text.replace("<motor class", f"<{actuator} class")
+    robot = load_robot(write(tmp_path, text, "r.xml"))
+    expected = load_robot(write(tmp_path, mjcf(), "plain.xml"))
+    np.testing.assert_array_equal(robot.effort, expected.effort)
+
+
 def test_mjcf_that_includes_another_is_one(tmp_path: Path) -> None:
     """A scene that includes the robot is the robot; the scene's own floor is not its."""
     write(tmp_path, mjcf(), "r.xml")

@@ -22,7 +22,7 @@ from drake_quad.robot.importer.sanitize import (
 )
 from drake_quad.robot.importer.xml_io import floats
 
-Defaults = dict[str, dict[str, dict[str, str]]]  # class -> tag -> attributes
+Defaults = dict[str, dict[str, dict[str, str]]]  # class -> tag, see `_kind` -> attributes
 ACTUATORS = ("motor", "position", "velocity", "general", "intvelocity", "damper")
 _INHERITING = ("joint", "geom", *ACTUATORS)
 
@@ -53,10 +53,15 @@ def _gather(element: ET.Element, parent: str, defaults: Defaults) -> None:
     own = {tag: dict(attributes) for tag, attributes in defaults[parent].items()}
     for child in element:
         if child.tag != "default":
-            own.setdefault(child.tag, {}).update(child.attrib)
+            own.setdefault(_kind(child), {}).update(child.attrib)
     defaults[name] = own
     for child in element.findall("default"):
         _gather(child, name, defaults)
+
+
+def _kind(element: ET.Element) -> str:
+    """What an element has its defaults as: in MuJoCo all actuators of a class share theirs."""
+    return "actuator" if element.tag in ACTUATORS else element.tag
 
 
 def _known(c: Cleaned, name: str, field: str, defaults: Defaults) -> str:
@@ -72,7 +77,7 @@ def _inherit(c: Cleaned, element: ET.Element, inside: str, defaults: Defaults) -
     """Gives an element the attributes that it has from its class, or from that of its body."""
     field = f"{element.get('name') or element.get('joint') or element.tag}: class"
     name = _known(c, element.attrib.pop("class", inside), field, defaults)
-    for key, value in defaults[name].get(element.tag, {}).items():
+    for key, value in defaults[name].get(_kind(element), {}).items():
         element.attrib.setdefault(key, value)
 
 
