@@ -142,6 +142,41 @@ def test_foot_without_a_sphere_gets_one(foot: str, radius: float, tmp_path: Path
     assert sum("foot of" in note for note in notes_of(robot)) == 4
 
 
+SHINS = {  # the one shape of a shank, from the knee down
+    "capsule": '<capsule radius="0.02" length="0.28"/>',
+    "thick capsule": '<capsule radius="0.05" length="0.24"/>',
+    "box": '<box size="0.016 0.016 0.32"/>',
+    "cylinder": '<cylinder radius="0.012" length="0.32"/>',
+    "mesh": '<mesh filename="cube.obj" scale="0.016 0.008 0.107"/>',
+}
+
+
+@pytest.mark.parametrize("shin", SHINS)
+def test_a_shank_of_one_shape_is_more_than_a_foot(shin: str, tmp_path: Path) -> None:
+    """The foot is a ball in its tip; the rest is no thicker, and may touch something, too."""
+    write(tmp_path, CUBE, "cube.obj")
+    at = "-0.008 -0.008 -0.321" if shin == "mesh" else "0 0 -0.16"
+    text = f'<collision><origin xyz="{at}"/><geometry>{SHINS[shin]}</geometry></collision>'
+    bare = re.sub(r'(<link name="\w+_shank">)', rf"\1{text}", replace(PLAIN, foot="none").text())
+    robot = load_robot(write(tmp_path, bare))
+    shapes = collision_shapes(robot)
+    for leg, shank in zip(("FL", "FR", "RL", "RR"), robot.geometry.shank, strict=True):
+        kinds: dict[Any, Any] = {type(shape): shape for shape in shapes[f"{leg}_shank"]}
+        assert set(kinds) == {Sphere, Capsule}
+        assert kinds[Capsule].length() == pytest.approx(shank, rel=0.1)
+        assert kinds[Capsule].radius() <= robot.foot_radius
+        assert shin != "capsule" or kinds[Capsule].radius() == 0.02
+
+
+def test_a_foot_of_another_form_is_a_foot(tmp_path: Path) -> None:
+    """A short cylinder at a shank's end is what the ball stands for, and is not there beside it."""
+    robot = load_robot(write(tmp_path, replace(PLAIN, foot="cylinder").text()))
+    assert all(
+        [type(s) for s in collision_shapes(robot)[f"{leg}_shank"]] == [Sphere]
+        for leg in ("FL", "FR", "RL", "RR")
+    )
+
+
 def test_missing_meshes_are_dropped_and_stood_in_for(tmp_path: Path) -> None:
     """Trunk: a box from hip to hip. Thigh, shank: a capsule. A picture is left out."""
     text = PLAIN.text()

@@ -25,6 +25,7 @@ THICK = 0.08  # radius of a capsule that stands for nothing known, of its link's
 DEEP = 0.5  # height of a trunk's box that stands for nothing known, of the hips' distance across
 STANDING_PITCH = 0.9  # [rad] of the hip from straight down, within which robots stand and walk
 STANDING_SWAY = 0.15  # [rad] of abduction, likewise
+FOOT_PART = 1 / 3  # of the shank, at its end: a shape within is the foot's own, whatever its form
 WITHIN = 90.0  # percent of a mesh's vertices that its capsule's radius holds
 
 
@@ -70,9 +71,15 @@ def thigh_shapes(link: NormalLink) -> tuple[list[GeometryInstance], list[Note]]:
 def shank_shapes(leg: NormalLeg) -> tuple[list[GeometryInstance], list[Note]]:
     """Of a shank without its foot: likewise, and what would touch before the foot as a capsule."""
     link, radius = leg.links[2], leg.foot.radius
-    own = [p for p in link.collision if leg.foot.piece is None or p.link + p.name != _id(leg)]
+    own = [p for p in link.collision if not _is_foot(p, leg)]
     own = [p for p in own if not _within_foot(p, link.end, radius)]
-    odd = [p for p in own if _is_mesh(p) or _reaches_beyond(p, link.end, radius)]
+    odd = [
+        p
+        for p in own
+        if _is_mesh(p)
+        or _reaches_beyond(p, link.end, radius)
+        or (_id(leg) == p.link + p.name and not _ends_round(p, radius))
+    ]
     shapes = [p for p in own if all(p is not other for other in odd)]
     if not own and link.shapeless:
         return _stand_in(link, 0.8 * radius)
@@ -93,6 +100,19 @@ def _id(leg: NormalLeg) -> str:
     """Of the shape that the foot stands for."""
     piece = leg.foot.piece
     return piece.link + piece.name if piece else ""
+
+
+def _is_foot(piece: GeometryInstance, leg: NormalLeg) -> bool:
+    """Whether the foot stands for all of a shape, and not for the tip of a shank alone."""
+    if piece.link + piece.name != _id(leg):
+        return False
+    begins = -float(points_of(piece)[:, 2].max()) / float(np.linalg.norm(leg.links[2].end))
+    return isinstance(piece.shape, Sphere) or begins >= 1.0 - FOOT_PART
+
+
+def _ends_round(piece: GeometryInstance, radius: float) -> bool:
+    """Whether the ball in a shape's tip touches the ground first, however the shank is inclined."""
+    return isinstance(piece.shape, Capsule) and bool(piece.shape.radius() <= radius)
 
 
 def _is_mesh(piece: GeometryInstance) -> bool:
