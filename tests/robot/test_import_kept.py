@@ -107,6 +107,49 @@ def test_mesh_that_a_body_has_mass_of_is_needed(mass: str, fine: bool, tmp_path:
             load_robot(path)
 
 
+BOX = '<geom type="box" size=".1 .1 .1" {}/>'
+GROUPS = '<compiler inertiagrouprange="0 1"/>'
+UNREAD = {  # of a body: what is in the file before, its geom, and words of the line
+    "group": (GROUPS, BOX.format('group="2"'), "geom.group outside compiler.inertiagrouprange"),
+    "shell": ("", BOX.format('shellinertia="true"'), "geom.shellinertia"),
+    "mesh": (
+        '<asset><mesh name="c" file="cube.obj" inertia="shell"/></asset>',
+        '<geom type="mesh" mesh="c"/>',
+        "inertia of mesh c",
+    ),
+    "class": (
+        '<default class="shells"><geom shellinertia="true"/></default>',
+        BOX.format('class="shells"'),
+        "geom.shellinertia",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", UNREAD)
+def test_inertia_that_drake_would_make_otherwise_is_refused(what: str, tmp_path: Path) -> None:
+    """Where a body has it of its geoms; what has no mass, or an inertial beside it, is let be."""
+    write(tmp_path, CUBE, "cube.obj")
+    before, geom, words = UNREAD[what]
+    sample = changed(M, "<worldbody>", f"{before}<worldbody>")
+    inertial = '<inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/>'
+    massless = geom.replace("/>", ' mass="0"/>')
+    for more, fine in (
+        (f'<body name="pack">{geom}</body>', False),
+        (f'<body name="pack">{geom}{inertial}</body>', True),
+        (f'<body name="pack">{BOX.format("")}{massless}</body>', True),
+    ):
+        path = file_of(tmp_path, changed(sample, BODY, f"{BODY}{more}"))
+        if fine:
+            assert load_robot(path).mass > 18.6
+        else:
+            with pytest.raises(InputError, match=f"pack: {words} = .* is not read"):
+                load_robot(path)
+    geoms = '<compiler inertiafromgeom="true"/><worldbody>'
+    text = changed(changed(sample, "<worldbody>", geoms), BODY, f"{BODY}{geom}")
+    with pytest.raises(InputError, match=f"body: {words}"):
+        load_robot(file_of(tmp_path, text))
+
+
 @pytest.mark.parametrize(
     "free", ["<freejoint/>", '<joint type="free"/>', '<joint name="f" type="free"/>']
 )

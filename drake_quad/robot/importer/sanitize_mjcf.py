@@ -7,6 +7,7 @@ where they are used, and the drives are taken from the tree.
 
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
 from pathlib import Path
 
 from drake_quad.robot.importer.meshes import whole_as_obj
@@ -183,6 +184,7 @@ def clean_mjcf(c: Cleaned) -> None:
         compiler.update(element.attrib)
     _refuse_unread(c, compiler)
     write_out_defaults(c)
+    _refuse_other_inertia(c, compiler)
     read_friction(c)
     for body in (b for place in c.root.findall("worldbody") for b in place.iter()):
         if body.tag not in ("body", "worldbody"):
@@ -217,6 +219,41 @@ def _refuse_unread(c: Cleaned, compiler: dict[str, str]) -> None:
             raise c.refuse(f"compiler.{key}", compiler[key], remedy)
 
 
+_INERTIA_GROUPS = [0.0, 5.0]  # of the geoms that have mass, where the compiler says nothing
+
+
+def _refuse_other_inertia(c: Cleaned, compiler: dict[str, str]) -> None:
+    """Refuses geoms of which Drake's parser would make another inertia, defaults written out."""
+    groups = c.strictly(compiler.get("inertiagrouprange"), "compiler.inertiagrouprange")
+    low, high = groups if len(groups) == 2 else _INERTIA_GROUPS
+    shells = {_mesh_name(m) for m in c.root.findall("asset/mesh") if m.get("inertia") == "shell"}
+    for body, geom in _weighing(c, compiler):
+        name, remedy = body.get("name", ""), "is not read: write what it makes into an inertial"
+        group = c.strictly(geom.get("group"), f"{name}: geom.group") or [0.0]
+        if not low <= group[0] <= high:
+            field, value = f"{name}: geom.group outside compiler.inertiagrouprange", group[0]
+            raise c.refuse(field, f"{value:g}", remedy)
+        if geom.get("shellinertia", "").strip() == "true":
+            raise c.refuse(f"{name}: geom.shellinertia", "true", remedy)
+        if geom.get("mesh") in shells and geom.get("type", "mesh") == "mesh":
+            raise c.refuse(f"{name}: inertia of mesh {geom.get('mesh')}", "shell", remedy)
+
+
+def _weighing(c: Cleaned, compiler: dict[str, str]) -> Iterator[tuple[ET.Element, ET.Element]]:
+    """The geoms that a body has mass of, each after its body."""
+    by_geoms = compiler.get("inertiafromgeom", "auto") == "true"
+    for body in c.root.iter("body"):
+        if by_geoms or body.find("inertial") is None:
+            for geom in body.findall("geom"):
+                if floats(geom.get("mass", geom.get("density", "1000"))) != [0.0]:
+                    yield body, geom
+
+
+def _mesh_name(mesh: ET.Element) -> str:
+    """By which name geoms call a mesh."""
+    return mesh.get("name", Path(mesh.get("file", "")).stem)
+
+
 def _convert_meshes(c: Cleaned, compiler: dict[str, str]) -> None:
     """Makes every mesh an .obj, and drops geoms whose mesh cannot be had."""
     folder = compiler.get("meshdir", compiler.get("assetdir", ""))
@@ -227,7 +264,7 @@ def _convert_meshes(c: Cleaned, compiler: dict[str, str]) -> None:
     for asset in c.root.findall("asset"):
         for mesh in list(asset.findall("mesh")):
             file = mesh.get("file", "")
-            name = mesh.get("name", Path(file).stem)
+            name = _mesh_name(mesh)
             names.add(name)
             made = _as_obj(c, str(Path(folder) / file) if file else "", name)
             if made is None:
@@ -240,7 +277,7 @@ def _convert_meshes(c: Cleaned, compiler: dict[str, str]) -> None:
             asset.remove(element)
         for material in asset.findall("material"):
             material.attrib.pop("texture", None)
-    by_geoms = compiler.get("inertiafromgeom", "auto") == "true"
+    weighing = [geom for _, geom in _weighing(c, compiler)]
     for body in c.root.iter("body"):
         for geom in body.findall("geom"):
             used = geom.get("mesh")
@@ -248,8 +285,11 @@ def _convert_meshes(c: Cleaned, compiler: dict[str, str]) -> None:
                 raise c.refuse(f"{body.get('name', '')}: geom.mesh", used, "there is no such mesh")
             if used not in missing:
                 continue
-            if by_geoms or body.find("inertial") is None:
-                _refuse_if_it_weighs(c, body, geom)
+            if any(geom is other for other in weighing):
+                remedy = (
+                    "cannot be read, and the body has mass of it; give the mesh, or the body an"
+                )
+                raise c.refuse(f"{body.get('name', '')}: geom.mesh", used, f"{remedy} inertial")
             body.remove(geom)
             if (geom.get("contype"), geom.get("conaffinity")) != ("0", "0"):
                 c.shapeless.add(body.get("name", ""))
@@ -265,13 +305,3 @@ def _as_obj(c: Cleaned, file: str, name: str) -> Path | None:
     if found and made is None:
         c.note(DROPPED, f"mesh {found.name} cannot be read")
     return made
-
-
-def _refuse_if_it_weighs(c: Cleaned, body: ET.Element, geom: ET.Element) -> None:
-    """Refuses to drop a geom that its body has mass of."""
-    if floats(geom.get("mass", geom.get("density", "1000"))) != [0.0]:
-        raise c.refuse(
-            f"{body.get('name', '')}: geom.mesh",
-            geom.get("mesh"),
-            "cannot be read, and the body has mass of it; give the mesh, or the body an inertial",
-        )
