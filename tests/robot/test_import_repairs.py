@@ -108,17 +108,44 @@ def test_knee_points_as_at_the_files_zero_or_where_its_limits_reach(tmp_path: Pa
     np.testing.assert_allclose(robot.q_lower[2::3], 0.05)
 
 
-def test_standing_pose_beside_the_file_decides_the_knees(tmp_path: Path) -> None:
-    """A SRDF's pose `standing` says to which side knees without limits point."""
-    bare = replace(PLAIN, limits=(None, None, None))
+def standing(name: str, front: float, rear: float) -> str:
+    """A SRDF for a robot of this name with a standing pose: the angles of its knees."""
     joints = "".join(
-        f'<joint name="{leg}_kfe" value="{value}"/>'
-        for leg, value in (("FL", -0.8), ("FR", -0.8), ("RL", 0.8), ("RR", 0.8))
+        f'<joint name="{leg}_kfe" value="{front if leg[0] == "F" else rear}"/>'
+        for leg in ("FL", "FR", "RL", "RR")
     )
-    pose = f'<robot name="beast"><group_state name="standing">{joints}</group_state></robot>'
-    (tmp_path / "robot.srdf").write_text(pose)
-    robot = load_robot(write(tmp_path, bare.text()))
+    pose = f'<group_state name="standing">{joints}</group_state>'
+    return f'<robot name="{name}">{pose}</robot>'
+
+
+@pytest.mark.parametrize("name", ["robot.srdf", "beast.srdf", "../srdf/robot.srdf", "x.srdf"])
+def test_standing_pose_beside_the_file_decides_the_knees(name: str, tmp_path: Path) -> None:
+    """A SRDF's pose `standing` says to which side knees without limits point.
+
+    It has the file's name, or the robot's, or is the only one and of a robot of that name.
+    """
+    bare = replace(PLAIN, limits=(None, None, None))
+    for folder in ("urdf", "srdf"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "urdf" / name).write_text(standing("beast", -0.8, 0.8))
+    robot = load_robot(write(tmp_path / "urdf", bare.text()))
     np.testing.assert_array_equal(robot.geometry.knee_sign, [-1, -1, 1, 1])
+
+
+def test_standing_pose_of_another_robot_decides_nothing(tmp_path: Path) -> None:
+    """Files of several robots in one folder: each has the knees of its own SRDF, or of none."""
+    bare = replace(PLAIN, limits=(None, None, None)).text()
+    other = bare.replace('name="beast"', 'name="other"')
+    for name, text in (("a", bare), ("b", other), ("c", other.replace("other", "third"))):
+        write(tmp_path, text, f"{name}.urdf")
+    (tmp_path / "a.srdf").write_text(standing("beast", -0.8, -0.8))
+    without = load_robot(write(tmp_path, bare.replace("beast", "fourth"), "d.urdf"))
+    assert any("for want of anything" in note for note in notes_of(without))
+    (tmp_path / "b.srdf").write_text(standing("other", 0.8, 0.8))
+    knees = [
+        load_robot(str(tmp_path / f"{name}.urdf")).geometry.knee_sign.tolist() for name in "abc"
+    ]
+    assert knees == [[-1] * 4, [1] * 4, [-1] * 4]
 
 
 @pytest.mark.parametrize("effort", ["0", "inf", "100000"])

@@ -2,8 +2,10 @@
 
 import math
 import xml.etree.ElementTree as ET
+from contextlib import suppress
 from pathlib import Path
 
+from drake_quad.errors import InputError
 from drake_quad.robot.importer.raw_robot import REPAIRED
 from drake_quad.robot.importer.sanitize import (
     DRIVE_NUMBERS,
@@ -115,17 +117,31 @@ def _let_float(c: Cleaned) -> None:
 
 
 def _standing_pose(c: Cleaned) -> dict[str, float]:
-    """The joints' angles in the pose that a SRDF beside the file calls standing, if there is one.
+    """The joints' angles in the pose that this robot's SRDF calls standing, if there is one."""
+    path = _srdf(c)
+    if path is None:
+        return {}
+    c.files.append(path)
+    return _pose_in(path, {j.get("name", "") for j in c.root.findall("joint")})
 
-    The SRDF is looked for as ROS packages have it: `../srdf/<file or robot name>.srdf`.
+
+def _srdf(c: Cleaned) -> Path | None:
+    """The robot's SRDF, in `../srdf`, as ROS packages have it, or beside the file.
+
+    It is called as the file or the robot is, or it is the only one and is of a robot of that name:
+    others in the folder may be other robots'.
     """
-    names = {c.root.get("name", ""), *(p.stem for p in c.beside.glob("*.urdf"))}
     places = [c.beside.parent / "srdf", c.beside]
-    for path in [place / f"{name}.srdf" for place in places for name in sorted(names)]:
-        if path.is_file():
-            c.files.append(path)
-            return _pose_in(path, {j.get("name", "") for j in c.root.findall("joint")})
-    return {}
+    for name in (c.files[0].stem, c.root.get("name", "")):
+        for path in [place / f"{name}.srdf" for place in places]:
+            if path.is_file():
+                return path
+    for place in places:
+        found = list(place.glob("*.srdf"))
+        with suppress(InputError, OSError):  # who cannot read it cannot say whose it is
+            if len(found) == 1 and read_xml(found[0], "").get("name") == c.root.get("name"):
+                return found[0]
+    return None
 
 
 def _pose_in(path: Path, joints: set[str]) -> dict[str, float]:
