@@ -265,6 +265,26 @@ def test_robot_yaml_overrules_the_file(
     assert check(load_robot(said))
 
 
+@pytest.mark.parametrize(
+    "limits", [(None,) * 3, ((-30.0, 45.0), (-70.0, 85.0), (-143.0, -20.0)), ((-1.0, 1.0),) * 3]
+)
+@pytest.mark.parametrize(
+    ("field", "role"),
+    [("abduction: [-1, 1]", "haa"), ("hip: [-1, 2]", "hfe"), ("knee: [1, 2]", "kfe")],
+)
+def test_no_note_tells_of_limits_that_are_overruled(
+    field: str, role: str, limits: tuple[tuple[float, float] | None, ...], tmp_path: Path
+) -> None:
+    """Whatever the file has of them, what was assumed in their place does not hold any more.
+
+    Notes of the other joints stay.
+    """
+    before = load_robot(write(tmp_path, replace(PLAIN, limits=limits).text()))
+    said = load_robot(write(tmp_path, f"model: robot.urdf\n{field}\n", "mine.robot.yaml"))
+    kept = [note for note in notes_of(before) if f"_{role}: " not in note]
+    assert notes_of(said) == kept
+
+
 def test_robot_yaml_says_which_are_the_legs(tmp_path: Path) -> None:
     """With five chains that could be legs, the person's four are; the fifth is locked."""
     fifth = PLAIN.text(legs="FL FR RL RR").replace("FL_", "fifth_").replace('xyz="0.3', 'xyz="0.1')

@@ -65,7 +65,7 @@ class Overrides:
         for k, ends in enumerate((self.abduction, self.hip, self.knee)):
             if ends is not None:
                 lower[k], upper[k] = sorted(mirror[k] * end for end in ends)
-                words = (f"{names[k]}: no limits", f"{names[k]}: limits to both sides")
+                words = (f"{names[k]}: no limits", f"{names[k]}: limits ")
                 notes = tuple(n for n in notes if not n.text.startswith(words))
         for values, word in ((self.effort, "effort"), (self.speed, "speed")):
             if values is not None:
