@@ -1,5 +1,6 @@
 """The same robot told as URDF, SDF and MJCF is the same robot."""
 
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -91,6 +92,28 @@ def test_actuators_of_a_class_share_its_defaults(
     robot = load_robot(write(tmp_path, text, "r.xml"))
     expected = load_robot(write(tmp_path, mjcf(), "plain.xml"))
     np.testing.assert_array_equal(robot.effort, expected.effort)
+
+
+def test_two_joints_of_a_body_are_those_of_two_bodies(tmp_path: Path) -> None:
+    """As MuJoCo reads it: abduction turns outermost, and both are where the body is.
+
+    The other file has the same joints in two bodies, the inner one of which has all the mass.
+    """
+    apart, legs = re.subn(
+        r'(<body name="\w+_hip" pos="[^"]*")><inertial[^>]*>(<joint[^>]*>)'
+        r'(<body name="\w+_thigh") pos="[^"]*">',
+        r'\1 axisangle="1 0 0 20">\2\3>',
+        mjcf(),
+    )
+    together = re.sub(
+        r'<body name="\w+_hip"([^>]*)>(<joint[^>]*>)(<body name="\w+_thigh")>', r"\3\1>\2", apart
+    ).replace("</body></body></body>", "</body></body>")
+    assert legs == 4 and together.count("<body") == 9
+    robot = load_robot(write(tmp_path, together, "r.xml"))
+    expected = load_robot(write(tmp_path, apart, "apart.xml"))
+    np.testing.assert_allclose(figures(robot), figures(expected), atol=1e-12)
+    assert robot.joint_names == expected.joint_names
+    np.testing.assert_allclose(np.abs(robot.geometry.p_BH[:, :2]), [[0.3, 0.1]] * 4, atol=1e-9)
 
 
 def test_mjcf_that_includes_another_is_one(tmp_path: Path) -> None:

@@ -154,8 +154,9 @@ BODIES = "".join(BODY.format(k) for k in range(1200))
         ("r.urdf", urdf().replace("</robot>", f"{JUNK}</robot>")),
         ("r.sdf", sdf().replace("</model>", f"{JUNK}</model>")),
         ("r.xml", mjcf().replace("</worldbody>", f"{BODIES}{'</body>' * 1200}</worldbody>")),
+        ("r.xml", mjcf().replace("</worldbody>", f"<body>{'<joint/>' * 1200}</body></worldbody>")),
     ],
-    ids=["URDF", "SDF", "MJCF"],
+    ids=["URDF", "SDF", "MJCF", "MJCF of many joints"],
 )
 def test_deep_tree_is_refused(name: str, text: str, tmp_path: Path) -> None:
     """No robot is nested so deep, and no stack is as deep as a file may be."""

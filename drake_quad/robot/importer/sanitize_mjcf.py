@@ -21,7 +21,7 @@ from drake_quad.robot.importer.sanitize import (
     include_mjcf,
     read_friction,
 )
-from drake_quad.robot.importer.xml_io import floats
+from drake_quad.robot.importer.xml_io import check_depth, floats
 
 Defaults = dict[str, dict[str, dict[str, str]]]  # class -> tag, see `_kind` -> attributes
 ACTUATORS = ("motor", "position", "velocity", "general", "intvelocity", "damper")
@@ -185,6 +185,7 @@ def clean_mjcf(c: Cleaned) -> None:
     _refuse_unread(c, compiler)
     write_out_defaults(c)
     _refuse_other_inertia(c, compiler)
+    _split_bodies(c)
     read_friction(c)
     for body in (b for place in c.root.findall("worldbody") for b in place.iter()):
         if body.tag not in ("body", "worldbody"):
@@ -217,6 +218,35 @@ def _refuse_unread(c: Cleaned, compiler: dict[str, str]) -> None:
         if any(value > 0.0 for value in c.strictly(compiler.get(key), f"compiler.{key}")):
             remedy = "is not read: write the masses that it makes into the file"
             raise c.refuse(f"compiler.{key}", compiler[key], remedy)
+
+
+_POSE = ("pos", "quat", "axisangle", "xyaxes", "zaxis", "euler")
+
+
+def _split_bodies(c: Cleaned) -> None:
+    """Gives each joint a body of its own; Drake's parser puts all but the last at the parent's.
+
+    As in MuJoCo the first is the outermost, and all are told in the body's frame.
+
+    Raises:
+        InputError: If there are so many that the tree gets too deep.
+    """
+    names = {body.get("name", "") for body in c.root.iter("body")}
+    for parent in list(c.root.iter()):
+        for body in parent.findall("body"):
+            holder = parent
+            for joint in body.findall("joint")[:-1]:
+                name = f"{body.get('name', 'body')}_{joint.get('name', 'joint')}"
+                while name in names:
+                    name += "_"
+                names.add(name)
+                pose = {key: body.attrib.pop(key) for key in _POSE if key in body.attrib}
+                outer = ET.Element("body", {"name": name, **pose})
+                holder[list(holder).index(body)] = outer
+                body.remove(joint)
+                outer.extend([joint, body])
+                holder = outer
+    check_depth(c.root, c.source)
 
 
 _INERTIA_GROUPS = [0.0, 5.0]  # of the geoms that have mass, where the compiler says nothing
