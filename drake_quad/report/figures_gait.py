@@ -21,6 +21,7 @@ from drake_quad.report.style import (
     WIDTH,
 )
 from drake_quad.runs.reader import RecordedRun, RunLog, runs_of
+from drake_quad.scenario.build import disturbances_of
 
 LOST = "#E0162B"  # no other colour of the page: a foot that should bear and does not
 TOLERANCE = 0.1  # [s] of delay at a touchdown or a lift-off that is no loss of the ground
@@ -192,7 +193,7 @@ def draw_forces(run: RecordedRun) -> Figure:
     """The vertical force on each foot [N], and what a quarter of the weight is."""
     force = run.log.feet("force")[..., 2]
     figure, axes = make_axes(2, 2, height=3.8, share_y=True)
-    weight = GRAVITY * run.robot.mass
+    weight = GRAVITY * disturbances_of(run.scenario, run.robot).mass_of(run.robot.mass)
     for row, axis in enumerate(axes.ravel()):
         draw_line(axis, run.log.t, force[:, row], color=LEG_COLOURS[row], lw=0.8)
         axis.axhline(0.25 * weight, color=MUTED, lw=0.8, ls=(0, (4, 2)))

@@ -172,7 +172,8 @@ FIGURES = (
     FigureKind(
         "forces",
         "Foot forces",
-        "Vertical force on each foot. The dashed line is a quarter of the robot's weight.",
+        "Vertical force on each foot. The dashed line is a quarter of the robot's weight, its "
+        "payload included.",
         draw_forces,
         physics=True,
     ),

@@ -11,7 +11,9 @@ from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.event_metrics import recovery_figures, touch_figures, wait_figures
 from drake_quad.runs.pose_metrics import (
+    LEAST_WAY,
     base_error,
+    distance_walked,
     estimate_figures,
     least_friction,
     payload_figures,
@@ -75,8 +77,14 @@ def swing_figures(c: Columns) -> dict[str, Any]:
 WITHIN = 0.02  # [m] by which the measured margin may differ from the planned one
 
 
-def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
-    """The figures of a run's log; nan becomes None, an empty log gives no figures."""
+def summarize(table: pa.Table, robot: RobotModel, *, mass: float) -> dict[str, Any]:
+    """The figures of a run's log; nan becomes None, an empty log gives no figures.
+
+    Args:
+        table: Log of the run.
+        robot: The robot.
+        mass: Mass that moved, a payload included [kg].
+    """
     if table.num_rows == 0:
         return {}
     c = {name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}
@@ -120,7 +128,7 @@ def summarize(table: pa.Table, robot: RobotModel) -> dict[str, Any]:
         "torque_ratio_planned_max": _largest(c["torque_ratio_planned"]),
         "speed_ratio_max": _largest(np.abs(qd) / robot.speed),
         "position_ratio_max": _largest(np.abs(q - middle) / half),
-        "cost_of_transport": _cost_of_transport(c, tau, qd, robot.mass, period),
+        "cost_of_transport": _cost_of_transport(c, tau, qd, mass, period),
         "clock_waited": float(c["gait_waited"][-1]),
         "clock_waited_for": wait_figures(c),
         "recoveries": recovery_figures(c),
@@ -195,9 +203,9 @@ def _joints(c: Columns, before: str, after: str, robot: RobotModel) -> FloatArra
 def _cost_of_transport(
     c: Columns, tau: FloatArray, qd: FloatArray, mass: float, period: float
 ) -> float | None:
-    """Mechanical work of the joints over weight times way walked."""
-    way = float(np.sum(np.hypot(np.diff(c["base_desired_x"]), np.diff(c["base_desired_y"]))))
-    if way < 0.1 or not np.all(np.isfinite(tau)):
+    """Mechanical work of the joints over weight times way walked, which the body's sway is not."""
+    way = distance_walked(c)
+    if way < LEAST_WAY or not np.all(np.isfinite(tau)):
         return None
     return float(np.sum(np.abs(tau * qd)) * period / (mass * GRAVITY * way))
 

@@ -10,7 +10,7 @@ from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.schema import Columns
 
 SETTLED = 0.1  # [s] after which the tilt is the filter's own, not the first reading's
-LEAST_WAY = 0.1  # [m] below which a drift is no part of a way
+LEAST_WAY = 0.1  # [m] below which nothing is told per way
 LEAST_LOAD = 5.0  # [N] below which a load has no place: the arm would be noise
 
 

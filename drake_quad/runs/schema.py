@@ -418,7 +418,9 @@ SUMMARY = (
     Figure("margin_within_20mm", "", "Share of samples in which measured and planned margin are "
            "within 0.02 m", shown=Shown("Samples with the margin within 20 mm of its plan", 1, "%"),
            at_least=0.95, physics=True),
-    Figure("cost_of_transport", "", "Joints' mechanical work over weight times way"),
+    Figure("cost_of_transport", "", "Joints' mechanical work over weight times way: the "
+           "weight of all that moves, payload included, and the way along the course, as "
+           "`estimate.way`, without swaying; null of a way below 0.1 m"),
     Figure("clock_waited", "s", "How long the gait clock waited, in all",
            shown=Shown("Time that the gait clock waited", 2), physics=True),
     Figure("clock_waited_for.touchdown", "s", "How long the clock waited for a foot to land"),

@@ -80,7 +80,7 @@ def result_of(
         "margin_kind": p.settings.margin,
         "contact_friction": _friction(p),
         "assumes": assumptions_of(p.scenario),
-        **summarize(table, p.robot),
+        **summarize(table, p.robot, mass=p.disturbances.mass_of(p.robot.mass)),
         "seen": None if seen is None else seen_figures(seen.told),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,

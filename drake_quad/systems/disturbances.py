@@ -68,6 +68,10 @@ class Disturbances:
     sensor_delay: float = 0.0
     command_delay: float = 0.0
 
+    def mass_of(self, nominal: float) -> float:
+        """Mass that moves [kg], of a robot whose model has `nominal`: heavier links, and a load."""
+        return self.mass_factor * nominal + self.payload_mass
+
 
 ONCE = 1e9  # [s] period of an event that happens once: its second time never comes
 

@@ -20,9 +20,10 @@ from report_run import (
     write_run,
 )
 
+from drake_quad.common import GRAVITY
 from drake_quad.report.derived import ARROWS, WORDS, clock_stops, push_events
 from drake_quad.report.figures_course import arc_length, draw_footprints, draw_side
-from drake_quad.report.figures_gait import draw_clock
+from drake_quad.report.figures_gait import draw_clock, draw_forces
 from drake_quad.report.figures_margin import (
     believed_errors,
     draw_estimate,
@@ -178,6 +179,17 @@ def test_the_clocks_figure_says_all_that_it_waited(pushed: RecordedRun) -> None:
     assert (
         "catches a push: 0.30 s" in written and "waits until the robot is calm: 0.50 s" in written
     )
+
+
+def test_a_quarter_of_the_weight_has_the_payload_in_it(plain: RecordedRun) -> None:
+    """The line across the feet's forces is what each would bear alike, of all that stands there."""
+    text = SHORT + "disturbances: {payload: {mass: 8.0}, mass_factor: 1.1}"
+    loaded = dataclasses.replace(plain, scenario=parse_scenario(text, source="loaded"))
+    for run, mass in ((plain, plain.robot.mass), (loaded, 1.1 * plain.robot.mass + 8.0)):
+        with report_style():
+            lines = draw_forces(run).axes[0].lines
+        heights = [line.get_ydata()[0] for line in lines if len(line.get_ydata()) == 2]
+        assert pytest.approx(0.25 * mass * GRAVITY) in heights
 
 
 def test_figures_over_time_mark_pushes_by_size_and_direction(

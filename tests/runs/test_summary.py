@@ -17,7 +17,7 @@ from summary_rig import (
 )
 
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.metrics import segment_figures, stances
+from drake_quad.runs.metrics import segment_figures, stances, summarize
 
 
 def q_name(joint: str) -> str:
@@ -125,15 +125,17 @@ def test_ratios_are_of_the_joints_own_limits() -> None:
 
 
 def test_cost_of_transport_is_work_over_weight_and_way() -> None:
-    """1 Nm at 2 rad/s in one joint for the whole run, over the way that the base was to go."""
+    """1 Nm at 2 rad/s in one joint for the whole run, over the way; swaying is no way."""
     robot, n = paper_robot(), log().num_rows
     joint = robot.joint_names[0]
     columns = {f"v_{robot.name}_{name}_w": np.zeros(n) for name in robot.joint_names}
     columns[f"v_{robot.name}_{joint}_w"] = np.full(n, -2.0)
     columns[f"tau_{joint}"] = np.full(n, 1.0)
-    way = np.sum(np.hypot(np.diff(values("base_desired_x")), np.diff(values("base_desired_y"))))
+    way = 2.0  # [m] that the plan walks, 2.2 m and more along its sway
     found = summary(changed(**columns))["cost_of_transport"]
-    assert found == pytest.approx(2.0 * n * PERIOD / (robot.mass * GRAVITY * way))
+    assert found == pytest.approx(2.0 * n * PERIOD / (robot.mass * GRAVITY * way), rel=1e-5)
+    loaded = summarize(changed(**columns), robot, mass=2.0 * robot.mass)["cost_of_transport"]
+    assert loaded == pytest.approx(0.5 * found)
     standing = log().slice(0, 40)
     assert summary(standing)["cost_of_transport"] is None  # no way, no cost of it
 

@@ -56,6 +56,15 @@ def test_a_shift_of_the_trunks_mass_moves_what_it_really_has() -> None:
     np.testing.assert_allclose(moved[0], moved[1], atol=1e-12)
 
 
+@pytest.mark.parametrize(("factor", "load"), [(1.0, 0.0), (0.9, 0.0), (1.1, 7.0)])
+def test_the_mass_that_moves_is_the_simulated_robots(factor: float, load: float) -> None:
+    """What figures weigh the robot by is what Drake simulates: heavier links and the payload."""
+    disturbances = Disturbances(mass_factor=factor, payload_mass=load)
+    plant = MakeTrueModel(paper_robot(), disturbances)
+    simulated = plant.CalcTotalMass(plant.CreateDefaultContext())
+    assert disturbances.mass_of(paper_robot().mass) == pytest.approx(simulated)
+
+
 def test_the_controller_is_not_told() -> None:
     """The model that plans and controls has the file's mass; nonsense is refused."""
     prepared = prepare(load_scenario("flat_walk", ["disturbances.mass_factor=1.1"]))

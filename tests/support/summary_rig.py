@@ -54,7 +54,7 @@ def changed(**columns: np.ndarray) -> pa.Table:
 
 
 def summary(table: pa.Table) -> dict[str, Any]:
-    return summarize(table, paper_robot())
+    return summarize(table, paper_robot(), mass=paper_robot().mass)
 
 
 def base_columns() -> tuple[list[str], list[str]]:
