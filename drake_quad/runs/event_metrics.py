@@ -124,8 +124,8 @@ def push_figures(table: pa.Table, pushes: Sequence[Push], *, failed: bool) -> li
     """When each push was, how hard, and how the robot took it, in order of time.
 
     A push is recovered from when the base is back at its plan, within CALM and CALM_TILT, and
-    stays there for at least CALM_TIME until the next push begins or the run ends; and the run did
-    not end, by then, with a fall or a stop of its own.
+    stays there for at least CALM_TIME until a later push begins or the run ends; and the run did
+    not end, by then, with a fall or a stop of its own. Pushes within one sample are judged alike.
 
     Args:
         table: Log of the run.
@@ -142,18 +142,20 @@ def push_figures(table: pa.Table, pushes: Sequence[Push], *, failed: bool) -> li
     c = {name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}
     t = c["t"]
     pushes = sorted(pushes, key=lambda push: push.time)
-    ends = [push.time for push in pushes[1:]] + [float("inf")]
+    begins = np.searchsorted(t, [push.time for push in pushes])
+    # Those at one moment, or between two samples, have no samples of their own before the next.
+    ends = [int(min(begins[begins > begin], default=len(t))) for begin in begins]
     place, tilt = base_error(c) if len(t) else (np.zeros(0), np.zeros(0))
     figures = []
-    for push, end in zip(pushes, ends, strict=True):
-        window = (t >= push.time) & (t < end)
+    for push, begin, end in zip(pushes, begins.tolist(), ends, strict=True):
+        window = slice(begin, end)
         worst: float | None = None
         recovered: bool | None = None
         recovery_time: float | None = None
-        if np.any(window):
+        if begin < len(t):
             worst = float(np.max(place[window]))
             off = t[window][(place[window] > CALM) | (tilt[window] > CALM_TILT)]
-            seen = float(t[window][-1])
+            seen = float(t[end - 1])
             over = failed and seen == t[-1]
             recovered = not over and (len(off) == 0 or float(off[-1]) <= seen - CALM_TIME)
             if recovered:

@@ -337,7 +337,8 @@ SUMMARY = (
     Figure("safety.safe", "", "Whether the run was safe, which is more than to have reached the "
            "goal: it was reached, `margin.minimum` is at least `safety.margin_wanted`, three feet "
            "bore throughout, nothing but feet touched, no foot slipped by more than 0.01 m, and "
-           "every push was recovered from; null of a kinematic replay", "verdict"),
+           "every push that the run came to was recovered from; null of a kinematic replay",
+           "verdict"),
     Figure("safety.margin_wanted", "m", "Least static margin of a safe run: 2.5 % of a leg, "
            "0.030 m of the shipped robot"),
     Figure("safety.lacks", "", "What was not as `safety.safe` wants it, a few words each", "list"),
@@ -527,7 +528,7 @@ SUMMARY = (
     Figure("pushes[].speed", "m/s", "What it was worth to the whole robot: impulse over mass"),
     Figure("pushes[].force", "N", "Size of its force"),
     Figure("pushes[].base_error_max", "m", "Farthest that the base was from where it is wanted, "
-           "until the next push began"),
+           "until a later push began"),
     Figure("pushes[].recovered", "", "Whether the robot recovered from it", "verdict"),
     Figure("pushes[].recovery_time", "s", "Time from the push's end until the base was back"),
     Figure("seed", "", "The scenario's `simulation.seed`"),

@@ -84,10 +84,14 @@ def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
     put(slip <= MOST_SLIP, _figure("slip", "slip {:.1f} mm", 1e3 * slip) + most)
     listed = summary.get("pushes")
     kicks = [k for k in listed if isinstance(k, Mapping)] if isinstance(listed, list) else []
-    stood = sum(kick.get("recovered") is True for kick in kicks)
-    if kicks:
-        put(stood == len(kicks), f"{stood} of {len(kicks)} kicks withstood")
-    elif not lacks:
+    # The summary has null for a kick that the run did not come to: it proves nothing, either way.
+    came = [kick for kick in kicks if kick.get("recovered", False) is not None]
+    stood = sum(kick.get("recovered") is True for kick in came)
+    if came:
+        put(stood == len(came), f"{stood} of {len(came)} kicks withstood")
+    if never := len(kicks) - len(came):
+        kept.append(f"{never} of {len(kicks)} kicks never came")
+    if not kicks:
         kept.append("no kick was tried")
     return Safety(not lacks, tuple(lacks), tuple(kept))
 

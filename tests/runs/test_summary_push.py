@@ -55,6 +55,18 @@ def test_each_push_is_judged_until_the_next() -> None:
     assert first["recovered"] is True and second["recovered"] is False
 
 
+def test_pushes_at_one_moment_are_judged_alike() -> None:
+    """Both are reached, and so they are where no sample lies between their beginnings."""
+    t = values("t")
+    off = np.where((t >= 2.0) & (t < 2.4), 0.08, 0.0)
+    for apart in (0.0, 0.2 * PERIOD):
+        *both, last = kicked(base=off, pushes=[1.995, 1.995 + apart, 4.0])
+        for found in both:
+            assert found["recovered"] is True and found["base_error_max"] == pytest.approx(0.08)
+            assert found["recovery_time"] == pytest.approx(0.3, abs=2 * PERIOD)
+        assert last["recovered"] is True and last["base_error_max"] == pytest.approx(0.0, abs=1e-5)
+
+
 def test_a_push_that_the_run_did_not_reach_is_not_judged() -> None:
     """A run that ended before has nothing to say of it; no pushes, no figures."""
     t = values("t")

@@ -47,7 +47,8 @@ def test_a_run_that_lacks_nothing_is_safe() -> None:
         ({"nonfoot_contact_time": None}, "contacts not measured"),
         ({"slip_max": 0.0111}, "slip 11.1 mm (at most 10)"),
         ({"slip_max": True}, "slip not measured"),
-        ({"pushes": [{"recovered": True}, {"recovered": None}]}, "1 of 2 kicks withstood"),
+        ({"pushes": [{"recovered": True}, {"recovered": False}]}, "1 of 2 kicks withstood"),
+        ({"pushes": [{"recovered": True}, {}]}, "1 of 2 kicks withstood"),
     ],
 )
 def test_each_lack_alone_makes_a_run_unsafe(change: dict[str, Any], word: str) -> None:
@@ -55,6 +56,18 @@ def test_each_lack_alone_makes_a_run_unsafe(change: dict[str, Any], word: str) -
     safety = judge_safety({**GOOD_RUN, **change}, 0.03)
     assert safety.safe is False and len(safety.lacks) == 1
     assert safety.lacks[0].startswith(word) and safety.words == f"not safe: {safety.lacks[0]}"
+
+
+def test_a_kick_that_never_came_is_not_held_against_a_run() -> None:
+    """It is told, and the others decide."""
+    later = {"recovered": None}
+    none = judge_safety({**GOOD_RUN, "pushes": [later]}, 0.03)
+    assert none.safe is True and "1 of 1 kicks never came" in none.words
+    assert "withstood" not in none.words and "tried" not in none.words
+    one = judge_safety({**GOOD_RUN, "pushes": [{"recovered": True}, later]}, 0.03)
+    assert one.safe is True and "1 of 1 kicks withstood, 1 of 2 kicks never came" in one.words
+    lost = judge_safety({**GOOD_RUN, "pushes": [{"recovered": False}, later]}, 0.03)
+    assert lost.lacks == ("0 of 1 kicks withstood",)
 
 
 def test_a_replay_without_physics_proves_nothing() -> None:
