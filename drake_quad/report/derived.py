@@ -9,8 +9,7 @@ from drake_quad.common import BoolArray, FloatArray
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.runs.reader import RecordedRun, runs_of
 from drake_quad.scenario.build import disturbances_of
-
-NO_SUPPORT = -1.0  # [m] the log has it, or less, instead of a margin where no foot bears
+from drake_quad.stability.safety import NO_SUPPORT, margin_words
 
 # Directions of a push seen from above, the robot heading up: counter-clockwise from straight ahead.
 ARROWS = ("↑", "↖", "←", "↙", "↓", "↘", "→", "↗")
@@ -77,6 +76,49 @@ def margins(run: RecordedRun, name: str = "margin") -> FloatArray:
     """A margin of the log, (N,) [m]; nan where no foot bears, because there is none then."""
     values = run.log.number(name)
     return np.asarray(np.where(values > NO_SUPPORT, values, np.nan))
+
+
+def least_margins(run: RecordedRun) -> FloatArray:
+    """The smallest static margin since the sample before, (N,) [m], NO_SUPPORT or less of no foot.
+
+    That of the sample alone where the log does not have it, as in a replay of the plan.
+    """
+    return run.log.number("margin_least" if "margin_least" in run.log.columns else "margin")
+
+
+@dataclass(frozen=True)
+class LeastMargin:
+    """The moment of a run's smallest static margin, as its summary has it.
+
+    Attributes:
+        sample: Its sample.
+        time: Time of that [s].
+        margin: The margin [m]; NO_SUPPORT or less if no foot bore.
+    """
+
+    sample: int
+    time: float
+    margin: float
+
+    @property
+    def words(self) -> str:
+        """The margin with its unit, or that no foot bore."""
+        return margin_words(self.margin)
+
+    @property
+    def sentence(self) -> str:
+        """What a figure says of it."""
+        name = "" if self.margin <= NO_SUPPORT else "smallest margin "
+        return f"{name}{self.words} at {self.time:.1f} s"
+
+
+def least_margin(run: RecordedRun) -> LeastMargin | None:
+    """When the static margin was smallest, of all ticks of its monitor; None of no margin."""
+    margin = least_margins(run)
+    if not np.any(np.isfinite(margin)):
+        return None
+    k = int(np.nanargmin(margin))
+    return LeastMargin(k, float(run.log.t[k]), float(margin[k]))
 
 
 def has_massless_legs(run: RecordedRun) -> bool:

@@ -12,8 +12,8 @@ from drake_quad.report.axes import draw_event_shading, draw_line, label_time, ma
 from drake_quad.report.derived import (
     base_motion,
     calc_foot_centres,
+    least_margin,
     margin_points,
-    margins,
     touchdowns,
 )
 from drake_quad.report.style import (
@@ -221,21 +221,20 @@ def _draw_side_path(axis: Axes, p: np.ndarray, lane: np.ndarray, **style: object
 
 def _draw_least(axis: Axes, run: RecordedRun) -> None:
     """The support polygon and the centre of mass at the moment of the least margin."""
-    margin = margins(run)
-    if not np.any(np.isfinite(margin)):
+    least = least_margin(run)
+    if least is None:
         return
-    k = int(np.nanargmin(margin))
+    k = least.sample
     feet = run.log.feet("position")[k, run.log.flags("bearing")[k], :2]
-    colour = GOOD if margin[k] >= 0.0 else BAD
+    colour = GOOD if least.margin >= 0.0 else BAD
     if len(feet):
         hull = support_polygon(feet)
         axis.add_patch(Polygon(hull, facecolor=colour, alpha=0.25, lw=0, zorder=3))
         axis.add_patch(Polygon(hull, facecolor="none", edgecolor=colour, lw=1.4, zorder=3))
     com = margin_points(run)[k]
     axis.plot(*com[:2], "x", color=INK, ms=7, mew=1.8, zorder=4)
-    text = signed(f"smallest margin {margin[k]:.3f} m at {run.log.t[k]:.1f} s")
     axis.annotate(
-        text,
+        signed(least.sentence),
         com[:2],
         xytext=(18, 18),
         textcoords="offset points",

@@ -13,10 +13,16 @@ from drake_quad.report.axes import (
     mark_point,
     signed,
 )
-from drake_quad.report.derived import NO_SUPPORT, base_motion, has_massless_legs, margins
+from drake_quad.report.derived import (
+    base_motion,
+    has_massless_legs,
+    least_margin,
+    least_margins,
+    margins,
+)
 from drake_quad.report.style import BAD, INK, LEG_COLOURS, LESS_COLOUR, MUTED, PAPER, WARN
 from drake_quad.runs.reader import RecordedRun, runs_of
-from drake_quad.stability.safety import safe_margin
+from drake_quad.stability.safety import NO_SUPPORT, safe_margin
 
 LOWEST = -0.15  # [m] what lies deeper is cut off: the figure is of margins, not of falls
 
@@ -53,21 +59,22 @@ def draw_margin(run: RecordedRun) -> Figure:
     draw_line(axis, log.t, planned, **style)
     draw_line(axis, log.t, measured, color=INK, lw=1.3, label=names[1])
     axis.axhline(0.0, color=BAD, lw=1.0)
-    for first, past in runs_of(log.number("margin") <= NO_SUPPORT):
-        axis.axvspan(log.t[first], log.t[past - 1], ymax=0.04, color=BAD, lw=0)
+    for first, past in runs_of(least_margins(run) <= NO_SUPPORT):
+        axis.axvspan(log.t[max(first - 1, 0)], log.t[past - 1], ymax=0.04, color=BAD, lw=0)
     known = np.concatenate([v[np.isfinite(v)] for v in (measured, planned, zmp)])
+    least = least_margin(run)
     if known.size:
-        low, high = max(float(known.min()), LOWEST), float(np.quantile(known, 0.999))
+        lowest = float(known.min()) if least is None else min(float(known.min()), least.margin)
+        low, high = max(lowest, LOWEST), float(np.quantile(known, 0.999))
         pad = 0.08 * max(high - low, 0.02)
         axis.set_ylim(min(low - pad, -pad), high + 2.5 * pad)
         # Below the strip of the clock's waiting, and readable over the lines of pushes.
         clear = {"frameon": True, "facecolor": PAPER, "edgecolor": "none", "framealpha": 0.8}
         axis.legend(loc="upper left", bbox_to_anchor=(0.0, 0.97), ncols=3, **clear)
-    if np.any(np.isfinite(measured)):
-        k = int(np.nanargmin(measured))
-        colour = BAD if measured[k] < 0.0 else INK
-        text = signed(f"smallest {measured[k]:.3f} m at {log.t[k]:.1f} s")
-        mark_point(axis, float(log.t[k]), max(float(measured[k]), LOWEST), text, colour=colour)
+    if least is not None:
+        colour = BAD if least.margin < 0.0 else INK
+        height = max(least.margin, LOWEST)
+        mark_point(axis, least.time, height, signed(least.sentence), colour=colour)
     axis.set_ylabel("margin [m]")
     label_time([axis])
     return figure

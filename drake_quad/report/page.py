@@ -5,12 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from drake_quad.report.axes import signed
-from drake_quad.report.derived import clock_stops, margins, push_events
+from drake_quad.report.derived import clock_stops, least_margin, push_events
 from drake_quad.report.figures_course import (
     draw_base_error,
     draw_footprints,
@@ -57,7 +56,13 @@ from drake_quad.report.tables import (
 )
 from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
 from drake_quad.runs.schema import look_up
-from drake_quad.stability.safety import Safety, judge_safety, safe_margin
+from drake_quad.stability.safety import (
+    NO_SUPPORT,
+    Safety,
+    judge_safety,
+    margin_words,
+    safe_margin,
+)
 from drake_quad.util.files import MOST_YAML, read_given_text, write_whole
 
 REPORT = "report.html"
@@ -339,14 +344,14 @@ def _pushed(run: RecordedRun) -> str:
 
 def _least(run: RecordedRun) -> tuple[str, float | None, float]:
     """The smallest margin: a sentence, its time [s], and the margin [m]."""
-    margin, noun = margins(run), "planned" if run.kinematic else "measured"
-    if not np.any(np.isfinite(margin)):
-        least = look_up(run.summary, "margin.minimum")
-        known = math.isfinite(least)
-        return f"Smallest {noun} margin {least:.3f} m." if known else "", None, least
-    k = int(np.nanargmin(margin))
-    time = float(run.log.t[k])
-    where = run.log.text("segment")[k]
-    where = f" ({where})" if where else ""
-    text = f"The smallest {noun} static margin was {margin[k]:.3f} m, at {time:.1f} s{where}."
-    return text, time, float(margin[k])
+    least, noun = least_margin(run), "planned" if run.kinematic else "measured"
+    if least is None:
+        known = look_up(run.summary, "margin.minimum")
+        words = f"Smallest {noun} margin: {margin_words(known)}."
+        return words if math.isfinite(known) else "", None, known
+    where = run.log.text("segment")[least.sample]
+    when = f"at {least.time:.1f} s" + (f" ({where})" if where else "")
+    text = f"The smallest {noun} static margin was {least.words}, {when}."
+    if least.margin <= NO_SUPPORT:
+        text = f"There was no margin {when}, where {least.words}."
+    return text, least.time, least.margin

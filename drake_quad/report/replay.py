@@ -22,7 +22,8 @@ from pydrake.geometry import (
     Role,
 )
 
-from drake_quad.report.derived import margins
+from drake_quad.report.axes import signed
+from drake_quad.report.derived import least_margin, margins
 from drake_quad.report.overlay import OVERLAY, Overlay
 from drake_quad.report.scene import MakeReplayScene, set_camera_and_lights, shown_samples
 from drake_quad.report.style import kind_colour, render
@@ -120,12 +121,10 @@ def recorded_samples(run: RecordedRun, fps: float) -> list[int]:
 
     A foot that loses the ground for less than a frame would not be seen otherwise.
     """
-    samples, margin = shown_samples(run, fps), margins(run)
-    if samples and np.any(np.isfinite(margin)):
-        least = int(np.nanargmin(margin))
-        if np.all(np.isfinite(run.positions[least])):
-            nearest = int(np.argmin(np.abs(np.array(samples) - least)))
-            samples[nearest] = least
+    samples, least = shown_samples(run, fps), least_margin(run)
+    if samples and least is not None and np.all(np.isfinite(run.positions[least.sample])):
+        nearest = int(np.argmin(np.abs(np.array(samples) - least.sample)))
+        samples[nearest] = least.sample
     return samples
 
 
@@ -154,8 +153,7 @@ def _bar_data(run: RecordedRun, fps: float) -> dict[str, Any]:
     names = list(dict.fromkeys(segment[k] for k in samples))
     start = float(run.log.t[samples[0]])
     t = [round(start + frame / fps, 4) for frame in frame_numbers(run, samples, fps)]
-    known = np.isfinite(margin[samples])
-    least = t[int(np.nanargmin(margin[samples]))] if np.any(known) else None
+    least = least_margin(run)
     return {
         "t": t,
         "margin": [round(float(m), 4) if np.isfinite(m) else None for m in margin[samples]],
@@ -165,7 +163,12 @@ def _bar_data(run: RecordedRun, fps: float) -> dict[str, Any]:
             {"name": b.name, "start": b.start, "end": b.end, "colour": kind_colour(b.kind)}
             for b in run.log.bands()
         ],
-        "least": least,
+        "least": None
+        if least is None
+        else {
+            "t": t[int(np.argmin(np.abs(np.array(samples) - least.sample)))],
+            "words": signed(least.sentence),
+        },
         "safe": safe_margin(run.robot),
         "kinematic": run.kinematic,
     }

@@ -9,8 +9,8 @@ from drake_quad.report.axes import signed
 from drake_quad.report.derived import push_events
 from drake_quad.report.style import kind_colour
 from drake_quad.runs.reader import RecordedRun
-from drake_quad.runs.schema import SUMMARY, UNITS, look_up
-from drake_quad.stability.safety import safe_margin
+from drake_quad.runs.schema import BY_FEET, SUMMARY, UNITS, look_up
+from drake_quad.stability.safety import NO_SUPPORT, margin_words, safe_margin
 
 APART = ("segments", "versions", "pushes", "recoveries")  # what has a table of its own
 
@@ -56,6 +56,8 @@ def bounds(run: RecordedRun) -> list[Bound]:
             asked = f"{'≤ ' if limit else ''}{limit:g} {unit}"
             kept = value <= figure.at_most
         measured = f"{scale * value:.{shown.digits}f} {unit}".strip()
+        if figure.key in BY_FEET and value <= NO_SUPPORT:
+            measured = margin_words(value)
         found.append(Bound(shown.label, asked, signed(measured), kept))
     return found
 
@@ -87,7 +89,7 @@ def segment_rows(run: RecordedRun) -> list[SegmentRow]:
                 colour=kind_colour(str(entry.get("kind", ""))),
                 start=look_up(entry, "start"),
                 end=look_up(entry, "end"),
-                margin=metres(margin),
+                margin=margin_words(margin) if margin <= NO_SUPPORT else metres(margin),
                 margin_planned=metres(look_up(entry, "margin_planned_min")),
                 negative=margin < 0.0,
             )

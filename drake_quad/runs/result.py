@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from drake_quad.runs.seen import IMAGE, SEEN, SeenRecord
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import save_scenario
+from drake_quad.stability.safety import margin_words
 from drake_quad.util.files import Write, is_number, write_together
 from drake_quad.util.html import html_table
 
@@ -82,7 +83,7 @@ def summary_html(summary: Mapping[str, Any]) -> str:
         ("simulated", ("simulated_time",), "s"),
     ):
         if is_number(value := figure(*path)):
-            rows.append((name, f"{value:.3f} {unit}"))
+            rows.append((name, margin_words(value) if unit == "m" else f"{value:.3f} {unit}"))
     if figure("assumes"):
         rows.append(("these figures assume", str(figure("assumes"))))
     return html_table(rows)

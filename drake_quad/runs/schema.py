@@ -14,7 +14,7 @@ import numpy as np
 from drake_quad.control.ports import Catch, GaitPhase
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.stability.margins import Margins
-from drake_quad.stability.safety import MOST_SLIP, judge_safety
+from drake_quad.stability.safety import MOST_SLIP, NO_SUPPORT, judge_safety, margin_words
 
 Columns = dict[str, np.ndarray]
 AXES = ("x", "y", "z")
@@ -327,6 +327,7 @@ class Figure:
 
 
 SPREAD = ("minimum", "percentile_1", "median")
+BY_FEET = ("margin", "zmp_margin")  # figures that there are none of where no foot bears
 SUMMARY = (
     Figure("description", "", "The scenario's description", "text"),
     Figure("outcome", "", "`goal_reached`; `fell`: for longer than 0.1 s the trunk was tilted by "
@@ -599,6 +600,8 @@ def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             continue
         # A margin of a rounding error below zero is no negative one.
         text = form.format(round(value, 6) + 0.0) if math.isfinite(value) else "-"
+        if key.removesuffix(".minimum") in BY_FEET and value <= NO_SUPPORT:
+            text = margin_words(value)
         if key == "nonfoot_contact_samples":
             text += _deepest(summary)
         lines.append((label.format(**words), text))

@@ -15,6 +15,7 @@ from drake_quad.robot.model import RobotModel, leg_length
 SAFE_SHARE = 0.025  # of a leg's length: 0.030 m of the shipped robot
 PAPER_FACTOR = 2.0
 MOST_SLIP = 0.01  # [m] of a standing foot
+NO_SUPPORT = -1.0  # [m] a log has it, or less, instead of a margin where no foot bears
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,11 @@ def planned_margin(robot: RobotModel) -> float:
     return PAPER_FACTOR * safe_margin(robot)
 
 
+def margin_words(margin: float) -> str:
+    """A margin with its unit [m]; or, where a log has NO_SUPPORT for it, that no foot bore."""
+    return "no foot bore" if margin <= NO_SUPPORT else f"{margin:.3f} m"
+
+
 def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
     """The verdict on a run from its summary, in which a figure that is not there is a fault.
 
@@ -70,7 +76,9 @@ def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
         lacks.append(f"the goal was not reached ({outcome})")
     margin = summary.get("margin")
     least = _number(margin if isinstance(margin, Mapping) else {}, "minimum")
-    put(least >= wanted, _figure("margin", "margin {:.3f} m", least) + f" (wanted {wanted:.3f})")
+    form = f"margin {{:.3f}} m (wanted {wanted:.3f})"
+    lost = least <= NO_SUPPORT
+    put(least >= wanted, margin_words(least) if lost else _figure("margin", form, least))
     under = _number(summary, "time_under_three_feet")
     words = _figure("feet that bear", "{:.2f} s on fewer than three feet", under)
     put(under == 0.0, "three feet bore throughout" if under == 0.0 else words)

@@ -22,10 +22,19 @@ from report_run import (
     write_run,
 )
 
+from drake_quad.report.figures_course import draw_footprints
 from drake_quad.report.figures_gait import find_cycle, find_losses
+from drake_quad.report.figures_margin import draw_margin
 from drake_quad.report.page import FIGURES as ALL_FIGURES, grade_run, write_report
-from drake_quad.report.replay import FINEST, make_replay_html, pack, round_recording, unpack
-from drake_quad.report.style import PAGE_VARIABLES
+from drake_quad.report.replay import (
+    FINEST,
+    make_replay_html,
+    pack,
+    recorded_samples,
+    round_recording,
+    unpack,
+)
+from drake_quad.report.style import PAGE_VARIABLES, report_style
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
 from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 
@@ -221,6 +230,27 @@ def test_the_verdict_names_the_least_margin_and_where_it_was(run: RecordedRun) -
     assert "−0.023 m" in verdict.sentence
     assert f"at {run.log.t[k]:.1f} s ({run.log.text('segment')[k]})" in verdict.sentence
     assert verdict.grade == "warn" and verdict.least_time == run.log.t[k]
+
+
+def test_the_head_the_table_and_the_figures_tell_one_least_margin(run: RecordedRun) -> None:
+    """That of the summary, which a tick of the monitor saw between two samples."""
+    k, n = 123, len(run.log)
+    least = np.array(run.log.number("margin"))
+    for margin, words in ((-0.0123, "−0.012 m"), (-9.0, "no foot bore")):
+        least[k] = margin
+        seen = told(changed(run, margin_least=least.copy()), margin={"minimum": margin})
+        verdict = grade_run(seen)
+        assert words in verdict.sentence.split(" Not safe")[0] and verdict.grade == "warn"
+        assert words in verdict.sentence.replace("-", "−").split("Not safe: ")[1]
+        assert verdict.least_time == run.log.t[k] and "9.000" not in verdict.sentence
+        assert bounds(seen)[0].measured == words
+        with report_style():
+            for draw in (draw_margin, draw_footprints):
+                written = [text.get_text() for text in draw(seen).axes[0].texts]
+                assert any(f"{words} at {run.log.t[k]:.1f} s" in text for text in written)
+        assert k in recorded_samples(seen, 10.0)
+    lost = told(run, segments=[{"name": "a", "margin_min": -9.0}])
+    assert segment_rows(lost)[0].margin == "no foot bore" and n > k
 
 
 def test_a_figure_beyond_its_bound_is_missed(run: RecordedRun) -> None:

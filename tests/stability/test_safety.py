@@ -39,6 +39,7 @@ def test_a_run_that_lacks_nothing_is_safe() -> None:
     [
         ({"outcome": "fell"}, "the goal was not reached (fell)"),
         ({"margin": {"minimum": 0.029}}, "margin 0.029 m (wanted 0.030)"),
+        ({"margin": {"minimum": -9.0}}, "no foot bore"),
         ({"margin": {"minimum": None}}, "margin not measured"),
         ({"margin": "x"}, "margin not measured"),
         ({"time_under_three_feet": 0.05}, "0.05 s on fewer than three feet"),
