@@ -9,7 +9,7 @@ from pydrake.geometry import Cylinder, Meshcat, MeshcatCone, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_quad.common import FloatArray
-from drake_quad.report.derived import BaseMotion, base_motion, touchdowns
+from drake_quad.report.derived import BaseMotion, base_motion, has_massless_legs, touchdowns
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.reader import RecordedRun
@@ -33,6 +33,17 @@ LIFT = 0.006  # [m] above the ground: level with it, the two would flicker
 EDGE_WIDTH = 0.02  # [m] of what two feet give: a line, which would not be seen
 
 MEASURED = {HULL: "margin", FRICTION: "margin_friction", FEASIBLE: "margin_feasible"}
+
+NAMES = {
+    HULL: "support polygon",
+    FRICTION: "region of balance within friction",
+    FEASIBLE: "region of balance within friction and torque limits",
+}
+MARGIN_NAMES = {
+    HULL: "static margin",
+    FRICTION: "margin within friction",
+    FEASIBLE: "margin within friction and torque",
+}
 
 OVERLAY = "/replay"
 NEWTONS_PER_METRE = 600.0  # of a force arrow
@@ -117,8 +128,19 @@ class Regions:
         self._places = run.log.feet("position")
 
     @property
+    def name(self) -> str:
+        """What they are called."""
+        return NAMES[self.kind]
+
+    @property
+    def margin_name(self) -> str:
+        """What the margin that goes with them is called."""
+        without = ", legs without mass" if has_massless_legs(self._run) else ""
+        return MARGIN_NAMES[self.kind] + without
+
+    @property
     def margin(self) -> FloatArray:
-        """The margin that goes with them (N,) [m]."""
+        """The margin that goes with them, and that they are coloured by (N,) [m]."""
         return self._run.log.number(MEASURED[self.kind])
 
     def corners(self, sample: int) -> FloatArray:

@@ -34,6 +34,7 @@ from drake_quad.report.figures_margin import (
 )
 from drake_quad.report.figures_revisions import draw_revisions, has_grown, revision_rows
 from drake_quad.report.figures_seen import draw_sight, seen_rows, was_seen
+from drake_quad.report.overlay import Regions
 from drake_quad.report.replay import make_replay_html, pack, round_recording
 from drake_quad.report.style import (
     KIND_COLOURS,
@@ -237,6 +238,7 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
         figures=_draw_figures(run),
         replay=pack(round_recording(make_replay_html(run))) if replay and len(run.log) else "",
         safe=safe_margin(run.robot),
+        region=Regions(run),
         segments=segment_rows(run),
         seen=seen_rows(run),
         revisions=revision_rows(run),

@@ -23,12 +23,13 @@ from pydrake.geometry import (
 )
 
 from drake_quad.report.axes import signed
-from drake_quad.report.derived import least_margin, margins
-from drake_quad.report.overlay import OVERLAY, Overlay
+from drake_quad.report.derived import least_margin
+from drake_quad.report.overlay import OVERLAY, Overlay, Regions
 from drake_quad.report.scene import MakeReplayScene, set_camera_and_lights, shown_samples
 from drake_quad.report.style import kind_colour, render
 from drake_quad.runs.reader import RecordedRun, load_run
-from drake_quad.stability.safety import safe_margin
+from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.safety import NO_SUPPORT, safe_margin
 
 PREFIX = "scene"
 
@@ -111,7 +112,7 @@ def make_replay_html(run: RecordedRun | str | Path, *, fps: float = 10.0) -> str
     gc.collect()
     if not frames:
         return page
-    bar = render("replay_bar.html", data=_bar_data(run, fps))
+    bar = render("replay_bar.html", data=bar_data(run, fps))
     head, end, tail = page.rpartition("</body>")
     return f"{head}{bar}{end}{tail}"
 
@@ -146,17 +147,20 @@ def quiet_meshcat() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _bar_data(run: RecordedRun, fps: float) -> dict[str, Any]:
-    """What the bar tells: per frame the time, the segment and the margin."""
-    samples = recorded_samples(run, fps)
-    margin, segment = margins(run), run.log.text("segment")
+def bar_data(run: RecordedRun, fps: float) -> dict[str, Any]:
+    """What the bar tells: per frame the time, the segment, and the margin of the region shown."""
+    samples, regions = recorded_samples(run, fps), Regions(run)
+    margin, segment = regions.margin, run.log.text("segment")
+    known = margin > NO_SUPPORT
     names = list(dict.fromkeys(segment[k] for k in samples))
     start = float(run.log.t[samples[0]])
     t = [round(start + frame / fps, 4) for frame in frame_numbers(run, samples, fps)]
     least = least_margin(run)
     return {
         "t": t,
-        "margin": [round(float(m), 4) if np.isfinite(m) else None for m in margin[samples]],
+        "margin": [round(float(margin[k]), 4) if known[k] else None for k in samples],
+        "margin_name": regions.margin_name,
+        "none": "no foot bears" if regions.kind == HULL else "no region of balance",
         "segment": [names.index(segment[k]) for k in samples],
         "names": names,
         "bands": [

@@ -5,11 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_run import add_margins, make_log, short_scenario, wave_begins, write_run
+from report_run import (
+    add_margins,
+    draw_only,
+    make_log,
+    short_scenario,
+    wave_begins,
+    write_run,
+)
 
 from drake_quad.report.figures_margin import draw_regions, was_measured
 from drake_quad.report.overlay import Regions
-from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.report.page import write_report
+from drake_quad.report.replay import bar_data
+from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 from drake_quad.scenario.motion_config import MonitorConfig
 from drake_quad.stability.support_polygon import stability_margin
 
@@ -41,6 +50,31 @@ def test_the_region_drawn_is_that_of_the_margin(run: RecordedRun, kind: str) -> 
         regions.margin,
         run.log.number({"hull": "margin"}.get(kind, f"margin_{kind}")),
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "region", "margin"),
+    [
+        ("hull", "support polygon", "static margin"),
+        ("friction", "region of balance within friction", "margin within friction"),
+    ],
+)
+def test_the_page_names_the_region_and_the_bar_tells_its_margin(
+    run: RecordedRun, kind: str, region: str, margin: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the margin that the bar tells the region is coloured, and both say which it is."""
+    column = "margin" if kind == "hull" else f"margin_{kind}"
+    values = np.array(run.log.number(column))
+    values[:] = 0.0123
+    values[-1] = -9.0
+    log = RunLog({**run.log.columns, column: values})
+    shown = dataclasses.replace(asking(run, kind), log=log)
+    data = bar_data(shown, 10.0)
+    assert data["margin_name"] == margin
+    assert set(data["margin"][:-1]) == {0.0123} and data["margin"][-1] is None
+    draw_only(monkeypatch)
+    html = " ".join(write_report(shown).read_text(encoding="utf-8").split())
+    assert f"The {region} lies on the ground: green while the {margin}, which" in html
 
 
 def test_what_was_not_measured_is_not_drawn(tmp_path: Path) -> None:
