@@ -10,6 +10,7 @@ from drake_quad.robot.kinematics import calc_feet
 from drake_quad.runs.reader import RecordedRun, runs_of
 from drake_quad.scenario.build import disturbances_of
 from drake_quad.stability.safety import NO_SUPPORT, margin_words
+from drake_quad.stability.support_polygon import stability_margins
 
 # Directions of a push seen from above, the robot heading up: counter-clockwise from straight ahead.
 ARROWS = ("↑", "↖", "←", "↙", "↓", "↘", "→", "↗")
@@ -124,6 +125,15 @@ def least_margin(run: RecordedRun) -> LeastMargin | None:
 def has_massless_legs(run: RecordedRun) -> bool:
     """Whether the margin is the paper's, of a robot whose legs have no mass."""
     return run.kinematic and run.scenario.body.path == "uniform"
+
+
+def whole_robot_margins(run: RecordedRun) -> FloatArray:
+    """Static margin of the whole robot's centre of mass over the feet that bear, (N,) [m].
+
+    It is the log's, but where `has_massless_legs`: there the log has that of the body's centre.
+    """
+    feet, bearing = run.log.feet("position")[..., :2], run.log.flags("bearing")
+    return stability_margins(run.log.vector("com")[:, :2], feet, bearing)
 
 
 def margin_points(run: RecordedRun) -> FloatArray:

@@ -19,6 +19,7 @@ from drake_quad.report.derived import (
     least_margin,
     least_margins,
     margins,
+    whole_robot_margins,
 )
 from drake_quad.report.style import BAD, INK, LEG_COLOURS, LESS_COLOUR, MUTED, PAPER, WARN
 from drake_quad.runs.reader import RecordedRun, runs_of
@@ -42,7 +43,8 @@ def draw_margin(run: RecordedRun) -> Figure:
     """Static margin planned and measured, zero-moment-point margin, and the least of them.
 
     Source: the paper's Fig. 12; measured is of the whole robot's centre of mass over the feet
-    that bear.
+    that bear. Of the paper's robot, whose legs have no mass, it is the body's centre's, and what
+    legs with mass would leave is drawn beside it.
     """
     log = run.log
     figure, grid = make_axes(1, height=3.6)
@@ -54,6 +56,8 @@ def draw_margin(run: RecordedRun) -> Figure:
     if run.kinematic:
         names = ("static, planned", "static, kinematic replay")
     if has_massless_legs(run):
+        # What the log has planned is without their mass, too, and so the curve of the replay.
+        planned = whole_robot_margins(run)
         names = ("static, legs with mass", "static, legs without mass (as in the paper)")
     style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2)), "label": names[0]}
     draw_line(axis, log.t, planned, **style)

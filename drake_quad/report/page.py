@@ -9,7 +9,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from drake_quad.report.axes import signed
-from drake_quad.report.derived import clock_stops, least_margin, push_events
+from drake_quad.report.derived import clock_stops, has_massless_legs, least_margin, push_events
 from drake_quad.report.figures_course import (
     draw_base_error,
     draw_footprints,
@@ -238,6 +238,7 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
         figures=_draw_figures(run),
         replay=pack(round_recording(make_replay_html(run))) if replay and len(run.log) else "",
         safe=safe_margin(run.robot),
+        massless=has_massless_legs(run),
         region=Regions(run),
         segments=segment_rows(run),
         seen=seen_rows(run),
@@ -353,7 +354,8 @@ def _least(run: RecordedRun) -> tuple[str, float | None, float]:
         return words if math.isfinite(known) else "", None, known
     where = run.log.text("segment")[least.sample]
     when = f"at {least.time:.1f} s" + (f" ({where})" if where else "")
-    text = f"The smallest {noun} static margin was {least.words}, {when}."
+    of = " (legs without mass)" if has_massless_legs(run) else ""
+    text = f"The smallest {noun} static margin{of} was {least.words}, {when}."
     if least.margin <= NO_SUPPORT:
         text = f"There was no margin {when}, where {least.words}."
     return text, least.time, least.margin

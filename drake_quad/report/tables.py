@@ -6,13 +6,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from drake_quad.report.axes import signed
-from drake_quad.report.derived import push_events
+from drake_quad.report.derived import has_massless_legs, push_events
 from drake_quad.report.style import kind_colour
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.runs.schema import BY_FEET, SUMMARY, UNITS, look_up
-from drake_quad.stability.safety import NO_SUPPORT, margin_words, safe_margin
+from drake_quad.stability.safety import margin_words, safe_margin
 
 APART = ("segments", "versions", "pushes", "recoveries")  # what has a table of its own
+
+STATIC = ("margin", "margin_planned")  # figures that are the body's centre's of massless legs
 
 MOST_STEPS = 4  # of a recovery, named in its table
 
@@ -56,9 +58,12 @@ def bounds(run: RecordedRun) -> list[Bound]:
             asked = f"{'≤ ' if limit else ''}{limit:g} {unit}"
             kept = value <= figure.at_most
         measured = f"{scale * value:.{shown.digits}f} {unit}".strip()
-        if figure.key in BY_FEET and value <= NO_SUPPORT:
+        if figure.key in BY_FEET or figure.key in STATIC:
             measured = margin_words(value)
-        found.append(Bound(shown.label, asked, signed(measured), kept))
+        label = shown.label
+        if figure.key in STATIC and has_massless_legs(run):
+            label += ", legs without mass"
+        found.append(Bound(label, asked, signed(measured), kept))
     return found
 
 
@@ -89,7 +94,7 @@ def segment_rows(run: RecordedRun) -> list[SegmentRow]:
                 colour=kind_colour(str(entry.get("kind", ""))),
                 start=look_up(entry, "start"),
                 end=look_up(entry, "end"),
-                margin=margin_words(margin) if margin <= NO_SUPPORT else metres(margin),
+                margin=metres(margin),
                 margin_planned=metres(look_up(entry, "margin_planned_min")),
                 negative=margin < 0.0,
             )
@@ -127,8 +132,8 @@ def format_value(value: Any) -> str:
 
 
 def metres(value: float) -> str:
-    """A length with its unit; a dash where it is not known."""
-    return signed(f"{value:.3f} m") if math.isfinite(value) else "–"
+    """A length or a margin with its unit; a dash where it is not known."""
+    return signed(margin_words(value)) if math.isfinite(value) else "–"
 
 
 @dataclass(frozen=True)

@@ -175,9 +175,12 @@ SIGNALS = (
            "or gone on (then `margin` differs from `margin_planned` by as much)", "body_desired",
            parts=(*AXES, "pitch", "yaw"), frame="W"),
     Signal("margin", "m", "Static margin measured: the whole robot's centre of mass over the "
-           "bearing feet's contacts; negative outside; −9 if no foot bears", "margin"),
+           "bearing feet's contacts; negative outside; −9 if no foot bears. In a kinematic replay "
+           "with `body.path: uniform`, the paper's, legs have no mass: there it is that of the "
+           "body's centre, B's origin", "margin"),
     Signal("margin_planned", "m", "Static margin of the plan that is followed, at the sample's "
-           "gait time (also while the clock waits)"),
+           "gait time (also while the clock waits); in a kinematic replay with "
+           "`body.path: uniform` that of the body's centre, as `margin`"),
     Signal("torque_ratio_planned", "", "Greatest torque of any joint over its limit, of a robot "
            "that stands still as planned then, its weight shared as the run's controller shares "
            "it: `ik` as `planning/contact_forces.py`, `whole_body` by the least forces within "

@@ -53,7 +53,10 @@ def planned_margin(robot: RobotModel) -> float:
 
 def margin_words(margin: float) -> str:
     """A margin with its unit [m]; or, where a log has NO_SUPPORT for it, that no foot bore."""
-    return "no foot bore" if margin <= NO_SUPPORT else f"{margin:.3f} m"
+    if margin <= NO_SUPPORT:
+        return "no foot bore"
+    # A margin of a rounding error below zero is no negative one.
+    return f"{round(margin, 6) + 0.0:.3f} m"
 
 
 def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:

@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 from report_run import (
+    SHORT,
     add_estimate,
     add_margins,
     add_recovery,
+    draw_only,
     make_log,
     make_summary,
     short_scenario,
@@ -37,6 +39,7 @@ from drake_quad.report.replay import (
 from drake_quad.report.style import PAGE_VARIABLES, report_style
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
 from drake_quad.runs.reader import RecordedRun, RunLog, load_run
+from drake_quad.scenario.load import parse_scenario
 
 # Attributes that make a browser fetch something.
 PACKED = re.compile(r'<script type="text/plain" id="replay-packed">([^<]*)</script>')
@@ -349,6 +352,31 @@ def test_a_kinematic_replay_says_so(tmp_path: Path) -> None:
     assert 'id="kinematic"' in replay
     assert {"torques", "forces", "error"} & page.drawn.keys() == set()
     assert "margin was" in page.text and "measured static margin" not in page.text
+
+
+def test_a_replay_of_massless_legs_shows_what_legs_with_mass_leave(
+    log: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The curve that is named so is the whole robot's; the log's margins are the body's centre's.
+
+    And wherever these stand, the page says that they are without the legs' mass.
+    """
+    whole, centre = log["margin"], np.full(len(log["t"]), 0.0456)
+    paper = {**log, "margin": centre, "margin_planned": centre}
+    text = f"{SHORT}body: {{path: uniform}}\nsimulation: {{mode: kinematic}}\n"
+    scenario = parse_scenario(text, source="paper")
+    run = load_run(write_run(tmp_path, scenario=scenario, log=paper, simulation="kinematic"))
+    with report_style():
+        lines = {line.get_label(): line for line in draw_margin(run).axes[0].lines}
+    low = np.min(lines["static, legs with mass"].get_ydata())
+    assert low == pytest.approx(np.min(whole), abs=1e-9) and abs(low - 0.0456) > 1e-3
+    assert np.ptp(lines["static, legs without mass (as in the paper)"].get_ydata()) == 0.0
+    assert "margin (legs without mass) was 0.046 m" in grade_run(run).sentence
+    names = [bound.name for bound in bounds(run)]
+    assert names[0] == "Smallest static margin, legs without mass"
+    draw_only(monkeypatch, "margin")
+    words = " ".join(write_report(run, replay=False).read_text(encoding="utf-8").split())
+    assert "The legs of this replay have no mass" in words
 
 
 def test_a_physical_run_does_not(html: str) -> None:

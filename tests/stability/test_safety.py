@@ -11,7 +11,7 @@ from drake_quad.report.overlay import margin_colour
 from drake_quad.report.style import BAD, GOOD, WARN
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.schema import safety_line
-from drake_quad.stability.safety import judge_safety, safe_margin
+from drake_quad.stability.safety import judge_safety, margin_words, safe_margin
 
 GOOD_RUN: dict[str, Any] = {
     "outcome": "goal_reached",
@@ -57,6 +57,12 @@ def test_each_lack_alone_makes_a_run_unsafe(change: dict[str, Any], word: str) -
     safety = judge_safety({**GOOD_RUN, **change}, 0.03)
     assert safety.safe is False and len(safety.lacks) == 1
     assert safety.lacks[0].startswith(word) and safety.words == f"not safe: {safety.lacks[0]}"
+
+
+def test_a_margin_is_told_in_metres_or_as_no_foot() -> None:
+    """Less than none by a rounding error is told as none, and what stands for no foot in words."""
+    told = [margin_words(m) for m in (0.0712, -5e-11, -0.0126, -9.0)]
+    assert told == ["0.071 m", "0.000 m", "-0.013 m", "no foot bore"]
 
 
 def test_a_kick_that_never_came_is_not_held_against_a_run() -> None:
