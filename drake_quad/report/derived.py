@@ -186,7 +186,7 @@ class PushEvent:
     Attributes:
         time: When it began [s].
         duration: How long it lasted [s].
-        speed: Change of the whole robot's speed that it causes [m/s].
+        speed: Change of speed that it causes of the robot as its file has it [m/s].
         arrow: Its direction, seen from above with the robot heading up.
         words: Its direction in words.
     """

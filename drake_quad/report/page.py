@@ -57,6 +57,7 @@ from drake_quad.report.tables import (
 )
 from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
 from drake_quad.runs.schema import look_up
+from drake_quad.scenario.build import disturbances_of
 from drake_quad.stability.safety import (
     NO_SUPPORT,
     Safety,
@@ -245,6 +246,7 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
         revisions=revision_rows(run),
         seen_words=str(run.seen.get("words", "")),
         pushes=push_rows(run),
+        other_mass=_other_mass(run),
         recoveries=recovery_rows(run),
         differs=run.world is not run.course,
         marks=_marks(run),
@@ -257,6 +259,13 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
     path = run.directory / REPORT
     write_whole(path, lambda p: p.write_text(page, encoding="utf-8"))
     return path
+
+
+def _other_mass(run: RecordedRun) -> str:
+    """How much faster a push made the robot than one of its file's mass; empty of that mass."""
+    mass = run.robot.mass
+    factor = mass / disturbances_of(run.scenario, run.robot).mass_of(mass)
+    return "" if abs(factor - 1.0) < 0.005 else f"{factor:.2f} times"
 
 
 def _marks(run: RecordedRun) -> list[tuple[str, str]]:

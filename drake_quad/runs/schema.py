@@ -529,7 +529,8 @@ SUMMARY = (
            "reach the last three are null", "tables"),
     Figure("pushes[].time", "s", "When the push began"),
     Figure("pushes[].duration", "s", "How long it lasted"),
-    Figure("pushes[].speed", "m/s", "What it was worth to the whole robot: impulse over mass"),
+    Figure("pushes[].speed", "m/s", "What it was worth to the whole robot as its file has it: "
+           "impulse over the file's mass, without payload or `disturbances.mass_factor`"),
     Figure("pushes[].force", "N", "Size of its force"),
     Figure("pushes[].base_error_max", "m", "Farthest that the base was from where it is wanted, "
            "until a later push began"),

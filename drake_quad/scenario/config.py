@@ -103,8 +103,8 @@ class PushConfig:
     speed: float | None = number(
         None,
         "m/s",
-        "Speed of the whole robot that it is worth: impulse = the robot's mass (without payload) × "
-        "speed",
+        "Speed of the whole robot that it is worth: impulse = the mass that the robot's file has "
+        "(without payload and `mass_factor`) × speed",
         up_to(10.0, "m/s"),
     )
     direction_deg: float | None = number(

@@ -31,7 +31,8 @@ class Push:
         force_H: Its force [N].
         body: Name of the body it acts on.
         p_BP: Where on that body, in the body's own frame [m].
-        speed: Change of the whole robot's speed that its impulse makes [m/s].
+        speed: Change of speed that its impulse makes of the robot as its file has it, without
+            payload or mass factor [m/s].
     """
 
     time: float

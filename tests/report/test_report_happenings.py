@@ -131,6 +131,20 @@ def test_pushes_are_told_with_size_and_direction(pushed: RecordedRun) -> None:
     assert [row.recovered for row in unknown] == ["–", "–"]
 
 
+def test_a_pushs_speed_is_told_as_that_of_the_files_mass(
+    pushed: RecordedRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a robot that is a quarter heavier the page says by how much less it became faster."""
+    draw_only(monkeypatch)
+    text = SHORT + PUSHES.replace("{pushes", "{mass_factor: 1.25, pushes")
+    heavier = dataclasses.replace(pushed, scenario=parse_scenario(text, source="heavier"))
+    for run, told_so in ((pushed, False), (heavier, True)):
+        words = write_report(run, replay=False).read_text(encoding="utf-8")
+        assert "of the mass that its file has" in words
+        assert ("by 0.80 times as much" in words) == told_so
+    assert push_events(heavier)[0].speed == push_events(pushed)[0].speed == 0.6
+
+
 @pytest.mark.parametrize("k", range(8))
 def test_arrows_and_words_go_round_to_the_left(k: int, pushed: RecordedRun) -> None:
     """From straight ahead by eighths, up to 22 degrees off each; steep pushes are up or down."""
