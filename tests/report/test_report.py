@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from report_run import (
-    SHORT,
     add_estimate,
     add_margins,
     add_recovery,
-    draw_only,
     make_log,
     make_summary,
     short_scenario,
@@ -24,22 +22,18 @@ from report_run import (
     write_run,
 )
 
-from drake_quad.report.figures_course import draw_footprints
 from drake_quad.report.figures_gait import find_cycle, find_losses
-from drake_quad.report.figures_margin import draw_margin
 from drake_quad.report.page import FIGURES as ALL_FIGURES, grade_run, write_report
 from drake_quad.report.replay import (
     FINEST,
     make_replay_html,
     pack,
-    recorded_samples,
     round_recording,
     unpack,
 )
-from drake_quad.report.style import PAGE_VARIABLES, report_style
+from drake_quad.report.style import PAGE_VARIABLES
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
 from drake_quad.runs.reader import RecordedRun, RunLog, load_run
-from drake_quad.scenario.load import parse_scenario
 
 # Attributes that make a browser fetch something.
 PACKED = re.compile(r'<script type="text/plain" id="replay-packed">([^<]*)</script>')
@@ -224,38 +218,6 @@ def test_the_verdict_is_the_outcome(
     assert f"{run.log.t[-1]:.1f} s" in verdict.sentence
 
 
-def test_the_verdict_names_the_least_margin_and_where_it_was(run: RecordedRun) -> None:
-    """A negative margin in one sample is found; reaching the goal over it is no clean success."""
-    k = 123
-    margin = np.array(run.log.number("margin"))
-    margin[k] = -0.0234
-    verdict = grade_run(changed(run, margin=margin))
-    assert "−0.023 m" in verdict.sentence
-    assert f"at {run.log.t[k]:.1f} s ({run.log.text('segment')[k]})" in verdict.sentence
-    assert verdict.grade == "warn" and verdict.least_time == run.log.t[k]
-
-
-def test_the_head_the_table_and_the_figures_tell_one_least_margin(run: RecordedRun) -> None:
-    """That of the summary, which a tick of the monitor saw between two samples."""
-    k, n = 123, len(run.log)
-    least = np.array(run.log.number("margin"))
-    for margin, words in ((-0.0123, "−0.012 m"), (-9.0, "no foot bore")):
-        least[k] = margin
-        seen = told(changed(run, margin_least=least.copy()), margin={"minimum": margin})
-        verdict = grade_run(seen)
-        assert words in verdict.sentence.split(" Not safe")[0] and verdict.grade == "warn"
-        assert words in verdict.sentence.replace("-", "−").split("Not safe: ")[1]
-        assert verdict.least_time == run.log.t[k] and "9.000" not in verdict.sentence
-        assert bounds(seen)[0].measured == words
-        with report_style():
-            for draw in (draw_margin, draw_footprints):
-                written = [text.get_text() for text in draw(seen).axes[0].texts]
-                assert any(f"{words} at {run.log.t[k]:.1f} s" in text for text in written)
-        assert k in recorded_samples(seen, 10.0)
-    lost = told(run, segments=[{"name": "a", "margin_min": -9.0}])
-    assert segment_rows(lost)[0].margin == "no foot bore" and n > k
-
-
 def test_a_figure_beyond_its_bound_is_missed(run: RecordedRun) -> None:
     """Each bound is kept by a good run, and missed by one that breaks it; the others stay kept."""
     kept = {bound.name: bound.kept for bound in bounds(run) if bound.kept is not None}
@@ -352,31 +314,6 @@ def test_a_kinematic_replay_says_so(tmp_path: Path) -> None:
     assert 'id="kinematic"' in replay
     assert {"torques", "forces", "error"} & page.drawn.keys() == set()
     assert "margin was" in page.text and "measured static margin" not in page.text
-
-
-def test_a_replay_of_massless_legs_shows_what_legs_with_mass_leave(
-    log: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The curve that is named so is the whole robot's; the log's margins are the body's centre's.
-
-    And wherever these stand, the page says that they are without the legs' mass.
-    """
-    whole, centre = log["margin"], np.full(len(log["t"]), 0.0456)
-    paper = {**log, "margin": centre, "margin_planned": centre}
-    text = f"{SHORT}body: {{path: uniform}}\nsimulation: {{mode: kinematic}}\n"
-    scenario = parse_scenario(text, source="paper")
-    run = load_run(write_run(tmp_path, scenario=scenario, log=paper, simulation="kinematic"))
-    with report_style():
-        lines = {line.get_label(): line for line in draw_margin(run).axes[0].lines}
-    low = np.min(lines["static, legs with mass"].get_ydata())
-    assert low == pytest.approx(np.min(whole), abs=1e-9) and abs(low - 0.0456) > 1e-3
-    assert np.ptp(lines["static, legs without mass (as in the paper)"].get_ydata()) == 0.0
-    assert "margin (legs without mass) was 0.046 m" in grade_run(run).sentence
-    names = [bound.name for bound in bounds(run)]
-    assert names[0] == "Smallest static margin, legs without mass"
-    draw_only(monkeypatch, "margin")
-    words = " ".join(write_report(run, replay=False).read_text(encoding="utf-8").split())
-    assert "The legs of this replay have no mass" in words
 
 
 def test_a_physical_run_does_not(html: str) -> None:
