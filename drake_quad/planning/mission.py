@@ -13,7 +13,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.planning.body_reference import level_pose, robot_stance
 from drake_quad.planning.contact_forces import find_overload
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
-from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
+from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.stance_margin import check_stance
 from drake_quad.planning.step_builder import peak_speed
 from drake_quad.planning.task import plan_task
@@ -63,16 +63,16 @@ def initial_stance(
     at = start + stance[:, 0]
     places = lane.point(at, stance[:, 1])
     heights = lane.height(at)
-    _check_start(lane, at, heights, robot.foot_radius + EDGE_CLEARANCE, start)
+    _check_start(lane, at, heights, robot.foot_radius, start)
     feet = np.column_stack([places, heights + robot.foot_radius])
     ground = float(np.mean(heights))
     return Stance(level_pose(lane.point(start), lane.yaw, ground, settings), feet)
 
 
 def _check_start(
-    lane: Lane, at: FloatArray, heights: FloatArray, margin: float, start: float
+    lane: Lane, at: FloatArray, heights: FloatArray, radius: float, start: float
 ) -> None:
-    """Refuses a start with a foot at `at` (4,) that has no ground, or is too near to a riser."""
+    """Refuses a start with a foot at `at` (4,) that has no ground, or is in a riser, or on it."""
     risers = lane.risers()[0]
     for leg in LEGS:
         s = float(at[leg.row])
@@ -83,10 +83,10 @@ def _check_start(
                 place=s,
             )
         near = float(np.abs(risers - s).min(initial=inf))
-        if near < margin:
+        if near < radius:
             raise PlanningError(
                 f"start.distance = {start:g}: foot {leg.short} would stand {near:.3f} m from a "
-                f"riser, {margin:.3f} m is the least; give another distance",
+                f"riser, and its radius is {radius:.3f} m; give another distance",
                 place=s,
             )
 

@@ -113,7 +113,7 @@ class LeastMargin:
         return f"{name}{self.words} at {self.time:.1f} s"
 
 
-def least_margin(run: RecordedRun) -> LeastMargin | None:
+def find_least_margin(run: RecordedRun) -> LeastMargin | None:
     """When the static margin was smallest, of all ticks of its monitor; None of no margin."""
     margin = least_margins(run)
     if not np.any(np.isfinite(margin)):

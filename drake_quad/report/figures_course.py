@@ -12,7 +12,7 @@ from drake_quad.report.axes import draw_event_shading, draw_line, label_time, ma
 from drake_quad.report.derived import (
     base_motion,
     calc_foot_centres,
-    least_margin,
+    find_least_margin,
     margin_points,
     touchdowns,
 )
@@ -221,7 +221,7 @@ def _draw_side_path(axis: Axes, p: np.ndarray, lane: np.ndarray, **style: object
 
 def _draw_least(axis: Axes, run: RecordedRun) -> None:
     """The support polygon and the centre of mass at the moment of the least margin."""
-    least = least_margin(run)
+    least = find_least_margin(run)
     if least is None:
         return
     k = least.sample

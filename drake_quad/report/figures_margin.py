@@ -15,8 +15,8 @@ from drake_quad.report.axes import (
 )
 from drake_quad.report.derived import (
     base_motion,
+    find_least_margin,
     has_massless_legs,
-    least_margin,
     least_margins,
     margins,
     whole_robot_margins,
@@ -66,7 +66,7 @@ def draw_margin(run: RecordedRun) -> Figure:
     for first, past in runs_of(least_margins(run) <= NO_SUPPORT):
         axis.axvspan(log.t[max(first - 1, 0)], log.t[past - 1], ymax=0.04, color=BAD, lw=0)
     known = np.concatenate([v[np.isfinite(v)] for v in (measured, planned, zmp)])
-    least = least_margin(run)
+    least = find_least_margin(run)
     if known.size:
         lowest = float(known.min()) if least is None else min(float(known.min()), least.margin)
         low, high = max(lowest, LOWEST), float(np.quantile(known, 0.999))

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from drake_quad.report.axes import signed
-from drake_quad.report.derived import clock_stops, has_massless_legs, least_margin, push_events
+from drake_quad.report.derived import clock_stops, find_least_margin, has_massless_legs, push_events
 from drake_quad.report.figures_course import (
     draw_base_error,
     draw_footprints,
@@ -356,7 +356,7 @@ def _pushed(run: RecordedRun) -> str:
 
 def _least(run: RecordedRun) -> tuple[str, float | None, float]:
     """The smallest margin: a sentence, its time [s], and the margin [m]."""
-    least, noun = least_margin(run), "planned" if run.kinematic else "measured"
+    least, noun = find_least_margin(run), "planned" if run.kinematic else "measured"
     if least is None:
         known = look_up(run.summary, "margin.minimum")
         words = f"Smallest {noun} margin: {margin_words(known)}."

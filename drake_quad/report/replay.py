@@ -23,7 +23,7 @@ from pydrake.geometry import (
 )
 
 from drake_quad.report.axes import signed
-from drake_quad.report.derived import least_margin
+from drake_quad.report.derived import find_least_margin
 from drake_quad.report.overlay import OVERLAY, Overlay, Regions
 from drake_quad.report.scene import MakeReplayScene, set_camera_and_lights, shown_samples
 from drake_quad.report.style import kind_colour, render
@@ -122,7 +122,7 @@ def recorded_samples(run: RecordedRun, fps: float) -> list[int]:
 
     A foot that loses the ground for less than a frame would not be seen otherwise.
     """
-    samples, least = shown_samples(run, fps), least_margin(run)
+    samples, least = shown_samples(run, fps), find_least_margin(run)
     if samples and least is not None and np.all(np.isfinite(run.positions[least.sample])):
         nearest = int(np.argmin(np.abs(np.array(samples) - least.sample)))
         samples[nearest] = least.sample
@@ -155,7 +155,7 @@ def bar_data(run: RecordedRun, fps: float) -> dict[str, Any]:
     names = list(dict.fromkeys(segment[k] for k in samples))
     start = float(run.log.t[samples[0]])
     t = [round(start + frame / fps, 4) for frame in frame_numbers(run, samples, fps)]
-    least = least_margin(run)
+    least = find_least_margin(run)
     return {
         "t": t,
         "margin": [round(float(margin[k]), 4) if known[k] else None for k in samples],

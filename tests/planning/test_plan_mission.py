@@ -260,7 +260,7 @@ def test_joints_that_cannot_hold_the_robot_refuse_its_plan() -> None:
 
 
 @pytest.mark.parametrize(
-    ("start", "match"), [(0.2, "there is no ground"), (2.62, "from a riser"), (2.63, "a riser")]
+    ("start", "match"), [(0.2, "there is no ground"), (2.61, "from a riser"), (2.63, "its radius")]
 )
 def test_a_robot_does_not_begin_in_a_riser_or_beyond_the_ground(start: float, match: str) -> None:
     """A start whose feet have no place is refused, with the foot and what is the least."""
