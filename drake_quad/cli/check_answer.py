@@ -45,7 +45,7 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     console.print()
     if told["proof"]:
         console.print(Text(f"the proof: {told['proof']} (scripts/check_no.py checks it)"))
-    if told.get("changes") is not None:
+    if told["changes"] is not None:
         console.print(_changes_table(told["changes"]), highlight=False)
     if told["sought"]:
         console.print(Text(f"Nearest: {dq.near_words(told)}."), soft_wrap=True)
@@ -55,11 +55,7 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     if told.get("picture"):
         console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)
     console.print(Text(_next(told)), soft_wrap=True)
-    if (
-        not told["feasible"]
-        and told.get("changes") is None
-        and "scenario" not in told.get("asked", {})
-    ):
+    if not told["feasible"] and told["changes"] is None and "scenario" not in told["asked"]:
         line = "for the least change that would make it a yes: the same with --changes"
         console.print(Text(line), soft_wrap=True)
     pace = told["pace"] if told["feasible"] else None

@@ -137,7 +137,13 @@ def check(
             "alone, that makes it a yes; instead of the nearest stairs.",
         ),
     ] = False,
-    workers: WorkersOption = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            help="Number of processes that look for --changes; by default as many as there are "
+            "cores."
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Can this robot climb these stairs? Designs a gait, and plans it up and down in full.

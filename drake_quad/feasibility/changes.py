@@ -185,13 +185,13 @@ def least_amount(works: Callable[[float], bool], kind: ChangeKind) -> float | No
     return high
 
 
-def find_change(climbs: Climbs, name: str, case: Case) -> Change:
+def find_change(climbs: Climbs, case: Case, name: str) -> Change:
     """The least change of one kind by which a robot climbs the whole flight.
 
     Args:
         climbs: The static margin of a plan [m]; None if no plan is found.
-        name: Name of the kind of change, one of `KINDS_OF_CHANGE`.
         case: The robot and stairs without a plan.
+        name: Name of the kind of change, one of `KINDS_OF_CHANGE`.
     """
     kind, few = KINDS_OF_CHANGE[name], min(case.stairs.count, FEW)
 

@@ -190,12 +190,11 @@ class Feasibility:
             )
             check = replace(self, data={**self.data, "nearest_rise": highest})
 
+        case = Case(self.robot, self.stairs, self.around.landing)
+
         def climbs(stairs: Stairs) -> bool:
             note(f"not these; trying {stairs}")
-            return check_flight(
-                self.scenario.robot.model, stairs, around=self.around,
-                margin=self.scenario.gait.margin, nearest=False, thorough=False, robot=self.robot,
-            ).feasible  # fmt: skip
+            return self._quick_margin(replace(case, stairs=stairs)) is not None
 
         return nearest_stairs(climbs, check.data, self.stairs)
 
@@ -221,11 +220,21 @@ class Feasibility:
         if self.feasible or self.stairs is None or self.robot is None:
             return []
         case = Case(self.robot, self.stairs, self.around.landing)
-        model, margin = self.scenario.robot.model, self.scenario.gait.margin
-        search = partial(_find_change, model, self.around, margin, case)
+        search = partial(find_change, self._quick_margin, case)
         names = [(name,) for name in kinds_for(case)]
         found = map_in_processes(search, names, workers=workers, progress=progress)
         return sorted(found, key=lambda one: inf if one.share is None else abs(one.share))
+
+    def _quick_margin(self, case: Case) -> float | None:
+        """Static margin of a plan that a quick search finds [m]; None if it finds none."""
+        try:
+            return check_flight(
+                self.scenario.robot.model, case.stairs,
+                around=replace(self.around, landing=case.landing),
+                margin=self.scenario.gait.margin, nearest=False, thorough=False, robot=case.robot,
+            ).margin  # fmt: skip
+        except InputError:  # no such stairs can be built, or they are too shallow for the feet
+            return None
 
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""
@@ -251,21 +260,6 @@ class Feasibility:
                 ("the whole course takes", f"{self.designed.plan.duration:.0f} s"),
             ]
         return html_table(rows)
-
-
-def _find_change(model: str, around: Around, margin: str, case: Case, name: str) -> Change:
-    """The least change of a kind by which a robot climbs a flight that it has no plan for."""
-
-    def climbs(changed: Case) -> float | None:
-        try:
-            return check_flight(
-                model, changed.stairs, around=replace(around, landing=changed.landing),
-                margin=margin, nearest=False, thorough=False, robot=changed.robot,
-            ).margin  # fmt: skip
-        except InputError:  # no such stairs can be built, or they are too shallow for the feet
-            return None
-
-    return find_change(climbs, name, case)
 
 
 def check_flight(

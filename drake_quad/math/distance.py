@@ -155,21 +155,17 @@ def _to_slope(s: float, z: float, begin: float, end: float, low: float, gradient
         low: Height of its line at `s` [m].
         gradient: Its rise along s [m/m].
     """
-    above = (z - low) / sqrt(1.0 + gradient * gradient)
-    foot = s + gradient * (z - low) / (1.0 + gradient * gradient)  # of the perpendicular
-    beside = max(begin - s, s - end)
-    if beside <= 0.0 and above <= 0.0:
-        return max(beside, above)
-    if begin <= foot <= end and above > 0.0:
-        return above
-    corner = begin if foot < begin else end
-    over = z - (low + gradient * (corner - s))
-    if beside > 0.0:  # what faces the point is the stretch's upright end
-        corner = begin if s < begin else end
-        over = z - (low + gradient * (corner - s))
-        if over <= 0.0:
-            return beside
-    return sqrt((s - corner) ** 2 + over * over)
+    rise, beside = z - low, max(begin - s, s - end)
+    if beside <= 0.0 and rise <= 0.0:
+        return max(beside, rise / sqrt(1.0 + gradient * gradient))
+    foot = s + gradient * rise / (1.0 + gradient * gradient)  # of the perpendicular
+    near = min(max(foot, begin), end)  # the nearest place of its line
+    over = rise - gradient * (near - s)
+    # Below the line's end, what faces the point is the stretch's upright end.
+    end_rise = rise - gradient * (min(max(s, begin), end) - s)
+    if beside > 0.0 and end_rise <= 0.0:
+        return beside
+    return sqrt((near - s) ** 2 + over * over)
 
 
 @jit

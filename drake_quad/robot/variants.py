@@ -39,13 +39,14 @@ def with_wider_knees(robot: RobotModel, angle: float) -> RobotModel:
         angle: Angle by which both limits move [rad].
     """
     sign = robot.geometry.knee_sign
-    ends = sign * robot.q_lower[2::3], sign * robot.q_upper[2::3]
-    least, most = np.minimum(*ends), np.maximum(*ends)  # how far a knee is bent
-    least = np.where(least > STRAIGHT, np.maximum(least - angle, STRAIGHT), least)
-    most = np.where(most < FOLDED, np.minimum(most + angle, FOLDED), most)
+    ends = np.stack([sign * robot.q_lower[2::3], sign * robot.q_upper[2::3]])
+    least, most = ends.min(axis=0), ends.max(axis=0)  # how far a knee is bent
+    # What a file allows beyond these bounds is never taken away.
+    least = np.minimum(least, np.maximum(least - angle, STRAIGHT))
+    most = np.maximum(most, np.minimum(most + angle, FOLDED))
+    ends = np.stack([sign * least, sign * most])
     lower, upper = robot.q_lower.copy(), robot.q_upper.copy()
-    lower[2::3] = np.minimum(sign * least, sign * most)
-    upper[2::3] = np.maximum(sign * least, sign * most)
+    lower[2::3], upper[2::3] = ends.min(axis=0), ends.max(axis=0)
     return replace(robot, q_lower=lower, q_upper=upper)
 
 

@@ -214,8 +214,7 @@ def _raised(box: Box, by: float, bottom: float) -> Box:
 def _flight_slabs(lane: Lane, flight: Flight, element: int) -> list[Slab]:
     """A flight's solids where the lane's breaks have them, all of its strip covered."""
     part = slice(flight.first, flight.last + 2)
-    treads = lane.heights[flight.first : flight.last + 1]
-    heights = np.append(lane.end_heights[flight.first - 1], treads)
+    heights = lane.heights[flight.first - 1 : flight.last + 1]
     width = 2.0 * float(lane.half_widths[flight.first])
     slabs = []
     # Along the middle line a turned flight is longer than square to its nosings.
@@ -247,7 +246,7 @@ def _join_before(boxes: list[Box], old: Lane, lane: Lane, group: RiserGroup, bot
     edge = float(lane.breaks[group.first]) - flight.undercut / math.cos(group.yaw)
     by = edge - float(old.breaks[group.first] - flight.undercut)
     reach = aside(lane, k, group.yaw)
-    rising = bool(lane.heights[group.first] > lane.end_heights[k])
+    rising = bool(lane.heights[group.first] > lane.heights[k])
     element = max(box.element for box in boxes if box.element < group.elements[0])
     move_face(boxes, element, lane.heading, by + reach if rising else by - reach)
     if group.yaw != 0.0 and not rising:

@@ -66,7 +66,7 @@ def test_a_change_is_planned_on_the_whole_flight_in_the_end() -> None:
         enough = 0.12 if changed.stairs.count == 9 else 0.14
         return 0.03 if changed.stairs.rise <= enough else None
 
-    found = find_change(climbs, "rise", case)
+    found = find_change(climbs, case, "rise")
     assert set(counts[:-1]) <= {4, 9} and counts[-1] == 9 and counts.count(9) == MOST_TRIALS
     assert found.after is None and found.margin is None  # 0.14 and two finest steps less: too high
 
@@ -74,7 +74,7 @@ def test_a_change_is_planned_on_the_whole_flight_in_the_end() -> None:
         enough = 0.135 if changed.stairs.count == 9 else 0.14
         return 0.03 if changed.stairs.rise <= enough else None
 
-    found = find_change(less, "rise", case)
+    found = find_change(less, case, "rise")
     assert found.before == 0.2 and found.margin == 0.03
     assert found.after is not None and 0.13 <= found.after <= 0.135
     assert found.share == pytest.approx(found.after / 0.2 - 1.0)
@@ -104,7 +104,7 @@ def test_a_robot_too_weak_for_stairs_is_told_the_torque_that_is_enough() -> None
 
     case = Case(weak, stairs)
     assert climbs(case) is None
-    found = find_change(climbs, "torque", case)
+    found = find_change(climbs, case, "torque")
     assert found.after is not None and found.margin is not None and found.share is not None
     assert climbs(Case(with_torque(weak, 1.0 + found.share), stairs)) == found.margin
     assert climbs(Case(with_torque(weak, 0.9 * (1.0 + found.share)), stairs)) is None

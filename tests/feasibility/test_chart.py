@@ -1,5 +1,6 @@
 """`drake-quad chart`: the same whatever the number of processes, and files that are whole."""
 
+import copy
 import io
 import json
 import re
@@ -103,6 +104,15 @@ def test_a_cell_is_what_check_finds(monkeypatch: pytest.MonkeyPatch) -> None:
         assert designed is not None and works.margin == designed.margin > 0.0
         assert works.limit == ""
     assert judge_cell(URL, 2, 0.12, 0.05).limit in LIMITS
+
+
+def test_a_cycle_over_places_is_told_in_treads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three places a cycle, two to a tread, are one and a half treads."""
+    found = copy.deepcopy(asked(URL, Stairs(0.12, 0.32, 2)))
+    assert found.designed is not None
+    found.designed.scenario.gait.treads, found.designed.scenario.gait.places_per_tread = 3, 2
+    monkeypatch.setattr(chart_stairs_module, "check_flight", lambda *_, **__: found)
+    assert judge_cell(URL, 2, 0.12, 0.32).treads == 1.5
 
 
 @given(

@@ -19,7 +19,7 @@ from drake_quad.cli.check_answer import gait_lines, print_check, print_next
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.check_picture import draw_check, find_stretches
-from drake_quad.feasibility.check_report import feasibility_report, limit_of
+from drake_quad.feasibility.check_report import feasibility_report, limit_of, treads_in_words
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.flight import Around, make_stairs_scenario
 from drake_quad.feasibility.robot_picture import save_picture
@@ -228,6 +228,9 @@ def test_moments_are_on_the_stairs_and_the_picture_is_drawn(tmp_path: Path) -> N
         middle = 0.5 * (treads[0, 0] + treads[-1, 1])
         assert s[0] - 2 * RUN <= middle <= s[-1] + 2 * RUN
     figure = draw_check(designed, paper_robot())
+    gait = designed.scenario.gait
+    way = treads_in_words(gait.treads, gait.places_per_tread)
+    assert f": {way} a cycle" in figure.get_suptitle()
     save_picture(figure, tmp_path / "climb.svg", salt="robot")
     assert "<svg" in (tmp_path / "climb.svg").read_text()
 

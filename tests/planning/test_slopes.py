@@ -59,6 +59,39 @@ def test_distances_from_a_slope_are_those_from_its_line(
     assert from_ground(lane, np.array([s, 0.0, ground - over])) <= 0.0
 
 
+def away(line: np.ndarray, point: np.ndarray) -> float:
+    """Least distance of a point (2,) from a line through points (N, 2) [m]."""
+    begin, way = line[:-1], np.diff(line, axis=0)
+    square = np.maximum((way**2).sum(axis=1), 1e-18)
+    t = np.clip(((point - begin) * way).sum(axis=1) / square, 0.0, 1.0)
+    return float(np.linalg.norm(begin + t[:, None] * way - point, axis=1).min())
+
+
+KERB = "{{kind: curb, going: {}, height: 0.15}}"
+WITH_KERBS = [
+    (KERB.format("up"), slope(height), KERB.format(going))
+    for height in (0.5, -0.5)
+    for going in ("up", "down")
+]
+
+
+@given(
+    elements=st.sampled_from(WITH_KERBS),
+    s=st.floats(1.5, 4.0) | st.sampled_from([1.98, 2.02, 3.48, 3.52]),
+    over=st.floats(0.002, 0.4),
+)
+def test_distances_beside_kerbs_are_from_the_nearest_of_line_and_face(
+    elements: tuple[str, ...], s: float, over: float
+) -> None:
+    """A slope that begins and ends at a kerb: the distance is that from its whole outline."""
+    (lane,) = course(*elements).lanes
+    line = np.column_stack(lane.profile(0.0, lane.length))
+    ground = float(lane.height(s))
+    least = away(line, np.array([s, ground + over]))
+    assert from_ground(lane, np.array([s, 0.0, ground + over])) == pytest.approx(least, abs=1e-9)
+    assert from_ground(lane, np.array([s, 0.0, ground - over])) <= 0.0
+
+
 @pytest.mark.parametrize(("height", "crest"), [(0.5, 3.5), (-0.5, 2.0)])
 def test_a_line_through_a_crest_is_seen(height: float, crest: float) -> None:
     """Both of its ends are above the ground, its middle is below where the slope is highest."""

@@ -2,13 +2,17 @@
 
 import itertools
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
+from rig import paper_robot
 
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.runs.metrics import summarize
 from drake_quad.runs.result import RunResult
 from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation import run as run_module
 from drake_quad.simulation.prepare import prepare
 from drake_quad.simulation.run import simulate
 
@@ -126,6 +130,20 @@ def test_feet_stand_on_the_world_and_not_on_the_map() -> None:
     assert found > 100
     assert result.summary["clock_waited"] > 0.2
     assert result.summary["margin"]["minimum"] > 0.03
+
+
+def test_energy_is_told_of_the_mass_that_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load and heavier links are in the cost of transport, though no plan knows of them."""
+    told: list[float] = []
+
+    def noted(*given: Any, mass: float, **rest: Any) -> dict[str, Any]:
+        told.append(mass)
+        return summarize(*given, mass=mass, **rest)
+
+    monkeypatch.setattr(run_module, "summarize", noted)
+    run_for(0.25, "disturbances={mass_factor: 1.1, payload: {mass: 5, z: 0.1}}")
+    nominal = paper_robot().mass
+    assert told == [pytest.approx(1.1 * nominal + 5.0)]
 
 
 def test_a_replay_of_the_plan_is_not_pushed() -> None:
