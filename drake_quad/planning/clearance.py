@@ -155,33 +155,56 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
         q: (N, 4, 3) the joints' angles there [rad].
     """
     p_W = body[:, None, None, None, :3] + np.einsum(
-        "nij,nlkmj->nlkmi", rotations(body), _thighs_in_body(robot, q)
+        "nij,nlkmj->nlkmi", rotations(body), _thighs_in_body(robot, q, robot.thigh_points)
     )
     nearest = from_course(lane, p_W).min(axis=-1)
     return np.asarray((nearest - robot.thigh_radii).min(axis=-1))
 
 
 def thigh_trunk_clearance(robot: RobotModel, q: FloatArray) -> FloatArray:
-    """Between thighs and the trunk's boxes, at most CUTOFF, negative inside (N, 4) [m].
+    """Between thighs and the trunk, at most CUTOFF, negative inside [m].
 
-    CUTOFF of a thigh that passes through the trunk in physics, as its file's shapes want it.
+    Of the shapes of `ThighStops`: CUTOFF of a thigh that passes through the trunk in physics, as
+    its file's shapes want it.
 
     Args:
         robot: The robot.
         q: (N, 4, 3) the joints' angles [rad].
+
+    Returns:
+        (N, 4) [m].
     """
-    points = _thighs_in_body(robot, q)
+    stops = robot.thigh_stops
+    if stops.paths.shape[1] == 0:
+        return np.full(q.shape[:2], CUTOFF)
+    points = _thighs_in_body(robot, q, stops.paths)
     rows = np.ascontiguousarray(points.reshape(-1, *points.shape[-2:]))
-    apart = points_to_boxes(rows, robot.trunk_boxes, CUTOFF + float(robot.thigh_radii.max()))
-    clearance = apart.min(axis=-1).reshape(points.shape[:3]) - robot.thigh_radii
-    # A shape without extent stands for the hip where a thigh has no other.
-    counts = robot.thighs_meet_trunk[:, None] & np.any(robot.thigh_points != 0.0, axis=(2, 3))
-    return np.asarray(np.where(counts, np.minimum(clearance, CUTOFF), CUTOFF).min(axis=-1))
+    far = CUTOFF + max(float(stops.radii.max()), 0.0)
+    nearest = points_to_boxes(rows, stops.boxes, far).min(axis=-1).reshape(points.shape[:3])
+    for ends, radius in zip(stops.rods, stops.rod_radii, strict=True):
+        nearest = np.minimum(nearest, _from_cylinder(points, ends, radius))
+    return np.asarray(np.minimum(nearest - stops.radii, CUTOFF).min(axis=-1))
 
 
-def _thighs_in_body(robot: RobotModel, q: FloatArray) -> FloatArray:
-    """The points along the thighs' shapes in B, (N, 4, K, 10, 3) [m], of angles (N, 4, 3) [rad]."""
-    g, points = robot.geometry, robot.thigh_points
+ALONG = np.linspace(0.0, 1.0, 5)  # places of a line that are looked at beside a cylinder
+
+
+def _from_cylinder(points: FloatArray, ends: FloatArray, radius: float) -> FloatArray:
+    """Least distance of lines that join points (..., K, 3) from a cylinder (...) [m]."""
+    middle, length = 0.5 * (ends[0] + ends[1]), float(np.linalg.norm(ends[1] - ends[0]))
+    axis = (ends[1] - ends[0]) / length
+    begin, way = points[..., :-1, None, :], np.diff(points, axis=-2)[..., None, :]
+    p = begin + ALONG[:, None] * way - middle
+    along = p @ axis
+    across = np.linalg.norm(p - along[..., None] * axis, axis=-1)
+    beyond = np.stack([np.abs(along) - 0.5 * length, across - radius])
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=0)
+    return np.asarray((outside + np.minimum(beyond.max(axis=0), 0.0)).min(axis=(-2, -1)))
+
+
+def _thighs_in_body(robot: RobotModel, q: FloatArray, points: FloatArray) -> FloatArray:
+    """Points of the thighs (4, S, K, 3) in B, (N, 4, S, K, 3) [m], at angles (N, 4, 3) [rad]."""
+    g = robot.geometry
     a, h = q[..., 0, None, None], q[..., 1, None, None]
     x, y, z = (points[None, ..., k] for k in range(3))
     turned_x = np.cos(h) * x + np.sin(h) * z

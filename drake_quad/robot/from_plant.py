@@ -19,6 +19,7 @@ from drake_quad.robot.importer.stated_friction import states_friction
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import LegGeometry, RobotModel
 from drake_quad.robot.read_outline import bounding_box, outer_boxes, read_sides, read_thighs
+from drake_quad.robot.read_stops import read_stops
 
 Refuse = Callable[[str, object, str], InputError]  # of field, value and what would be right
 Chain = list[RevoluteJoint]  # a leg's joints, from the trunk on
@@ -245,9 +246,8 @@ def read_model(
     bodies = [joint.child_body() for joint in joints]
     radii = np.array([leg.radius for leg in legs])
     back, ahead = np.stack([leg.sides for leg in legs], axis=1)
-    thigh_points, thigh_radii = read_thighs(
-        plant, inspector, [chain[1].child_body() for chain in chains]
-    )
+    thighs = [chain[1].child_body() for chain in chains]
+    thigh_points, thigh_radii = read_thighs(plant, inspector, thighs)
     smaller = radii.max() - radii
     geometry = _geometry(legs, smaller, knees=0.5 * (lower + upper)[2::3])
     collisions = plant.GetCollisionGeometriesForBody(trunk)
@@ -257,17 +257,6 @@ def read_model(
     if collisions:
         box = bounding_box(inspector, collisions)
     boxes = outer_boxes(inspector, collisions) if collisions else box[None]
-    meet = np.array(
-        [
-            any(
-                not inspector.CollisionFiltered(ours, theirs)
-                for ours in collisions
-                for theirs in plant.GetCollisionGeometriesForBody(chain[1].child_body())
-            )
-            for chain in chains
-        ]
-    )
-    meet.flags.writeable = False
     return RobotModel(
         name=plant.GetModelInstanceName(instance),
         url=url,
@@ -301,7 +290,7 @@ def read_model(
         thigh_points=read_only(thigh_points),
         thigh_radii=read_only(thigh_radii),
         trunk_box=read_only(box),
-        thighs_meet_trunk=meet,
+        thigh_stops=read_stops(plant, inspector, trunk, thighs),
         trunk_boxes=read_only(boxes),
     )
 

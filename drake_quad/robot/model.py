@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from drake_quad.common import BoolArray, FloatArray
+from drake_quad.common import FloatArray
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,30 @@ class LegGeometry:
         return self.thigh + self.shank
 
 
+PATH = 26  # points of a way along a shape of a thigh
+
+
+@dataclass(frozen=True, eq=False)
+class ThighStops:
+    """The shapes that thighs and trunk have for each other; none where they pass through.
+
+    Attributes:
+        boxes: Least and greatest x, y, z of the trunk's boxes in B (K, 2, 3) [m].
+        rods: Ends of the axes of the trunk's cylinders in B (K, 2, 3) [m].
+        rod_radii: Radii of these cylinders (K,) [m].
+        paths: Points that lines along the thighs' shapes join, S shapes each, in the thighs'
+            frames (4, S, PATH, 3) [m].
+        radii: How thick the shapes are around these lines (4, S) [m]; -inf where a thigh has fewer
+            shapes.
+    """
+
+    boxes: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    rods: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    rod_radii: FloatArray = field(default_factory=lambda: np.zeros(0))
+    paths: FloatArray = field(default_factory=lambda: np.zeros((4, 0, PATH, 3)))
+    radii: FloatArray = field(default_factory=lambda: np.zeros((4, 0)))
+
+
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """What planning and control need to know of a robot.
@@ -75,8 +99,7 @@ class RobotModel:
         thigh_points: Points that lines along the thighs' collision shapes join, K shapes each, in
             the thighs' frames (4, K, 10, 3) [m].
         thigh_radii: Radii of the thighs' shapes around these lines (4, K) [m].
-        thighs_meet_trunk: Whether each thigh's shapes collide with the trunk's (4,); they pass
-            through it where a file's overlap already as the robot stands.
+        thigh_stops: What thighs and trunk come against each other with.
         trunk_box: Least and greatest x, y, z of the trunk's collision geometry in B (2, 3) [m]; of
             its hips where it has none.
         trunk_boxes: Least and greatest x, y, z of each of these geometries that no other holds
@@ -111,7 +134,7 @@ class RobotModel:
     shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
     thigh_points: FloatArray = field(default_factory=lambda: np.zeros((4, 1, 10, 3)))
     thigh_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 1)))
-    thighs_meet_trunk: BoolArray = field(default_factory=lambda: np.zeros(4, dtype=bool))
+    thigh_stops: ThighStops = field(default_factory=ThighStops)
     trunk_box: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
     trunk_boxes: FloatArray = field(default_factory=lambda: np.zeros((1, 2, 3)))
     foot_smaller: FloatArray = field(default_factory=lambda: np.zeros(4))

@@ -26,6 +26,7 @@ def with_longer_legs(robot: RobotModel, factor: float) -> RobotModel:
         geometry=replace(geometry, thigh=factor * geometry.thigh, shank=factor * geometry.shank),
         link_com=link_com,
         thigh_points=robot.thigh_points * along,
+        thigh_stops=replace(robot.thigh_stops, paths=robot.thigh_stops.paths * along),
     )
 
 

@@ -39,7 +39,7 @@ def check(name: str, console: Console) -> None:
     asked = {"rise": 0.1, "run": 0.3, "count": 4}
     told = {"feasible": False, "verdict": "unknown", "proof": None, "slacks": {}, "robot": name,
             "answer": f"Unknown: no plan for {name}",
-            "sought": True, "nearest": None, "picture": name, "asked": asked,
+            "sought": True, "nearest": None, "changes": None, "picture": name, "asked": asked,
             "doubts": [name]}  # fmt: skip
     print_check(told, console)
     print_next(told, console)
