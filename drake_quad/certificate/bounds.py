@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_quad.certificate.cells import Cells, Pieces, join_cells, make_cells, pick
 from drake_quad.certificate.clearance import (
+    CAP,
     MOST_PAIRS,
     Obstacles,
     SwingRule,
@@ -30,6 +31,7 @@ from drake_quad.certificate.kinematics import (
     make_chain,
 )
 from drake_quad.certificate.statics import enclose_margin, enclose_statics, find_support
+from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.robot.model import RobotModel
 
@@ -52,6 +54,7 @@ class Problem:
         pieces: The plan.
         obstacles: The course.
         rule: What a swing owes the obstacles.
+        within: How far all may be from the plan.
     """
 
     robot: RobotModel
@@ -59,9 +62,16 @@ class Problem:
     pieces: Pieces
     obstacles: Obstacles
     rule: SwingRule
+    within: Tolerances = NONE
 
 
-def pose_problem(robot: RobotModel, shank: Shank, pieces: Pieces, obstacles: Obstacles) -> Problem:
+def pose_problem(
+    robot: RobotModel,
+    shank: Shank,
+    pieces: Pieces,
+    obstacles: Obstacles,
+    within: Tolerances = NONE,
+) -> Problem:
     """Puts together what bounds are found with."""
     return Problem(
         robot=robot,
@@ -69,6 +79,7 @@ def pose_problem(robot: RobotModel, shank: Shank, pieces: Pieces, obstacles: Obs
         pieces=pieces,
         obstacles=obstacles,
         rule=find_swing_rule(pieces, obstacles, robot.foot_radius),
+        within=within,
     )
 
 
@@ -122,9 +133,9 @@ def _bound(
     tolerance: FloatArray,
     demand: FloatArray,
 ) -> Bounds:
-    robot, pieces = problem.robot, problem.pieces
+    robot, pieces, within = problem.robot, problem.pieces, problem.within
     segment = pieces.segment[cells.piece]
-    frame, feet = enclose_frame(cells), enclose_feet(pieces, cells)
+    frame, feet = enclose_frame(cells, within), enclose_feet(pieces, cells, within)
     legs = enclose_legs(robot, frame, feet)
     moments = enclose_moments(robot, frame, legs)
     N = len(cells.half)
@@ -138,21 +149,25 @@ def _bound(
         low[:, column] = lows.min(axis=1)
         sample[:, column] = np.where(np.isnan(samples), np.inf, samples).min(axis=1)
 
-    support = find_support(pieces, cells)
+    support = find_support(pieces, cells, within)
     margin = enclose_margin(support, moments)
-    put(MARGIN, margin.lower, margin.centre)
+    put(MARGIN, margin.lower, margin.lower_here)
     put(JOINTS, *_joint_slack(robot, legs))
     put(REACH, *_reach_slack(robot, legs))
     statics = enclose_statics(robot, support, frame, legs, moments)
-    effort = robot.effort.reshape(4, 3).T
+    effort = robot.effort.reshape(4, 3).T / (1.0 + within.mass)
     left = [
         1.0 - np.maximum(t.upper, -t.lower) / e
         for t, e in zip(statics.torques, effort, strict=True)
     ]
-    here = [1.0 - np.abs(t.centre) / e for t, e in zip(statics.torques, effort, strict=True)]
+    here = [
+        1.0 - np.maximum(t.upper_here, -t.lower_here) / e
+        for t, e in zip(statics.torques, effort, strict=True)
+    ]
     put(TORQUE, np.stack(left, axis=-1).reshape(N, 12), np.stack(here, axis=-1).reshape(N, 12))
     stands = pieces.standing[cells.piece]
-    put(SHARES, np.where(stands, statics.shares.lower, 1.0), np.where(stands, statics.witness, 1.0))
+    shares = statics.shares
+    put(SHARES, np.where(stands, shares.lower, 1.0), np.where(stands, shares.lower_here, 1.0))
     foot = enclose_foot_clearance(pieces, cells, problem.obstacles, problem.rule, robot.foot_radius)
     low[:, FOOT], sample[:, FOOT], where[:, FOOT] = foot.low, foot.sample, foot.obstacle
     low[:, GROUND], sample[:, GROUND] = foot.ground_low, foot.ground_sample
@@ -161,7 +176,7 @@ def _bound(
     knees, ahead = enclose_knees(robot, frame, legs), enclose_shank_axes(frame, legs)
     shank = enclose_shank_clearance(
         cells,
-        make_chain(problem.shank, knees, feet, ahead),
+        make_chain(problem.shank.thicker(within.stairs), knees, feet, ahead),
         problem.obstacles,
         group=segment,
         best=known,
@@ -169,6 +184,10 @@ def _bound(
         demand=float(demand[SHANK]),
     )
     low[:, SHANK], sample[:, SHANK], where[:, SHANK] = shank.low, shank.sample, shank.leg
+    for values in (low, sample):
+        values[:, FOOT] -= within.swing + within.stairs
+    if within != NONE:  # a foot may touch its own ground sooner or later than planned
+        low[:, GROUND] = sample[:, GROUND] = CAP
     np.minimum.at(best, segment, sample)
     return Bounds(low, sample, where, statics.witness)
 
@@ -179,7 +198,7 @@ def _joint_slack(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]
     low, here = [], []
     for j, angle in enumerate(legs.angles):
         low.append(np.minimum(angle.lower - lower[:, j], upper[:, j] - angle.upper))
-        here.append(np.minimum(angle.centre - lower[:, j], upper[:, j] - angle.centre))
+        here.append(np.minimum(angle.lower_here - lower[:, j], upper[:, j] - angle.upper_here))
     count = len(low[0])
     return np.stack(low, axis=-1).reshape(count, 12), np.stack(here, axis=-1).reshape(count, 12)
 
@@ -189,7 +208,7 @@ def _reach_slack(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]
     g, far = robot.geometry, legs.extension
     folded = np.abs(g.thigh - g.shank)
     low = np.minimum(g.reach - far.upper, far.lower - folded)
-    here = np.minimum(g.reach - far.centre, far.centre - folded)
+    here = np.minimum(g.reach - far.upper_here, far.lower_here - folded)
     return low, np.where(np.isnan(here), -1.0, here)
 
 

@@ -176,19 +176,18 @@ class Cells:
         """One coordinate of all four feet, (N, 4)."""
         swing = np.arange(4) == pieces.swing[self.piece][:, None]
         moving = self._enclose(self.foot[:, axis])
-        place, rate = pieces.feet[self.piece][:, :, axis], np.zeros((len(self.piece), 4))
+        place, rolls = pieces.feet[self.piece][:, :, axis], np.zeros((len(self.piece), 4))
         if axis < 2:
-            on, lasts = pieces.roll[self.piece][:, :, axis], pieces.end - pieces.start
+            on = pieces.roll[self.piece][:, :, axis]
             place = place + 0.5 * (self.low + self.high)[:, None] * on
-            rate = on / lasts[self.piece][:, None]
-        pad = 8.0 * UNIT * (1.0 + np.abs(place))
+            rolls = 0.5 * (self.high - self.low)[:, None] * on
+        pad = 8.0 * UNIT * (1.0 + np.abs(place) + np.abs(rolls))
         return Enclosure(
             np.where(swing, moving.centre, place),
+            np.where(swing, moving.time, rolls),
+            np.zeros((*place.shape, 0)),
             np.where(swing, moving.error, pad),
-            np.where(swing, moving.radius, pad + np.abs(rate) * moving.half),
-            np.where(swing, moving.rate, rate),
-            np.where(swing, moving.rate_radius, 8.0 * UNIT * np.abs(rate)),
-            moving.half,
+            np.where(swing, moving.rest, pad),
         )
 
     def standing_feet(self, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
@@ -200,13 +199,11 @@ class Cells:
 
     def _enclose(self, powers: FloatArray) -> Enclosure:
         """Polynomials (N, n) in tau as enclosures (N, 1)."""
-        size, degrees = np.abs(powers), np.arange(powers.shape[-1])
-        pad = 64.0 * UNIT * (1.0 + size.sum(axis=-1))
-        half = self.half
-        radius = size[:, 1:].sum(axis=-1) + pad
-        bend = (size[:, 2:] * degrees[2:]).sum(axis=-1) / half + pad / half
-        columns = (powers[:, 0], pad, radius, powers[:, 1] / half, bend, half)
-        return Enclosure(*(column[:, None] for column in columns))
+        size = np.abs(powers)
+        pad = 64.0 * UNIT * (1.0 + size.sum(axis=-1, keepdims=True))
+        rest = size[:, 2:].sum(axis=-1, keepdims=True) + pad
+        none = np.zeros((len(powers), 1, 0))
+        return Enclosure(powers[:, :1], powers[:, 1:2], none, pad, rest)
 
 
 T = TypeVar("T")

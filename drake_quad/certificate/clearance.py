@@ -309,9 +309,7 @@ def enclose_shank_clearance(
     wanted = np.maximum(best - tolerance, np.minimum(best, demand))
     fine = np.flatnonzero(low < np.minimum(wanted[group[cell]], CAP))
     points = chain.points.pick(cell[fine], leg[fine])
-    low[fine], sample[fine] = _refine(
-        points, ends[:, fine], obstacles, which[fine], cells.half[cell[fine]], thick[fine]
-    )
+    low[fine], sample[fine] = _refine(points, ends[:, fine], obstacles, which[fine], thick[fine])
     np.minimum.at(best, group[cell], sample)
     np.minimum.at(clearance.sample, cell, sample)
     np.minimum.at(clearance.low, cell, low)
@@ -325,25 +323,26 @@ def _refine(
     ends: FloatArray,
     obstacles: Obstacles,
     which: IntArray,
-    half: FloatArray,
     thick: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Bounds and values of K parts of shanks from their nearest points in the middle of a cell."""
     here = np.einsum("eks,ksi->eki", ends, points.centre)
     way = here[1] - here[0]
-    a, b = np.zeros(len(half)), np.ones(len(half))
+    count = len(thick)
+    a, b = np.zeros(count), np.ones(count)
     for _ in range(_HALVINGS):  # convex along the part: the slope's sign says where the least is
         s = 0.5 * (a + b)
         _, normal = obstacles.distance(here[0] + s[:, None] * way, which)
         falls = np.einsum("ki,ki->k", normal, way) < 0.0
         a, b = np.where(falls, s, a), np.where(falls, b, s)
-    low, sample = np.full(len(half), -np.inf), np.full(len(half), np.inf)
+    low, sample = np.full(count, -np.inf), np.full(count, np.inf)
     for s in (a, b):
         distance, normal = obstacles.distance(here[0] + s[:, None] * way, which)
-        bound = np.full(len(half), np.inf)
+        bound, still = np.full(count, np.inf), distance - thick
         for end, at in zip(ends, (0.0, 1.0), strict=True):
             leans = np.einsum("ki,ki->k", normal, way) * (at - s)
-            bound = np.minimum(bound, distance + leans - points.moves(end, normal, half) - thick)
+            bound = np.minimum(bound, distance + leans - points.moves(end, normal) - thick)
+            still = np.minimum(still, distance + leans - points.unsure(end, normal) - thick)
         low = np.fmax(low, bound)
-        sample = np.minimum(sample, distance - thick)
+        sample = np.fmin(sample, still)
     return low, sample

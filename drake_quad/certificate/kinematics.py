@@ -3,32 +3,42 @@
 The leg is that of `robot.kinematics`: abduction about x, hip pitch and knee about y.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from drake_quad.certificate.cells import Cells, Pieces
-from drake_quad.certificate.enclosure import Enclosure, angle_of
+from drake_quad.certificate.enclosure import Enclosure, angle_of, constant, vary
+from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import FloatArray, IntArray
 from drake_quad.robot.model import SHANK_POINTS, RobotModel
 
 TURN = 2.0 * np.pi
+# What tolerances make unknown: the body's place, pitch, yaw and roll, and three of each foot's own.
+ROLL, OWN, UNKNOWNS = 5, 3, 9
 Vector = tuple[Enclosure, Enclosure, Enclosure]
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """The body: its origin in W and the sines and cosines of its pitch and yaw, (N, 1) each."""
+    """The body: its origin in W and the sines and cosines of its angles, (N, 1) each.
+
+    Bodies do not roll in plans: `roll` has sine and cosine of what tolerances allow, or is None.
+    """
 
     origin: Vector
     sin_pitch: Enclosure
     cos_pitch: Enclosure
     sin_yaw: Enclosure
     cos_yaw: Enclosure
+    roll: tuple[Enclosure, Enclosure] | None = None
 
     def turn(self, v: Vector) -> Vector:
         """A vector in B, as in W."""
         x, y, z = v
+        if self.roll is not None:
+            s, c = self.roll
+            y, z = c * y - s * z, s * y + c * z
         ahead = self.cos_pitch * x + self.sin_pitch * z
         up = self.cos_pitch * z - self.sin_pitch * x
         return (
@@ -41,11 +51,15 @@ class Frame:
         """A vector in W, as in B."""
         x, y, z = v
         ahead = self.cos_yaw * x + self.sin_yaw * y
-        return (
+        x, y, z = (
             self.cos_pitch * ahead - self.sin_pitch * z,
             self.cos_yaw * y - self.sin_yaw * x,
             self.sin_pitch * ahead + self.cos_pitch * z,
         )
+        if self.roll is not None:
+            s, c = self.roll
+            y, z = c * y + s * z, c * z - s * y
+        return x, y, z
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +71,7 @@ class Legs:
         foot: The foot from the hip pitch axis, in the leg's plane: x and z [m].
         extension: The foot's distance from the hip pitch axis [m].
         across: The foot's y from the hip in B [m].
+        height: The foot's z from the hip in B [m].
         sin_abduction: Sine of the abduction angle.
         cos_abduction: Cosine of it.
         sin_thigh: Sine of the thigh's angle in the leg's plane, from straight down.
@@ -69,6 +84,7 @@ class Legs:
     foot: tuple[Enclosure, Enclosure]
     extension: Enclosure
     across: Enclosure
+    height: Enclosure
     sin_abduction: Enclosure
     cos_abduction: Enclosure
     sin_thigh: Enclosure
@@ -77,16 +93,34 @@ class Legs:
     cos_shank: Enclosure
 
 
-def enclose_frame(cells: Cells) -> Frame:
-    """The body over each cell."""
-    pitch, yaw = cells.body_enclosure(3), cells.body_enclosure(4)
-    x, y, z = (cells.body_enclosure(k) for k in range(3))
-    return Frame((x, y, z), pitch.sin(), pitch.cos(), yaw.sin(), yaw.cos())
+def enclose_frame(cells: Cells, within: Tolerances = NONE) -> Frame:
+    """The body over each cell, with what tolerances allow."""
+    count = _unknowns(within)
+    offs = (within.body, within.body, within.body, within.tilt, within.turn)
+    x, y, z, pitch, yaw = (
+        vary(cells.body_enclosure(k), off, k, count) for k, off in enumerate(offs)
+    )
+    roll = None
+    if within.tilt > 0.0:
+        angle = vary(constant(0.0, cells.body_enclosure(3)), within.tilt, ROLL, count)
+        roll = angle.sin(), angle.cos()
+    return Frame((x, y, z), pitch.sin(), pitch.cos(), yaw.sin(), yaw.cos(), roll)
 
 
-def enclose_feet(pieces: Pieces, cells: Cells) -> Vector:
-    """The feet in W over each cell, (N, 4) each [m]."""
-    x, y, z = (cells.feet_enclosure(pieces, axis) for axis in range(3))
+def _unknowns(within: Tolerances) -> int:
+    return 0 if within == NONE else UNKNOWNS
+
+
+def enclose_feet(pieces: Pieces, cells: Cells, within: Tolerances = NONE) -> Vector:
+    """The feet in W over each cell, with what tolerances allow, (N, 4) each [m]."""
+    swings = np.arange(4) == pieces.swing[cells.piece][:, None]
+    aside = np.where(swings, within.swing, within.foot)
+    upward = np.where(swings, within.swing, within.foot + within.rise)
+    first, count = UNKNOWNS - OWN, _unknowns(within)
+    x, y, z = (
+        vary(cells.feet_enclosure(pieces, k), off, first + k, count)
+        for k, off in enumerate((aside, aside, upward))
+    )
     return x, y, z
 
 
@@ -97,10 +131,9 @@ def enclose_legs(robot: RobotModel, frame: Frame, feet: Vector) -> Legs:
         (feet[0] - frame.origin[0], feet[1] - frame.origin[1], feet[2] - frame.origin[2])
     )
     x, y, z = x - g.p_BH[:, 0], y - g.p_BH[:, 1], z - g.p_BH[:, 2]
+    height = z
     down = -((y * y + z * z - g.offset**2).sqrt())
-    still = np.zeros_like(down.centre)
-    offset = Enclosure(still + g.offset, still, still, still, still, down.half)
-    abduction = _nearest(angle_of(z, y) - angle_of(down, offset))
+    abduction = _nearest(angle_of(z, y) - angle_of(down, constant(g.offset, down)))
     down = down - g.raised
     extension = x * x + down * down
     bend = extension - (g.thigh**2 + g.shank**2)
@@ -114,6 +147,7 @@ def enclose_legs(robot: RobotModel, frame: Frame, feet: Vector) -> Legs:
         foot=(x, down),
         extension=extension.sqrt(),
         across=y,
+        height=height,
         sin_abduction=abduction.sin(),
         cos_abduction=abduction.cos(),
         sin_thigh=hip.sin(),
@@ -150,12 +184,14 @@ class Moments:
 
     Attributes:
         leg_across: Moment of hip, thigh and shank about the hip, along B's y.
+        leg_height: The same along B's z.
         thigh: Moment of thigh and shank about the hip pitch axis, in the leg's plane: x and z.
         shank: Moment of the shank about the knee, in the leg's plane: x and z.
         com: x and y of the whole robot's centre of mass in W, (N, 1) each [m].
     """
 
     leg_across: Enclosure
+    leg_height: Enclosure
     thigh: tuple[Enclosure, Enclosure]
     shank: tuple[Enclosure, Enclosure]
     com: tuple[Enclosure, Enclosure]
@@ -186,12 +222,13 @@ def enclose_moments(robot: RobotModel, frame: Frame, legs: Legs) -> Moments:
     share = 1.0 / robot.mass
     offset = frame.turn(
         (
-            (along.sum(axis=1) + still[0]) * share,
-            (across.sum(axis=1) + still[1]) * share,
-            (upward.sum(axis=1) + still[2]) * share,
+            (along.sum(axis=1, own=OWN) + still[0]) * share,
+            (across.sum(axis=1, own=OWN) + still[1]) * share,
+            (upward.sum(axis=1, own=OWN) + still[2]) * share,
         )
     )
-    return Moments(across, thigh, shank, (frame.origin[0] + offset[0], frame.origin[1] + offset[1]))
+    com = frame.origin[0] + offset[0], frame.origin[1] + offset[1]
+    return Moments(across, upward, thigh, shank, com)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +246,10 @@ class Shank:
     ahead: FloatArray
     radii: FloatArray
 
+    def thicker(self, by: float) -> "Shank":
+        """Shanks that are thicker all around, by a length [m]."""
+        return replace(self, radii=self.radii + by) if by > 0.0 else self
+
 
 def shank_of(robot: RobotModel) -> Shank:
     """How thick a robot's shanks are, by their collision geometry."""
@@ -219,29 +260,40 @@ def shank_of(robot: RobotModel) -> Shank:
 class Points:
     """Enclosures of knee, foot and the shank's x axis in W, arrays (..., 3, 3), last x, y, z.
 
-    Any point of a shank is a combination of the three that does not change with time.
+    Any point of a shank is a combination of the three that does not change with time. The arrays
+    are those of `Enclosure`; `spread` has one axis more.
     """
 
     centre: FloatArray
+    time: FloatArray
+    spread: FloatArray
     error: FloatArray
-    radius: FloatArray
-    rate: FloatArray
-    rate_radius: FloatArray
+    rest: FloatArray
+
+    @property
+    def radius(self) -> FloatArray:
+        """How far each coordinate may be from `centre` [m]."""
+        return np.asarray(np.abs(self.time) + np.abs(self.spread).sum(axis=-1) + self.rest)
 
     def pick(self, cell: IntArray, leg: IntArray) -> "Points":
         """Those of some legs in some cells (K, 3, 3)."""
         return Points(**{name: values[cell, leg] for name, values in vars(self).items()})
 
-    def moves(self, combination: FloatArray, normal: FloatArray, half: FloatArray) -> FloatArray:
-        """How far combinations (K, 3) move along normals (K, 3) from where they are at first."""
-        weight, size = np.abs(combination), np.abs(normal)
+    def unsure(self, combination: FloatArray, normal: FloatArray) -> FloatArray:
+        """How far combinations (K, 3) may be off along normals (K, 3) in the middle [m]."""
+        spread = np.einsum("ks,ksip,ki->kp", combination, self.spread, normal)
+        return np.abs(spread).sum(axis=-1) + self._worst(self.error, combination, normal)
 
-        def worst(values: FloatArray) -> FloatArray:
-            return np.asarray(np.einsum("ks,ksi,ki->k", weight, values, size))
+    def moves(self, combination: FloatArray, normal: FloatArray) -> FloatArray:
+        """How far combinations (K, 3) are off along normals (K, 3) over the stretch [m]."""
+        steady = np.abs(np.einsum("ks,ksi,ki->k", combination, self.time, normal))
+        spread = np.einsum("ks,ksip,ki->kp", combination, self.spread, normal)
+        rest = self._worst(self.rest, combination, normal)
+        return np.asarray(steady + np.abs(spread).sum(axis=-1) + rest)
 
-        steady = np.abs(np.einsum("ks,ksi,ki->k", combination, self.rate, normal))
-        by_rate = (steady + worst(self.rate_radius)) * half + worst(self.error)
-        return np.asarray(np.fmin(by_rate, worst(self.radius)))
+    @staticmethod
+    def _worst(bounds: FloatArray, combination: FloatArray, normal: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("ks,ksi,ki->k", np.abs(combination), bounds, np.abs(normal)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,11 +324,12 @@ class Chain:
 def make_chain(shank: Shank, knees: Vector, feet: Vector, ahead: Vector) -> Chain:
     """The shanks between knees and feet, whose own x axes are `ahead`; all in W, (N, 4) each."""
 
-    def stacked(name: str) -> FloatArray:
+    def stacked(name: str, axis: int = -1) -> FloatArray:
         return np.stack(
-            [np.stack([getattr(c, name) for c in v], axis=-1) for v in (knees, feet, ahead)],
-            axis=-2,
+            [np.stack([getattr(c, name) for c in v], axis=axis) for v in (knees, feet, ahead)],
+            axis=axis - 1,
         )
 
-    names = ("centre", "error", "radius", "rate", "rate_radius")
-    return Chain(shank, Points(*(stacked(name) for name in names)))
+    names = ("centre", "time", "error", "rest")
+    parts = {name: stacked(name) for name in names}
+    return Chain(shank, Points(**parts, spread=stacked("spread", axis=-2)))

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_quad.certificate.cells import Cells, Pieces
-from drake_quad.certificate.enclosure import Enclosure, widen
+from drake_quad.certificate.enclosure import Enclosure, Number, blur, widen
 from drake_quad.certificate.kinematics import Frame, Legs, Moments
+from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.robot.model import RobotModel
 
@@ -39,7 +40,9 @@ class Support:
         offset: Margin to a side: normal . com - offset (N, SIDES) [m]; -NO_SIDE for none.
         share: Shares of the weight: share @ (1, com) (N, 4, 3), the least ones by squares.
         free: Change of the shares that does not change their balance (N, 4).
-        away: How far a standing foot may be from its place in the cell, at most (N,) [m].
+        away: How far a standing foot rolls from its place in the cell, at most (N,) [m].
+        off: How far besides it may be from its planned place, at most [m].
+        com: How far the centre of mass may be from the model's, at most [m].
     """
 
     normal: FloatArray
@@ -47,15 +50,18 @@ class Support:
     share: FloatArray
     free: FloatArray
     away: FloatArray
+    off: float = 0.0
+    com: float = 0.0
 
 
-def find_support(pieces: Pieces, cells: Cells) -> Support:
-    """The support in every cell."""
+def find_support(pieces: Pieces, cells: Cells, within: Tolerances = NONE) -> Support:
+    """The support in every cell, with what tolerances allow."""
     feet, away = cells.standing_feet(pieces)
     standing = pieces.standing[cells.piece]
     normal, offset = _sides(feet, standing)
     share, free = _shares(feet, standing)
-    return Support(normal, offset, share, free, np.where(standing, away, 0.0).max(axis=1))
+    rolls = np.where(standing, away, 0.0).max(axis=1)
+    return Support(normal, offset, share, free, rolls, within.foot, within.com)
 
 
 def _sides(feet: FloatArray, standing: BoolArray) -> tuple[FloatArray, FloatArray]:
@@ -103,7 +109,7 @@ def enclose_margin(support: Support, moments: Moments) -> Enclosure:
     x, y = moments.com
     still = x * support.normal[..., 0] + y * support.normal[..., 1] - support.offset
     away = support.away[:, None]
-    return widen(still, away, away / still.half)
+    return widen(blur(still, support.off + support.com), away)
 
 
 _CHOICES = np.linspace(0.02, 0.98, 25)  # of a force distribution over four feet
@@ -139,9 +145,10 @@ def enclose_statics(
     share, free = support.share, support.free
     x, y = moments.com
     shares = x * share[..., 1] + y * share[..., 2] + share[..., 0]
+    shares = blur(shares, support.com * np.hypot(share[..., 1], share[..., 2]))
     empty, loaded = _torques(robot, frame, legs, moments)
-    freedom = _choose(robot, shares, free, empty, loaded)
-    shares = _roll(shares + freedom[:, None] * free, support)
+    freedom = _choose(robot, _moved(shares, support), free, empty, loaded)
+    shares = _moved(shares + freedom[:, None] * free, support)
     torques = (
         empty[0] + loaded[0] * shares,
         empty[1] + loaded[1] * shares,
@@ -150,20 +157,24 @@ def enclose_statics(
     return Statics(shares.centre, shares, torques)
 
 
-def _roll(shares: Enclosure, support: Support) -> Enclosure:
-    """The shares with feet that roll, see above."""
-    away, half = support.away[:, None], shares.half
+def _moved(shares: Enclosure, support: Support) -> Enclosure:
+    """The shares with feet that roll, or are off their places, see above."""
+    off, away = support.off, support.away[:, None] + support.off
     size = np.linalg.norm(support.share, axis=2)  # of K's rows; the first column only adds to it
-    k = away * size.sum(axis=1, keepdims=True)
-    left = np.where(k < 1.0, 1.0 - k, np.nan)
-    total = (np.abs(shares.centre) + shares.radius).sum(axis=1, keepdims=True)
-    speed = (np.abs(shares.rate) + shares.rate_radius).sum(axis=1, keepdims=True)
-    moved = size * away * total / left
-    # The rate of each factor in turn: of (1 + D K)^-1, of D, of f.
-    rate = size * (
-        (k / half) * away * total / left**2 + (away / half * total + away * speed) / left
+    rows = size.sum(axis=1, keepdims=True)
+
+    def moved(distance: Number, sizes: FloatArray) -> FloatArray:
+        total, k = sizes.sum(axis=1, keepdims=True), distance * rows
+        return np.asarray(size * distance * total / np.where(k < 1.0, 1.0 - k, np.nan))
+
+    middle = np.abs(shares.centre)
+    return Enclosure(
+        shares.centre,
+        shares.time,
+        shares.spread,
+        shares.error + moved(off, middle + shares.here),
+        shares.rest + moved(away, middle + shares.radius),
     )
-    return widen(shares, moved, rate)
 
 
 def _torques(
@@ -177,6 +188,12 @@ def _torques(
     g, M, shank = GRAVITY, robot.mass, robot.geometry.shank
     aside, ahead = frame.cos_pitch, -frame.sin_pitch
     upward = legs.cos_abduction * aside
+    leg_across, across = moments.leg_across, legs.across
+    if frame.roll is not None:  # gravity has a part along B's y then
+        s, c = frame.roll
+        upward = (legs.cos_abduction * c - legs.sin_abduction * s) * aside
+        leg_across = leg_across * c - moments.leg_height * s
+        across = across * c - legs.height * s
     x, z = legs.foot
     knee_x, knee_z = legs.sin_shank * -shank, legs.cos_shank * -shank
 
@@ -184,12 +201,12 @@ def _torques(
         return pz * ahead - px * upward
 
     empty = (
-        moments.leg_across * aside * g,
+        leg_across * aside * g,
         pitch(*moments.thigh) * g,
         pitch(*moments.shank) * g,
     )
     loaded = (
-        legs.across * aside * (-g * M),
+        across * aside * (-g * M),
         pitch(x, z) * (-g * M),
         pitch(knee_x, knee_z) * (-g * M),
     )

@@ -1,6 +1,7 @@
 """The commands about a scenario: `run`, `plan`, `report`, `replay` and `scenarios`."""
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -306,7 +307,40 @@ def certificate_lines(told: dict[str, Any]) -> list[str]:
         f"{told['certifying_time']:.2f} s:"
     )
     lines = [f"  {name} {value}" for name, value in figures]
-    return [head, *lines, "  body and feet continuous to the acceleration, also between tasks"]
+    smooth = "  body and feet continuous to the acceleration, also between tasks"
+    return [head, *lines, smooth, *_tolerance_lines(told["tolerances"])]
+
+
+def _tolerance_lines(told: dict[str, Any] | None) -> list[str]:
+    """What is proven within tolerances, for people."""
+    if told is None:
+        return []
+    asked, proven = told["asked"], told["proven"]
+    tilt = 180.0 / math.pi * max(asked["tilt"], asked["turn"])
+    lines = [
+        f"also for treads up to {1e3 * asked['rise']:.1f} mm higher or lower and risers "
+        f"{1e3 * asked['run']:.1f} mm off, masses {asked['mass']:.0%} more, a centre of mass "
+        f"{1e3 * asked['com']:.0f} mm off, the body {1e3 * asked['body']:.1f} mm and "
+        f"{tilt:.1f}° off its plan, standing feet {1e3 * asked['foot']:.1f} mm, swing feet "
+        f"{1e3 * asked['swing']:.1f} mm:"
+    ]
+    if told["share"] < 1.0:
+        lines.append(
+            f"  not for all of that: with {told['share'] + 1.0 / 20.0:.2f} of each "
+            f"{told['reason']}, from {told['time']:.3f} s on, in '{told['segment']}'"
+        )
+        if not proven:
+            return [*lines, "  so nothing is proven beyond the plan as it is"]
+        lines.append(f"  but with {told['share']:.2f} of each:")
+    return [
+        *lines,
+        f"  static margin at least {proven['margin']:.4f} m",
+        f"  swing feet from risers and nosings at least {proven['foot_clearance']:.4f} m, standing "
+        f"ones from edges {proven['foothold_room']:.4f} m",
+        f"  knees and shanks from the course at least {proven['shank_clearance']:.4f} m",
+        f"  joints inside their limits by at least {proven['joint_room']:.3f} rad, torques at most "
+        f"{1.0 - proven['torque_room']:.1%} of theirs",
+    ]
 
 
 def print_certificate(told: dict[str, Any], console: Console) -> None:

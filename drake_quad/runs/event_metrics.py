@@ -9,6 +9,7 @@ import pyarrow as pa
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.estimation.contact_from_torques import compare_touchdowns
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.runs.log import columns_of
 from drake_quad.runs.pose_metrics import base_error
 from drake_quad.runs.schema import Columns
 from drake_quad.systems.disturbances import Push
@@ -139,7 +140,7 @@ def push_figures(table: pa.Table, pushes: Sequence[Push], *, failed: bool) -> li
     """
     if not pushes:
         return []
-    c = {name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}
+    c = columns_of(table)
     t = c["t"]
     pushes = sorted(pushes, key=lambda push: push.time)
     begins = np.searchsorted(t, [push.time for push in pushes])

@@ -157,3 +157,8 @@ def _from_clock(phase: FloatArray, plans: Sequence[MotionPlan]) -> Columns:
 def state_names(plant_names: Sequence[str], velocity_names: Sequence[str]) -> list[str]:
     """Column names of [q; v] by Drake's own position and velocity names."""
     return [f"q_{name}" for name in plant_names] + [f"v_{name}" for name in velocity_names]
+
+
+def columns_of(table: pa.Table) -> Columns:
+    """A log's columns as arrays."""
+    return {name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}

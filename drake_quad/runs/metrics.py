@@ -10,6 +10,7 @@ from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.event_metrics import recovery_figures, touch_figures, wait_figures
+from drake_quad.runs.log import columns_of
 from drake_quad.runs.pose_metrics import (
     LEAST_WAY,
     base_error,
@@ -87,7 +88,7 @@ def summarize(table: pa.Table, robot: RobotModel, *, mass: float) -> dict[str, A
     """
     if table.num_rows == 0:
         return {}
-    c = {name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names}
+    c = columns_of(table)
     t = c["t"]
     period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
     bearing = np.stack([c[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=-1)

@@ -17,6 +17,8 @@ from drake_quad.stability.margins import Margins
 from drake_quad.stability.safety import MOST_SLIP, NO_SUPPORT, judge_safety, margin_words
 
 Columns = dict[str, np.ndarray]
+
+
 AXES = ("x", "y", "z")
 TURNS = ("roll", "pitch", "yaw")
 
@@ -420,6 +422,20 @@ SUMMARY = (
     Figure("base_tilt_error_max_deg", "deg", "Farthest that the base was turned from where it is "
            "wanted", shown=Shown("Body most tilted off its plan", 2, "°"), at_most=2.0,
            physics=True),
+    Figure("tracking.body_max", "m", "Farthest that the body was from its plan along an axis of W, "
+           "as seen from the feet that are planned to stand; in the log's samples, as all of "
+           "`tracking`", shown=Shown("Body farthest from its plan, from its feet", 1, "mm")),
+    Figure("tracking.tilt_max_deg", "deg", "Greatest roll, or error of pitch"),
+    Figure("tracking.turn_max_deg", "deg", "Greatest error of yaw"),
+    Figure("tracking.foot_max", "m", "Farthest that a foot was, along the ground, from where it is "
+           "planned to stand", shown=Shown("Standing foot farthest from its place", 1, "mm")),
+    Figure("tracking.foot_height_max", "m", "The same in height"),
+    Figure("tracking.swing_max", "m", "Farthest that a swing foot was from where it is planned",
+           shown=Shown("Swing foot farthest from its plan", 1, "mm")),
+    Figure("tracking.left", "", "Tolerances of the plan's certificate (`certify.tolerances`) that "
+           "the run left: `body`, `tilt`, `turn`, `foot`, `rise` (a standing foot's height), "
+           "`swing`; empty if it kept within all of them", "list"),
+    Figure("tracking.left_at", "s", "When it first left one; null if it did not"),
     Figure("margin_within_20mm", "", "Share of samples in which measured and planned margin are "
            "within 0.02 m", shown=Shown("Samples with the margin within 20 mm of its plan", 1, "%"),
            at_least=0.95, physics=True),
@@ -609,7 +625,17 @@ def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         if key == "nonfoot_contact_samples":
             text += _deepest(summary)
         lines.append((label.format(**words), text))
+        if key == "slip_max" and isinstance(tracking := summary.get("tracking"), Mapping):
+            lines.append(("tolerances of the plan's certificate", _tracking_words(tracking)))
     return lines
+
+
+def _tracking_words(tracking: Mapping[str, Any]) -> str:
+    """Whether a run kept within the tolerances, in words."""
+    left, at = tracking.get("left"), look_up(tracking, "left_at")
+    if not left:
+        return "kept"
+    return f"left from {at:.2f} s on: {', '.join(map(str, left))}"
 
 
 def _deepest(summary: Mapping[str, Any]) -> str:

@@ -6,7 +6,7 @@ Plain dataclasses with unpostponed annotations, as those of `config.py`.
 from dataclasses import dataclass
 
 from drake_quad.stability.equilibrium_region import KINDS
-from drake_quad.util.schema import FieldBound, choice, not_negative, number, positive, within
+from drake_quad.util.schema import FieldBound, choice, not_negative, number, part, positive, within
 
 
 def _duty_factor(text: str) -> float:
@@ -348,6 +348,48 @@ class MonitorConfig:
     )
 
 
+def _of_leg(text: str, percent: float) -> float | None:
+    """A distance that grows with the legs if it is not given."""
+    text += f"; {percent:g} % of the leg's length if not given"
+    bound: float | None = number(None, "m", text, not_negative(), within(0.0, 1.0))
+    return bound
+
+
+@dataclass
+class TolerancesConfig:
+    """How far stairs, masses and the robot's motion may be from the plan."""
+
+    rise: float = number(
+        0.005,
+        "m",
+        "How much higher or lower than mapped each tread may be, beside a shift that all of the "
+        "ground and the robot share",
+        not_negative(),
+        within(0.0, 0.1),
+    )
+    run: float = number(
+        0.005, "m", "How far each riser may be from where it is mapped", not_negative(),
+        within(0.0, 0.1),
+    )  # fmt: skip
+    mass: float = number(
+        0.1, "", "Share by which all masses may be more, in one ratio", not_negative(),
+        within(0.0, 1.0),
+    )  # fmt: skip
+    com: float = number(
+        0.02, "m", "Horizontal distance of the robot's centre of mass from its model's",
+        not_negative(), within(0.0, 1.0),
+    )  # fmt: skip
+    body: float | None = _of_leg(
+        "Distance of the body from its plan, along each axis, as seen from the standing feet", 0.5
+    )
+    tilt_deg: float = number(
+        0.3, "deg", "Roll, and error of pitch", not_negative(), within(0.0, 30.0)
+    )
+    turn_deg: float = number(0.3, "deg", "Error of yaw", not_negative(), within(0.0, 30.0))
+    foot: float | None = _of_leg("Distance of a standing foot from where it is planned", 0.3)
+    swing: float | None = _of_leg("Distance of a swing foot from where it is planned", 0.5)
+
+
 @dataclass
 class CertifyConfig:
     """What a certificate of the plan is to prove at every time, beside that all is positive."""
@@ -365,4 +407,7 @@ class CertifyConfig:
         "Distance of swing feet from risers and nosings, and of knees and shanks from the course, "
         "that it is to prove",
         not_negative(),
+    )
+    tolerances: TolerancesConfig = part(
+        TolerancesConfig, "[Tolerances](certificates.md#within-tolerances) within which it holds"
     )

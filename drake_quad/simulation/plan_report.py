@@ -10,6 +10,8 @@ import numpy as np
 
 from drake_quad.certificate.certify import CLAIMS, Certificate, certify_plans
 from drake_quad.certificate.kinematics import shank_of
+from drake_quad.certificate.robust import RobustProof, prove_within
+from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.contact_forces import torque_ratio
@@ -17,8 +19,9 @@ from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
 from drake_quad.planning.stance_margin import Footing, footing_of, kind_of
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, leg_lengths
 from drake_quad.runs.planned_columns import plan_margin
+from drake_quad.scenario.motion_config import TolerancesConfig
 from drake_quad.simulation.prepare import PreparedScenario, judge_plan
 from drake_quad.util.files import Write, write_together
 
@@ -146,7 +149,8 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
         The result as plain values, for `plan --json`: `certified`, `reason`, `time` [s] of the
         mission and `segment` of the first failure, `proven` (the least of each figure over the
         plan), `jumps` (the greatest of body and feet where tasks meet, of value, rate and
-        acceleration), `intervals` of time that it took, `certifying_time` [s]; and the certificate,
+        acceleration), `intervals` of time that it took, `certifying_time` [s], `tolerances`: what
+        is proven within those that are `asked`, or a `share` of them; and the certificate,
         None of a plan that is not looked at, for it has swings along arcs.
     """
     begun = time.perf_counter()
@@ -154,7 +158,9 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
     if arc is not None:
         at, segment = arc
         reason = "swings along arcs are no polynomials of time, of which proofs are made"
-        none = {"proven": {}, "jumps": {}, "intervals": 0, "certifying_time": 0.0}
+        none = {
+            "proven": {}, "jumps": {}, "intervals": 0, "certifying_time": 0.0, "tolerances": None
+        }  # fmt: skip
         return {
             "certified": False, "reason": reason, "time": at, "segment": segment, **none
         }, None  # fmt: skip
@@ -167,9 +173,14 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
         margin=asked.margin,
         clearance=asked.clearance,
     )
-    taken = time.perf_counter() - begun
     failure = certificate.failure
     segments = [s.name for plan in p.plan.plans for s in plan.segments]
+    robust = None
+    if failure is None:
+        within = tolerances_of(asked.tolerances, p.robot)
+        shank = shank_of(p.robot)
+        robust = prove_within(p.robot, shank, p.plan.plans, p.course.boxes, within)
+    taken = time.perf_counter() - begun
     told = {
         "certified": failure is None,
         "reason": failure.reason if failure else "",
@@ -181,8 +192,44 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
         ).tolist(),
         "intervals": len(certificate.proof.cells.half),
         "certifying_time": taken,
+        "tolerances": None if robust is None else _robust_figures(p, robust, segments),
     }
     return told, certificate
+
+
+def tolerances_of(config: TolerancesConfig, robot: RobotModel) -> Tolerances:
+    """The tolerances that a scenario states, in radians, what it leaves out by the legs' length."""
+    leg = float(leg_lengths(robot).min())
+
+    def or_share(given: float | None, share: float) -> float:
+        return share * leg if given is None else given
+
+    return Tolerances(
+        rise=config.rise,
+        run=config.run,
+        mass=config.mass,
+        com=config.com,
+        body=or_share(config.body, 0.005),
+        tilt=float(np.radians(config.tilt_deg)),
+        turn=float(np.radians(config.turn_deg)),
+        foot=or_share(config.foot, 0.003),
+        swing=or_share(config.swing, 0.005),
+    )
+
+
+def _robust_figures(
+    p: PreparedScenario, robust: RobustProof, segments: list[str]
+) -> dict[str, Any]:
+    """A proof within tolerances as plain values."""
+    failure = robust.failure
+    return {
+        "asked": vars(robust.asked),
+        "share": robust.share,
+        "proven": robust.figures,
+        "reason": failure.reason if failure else "",
+        "time": p.plan.starts[failure.task] + failure.time if failure else None,
+        "segment": segments[failure.segment] if failure else None,
+    }
 
 
 def _first_arc(p: PreparedScenario) -> tuple[float, str] | None:

@@ -30,9 +30,11 @@ from drake_quad.runs.planned_columns import Ground
 from drake_quad.runs.pose_metrics import base_error
 from drake_quad.runs.result import RunResult
 from drake_quad.runs.seen import record_sight, seen_figures
+from drake_quad.runs.tracking import tracking_figures
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.kinematic_replay import find_touches, kinematic_logs
+from drake_quad.simulation.plan_report import tolerances_of
 from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.stability.safety import judge_safety, safe_margin
@@ -81,6 +83,9 @@ def result_of(
         "contact_friction": _friction(p),
         "assumes": assumptions_of(p.scenario),
         **summarize(table, p.robot, mass=p.disturbances.mass_of(p.robot.mass)),
+        "tracking": tracking_figures(
+            table, p.robot, tolerances_of(p.scenario.certify.tolerances, p.robot)
+        ),
         "seen": None if seen is None else seen_figures(seen.told),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,

@@ -1,0 +1,141 @@
+"""Proves a plan's figures for all motions and stairs that are within tolerances of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_quad.certificate.bounds import make_demand, pose_problem, prove
+from drake_quad.certificate.cells import Pieces, cut_pieces
+from drake_quad.certificate.certify import CLAIMS
+from drake_quad.certificate.clearance import LEVEL, Obstacles, find_box_obstacles
+from drake_quad.certificate.failure import Failure, first_failure
+from drake_quad.certificate.kinematics import Shank
+from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.common import FloatArray
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.legs import LEGS
+from drake_quad.robot.model import RobotModel
+from drake_quad.terrain.boxes import Box
+
+FOOTHOLD_CAP = 1.0  # [m]; larger distances from an edge are told as this
+SHARES = 20  # shares of the tolerances are sought in steps of one over this
+FOOTHOLD = "foothold_room"
+
+
+@dataclass(frozen=True, eq=False)
+class RobustProof:
+    """What holds of a plan for all that is within tolerances of it.
+
+    Attributes:
+        asked: The tolerances.
+        share: What all of them can be multiplied by, at most 1, so that the figures are positive.
+        figures: What is proven within this share of them, by name: the certificate's claims, and
+            how far standing feet are inside of their treads; empty if nothing is.
+        failure: Where the plan first fails within the next greater share, a step of one over SHARES
+            more; None if it holds within all of them.
+    """
+
+    asked: Tolerances
+    share: float
+    figures: dict[str, float]
+    failure: Failure | None
+
+
+def prove_within(
+    robot: RobotModel,
+    shank: Shank,
+    plans: Sequence[MotionPlan],
+    boxes: Sequence[Box],
+    asked: Tolerances,
+) -> RobustProof:
+    """Proves what holds of a plan at every time, for all that is within tolerances of it.
+
+    Where it does not hold within all of them, the greatest share of them is sought within which it
+    does.
+
+    Args:
+        robot: The robot.
+        shank: How thick its shanks are.
+        plans: The mission's tasks, each beginning where the one before ends.
+        boxes: The course, as mapped.
+        asked: The tolerances.
+    """
+    pieces, obstacles = cut_pieces(plans), find_box_obstacles(boxes)
+    room = foothold_room(pieces, obstacles, robot.foot_radius)
+
+    def within(share: float) -> tuple[dict[str, float], Failure | None]:
+        some = asked.scaled(share)
+        problem = pose_problem(robot, shank, pieces, obstacles, some)
+        proof = prove(problem, make_demand())
+        held = room - some.foot - some.run
+        least = proof.claims.min(axis=0).tolist()
+        figures = dict(zip((*CLAIMS, FOOTHOLD), (*least, float(held.min())), strict=True))
+        found = [
+            f
+            for f in (first_failure(problem, proof), first_beyond_edge(pieces, held))
+            if f is not None
+        ]
+        return figures, min(found, key=lambda f: (f.task, f.time), default=None)
+
+    figures, failure = within(1.0)
+    if failure is None:
+        return RobustProof(asked, 1.0, figures, None)
+    low, high, best = 0, SHARES, dict[str, float]()
+    while high - low > 1:
+        middle = (low + high) // 2
+        figures, fails = within(middle / SHARES)
+        if fails is None:
+            low, best = middle, figures
+        else:
+            high, failure = middle, fails
+    return RobustProof(asked, low / SHARES, best, failure)
+
+
+def first_beyond_edge(pieces: Pieces, room: FloatArray) -> Failure | None:
+    """The first time that a standing foot may be beyond the edge of its tread."""
+    bad = np.flatnonzero(room.min(axis=1) <= 0.0)
+    if len(bad) == 0:
+        return None
+    first = bad[np.lexsort((pieces.start[bad], pieces.task[bad]))[0]]
+    leg = int(np.argmin(room[first]))
+    value = float(room[first, leg])
+    reason = f"foot {LEGS[leg].short} may stand {-value:.4f} m beyond the edge of its tread"
+    return Failure(
+        task=int(pieces.task[first]),
+        segment=int(pieces.segment[first]),
+        time=float(pieces.start[first]),
+        value=value,
+        demand=0.0,
+        reason=reason,
+    )
+
+
+def foothold_room(pieces: Pieces, obstacles: Obstacles, radius: float) -> FloatArray:
+    """Distance of standing feet's lowest points from the edges of what they stand on.
+
+    The feet roll evenly in a piece: between two places that are L apart, and a and b from a convex
+    set, no place is nearer to it than (a + b - L) / 2.
+
+    Args:
+        pieces: The plan.
+        obstacles: The course.
+        radius: Radius of the feet [m].
+
+    Returns:
+        (pieces, 4) [m]: FOOTHOLD_CAP where a foot is in the air, or no edge is near.
+    """
+    faces = np.flatnonzero(obstacles.face)
+    room = np.full(pieces.standing.shape, FOOTHOLD_CAP)
+    piece, leg = np.nonzero(pieces.standing)
+    begin = pieces.feet[piece, leg] - [0.0, 0.0, radius]
+    on = np.concatenate([pieces.roll[piece, leg], np.zeros((len(piece), 1))], axis=1)
+    for face in faces:
+        level = np.abs(begin[:, 2] - obstacles.top[face]) <= LEVEL
+        near = np.linalg.norm(begin - obstacles.centre[face], axis=1)
+        some = np.flatnonzero(level & (near < np.linalg.norm(obstacles.half[face]) + FOOTHOLD_CAP))
+        which = np.full(len(some), face)
+        ends = [obstacles.distance(begin[some] + w * on[some], which)[0] for w in (0.0, 1.0)]
+        least = 0.5 * (ends[0] + ends[1] - np.linalg.norm(on[some], axis=1))
+        np.minimum.at(room, (piece[some], leg[some]), least)
+    return room

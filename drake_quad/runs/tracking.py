@@ -1,0 +1,106 @@
+"""How far a run was from its plan, in the terms of a certificate's tolerances.
+
+The tolerances are those of `certificate.tolerances`: a run that keeps within them is one of the
+motions that the plan's proof is about.
+"""
+
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.common import FloatArray
+from drake_quad.math.rotations import quaternion_rotation, roll_pitch_yaw
+from drake_quad.robot.kinematics import calc_feet
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.robot.model import RobotModel
+from drake_quad.runs.log import columns_of
+from drake_quad.runs.pose_metrics import base_place, base_quaternion
+from drake_quad.runs.schema import Columns
+
+# Figures in summary.json, and the tolerance that each is held against.
+TOLERATED = {
+    "body_max": "body",
+    "tilt_max_deg": "tilt",
+    "turn_max_deg": "turn",
+    "foot_max": "foot",
+    "foot_height_max": "rise",
+    "swing_max": "swing",
+}
+
+
+def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
+    """How far each sample is from its plan, by the names of TOLERATED (N,) [m, deg].
+
+    Args:
+        c: The log's columns.
+        robot: The robot.
+    """
+    names = [f"q_{robot.name}_{joint}_q" for joint in robot.joint_names]
+    q = np.stack([c[name] for name in names], axis=-1).reshape(-1, 4, 3)
+    place, quaternion = base_place(c), base_quaternion(c)
+    w, x, y, z = quaternion.T
+    R = np.moveaxis(np.array(quaternion_rotation(w, x, y, z)), -1, 0)
+    feet = np.einsum("nij,nlj->nli", R, calc_feet(robot.geometry, q)) + place[:, None]
+    off = feet - _legs(c, "desired")
+    stands = np.stack([c[f"{leg}_standing_planned"] for leg in SHORT_NAMES], axis=-1).astype(bool)
+    count = np.maximum(stands.sum(axis=1), 1)[:, None]
+    carried = (off * stands[..., None]).sum(axis=1) / count
+    wanted = np.stack([c[f"base_desired_{k}"] for k in "xyz"], axis=-1)
+    rpy = roll_pitch_yaw(quaternion)
+    pitch, yaw = rpy[:, 1] - c["base_desired_pitch"], rpy[:, 2] - c["base_desired_yaw"]
+    turn = np.abs((yaw + np.pi) % (2.0 * np.pi) - np.pi)
+    aside, height = np.linalg.norm(off[..., :2], axis=-1), np.abs(off[..., 2])
+    swing = np.linalg.norm(off, axis=-1)
+    return {
+        "body_max": np.abs(place - wanted - carried).max(axis=1),
+        "tilt_max_deg": np.degrees(np.maximum(np.abs(rpy[:, 0]), np.abs(pitch))),
+        "turn_max_deg": np.degrees(turn),
+        "foot_max": np.where(stands, aside, 0.0).max(axis=1),
+        "foot_height_max": np.where(stands, height, 0.0).max(axis=1),
+        "swing_max": np.where(stands, 0.0, swing).max(axis=1),
+    }
+
+
+def _legs(c: Columns, name: str) -> FloatArray:
+    """A vector of each leg (N, 4, 3)."""
+    return np.stack(
+        [np.stack([c[f"{leg}_{name}_{k}"] for k in "xyz"], axis=-1) for leg in SHORT_NAMES], axis=1
+    )
+
+
+def tracking_figures(
+    table: pa.Table, robot: RobotModel, within: Tolerances
+) -> dict[str, Any] | None:
+    """The greatest of `track`, and which of the tolerances were left, and when first.
+
+    Args:
+        table: Log of the run.
+        robot: The robot.
+        within: The tolerances.
+
+    Returns:
+        The figures of TOLERATED; `left`, the names of tolerances that were left; `left_at` [s], the
+        first time, None if none was. None for an empty log.
+    """
+    if table.num_rows == 0:
+        return None
+    c, limit = columns_of(table), _limits(within)
+    found = track(c, robot)
+    beyond = {name: values > limit[name] for name, values in found.items()}
+    some = np.flatnonzero(np.any(list(beyond.values()), axis=0))
+    return {
+        **{name: float(values.max()) for name, values in found.items()},
+        "left": [TOLERATED[name] for name, values in beyond.items() if np.any(values)],
+        "left_at": float(c["t"][some[0]]) if len(some) else None,
+    }
+
+
+def _limits(within: Tolerances) -> dict[str, float]:
+    """The tolerances by the names of TOLERATED."""
+    limits = {name: float(getattr(within, tolerance)) for name, tolerance in TOLERATED.items()}
+    for name in ("tilt_max_deg", "turn_max_deg"):
+        limits[name] = float(np.degrees(limits[name]))
+    limits["foot_height_max"] += within.foot
+    return limits

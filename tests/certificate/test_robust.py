@@ -1,0 +1,196 @@
+"""Proofs within tolerances: whatever is drawn within them, the proven figures hold."""
+
+from dataclasses import fields, replace
+from functools import cache
+
+import numpy as np
+import pytest
+from certificate_rig import paper_shank, prepared
+from rig import paper_robot
+
+from drake_quad.certificate.cells import cut_pieces
+from drake_quad.certificate.clearance import find_box_obstacles
+from drake_quad.certificate.robust import (
+    SHARES,
+    RobustProof,
+    first_beyond_edge,
+    foothold_room,
+    prove_within,
+)
+from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.planning.motion_plan import evaluate
+from drake_quad.robot.kinematics import (
+    calc_com,
+    calc_feet,
+    calc_holding,
+    calc_jacobians,
+    calc_knees,
+    solve_legs,
+)
+from drake_quad.robot.model import SHANK_POINTS
+from drake_quad.scenario.load import load_scenario
+from drake_quad.simulation.plan_report import certify_plan, tolerances_of
+from drake_quad.stability.support_polygon import stability_margin
+
+NAMES = ("case_study", "descend", "spin_both_ways")
+
+
+def tolerances() -> Tolerances:
+    """Those of the shipped scenarios."""
+    p = prepared("case_study")
+    return tolerances_of(p.scenario.certify.tolerances, p.robot)
+
+
+@cache
+def proven(name: str) -> RobustProof:
+    """What holds of a shipped scenario's plan within its tolerances."""
+    p = prepared(name)
+    return prove_within(p.robot, paper_shank(), p.plan.plans, p.course.boxes, tolerances())
+
+
+def turned(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """B's axes in W: yaw about z, then pitch about y, then roll about x."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+def from_box(points: FloatArray, middle: FloatArray, half: FloatArray) -> FloatArray:
+    """Distances of points (K, 3) from an upright box along W's axes [m], negative inside."""
+    beyond = np.abs(points - middle) - half
+    inside = np.minimum(beyond.max(axis=1), 0.0)
+    return np.asarray(np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + inside)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_that_is_drawn_within_them_is_below_what_is_proven(name: str) -> None:
+    """Body, feet, masses and stairs are off by as much as is allowed, at 400 times.
+
+    Margins, joints, torques on three feet, and shanks are computed without enclosures.
+    The least of these is not far above what is proven, either: the proof does not give much away.
+    """
+    p, found, rng = prepared(name), proven(name), np.random.default_rng(4)
+    robot, within, figures = p.robot, found.asked.scaled(found.share), found.figures
+    least = dict.fromkeys(figures, np.inf)
+
+    def off(size: float, *shape: int) -> FloatArray:
+        """Anything within a tolerance; its ends more often than not."""
+        return np.asarray(size * np.clip(rng.uniform(-2.0, 2.0, shape), -1.0, 1.0))
+
+    def aside(size: float) -> FloatArray:
+        angle = rng.uniform(0.0, 2.0 * np.pi)
+        return size * rng.uniform(0.5, 1.0) * np.array([np.cos(angle), np.sin(angle)])
+
+    boxes = [(box.centre, 0.5 * box.size) for box in p.course.boxes if box.yaw == 0.0]
+    for _ in range(400):
+        plan = p.plan.plans[rng.integers(len(p.plan.plans))]
+        s = evaluate(robot, plan, rng.uniform(0.0, plan.duration, 1))
+        body, feet, standing = s.body[0, 0], s.feet[0].copy(), s.standing[0]
+        for leg in range(4):
+            if standing[leg]:
+                feet[leg, :2] += aside(within.foot)
+                feet[leg, 2] += off(within.foot + within.rise, 1)[0]
+            else:
+                way = rng.normal(size=3)
+                feet[leg] += within.swing * way / np.linalg.norm(way)
+        place = body[:3] + off(within.body, 3)
+        R = turned(float(off(within.tilt, 1)[0]), body[3] + off(within.tilt, 1)[0],
+                   body[4] + off(within.turn, 1)[0])  # fmt: skip
+        q, _ = solve_legs(robot.geometry, (feet - place) @ R)
+        assert np.allclose(calc_feet(robot.geometry, q), (feet - place) @ R, atol=1e-9)
+        com = (place + R @ calc_com(robot, q))[:2] + aside(within.com)
+        least["margin"] = min(least["margin"], stability_margin(com, feet[standing, :2]))
+        flat = q.reshape(12)
+        room = np.minimum(flat - robot.q_lower, robot.q_upper - flat).min()
+        least["joint_room"] = min(least["joint_room"], float(room))
+        if standing.sum() == 3:
+            balance = np.vstack([np.ones(3), feet[standing, :2].T])
+            shares = np.zeros(4)
+            shares[standing] = np.linalg.solve(balance, [1.0, *com])
+            mass = 1.0 + within.mass
+            up = R.T @ np.array([0.0, 0.0, 1.0])
+            force = shares[:, None] * (robot.mass * GRAVITY) * up
+            tau = calc_holding(robot, q, up)
+            tau = tau - np.einsum("lij,li->lj", calc_jacobians(robot.geometry, q), force)
+            torque = 1.0 - mass * np.abs(tau).reshape(12) / robot.effort
+            least["torque_room"] = min(least["torque_room"], float(torque.min()))
+        shift = np.array([*aside(within.run), off(within.rise, 1)[0]])
+        knees = place + calc_knees(robot.geometry, q) @ R.T
+        along = np.asarray(SHANK_POINTS)[:, None]
+        for middle, half in boxes:
+            for leg in range(4):
+                shank = (1.0 - along) * knees[leg] + along * feet[leg]
+                away = from_box(shank, middle + shift, half) - robot.shank_radii[leg]
+                least["shank_clearance"] = min(least["shank_clearance"], float(away.min()))
+    tight = {"margin": 0.025, "joint_room": 0.25, "torque_room": 0.12, "shank_clearance": 0.02}
+    for figure, slack in tight.items():
+        assert figures[figure] <= least[figure] + 1e-9, figure
+        assert least[figure] <= figures[figure] + slack, figure
+
+
+@pytest.mark.parametrize("name", [f.name for f in fields(Tolerances)])
+def test_each_tolerance_takes_something(name: str) -> None:
+    """With one of them alone some figure is less than without; half of it takes half or less."""
+    p = prepared("descend")
+    given = (p.robot, paper_shank(), p.plan.plans, p.course.boxes)
+    some = replace(Tolerances(), **{name: getattr(tolerances(), name)})
+    none, half, whole = (prove_within(*given, some.scaled(k)).figures for k in (0.0, 0.5, 1.0))
+    less = {figure: none[figure] - whole[figure] for figure in none}
+    assert max(less.values()) > 1e-3 and min(less.values()) >= -4e-3
+    most = max(less, key=lambda figure: less[figure])
+    assert -1e-3 <= none[most] - half[most] <= 0.6 * less[most] + 2e-3
+
+
+def test_where_not_all_holds_the_greatest_share_is_told() -> None:
+    """A twentieth more of the tolerances fails; what fails first within all is named."""
+    p, found = prepared("case_study"), proven("case_study")
+    assert 0.0 < found.share < 1.0 and found.failure is not None
+    assert "shank" in found.failure.reason and found.figures["shank_clearance"] > 0.0
+    more = found.asked.scaled(found.share + 1.0 / SHARES)
+    again = prove_within(p.robot, paper_shank(), p.plan.plans, p.course.boxes, more)
+    assert again.share < 1.0 and again.failure is not None
+
+
+def test_a_plan_that_keeps_its_shanks_away_holds_within_all() -> None:
+    """Without tolerances of the stairs the case study's plan holds, and it is told by `plan`."""
+    p = prepared("case_study")
+    stairs = replace(p.scenario.certify.tolerances, rise=0.0, run=0.0, body=0.004)
+    certify = replace(p.scenario.certify, tolerances=stairs)
+    told, _ = certify_plan(replace(p, scenario=replace(p.scenario, certify=certify)))
+    robust = told["tolerances"]
+    assert robust["share"] == 1.0 and robust["reason"] == "" and robust["time"] is None
+    assert all(value > 0.0 for value in robust["proven"].values())
+    assert robust["proven"]["margin"] < told["proven"]["margin"] - 0.02
+
+
+def test_feet_beyond_the_edge_of_their_tread_are_told() -> None:
+    """A foothold that may be off by more than its distance from the nosing is no proof."""
+    p = prepared("descend")
+    pieces, obstacles = cut_pieces(p.plan.plans), find_box_obstacles(p.course.boxes)
+    room = float(foothold_room(pieces, obstacles, p.robot.foot_radius).min())
+    assert 0.0 < room < 0.3
+    rooms = foothold_room(pieces, obstacles, p.robot.foot_radius)
+    assert first_beyond_edge(pieces, rooms - 0.9 * room) is None
+    told = first_beyond_edge(pieces, rooms - 1.1 * room)
+    assert told is not None and -0.1 * room - 1e-9 <= told.value <= 0.0
+    plan = p.plan.plans[told.task]
+    feet, standing = plan.contacts.feet_at(np.array([told.time + 1e-6]))
+    levels = np.array([box.top for box in p.course.boxes])
+    edges = np.array([[b.centre[0] - 0.5 * b.size[0], b.centre[0] + 0.5 * b.size[0]]
+                      for b in p.course.boxes])  # fmt: skip
+    ground = feet[0, :, 2] - p.robot.foot_radius
+    on = np.abs(levels - ground[:, None]) < 1e-6
+    away = np.where(on[..., None], np.abs(edges - feet[0, :, :1, None]), np.inf).min(axis=(1, 2))
+    assert away[standing[0]].min() == pytest.approx(1.1 * room + told.value, abs=5e-3)
+
+
+def test_distances_of_an_arbitrary_robot_grow_with_its_legs() -> None:
+    """What a scenario does not give is a share of the leg's length."""
+    robot = paper_robot()
+    asked = tolerances_of(load_scenario("case_study").certify.tolerances, robot)
+    given = load_scenario("case_study", ["certify.tolerances.body=0.02"]).certify.tolerances
+    assert asked.body == pytest.approx(0.005 * 1.22, rel=0.01)
+    assert tolerances_of(given, robot).body == 0.02

@@ -1,0 +1,74 @@
+"""How far a run is from its plan, as the tolerances of the plan's certificate count it."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from rig import paper_robot
+from summary_rig import base_columns, changed, log, values
+
+from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.math.rotations import quaternion_of
+from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.runs.schema import summary_lines
+from drake_quad.runs.tracking import TOLERATED, tracking_figures
+
+WITHIN = Tolerances(
+    rise=0.005, body=0.006, tilt=np.radians(0.3), turn=np.radians(0.3), foot=0.004, swing=0.006
+)
+
+
+def figures(**columns: np.ndarray) -> dict[str, Any]:
+    found = tracking_figures(changed(**columns), paper_robot(), WITHIN)
+    assert found is not None
+    return found
+
+
+def test_a_motion_just_as_planned_is_within_everything() -> None:
+    """All distances are rounding's; nothing is left."""
+    found = figures()
+    assert max(found[name] for name in TOLERATED) < 1e-9
+    assert found["left"] == [] and found["left_at"] is None
+    assert tracking_figures(log().slice(0, 0), paper_robot(), WITHIN) is None
+
+
+@pytest.mark.parametrize(("by", "left"), [(0.005, []), (0.007, ["body"])])
+def test_a_body_off_its_plan_takes_all_its_feet_with_it(by: float, left: list[str]) -> None:
+    """Seen from the feet it is on its plan; with feet planned as far off it is off alone."""
+    _, places = base_columns()
+    y = places[1]
+    found = figures(**{y: values(y) + by})
+    assert found["body_max"] < 1e-9 and found["foot_max"] == pytest.approx(by)
+    assert found["swing_max"] == pytest.approx(by)
+    feet = {f"{leg}_desired_y": values(f"{leg}_desired_y") + by for leg in SHORT_NAMES}
+    found = figures(**{y: values(y) + by, **feet})
+    assert found["foot_max"] < 1e-9 and found["body_max"] == pytest.approx(by)
+    assert found["left"] == left and (found["left_at"] is None) == (not left)
+
+
+def test_angles_are_of_their_own_axes() -> None:
+    """A yaw of the plan's is turn alone, a pitch tilt alone; yaw may pass half a turn."""
+    yaw = values("base_desired_yaw")
+    found = figures(base_desired_yaw=yaw + np.radians(0.2) + 2.0 * np.pi)
+    assert found["turn_max_deg"] == pytest.approx(0.2) and found["tilt_max_deg"] < 1e-6
+    found = figures(base_desired_pitch=values("base_desired_pitch") - np.radians(0.4))
+    assert found["tilt_max_deg"] == pytest.approx(0.4) and found["turn_max_deg"] < 1e-6
+    assert found["left"] == ["tilt"]
+    quaternion, _ = base_columns()
+    rolled = quaternion_of(np.full_like(yaw, np.radians(0.5)), 0.0 * yaw, yaw)
+    found = figures(**dict(zip(quaternion, rolled.T, strict=True)))
+    assert found["tilt_max_deg"] == pytest.approx(0.5)
+
+
+def test_a_foot_of_each_kind_has_its_own_tolerance() -> None:
+    """A standing foot higher than it may be is told as `rise`, a swing foot as `swing`."""
+    stands = values("FL_standing_planned").astype(bool)
+    z = values("FL_desired_z")
+    found = figures(FL_desired_z=z + 0.010 * stands)
+    assert found["left"] == ["rise"] and found["foot_height_max"] == pytest.approx(0.010)
+    assert figures(FL_desired_z=z + 0.008 * stands)["left"] == []  # 5 of the tread, 4 of the foot
+    found = figures(FL_desired_z=z + 0.007 * ~stands)
+    first = values("t")[np.flatnonzero(~stands)[0]]
+    assert found["left"] == ["swing"] and found["left_at"] == pytest.approx(first)
+    told = dict(summary_lines({"tracking": found}))
+    assert told["tolerances of the plan's certificate"] == f"left from {first:.2f} s on: swing"
