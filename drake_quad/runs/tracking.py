@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import FloatArray
-from drake_quad.math.rotations import quaternion_rotation, roll_pitch_yaw
+from drake_quad.math.rotations import quaternion_matrix, roll_pitch_yaw
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
@@ -40,8 +40,7 @@ def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
     names = [f"q_{robot.name}_{joint}_q" for joint in robot.joint_names]
     q = np.stack([c[name] for name in names], axis=-1).reshape(-1, 4, 3)
     place, quaternion = base_place(c), base_quaternion(c)
-    w, x, y, z = quaternion.T
-    R = np.moveaxis(np.array(quaternion_rotation(w, x, y, z)), -1, 0)
+    R = np.stack([quaternion_matrix(row) for row in quaternion])
     feet = np.einsum("nij,nlj->nli", R, calc_feet(robot.geometry, q)) + place[:, None]
     off = feet - _legs(c, "desired")
     stands = np.stack([c[f"{leg}_standing_planned"] for leg in SHORT_NAMES], axis=-1).astype(bool)
