@@ -195,10 +195,20 @@ def _bound(
 def _joint_slack(robot: RobotModel, legs: Legs) -> tuple[FloatArray, FloatArray]:
     """How far the angles are from the nearer of their limits, bound and value, (N, 12) each."""
     lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
-    low, here = [], []
-    for j, angle in enumerate(legs.angles):
-        low.append(np.minimum(angle.lower - lower[:, j], upper[:, j] - angle.upper))
-        here.append(np.minimum(angle.lower_here - lower[:, j], upper[:, j] - angle.upper_here))
+
+    def slack(low: FloatArray, high: FloatArray, j: int) -> FloatArray:
+        return np.minimum(low - lower[:, j], upper[:, j] - high)
+
+    low = [slack(angle.lower, angle.upper, j) for j, angle in enumerate(legs.angles)]
+    here = [slack(angle.lower_here, angle.upper_here, j) for j, angle in enumerate(legs.angles)]
+    # A knee that is nearly straight is known better by its cosine, which falls as it bends.
+    sign, cosine = robot.geometry.knee_sign, legs.cos_knee
+    for values, most, least in (
+        (low, cosine.upper, cosine.lower),
+        (here, cosine.upper_here, cosine.lower_here),
+    ):
+        ends = np.sort([sign * np.arccos(most), sign * np.arccos(least)], axis=0)
+        values[2] = np.fmax(values[2], slack(ends[0], ends[1], 2))
     count = len(low[0])
     return np.stack(low, axis=-1).reshape(count, 12), np.stack(here, axis=-1).reshape(count, 12)
 

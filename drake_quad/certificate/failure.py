@@ -27,6 +27,7 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.legs import LEGS
 
 NEAR = 1e-3  # [s] to which the time is found
+UNSURE = 0.2  # [m] in the course: no shank of a plan is there, its place is not known
 # If several fail at once the first of these says most.
 _ORDER = (REACH, JOINTS, MARGIN, SHARES, TORQUE, GROUND, FOOT, SHANK)
 
@@ -113,6 +114,8 @@ def _reason(problem: Problem, column: int, where: int, value: float, demand: flo
         return f"a swing foot comes to {value:.4f} m from a riser or nosing, {asked}"
     if column == SHANK:
         leg = LEGS[where].short
+        if value < -UNSURE:
+            return f"leg {leg} is so straight, or folded, that little is known of its shank"
         return f"the knee or shank of {leg} comes to {value:.4f} m from the course, {asked}"
     if column == JOINTS:
         return f"joint {robot.joint_names[where]} goes {-value:.3f} rad beyond its limits"
@@ -123,7 +126,7 @@ def _reason(problem: Problem, column: int, where: int, value: float, demand: flo
         return f"leg {LEGS[where].short} cannot reach: it lacks {-value:.4f} m"
     if column == GROUND:
         return f"a swing foot dips {-value:.4f} m into the ground that it steps from or onto"
-    return "no vertical forces of the standing feet balance the robot"
+    return "vertical forces of the standing feet that balance the robot were not found"
 
 
 # What is the same but for rounding: places [m], [rad], their rates and accelerations [1/s, 1/s^2].

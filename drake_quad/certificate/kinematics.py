@@ -68,6 +68,7 @@ class Legs:
 
     Attributes:
         angles: Abduction, hip pitch, knee [rad].
+        cos_knee: Cosine of the knee's angle.
         foot: The foot from the hip pitch axis, in the leg's plane: x and z [m].
         extension: The foot's distance from the hip pitch axis [m].
         across: The foot's y from the hip in B [m].
@@ -81,6 +82,7 @@ class Legs:
     """
 
     angles: Vector
+    cos_knee: Enclosure
     foot: tuple[Enclosure, Enclosure]
     extension: Enclosure
     across: Enclosure
@@ -144,6 +146,7 @@ def enclose_legs(robot: RobotModel, frame: Frame, feet: Vector) -> Legs:
     shank = hip + knee
     return Legs(
         angles=(abduction, hip, knee),
+        cos_knee=cos_knee,
         foot=(x, down),
         extension=extension.sqrt(),
         across=y,
