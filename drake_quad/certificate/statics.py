@@ -12,7 +12,8 @@ feet stay. Where they roll, by D(t) from the matrix B of their balance (B K = 1)
     f - K (1 + D K)^-1 D f
 
 balance the weight: with no foot off by more than `away`, |D f| <= away |f|, the sum of shares, and
-|D K| <= k = away times the sum of K's rows, they are off by at most |K_i| away |f| / (1 - k).
+|D K| <= k = away times the sum of K's rows, they are off by at most |K_i| away |f| / (1 - k). Of
+K's rows the part counts that is of the centre of mass, for D leaves the sum of shares as it is.
 """
 
 from dataclasses import dataclass
@@ -160,7 +161,8 @@ def enclose_statics(
 def _moved(shares: Enclosure, support: Support) -> Enclosure:
     """The shares with feet that roll, or are off their places, see above."""
     off, away = support.off, support.away[:, None] + support.off
-    size = np.linalg.norm(support.share, axis=2)  # of K's rows; the first column only adds to it
+    # Of K's rows, without the first column: feet that are off leave the sum of shares as it is.
+    size = np.hypot(support.share[..., 1], support.share[..., 2])
     rows = size.sum(axis=1, keepdims=True)
 
     def moved(distance: Number, sizes: FloatArray) -> FloatArray:
