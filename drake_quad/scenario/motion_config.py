@@ -386,7 +386,7 @@ class TolerancesConfig:
         0.3, "deg", "Roll, and error of pitch", not_negative(), within(0.0, 30.0)
     )
     turn_deg: float = number(0.3, "deg", "Error of yaw", not_negative(), within(0.0, 30.0))
-    foot: float | None = _of_leg("Distance of a standing foot from where it is planned", 0.3)
+    foot: float | None = _of_leg("Distance of a standing foot from where it is planned", 0.4)
     swing: float | None = _of_leg("Distance of a swing foot from where it is planned", 0.5)
 
 

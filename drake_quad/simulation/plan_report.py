@@ -212,7 +212,7 @@ def tolerances_of(config: TolerancesConfig, robot: RobotModel) -> Tolerances:
         body=or_share(config.body, 0.005),
         tilt=float(np.radians(config.tilt_deg)),
         turn=float(np.radians(config.turn_deg)),
-        foot=or_share(config.foot, 0.003),
+        foot=or_share(config.foot, 0.004),
         swing=or_share(config.swing, 0.005),
     )
 
