@@ -44,8 +44,9 @@ ROOM_KEPT, TORQUE_KEPT = 0.6, 0.8  # of what the slow plan leaves, where that is
 STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then another
 TRIALS = 5  # plans with each of them, at most
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
+FIRST_SHARES = (0.35, 0.7)  # of the way to times that are no quicker: tried if the usual fail
 NEAR = 0.04  # of a time: no other is tried so near to it
-SOUGHT_MOST = (3.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
+SOUGHT_MOST = (3.0, 2.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
 CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
 LONGER, TRIES = 1.12, 3  # where a course leaves less than a short one: ratio of the times; plans
 WORTH = 1.02  # ratio of speeds from which another gait is taken
@@ -266,8 +267,32 @@ class TempoSearch:
             faster_than: A speed that is of no interest, or any lower one [m/s].
         """
         first = self._usual(STRETCH).switch
-        if not self._finds_room(first):
-            return None
+        longest = self._longest_switch(STRETCH, WORTH * faster_than)
+        # A gait that has no plan with the usual times may have one with longer ones.
+        longer = (first + share * (longest - first) for share in FIRST_SHARES if longest > first)
+        for switch in (first, *longer):
+            most = -inf
+            for trial in self._rooms(switch):
+                # Another choice is worth a search only if it begins with more margin.
+                spare = self._spare(trial, self._kept)
+                if spare > most:
+                    most, found = spare, self._quickest_here(enough, faster_than, switch)
+                    if found is not None:
+                        return found
+            if most > -inf:
+                break
+        return None
+
+    def _quickest_here(
+        self, enough: float | None, faster_than: float, first: float
+    ) -> TempoTrial | None:
+        """The same at the height and with the margin sought that were chosen last.
+
+        Args:
+            enough: A speed that is enough [m/s], if there is one.
+            faster_than: A speed that is of no interest, or any lower one [m/s].
+            first: The time at the switches to begin with [s].
+        """
         kept, at = self._kept, None if enough is None else self._at_speed(enough)
         for _ in range(TRIES):
             found = at or self._seek(kept, first, faster_than)
@@ -296,7 +321,7 @@ class TempoSearch:
             times: Ratios to the shortest swing, and to the usual time at the switches.
             note: Receives a line before each plan.
         """
-        if not self._finds_room(self._usual(STRETCH).switch):
+        if next(self._rooms(self._usual(STRETCH).switch), None) is None:
             return
         room = self._most
         for stretch, share in times:
@@ -352,14 +377,15 @@ class TempoSearch:
         usual = self._usual(stretch)
         return 0.5 * (self._way / speed - 4.0 * usual.swing) - usual.gap
 
-    def _finds_room(self, switch: float) -> bool:
+    def _rooms(self, switch: float) -> Iterator[TempoTrial]:
         """Chooses how much margin the body's path seeks, and lowers the body, where that is needed.
 
-        A path that seeks much margin takes the body far off its way, and so near to the stairs. A
-        gait of which there is a plan with slow times stays as high as it is.
+        A path that seeks much margin takes the body far off its way, and so near to the stairs, or
+        as quickly from side to side as costs the zero-moment point its margin. A gait of which
+        there is a plan with slow times stays as high as it is.
 
-        Returns:
-            Whether there is a plan that leaves enough of all but margin.
+        Yields:
+            A plan that leaves enough of all but margin, of each choice that has one.
         """
         height, leg = self._gait.scenario.gait.body_height, leg_length(self._robot)
         for share in LOWERED[: 1 if self._gait.planned else None]:
@@ -373,8 +399,7 @@ class TempoSearch:
                 )
                 found = self.trial(STRETCH, switch)
                 if found is not None and keeps_all_else(found, self._slow):
-                    return True
-        return False
+                    yield found
 
     def _spare(self, trial: TempoTrial | None, kept: Kept) -> float:
         """The margin that a trial leaves beyond what is to be kept [m]; -inf if it is of no use."""

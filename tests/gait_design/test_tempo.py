@@ -282,3 +282,34 @@ def test_a_wish_that_is_not_met_is_said_so() -> None:
     assert answer(Wish(min_margin=1.0)).endswith("which is not what was asked for")
     assert answer(Wish(speed=0.9 * speed)).endswith(f"at {speed:.3f} m/s")
     assert "m/s" not in answer(Wish())
+
+
+def test_a_path_that_seeks_less_is_tried_if_it_begins_with_more_margin(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of each amount of margin that paths may seek: first one plan, then a search if it is better.
+
+    A gait without any plan at the usual times is tried with longer ones.
+    """
+    search = object.__new__(TempoSearch)
+    spares = {0.5: [], 0.85: [-0.02, -0.03, -0.01]}
+    sought: list[tuple[float, float]] = []
+    begun: list[float] = []
+
+    def rooms(switch: float) -> object:
+        for spare in spares[round(switch, 3)]:
+            begun.append(spare)
+            yield spare
+
+    def quickest_here(_enough: object, _faster: object, first: float) -> object:
+        sought.append((round(first, 3), begun[-1]))
+        return "found" if begun[-1] == -0.01 else None
+
+    search._kept = Kept(0.02, 0.02)
+    monkeypatch.setattr(search, "_usual", lambda _: Tempo(0.5, 0.1, 0.5), raising=False)
+    monkeypatch.setattr(search, "_longest_switch", lambda *_: 1.5, raising=False)
+    monkeypatch.setattr(search, "_rooms", rooms, raising=False)
+    monkeypatch.setattr(search, "_spare", lambda trial, _: trial, raising=False)
+    monkeypatch.setattr(search, "_quickest_here", quickest_here, raising=False)
+    assert search.quickest(None, 0.05) == "found"  # type: ignore[comparison-overlap]
+    assert begun == [-0.02, -0.03, -0.01] and sought == [(0.85, -0.02), (0.85, -0.01)]
