@@ -168,7 +168,10 @@ def _bound(
     stands = pieces.standing[cells.piece]
     shares = statics.shares
     put(SHARES, np.where(stands, shares.lower, 1.0), np.where(stands, shares.lower_here, 1.0))
-    foot = enclose_foot_clearance(pieces, cells, problem.obstacles, problem.rule, robot.foot_radius)
+    foot = enclose_foot_clearance(
+        pieces, cells, problem.obstacles, problem.rule, robot.foot_radius,
+        within.swing + within.stairs,
+    )  # fmt: skip
     low[:, FOOT], sample[:, FOOT], where[:, FOOT] = foot.low, foot.sample, foot.obstacle
     low[:, GROUND], sample[:, GROUND] = foot.ground_low, foot.ground_sample
     where[:, GROUND] = where[:, FOOT]
@@ -184,8 +187,6 @@ def _bound(
         demand=float(demand[SHANK]),
     )
     low[:, SHANK], sample[:, SHANK], where[:, SHANK] = shank.low, shank.sample, shank.leg
-    for values in (low, sample):
-        values[:, FOOT] -= within.swing + within.stairs
     if within != NONE:  # a foot may touch its own ground sooner or later than planned
         low[:, GROUND] = sample[:, GROUND] = CAP
     np.minimum.at(best, segment, sample)
@@ -307,7 +308,8 @@ def wanted(best: FloatArray, slack: FloatArray, demand: FloatArray) -> FloatArra
 
     As near to those as `slack`, or the demand if that is in between.
     """
-    return np.maximum(best - slack, np.minimum(best, demand + 2.0 * ROUNDING))
+    # Where no value is known yet, and any bound would do, it is the demand.
+    return np.fmax(best - slack, np.minimum(best, demand + 2.0 * ROUNDING))
 
 
 def halves(problem: Problem, cells: Cells) -> Cells:

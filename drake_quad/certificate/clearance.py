@@ -150,9 +150,11 @@ class SwingRule:
         least: Least distance from those (phases, M) [m]: 0, or as deep as it stands in a slope.
         half: Half the distance that its two footholds have from the rest (phases, M) [m]: in a
             swing the foot need not be farther from it.
+        edge: Faces that end at the level of one of its footholds (phases, M).
     """
 
     own: BoolArray
+    edge: BoolArray
     least: FloatArray
     half: FloatArray
 
@@ -170,6 +172,7 @@ def find_swing_rule(pieces: Pieces, obstacles: Obstacles, radius: float) -> Swin
     least = distance.min(axis=0)
     return SwingRule(
         own=stands.any(axis=0) & ~obstacles.face,
+        edge=stands.any(axis=0) & obstacles.face,
         least=np.minimum(least, 0.0),
         half=0.5 * least,
     )
@@ -209,9 +212,25 @@ class FootClearance:
 
 
 def enclose_foot_clearance(
-    pieces: Pieces, cells: Cells, obstacles: Obstacles, rule: SwingRule, radius: float
+    pieces: Pieces,
+    cells: Cells,
+    obstacles: Obstacles,
+    rule: SwingRule,
+    radius: float,
+    off: float = 0.0,
 ) -> FootClearance:
-    """The clearance of the swing feet's spheres over each cell."""
+    """The clearance of the swing feet's spheres over each cell.
+
+    Args:
+        pieces: The plan.
+        cells: The cells (N,).
+        obstacles: The course.
+        rule: What a swing owes the obstacles.
+        radius: Radius of the feet [m].
+        off: Distance by which foot and course may be nearer to each other than planned [m]. It is
+            taken before it is asked what a foot owes, but for the edge of its own ground while the
+            foot is above that: it may come down there sooner or later than planned.
+    """
     count = len(cells.half)
     clearance = FootClearance(
         low=np.full(count, CAP),
@@ -230,15 +249,18 @@ def enclose_foot_clearance(
     cell = swinging[near]
     powers = np.einsum("ki,kij->kj", normal, cells.foot[cell])
     powers[:, 0] = 0.0
-    sample = distance - radius
+    sample = distance - radius - off
     low = sample + (powers @ _BERNSTEIN.T).min(axis=1)
+    bottom = (cells.foot[:, 2] @ _BERNSTEIN.T).min(axis=1) - radius
     phase = pieces.phase[cells.piece[cell]]
     own, deepest, half = rule.own[phase, which], rule.least[phase, which], rule.half[phase, which]
     np.minimum.at(clearance.ground_low, cell[own], (low - deepest)[own])
     np.minimum.at(clearance.ground_sample, cell[own], (sample - deepest)[own])
-    passed = np.where(sample < half, sample, CAP)
+    above = rule.edge[phase, which] & (bottom[cell] >= obstacles.top[which] - LEVEL)
+    owed = half - np.where(above, off, 0.0)
+    passed = np.where(sample < owed, sample, CAP)
     np.minimum.at(clearance.sample, cell[~own], passed[~own])
-    bound = np.where(low < half, low, CAP)
+    bound = np.where(low < owed, low, CAP)
     np.minimum.at(clearance.low, cell[~own], bound[~own])
     worst = ~own & (bound <= clearance.low[cell])
     clearance.obstacle[cell[worst]] = which[worst]

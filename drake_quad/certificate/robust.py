@@ -8,7 +8,7 @@ import numpy as np
 from drake_quad.certificate.bounds import make_demand, pose_problem, prove
 from drake_quad.certificate.cells import Pieces, cut_pieces
 from drake_quad.certificate.certify import CLAIMS
-from drake_quad.certificate.clearance import LEVEL, Obstacles, find_box_obstacles
+from drake_quad.certificate.clearance import LEVEL, TILTED, Obstacles, find_box_obstacles
 from drake_quad.certificate.failure import Failure, first_failure
 from drake_quad.certificate.kinematics import Shank
 from drake_quad.certificate.tolerances import Tolerances
@@ -31,7 +31,7 @@ class RobustProof:
         asked: The tolerances.
         share: What all of them can be multiplied by, at most 1, so that the figures are positive.
         figures: What is proven within this share of them, by name: the certificate's claims, and
-            how far standing feet are inside of their treads; empty if nothing is.
+            how far standing feet are from edges and higher steps; empty if nothing is.
         failure: Where the plan first fails within the next greater share, a step of one over SHARES
             more; None if it holds within all of them.
     """
@@ -93,14 +93,17 @@ def prove_within(
 
 
 def first_beyond_edge(pieces: Pieces, room: FloatArray) -> Failure | None:
-    """The first time that a standing foot may be beyond the edge of its tread."""
+    """The first time that a standing foot may be beyond its tread's edge, or in a higher step."""
     bad = np.flatnonzero(room.min(axis=1) <= 0.0)
     if len(bad) == 0:
         return None
     first = bad[np.lexsort((pieces.start[bad], pieces.task[bad]))[0]]
     leg = int(np.argmin(room[first]))
     value = float(room[first, leg])
-    reason = f"foot {LEGS[leg].short} may stand {-value:.4f} m beyond the edge of its tread"
+    reason = (
+        f"foot {LEGS[leg].short} may stand {-value:.4f} m beyond the edge of its tread, or in the "
+        "next one"
+    )
     return Failure(
         task=int(pieces.task[first]),
         segment=int(pieces.segment[first]),
@@ -112,7 +115,7 @@ def first_beyond_edge(pieces: Pieces, room: FloatArray) -> Failure | None:
 
 
 def foothold_room(pieces: Pieces, obstacles: Obstacles, radius: float) -> FloatArray:
-    """Distance of standing feet's lowest points from the edges of what they stand on.
+    """How far standing feet are from the edges of what they stand on, and from higher steps.
 
     The feet roll evenly in a piece: between two places that are L apart, and a and b from a convex
     set, no place is nearer to it than (a + b - L) / 2.
@@ -123,19 +126,26 @@ def foothold_room(pieces: Pieces, obstacles: Obstacles, radius: float) -> FloatA
         radius: Radius of the feet [m].
 
     Returns:
-        (pieces, 4) [m]: FOOTHOLD_CAP where a foot is in the air, or no edge is near.
+        (pieces, 4) [m]: FOOTHOLD_CAP where a foot is in the air, or nothing is near.
     """
-    faces = np.flatnonzero(obstacles.face)
     room = np.full(pieces.standing.shape, FOOTHOLD_CAP)
     piece, leg = np.nonzero(pieces.standing)
-    begin = pieces.feet[piece, leg] - [0.0, 0.0, radius]
+    centre = pieces.feet[piece, leg]
+    lowest = centre - [0.0, 0.0, radius]
     on = np.concatenate([pieces.roll[piece, leg], np.zeros((len(piece), 1))], axis=1)
-    for face in faces:
-        level = np.abs(begin[:, 2] - obstacles.top[face]) <= LEVEL
-        near = np.linalg.norm(begin - obstacles.centre[face], axis=1)
-        some = np.flatnonzero(level & (near < np.linalg.norm(obstacles.half[face]) + FOOTHOLD_CAP))
-        which = np.full(len(some), face)
-        ends = [obstacles.distance(begin[some] + w * on[some], which)[0] for w in (0.0, 1.0)]
-        least = 0.5 * (ends[0] + ends[1] - np.linalg.norm(on[some], axis=1))
+    for k, face in enumerate(obstacles.face):
+        tilted = obstacles.axes[k, 2, 2] < 1.0
+        if face:
+            height = (lowest - obstacles.centre[k]) @ obstacles.axes[k, 2] - obstacles.half[k, 2]
+            points, counts, thick = lowest, np.abs(height) <= (TILTED if tilted else LEVEL), 0.0
+        else:
+            higher = np.full(len(piece), not tilted) & (obstacles.top[k] > lowest[:, 2] + LEVEL)
+            points, counts, thick = centre, higher, radius
+        near = np.linalg.norm(points - obstacles.centre[k], axis=1)
+        reach = float(np.linalg.norm(obstacles.half[k])) + FOOTHOLD_CAP
+        some = np.flatnonzero(counts & (near < reach))
+        which = np.full(len(some), k)
+        ends = [obstacles.distance(points[some] + w * on[some], which)[0] for w in (0.0, 1.0)]
+        least = 0.5 * (ends[0] + ends[1] - np.linalg.norm(on[some], axis=1)) - thick
         np.minimum.at(room, (piece[some], leg[some]), least)
     return room

@@ -13,13 +13,14 @@ from math import hypot
 class Tolerances:
     """What a proof is to hold for.
 
+    Heights are against a common one: what lifts map, body and feet alike changes nothing.
+
     Attributes:
         rise: How much higher or lower than mapped each tread is, at most [m].
         run: How far each riser is from its mapped place, at most [m].
         mass: Share by which all masses are more or less, in one ratio.
         com: Horizontal distance of the whole robot's centre of mass from the model's [m].
-        body: Distance of the body's origin from its planned place along each axis of W, as seen
-            from the standing feet [m].
+        body: Distance of the body's origin from its planned place along each axis of W [m].
         tilt: Roll, and error of pitch [rad].
         turn: Error of yaw [rad].
         foot: Distance of a standing foot from its planned place [m]; its height may besides be off

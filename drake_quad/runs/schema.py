@@ -422,9 +422,10 @@ SUMMARY = (
     Figure("base_tilt_error_max_deg", "deg", "Farthest that the base was turned from where it is "
            "wanted", shown=Shown("Body most tilted off its plan", 2, "°"), at_most=2.0,
            physics=True),
-    Figure("tracking.body_max", "m", "Farthest that the body was from its plan along an axis of W, "
-           "as seen from the feet that are planned to stand; in the log's samples, as all of "
-           "`tracking`", shown=Shown("Body farthest from its plan, from its feet", 1, "mm")),
+    Figure("tracking.body_max", "m", "Farthest that the body was from its plan along an axis of W; "
+           "in all of `tracking` in the log's samples, and without what lifts the feet that are to "
+           "stand and the body alike", shown=Shown("Body farthest from its plan, along an axis", 1,
+                                                    "mm")),
     Figure("tracking.tilt_max_deg", "deg", "Greatest roll, or error of pitch"),
     Figure("tracking.turn_max_deg", "deg", "Greatest error of yaw"),
     Figure("tracking.foot_max", "m", "Farthest that a foot was, along the ground, from where it is "
@@ -432,6 +433,10 @@ SUMMARY = (
     Figure("tracking.foot_height_max", "m", "The same in height"),
     Figure("tracking.swing_max", "m", "Farthest that a swing foot was from where it is planned",
            shown=Shown("Swing foot farthest from its plan", 1, "mm")),
+    Figure("tracking.share", "", "The least share of the tolerances of the plan's certificate "
+           "(`certify.tolerances`) that the run kept within; if `drake-quad plan` proves as "
+           "much or more, the run is one of the motions that the proof is about",
+           shown=Shown("Share of the certificate's tolerances that was used", 2)),
     Figure("tracking.left", "", "Tolerances of the plan's certificate (`certify.tolerances`) that "
            "the run left: `body`, `tilt`, `turn`, `foot`, `rise` (a standing foot's height), "
            "`swing`; empty if it kept within all of them", "list"),
@@ -634,7 +639,7 @@ def _tracking_words(tracking: Mapping[str, Any]) -> str:
     """Whether a run kept within the tolerances, in words."""
     left, at = tracking.get("left"), look_up(tracking, "left_at")
     if not left:
-        return "kept"
+        return f"kept, {look_up(tracking, 'share'):.2f} of them used"
     return f"left from {at:.2f} s on: {', '.join(map(str, left))}"
 
 

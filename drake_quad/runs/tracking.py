@@ -4,6 +4,7 @@ The tolerances are those of `certificate.tolerances`: a run that keeps within th
 motions that the plan's proof is about.
 """
 
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -44,8 +45,10 @@ def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
     feet = np.einsum("nij,nlj->nli", R, calc_feet(robot.geometry, q)) + place[:, None]
     off = feet - _legs(c, "desired")
     stands = np.stack([c[f"{leg}_standing_planned"] for leg in SHORT_NAMES], axis=-1).astype(bool)
-    count = np.maximum(stands.sum(axis=1), 1)[:, None]
-    carried = (off * stands[..., None]).sum(axis=1) / count
+    # What lifts body and feet alike, as ground does that is higher than mapped, counts for nothing.
+    lifted = (off[..., 2] * stands).sum(axis=1) / np.maximum(stands.sum(axis=1), 1)
+    off[..., 2] -= lifted[:, None]
+    place = place - lifted[:, None] * [0.0, 0.0, 1.0]
     wanted = np.stack([c[f"base_desired_{k}"] for k in "xyz"], axis=-1)
     rpy = roll_pitch_yaw(quaternion)
     pitch, yaw = rpy[:, 1] - c["base_desired_pitch"], rpy[:, 2] - c["base_desired_yaw"]
@@ -53,7 +56,7 @@ def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
     aside, height = np.linalg.norm(off[..., :2], axis=-1), np.abs(off[..., 2])
     swing = np.linalg.norm(off, axis=-1)
     return {
-        "body_max": np.abs(place - wanted - carried).max(axis=1),
+        "body_max": np.abs(place - wanted).max(axis=1),
         "tilt_max_deg": np.degrees(np.maximum(np.abs(rpy[:, 0]), np.abs(pitch))),
         "turn_max_deg": np.degrees(turn),
         "foot_max": np.where(stands, aside, 0.0).max(axis=1),
@@ -80,8 +83,9 @@ def tracking_figures(
         within: The tolerances.
 
     Returns:
-        The figures of TOLERATED; `left`, the names of tolerances that were left; `left_at` [s], the
-        first time, None if none was. None for an empty log.
+        The figures of TOLERATED; `share`, the least that all tolerances can be multiplied by so
+        that the run is within them, None if that is infinite; `left`, the names of tolerances that
+        were left; `left_at` [s], the first time, None if none was. None for an empty log.
     """
     if table.num_rows == 0:
         return None
@@ -89,8 +93,12 @@ def tracking_figures(
     found = track(c, robot)
     beyond = {name: values > limit[name] for name, values in found.items()}
     some = np.flatnonzero(np.any(list(beyond.values()), axis=0))
+    most = {name: float(values.max()) for name, values in found.items()}
+    shares = [v / limit[name] if limit[name] > 0.0 else inf for name, v in most.items() if v > 0.0]
+    share = max(shares, default=0.0)
     return {
-        **{name: float(values.max()) for name, values in found.items()},
+        **most,
+        "share": share if isfinite(share) else None,
         "left": [TOLERATED[name] for name, values in beyond.items() if np.any(values)],
         "left_at": float(c["t"][some[0]]) if len(some) else None,
     }

@@ -379,9 +379,7 @@ class TolerancesConfig:
         0.02, "m", "Horizontal distance of the robot's centre of mass from its model's",
         not_negative(), within(0.0, 1.0),
     )  # fmt: skip
-    body: float | None = _of_leg(
-        "Distance of the body from its plan, along each axis, as seen from the standing feet", 0.5
-    )
+    body: float | None = _of_leg("Distance of the body from its plan, along each axis of W", 0.5)
     tilt_deg: float = number(
         0.3, "deg", "Roll, and error of pitch", not_negative(), within(0.0, 30.0)
     )

@@ -9,7 +9,7 @@ from certificate_rig import paper_shank, prepared
 from rig import paper_robot
 
 from drake_quad.certificate.cells import cut_pieces
-from drake_quad.certificate.clearance import find_box_obstacles
+from drake_quad.certificate.clearance import find_box_obstacles, find_swing_rule
 from drake_quad.certificate.robust import (
     SHARES,
     RobustProof,
@@ -29,8 +29,9 @@ from drake_quad.robot.kinematics import (
     solve_legs,
 )
 from drake_quad.robot.model import SHANK_POINTS
-from drake_quad.scenario.load import load_scenario
+from drake_quad.scenario.load import load_scenario, parse_scenario
 from drake_quad.simulation.plan_report import certify_plan, tolerances_of
+from drake_quad.simulation.prepare import prepare
 from drake_quad.stability.support_polygon import stability_margin
 
 NAMES = ("case_study", "descend", "spin_both_ways")
@@ -194,3 +195,77 @@ def test_distances_of_an_arbitrary_robot_grow_with_its_legs() -> None:
     given = load_scenario("case_study", ["certify.tolerances.body=0.02"]).certify.tolerances
     assert asked.body == pytest.approx(0.005 * 1.22, rel=0.01)
     assert tolerances_of(given, robot).body == 0.02
+
+
+STEPS = """
+course:
+  - {kind: floor, length: 4.5, width: 2.0}
+  - {kind: stairs, going: up, rise: RISE, run: 0.5, count: 3, width: 2.0}
+  - {kind: floor, length: 3.5, width: 2.0}
+start: {distance: 1.25}
+gait: {swing_clearance: CLEARANCE, tread_phase_up: PHASE}
+"""
+
+
+@pytest.mark.parametrize(
+    ("rise", "clearance", "phase"), [(0.04, 0.08, 0.37), (0.06, 0.08, 0.35), (0.10, 0.06, 0.33)]
+)
+def test_swing_feet_beside_steps_are_as_far_as_is_proven(
+    rise: float, clearance: float, phase: float
+) -> None:
+    """Of feet that come down close before the next step, or after the last: boxes and spheres.
+
+    What is not owed to a step is decided by distances within tolerances, not by those of the plan.
+    """
+    text = STEPS.replace("RISE", str(rise)).replace("CLEARANCE", str(clearance))
+    p = prepare(parse_scenario(text.replace("PHASE", str(phase)), source="test"))
+    robot, shank = p.robot, paper_shank()
+    found = prove_within(robot, shank, p.plan.plans, p.course.boxes, tolerances())
+    within, claimed = found.asked.scaled(found.share), found.figures["foot_clearance"]
+    off = within.swing + within.stairs
+    pieces, obstacles = cut_pieces(p.plan.plans), find_box_obstacles(p.course.boxes)
+    rule = find_swing_rule(pieces, obstacles, robot.foot_radius)
+    for k in np.flatnonzero(pieces.swing >= 0):
+        plan, leg, phase_of = p.plan.plans[pieces.task[k]], pieces.swing[k], pieces.phase[k]
+        times = np.linspace(pieces.start[k], pieces.end[k], 15)
+        foot = evaluate(robot, plan, times).feet[:, leg]
+        for m, box in enumerate(p.course.boxes):
+            if rule.own[phase_of, m]:
+                continue
+            away = from_box(foot, box.centre, 0.5 * box.size) - robot.foot_radius - off
+            assert away.min() >= min(claimed, rule.half[phase_of, m]) - 1e-9
+
+
+def test_standing_feet_near_the_next_step_are_told() -> None:
+    """A sphere that may be in a riser is no foothold, however far the edges are."""
+    text = STEPS.replace("RISE", "0.04").replace("CLEARANCE", "0.08").replace("PHASE", "0.37")
+    p = prepare(parse_scenario(text, source="test"))
+    pieces, obstacles = cut_pieces(p.plan.plans), find_box_obstacles(p.course.boxes)
+    room = foothold_room(pieces, obstacles, p.robot.foot_radius)
+    gaps = []
+    for k, leg in np.argwhere(pieces.standing):
+        foot = pieces.feet[k, leg]
+        for box in p.course.boxes:
+            if box.top > foot[2] - p.robot.foot_radius + 1e-6:
+                gap = from_box(foot[None], box.centre, 0.5 * box.size)[0] - p.robot.foot_radius
+                assert room[k, leg] <= gap + 1e-9
+                gaps.append(gap)
+    assert room.min() == pytest.approx(min(gaps), abs=5e-3) and min(gaps) < 0.02
+
+
+def test_feet_on_a_slope_have_its_sides_for_edges() -> None:
+    """Beside a narrow slope there is nothing to stand on."""
+    text = """
+course:
+  - {kind: floor, length: 3.0, width: 2.0}
+  - {kind: slope, going: up, length: 3.0, height: 0.3, width: 0.9}
+  - {kind: floor, length: 3.0, width: 2.0}
+"""
+    p = prepare(parse_scenario(text, source="test"))
+    pieces, obstacles = cut_pieces(p.plan.plans), find_box_obstacles(p.course.boxes)
+    room = foothold_room(pieces, obstacles, p.robot.foot_radius)
+    feet = pieces.feet[pieces.standing]
+    on_slope = (feet[:, 0] > 3.1) & (feet[:, 0] < 5.9)
+    true = 0.45 - np.abs(feet[on_slope, 1])
+    assert on_slope.sum() > 10
+    np.testing.assert_allclose(room[pieces.standing][on_slope], true, atol=0.02)  # feet roll
