@@ -57,17 +57,26 @@ class Pieces:
     landing: FloatArray
 
 
-def cut_pieces(plans: Sequence[MotionPlan]) -> Pieces:
-    """Cuts the plans of a mission's tasks into pieces."""
+def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0) -> Pieces:
+    """Cuts the plans of a mission's tasks into pieces.
+
+    Args:
+        plans: The plans.
+        late: For so long after its touchdown a foot is not counted on [s], or until the next
+            lift-off, before which the clock waits for it.
+    """
     rows: list[tuple[object, ...]] = []
     segments = phases = 0
     for task, plan in enumerate(plans):
         ends, roll = [s.end for s in plan.segments], plan.contacts.roll
+        landed: int | None = None  # row of the leg whose swing was the last
         for phase in plan.contacts.phases:
             step = phase.step
             cuts = [phase.start, phase.end]
             if step is not None:
                 cuts.append(step.lift_off + step.swing.apex_time)
+            firm = phase.start if landed is None or step is not None else phase.start + late
+            cuts += [firm] if phase.start + SLIVER < firm < phase.end - SLIVER else []
             inner = [*ends] if roll is None else [*ends, *roll.times]
             cuts += [t for t in inner if phase.start + SLIVER < t < phase.end - SLIVER]
             cuts = _with_knots(cuts, plan.body.knot)
@@ -79,6 +88,9 @@ def cut_pieces(plans: Sequence[MotionPlan]) -> Pieces:
                 if step is not None:
                     foot[:2, 0] += begin[step.leg.row]
                     foot[:2, 1] += on[step.leg.row]
+                standing = np.array(phase.standing)
+                if landed is not None and 0.5 * (a + b) < firm:
+                    standing[landed] = False
                 segment = segments + min(int(np.searchsorted(ends, 0.5 * (a + b))), len(ends) - 1)
                 rows.append(
                     (
@@ -88,11 +100,12 @@ def cut_pieces(plans: Sequence[MotionPlan]) -> Pieces:
                         foot,
                         feet,
                         on,
-                        phase.standing,
+                        standing,
                         feet[0] if step is None else step.swing.p_end,
                     )
                 )  # fmt: skip
             phases += 1
+            landed = None if step is None else step.leg.row
         segments += len(plan.segments)
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     return Pieces(*columns)

@@ -115,9 +115,9 @@ def _unknowns(within: Tolerances) -> int:
 
 def enclose_feet(pieces: Pieces, cells: Cells, within: Tolerances = NONE) -> Vector:
     """The feet in W over each cell, with what tolerances allow, (N, 4) each [m]."""
-    swings = np.arange(4) == pieces.swing[cells.piece][:, None]
-    aside = np.where(swings, within.swing, within.foot)
-    upward = np.where(swings, within.swing, within.foot + within.rise)
+    stands, foot = pieces.standing[cells.piece], within.foot + within.rise
+    aside = np.where(stands, within.foot, max(within.swing, within.foot))
+    upward = np.where(stands, foot, max(within.swing, foot))
     first, count = UNKNOWNS - OWN, _unknowns(within)
     x, y, z = (
         vary(cells.feet_enclosure(pieces, k), off, first + k, count)

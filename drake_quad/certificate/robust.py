@@ -61,11 +61,13 @@ def prove_within(
         boxes: The course, as mapped.
         asked: The tolerances.
     """
-    pieces, obstacles = cut_pieces(plans), find_box_obstacles(boxes)
-    room = foothold_room(pieces, obstacles, robot.foot_radius)
+    obstacles = find_box_obstacles(boxes)
+    whole = cut_pieces(plans)
+    room = foothold_room(whole, obstacles, robot.foot_radius)
 
     def within(share: float) -> tuple[dict[str, float], Failure | None]:
         some = asked.scaled(share)
+        pieces = cut_pieces(plans, some.late)
         problem = pose_problem(robot, shank, pieces, obstacles, some)
         proof = prove(problem, make_demand())
         held = room - some.foot - some.run
@@ -73,7 +75,7 @@ def prove_within(
         figures = dict(zip((*CLAIMS, FOOTHOLD), (*least, float(held.min())), strict=True))
         found = [
             f
-            for f in (first_failure(problem, proof), first_beyond_edge(pieces, held))
+            for f in (first_failure(problem, proof), first_beyond_edge(whole, held))
             if f is not None
         ]
         return figures, min(found, key=lambda f: (f.task, f.time), default=None)

@@ -25,7 +25,8 @@ class Tolerances:
         turn: Error of yaw [rad].
         foot: Distance of a standing foot from its planned place [m]; its height may besides be off
             by `rise`.
-        swing: Distance of a swing foot from its planned place [m].
+        swing: Distance of a swing foot from its planned place [m], also of one that is late.
+        late: How late a foot comes to bear after its touchdown, in the gait clock's time [s].
     """
 
     rise: float = 0.0
@@ -37,6 +38,7 @@ class Tolerances:
     turn: float = 0.0
     foot: float = 0.0
     swing: float = 0.0
+    late: float = 0.0
 
     def scaled(self, share: float) -> "Tolerances":
         """All of them times `share`."""

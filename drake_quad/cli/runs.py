@@ -322,7 +322,7 @@ def _tolerance_lines(told: dict[str, Any] | None) -> list[str]:
         f"{1e3 * asked['run']:.1f} mm off, masses {asked['mass']:.0%} more, a centre of mass "
         f"{1e3 * asked['com']:.0f} mm off, the body {1e3 * asked['body']:.1f} mm and "
         f"{tilt:.1f}° off its plan, standing feet {1e3 * asked['foot']:.1f} mm, swing feet "
-        f"{1e3 * asked['swing']:.1f} mm:"
+        f"{1e3 * asked['swing']:.1f} mm, and feet that bear {1e3 * asked['late']:.0f} ms late:"
     ]
     if told["share"] < 1.0:
         lines.append(

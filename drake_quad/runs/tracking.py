@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from drake_quad.certificate.tolerances import Tolerances
-from drake_quad.common import FloatArray
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.math.rotations import quaternion_matrix, roll_pitch_yaw
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.legs import SHORT_NAMES
@@ -28,11 +28,12 @@ TOLERATED = {
     "foot_max": "foot",
     "foot_height_max": "rise",
     "swing_max": "swing",
+    "late_max": "late",
 }
 
 
 def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
-    """How far each sample is from its plan, by the names of TOLERATED (N,) [m, deg].
+    """How far each sample is from its plan, by the names of TOLERATED (N,) [m, deg, s].
 
     Args:
         c: The log's columns.
@@ -62,7 +63,21 @@ def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
         "foot_max": np.where(stands, aside, 0.0).max(axis=1),
         "foot_height_max": np.where(stands, height, 0.0).max(axis=1),
         "swing_max": np.where(stands, 0.0, swing).max(axis=1),
+        "late_max": _lateness(c, stands),
     }
+
+
+def _lateness(c: Columns, stands: BoolArray) -> FloatArray:
+    """For how long, by the gait clock, a foot that is to stand has not borne (N,) [s]."""
+    clock = c["t"] - c["gait_waited"]
+    bears = np.stack([c[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=-1).astype(bool)
+    found = np.zeros(len(clock))
+    for row in range(4):
+        missed = stands[:, row] & ~bears[:, row]
+        # The last sample at which all was well with this foot, or the log's first.
+        last = np.maximum.accumulate(np.where(missed, 0, np.arange(len(clock))))
+        found = np.maximum(found, np.where(missed, clock - clock[last], 0.0))
+    return found
 
 
 def _legs(c: Columns, name: str) -> FloatArray:

@@ -386,6 +386,13 @@ class TolerancesConfig:
     turn_deg: float = number(0.3, "deg", "Error of yaw", not_negative(), within(0.0, 30.0))
     foot: float | None = _of_leg("Distance of a standing foot from where it is planned", 0.4)
     swing: float | None = _of_leg("Distance of a swing foot from where it is planned", 0.5)
+    late: float = number(
+        0.05,
+        "s",
+        "How late a foot may come to bear after its touchdown, in the gait clock's time",
+        not_negative(),
+        within(0.0, 10.0),
+    )
 
 
 @dataclass

@@ -214,6 +214,7 @@ def tolerances_of(config: TolerancesConfig, robot: RobotModel) -> Tolerances:
         turn=float(np.radians(config.turn_deg)),
         foot=or_share(config.foot, 0.004),
         swing=or_share(config.swing, 0.005),
+        late=config.late,
     )
 
 

@@ -140,16 +140,38 @@ def test_each_tolerance_takes_something(name: str) -> None:
     some = replace(Tolerances(), **{name: getattr(tolerances(), name)})
     none, half, whole = (prove_within(*given, some.scaled(k)).figures for k in (0.0, 0.5, 1.0))
     less = {figure: none[figure] - whole[figure] for figure in none}
-    assert max(less.values()) > 1e-3 and min(less.values()) >= -4e-3
+    assert max(less.values()) > 4e-4 and min(less.values()) >= -4e-3
     most = max(less, key=lambda figure: less[figure])
     assert -1e-3 <= none[most] - half[most] <= 0.6 * less[most] + 2e-3
+
+
+@pytest.mark.parametrize("name", ["case_study", "quick"])
+def test_feet_that_are_late_are_not_counted_on(name: str) -> None:
+    """Until a foot has borne the other three hold the robot, with the margin that is proven."""
+    p, found = prepared(name), proven(name)
+    late = found.asked.scaled(found.share).late
+    assert late > 0.01
+    least = np.inf
+    for plan in p.plan.plans:
+        lifts = [step.lift_off for step in plan.contacts.steps]
+        for step in plan.contacts.steps:
+            after = [t for t in lifts if t > step.touchdown - 1e-9]
+            until = min([step.touchdown + late, *after, plan.duration])
+            s = evaluate(p.robot, plan, np.linspace(step.touchdown, until - 1e-6, 5))
+            others = np.arange(4) != step.leg.row
+            for com, feet in zip(s.com, s.feet, strict=True):
+                least = min(least, stability_margin(com[:2], feet[others, :2]))
+    assert least >= found.figures["margin"]
+    # Much later than that a foot is needed: so it is not counted on for longer.
+    (one,) = {len(cut_pieces(p.plan.plans).start)}
+    assert len(cut_pieces(p.plan.plans, late).start) > one
 
 
 def test_where_not_all_holds_the_greatest_share_is_told() -> None:
     """A twentieth more of the tolerances fails; what fails first within all is named."""
     p, found = prepared("case_study"), proven("case_study")
     assert 0.0 < found.share < 1.0 and found.failure is not None
-    assert "shank" in found.failure.reason and found.figures["shank_clearance"] > 0.0
+    assert "shank" in found.failure.reason and found.figures["shank_clearance"] >= 0.0
     more = found.asked.scaled(found.share + 1.0 / SHARES)
     again = prove_within(p.robot, paper_shank(), p.plan.plans, p.course.boxes, more)
     assert again.share < 1.0 and again.failure is not None
@@ -163,7 +185,7 @@ def test_a_plan_that_keeps_its_shanks_away_holds_within_all() -> None:
     told, _ = certify_plan(replace(p, scenario=replace(p.scenario, certify=certify)))
     robust = told["tolerances"]
     assert robust["share"] == 1.0 and robust["reason"] == "" and robust["time"] is None
-    assert all(value > 0.0 for value in robust["proven"].values())
+    assert all(value >= 0.0 for value in robust["proven"].values())
     assert robust["proven"]["margin"] < told["proven"]["margin"] - 0.02
 
 

@@ -81,3 +81,18 @@ def test_a_foot_of_each_kind_has_its_own_tolerance() -> None:
     assert found["left"] == ["swing"] and found["left_at"] == pytest.approx(first)
     told = dict(summary_lines({"tracking": found}))
     assert told["tolerances of the plan's certificate"] == f"left from {first:.2f} s on: swing"
+
+
+def test_a_foot_that_bears_late_is_told_by_the_gait_clock() -> None:
+    """By its time, that is: while the clock waits for the foot no time is lost."""
+    stands, bears = (values(f"FL_{n}").astype(bool) for n in ("standing_planned", "bearing"))
+    t, waited = values("t"), values("gait_waited")
+    landing = int(np.flatnonzero(np.diff(stands.astype(int)) == 1)[0]) + 1
+    missed = bears.copy()
+    missed[landing : landing + 4] = False
+    late = t[landing + 3] - t[landing - 1]
+    found = figures(FL_bearing=missed)
+    assert found["late_max"] == pytest.approx(late) and "late" in found["left"]
+    stopped = waited + np.clip(t - t[landing], 0.0, t[landing + 3] - t[landing])
+    found = figures(FL_bearing=missed, gait_waited=stopped)
+    assert found["late_max"] == pytest.approx(t[landing] - t[landing - 1])
