@@ -45,7 +45,7 @@ def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
     R = np.stack([quaternion_matrix(row) for row in quaternion])
     feet = np.einsum("nij,nlj->nli", R, calc_feet(robot.geometry, q)) + place[:, None]
     off = feet - _legs(c, "desired")
-    stands = np.stack([c[f"{leg}_standing_planned"] for leg in SHORT_NAMES], axis=-1).astype(bool)
+    stands = _stands(c)
     # What lifts body and feet alike, as ground does that is higher than mapped, counts for nothing.
     lifted = (off[..., 2] * stands).sum(axis=1) / np.maximum(stands.sum(axis=1), 1)
     off[..., 2] -= lifted[:, None]
@@ -67,10 +67,19 @@ def track(c: Columns, robot: RobotModel) -> dict[str, FloatArray]:
     }
 
 
+def _stands(c: Columns) -> BoolArray:
+    """Which feet are to be on the ground (N, 4)."""
+    return np.stack([c[f"{leg}_standing_planned"] for leg in SHORT_NAMES], axis=-1).astype(bool)
+
+
+def _bears(c: Columns) -> BoolArray:
+    """Which feet carry load (N, 4)."""
+    return np.stack([c[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=-1).astype(bool)
+
+
 def _lateness(c: Columns, stands: BoolArray) -> FloatArray:
     """For how long, by the gait clock, a foot that is to stand has not borne (N,) [s]."""
-    clock = c["t"] - c["gait_waited"]
-    bears = np.stack([c[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=-1).astype(bool)
+    clock, bears = c["t"] - c["gait_waited"], _bears(c)
     found = np.zeros(len(clock))
     for row in range(4):
         missed = stands[:, row] & ~bears[:, row]
@@ -99,22 +108,24 @@ def tracking_figures(
 
     Returns:
         The figures of TOLERATED; `share`, the least that all tolerances can be multiplied by so
-        that the run is within them, None if that is infinite; `left`, the names of tolerances that
-        were left; `left_at` [s], the first time, None if none was. None for an empty log.
+        that the run is within them, None if there is none; `left`, the names of tolerances that
+        were left, and `support` where fewer than three of the feet that are to stand bore, of which
+        no proof is; `left_at` [s], the first time, None if none was. None for an empty log.
     """
     if table.num_rows == 0:
         return None
     c, limit = columns_of(table), _limits(within)
     found = track(c, robot)
-    beyond = {name: values > limit[name] for name, values in found.items()}
+    beyond = {TOLERATED[name]: values > limit[name] for name, values in found.items()}
+    beyond["support"] = (_stands(c) & _bears(c)).sum(axis=1) < 3
     some = np.flatnonzero(np.any(list(beyond.values()), axis=0))
     most = {name: float(values.max()) for name, values in found.items()}
     shares = [v / limit[name] if limit[name] > 0.0 else inf for name, v in most.items() if v > 0.0]
     share = max(shares, default=0.0)
     return {
         **most,
-        "share": share if isfinite(share) else None,
-        "left": [TOLERATED[name] for name, values in beyond.items() if np.any(values)],
+        "share": share if isfinite(share) and not np.any(beyond["support"]) else None,
+        "left": [name for name, values in beyond.items() if np.any(values)],
         "left_at": float(c["t"][some[0]]) if len(some) else None,
     }
 
