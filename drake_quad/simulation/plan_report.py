@@ -173,14 +173,13 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
         margin=asked.margin,
         clearance=asked.clearance,
     )
-    failure = certificate.failure
+    taken, failure = time.perf_counter() - begun, certificate.failure
     segments = [s.name for plan in p.plan.plans for s in plan.segments]
     robust = None
     if failure is None:
         within = tolerances_of(asked.tolerances, p.robot)
         shank = shank_of(p.robot)
         robust = prove_within(p.robot, shank, p.plan.plans, p.course.boxes, within)
-    taken = time.perf_counter() - begun
     told = {
         "certified": failure is None,
         "reason": failure.reason if failure else "",
