@@ -3,7 +3,7 @@
 The leg is that of `robot.kinematics`: abduction about x, hip pitch and knee about y.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -260,27 +260,15 @@ def shank_of(robot: RobotModel) -> Shank:
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
-    """Enclosures of knee, foot and the shank's x axis in W, arrays (..., 3, 3), last x, y, z.
+class Points(Enclosure):
+    """Knee, foot and the shank's x axis in W, arrays (..., 3, 3), last x, y, z.
 
-    Any point of a shank is a combination of the three that does not change with time. The arrays
-    are those of `Enclosure`; `spread` has one axis more.
+    Any point of a shank is a combination of the three that does not change with time.
     """
-
-    centre: FloatArray
-    time: FloatArray
-    spread: FloatArray
-    error: FloatArray
-    rest: FloatArray
-
-    @property
-    def radius(self) -> FloatArray:
-        """How far each coordinate may be from `centre` [m]."""
-        return np.asarray(np.abs(self.time) + np.abs(self.spread).sum(axis=-1) + self.rest)
 
     def pick(self, cell: IntArray, leg: IntArray) -> "Points":
         """Those of some legs in some cells (K, 3, 3)."""
-        return Points(**{name: values[cell, leg] for name, values in vars(self).items()})
+        return Points(**{f.name: getattr(self, f.name)[cell, leg] for f in fields(self)})
 
     def unsure(self, combination: FloatArray, normal: FloatArray) -> FloatArray:
         """How far combinations (K, 3) may be off along normals (K, 3) in the middle [m]."""

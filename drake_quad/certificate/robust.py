@@ -19,7 +19,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.boxes import Box
 
 FOOTHOLD_CAP = 1.0  # [m]; larger distances from an edge are told as this
-SHARES = 20  # shares of the tolerances are sought in steps of one over this
+STEPS = 20  # shares of the tolerances are sought in steps of one over this
 FOOTHOLD = "foothold_room"
 
 
@@ -32,13 +32,14 @@ class RobustProof:
         share: What all of them can be multiplied by, at most 1, so that the figures are positive.
         figures: What is proven within this share of them, by name: the certificate's claims, and
             how far standing feet are from edges and higher steps; empty if nothing is.
-        failure: Where the plan first fails within the next greater share, a step of one over SHARES
-            more; None if it holds within all of them.
+        fails_at: The next greater share, within which it fails; None if it holds within all.
+        failure: Where it first fails there.
     """
 
     asked: Tolerances
     share: float
     figures: dict[str, float]
+    fails_at: float | None
     failure: Failure | None
 
 
@@ -82,16 +83,16 @@ def prove_within(
 
     figures, failure = within(1.0)
     if failure is None:
-        return RobustProof(asked, 1.0, figures, None)
-    low, high, best = 0, SHARES, dict[str, float]()
+        return RobustProof(asked, 1.0, figures, None, None)
+    low, high, best = 0, STEPS, dict[str, float]()
     while high - low > 1:
         middle = (low + high) // 2
-        figures, fails = within(middle / SHARES)
+        figures, fails = within(middle / STEPS)
         if fails is None:
             low, best = middle, figures
         else:
             high, failure = middle, fails
-    return RobustProof(asked, low / SHARES, best, failure)
+    return RobustProof(asked, low / STEPS, best, high / STEPS, failure)
 
 
 def first_beyond_edge(pieces: Pieces, room: FloatArray) -> Failure | None:

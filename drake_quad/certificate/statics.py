@@ -170,13 +170,8 @@ def _moved(shares: Enclosure, support: Support) -> Enclosure:
         return np.asarray(size * distance * total / np.where(k < 1.0, 1.0 - k, np.nan))
 
     middle = np.abs(shares.centre)
-    return Enclosure(
-        shares.centre,
-        shares.time,
-        shares.spread,
-        shares.error + moved(off, middle + shares.here),
-        shares.rest + moved(away, middle + shares.radius),
-    )
+    here = moved(off, middle + shares.here)
+    return widen(blur(shares, here), moved(away, middle + shares.radius) - here)
 
 
 def _torques(

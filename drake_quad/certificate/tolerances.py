@@ -1,8 +1,8 @@
 """How far a run may be from its plan, and the world from its map, for a proof to hold all the same.
 
 A proof within tolerances is of all motions whose body, feet, masses and stairs differ from the
-plan's by no more than these, each from moment to moment as it likes: the enclosures of the plan are
-widened by them (`certificate.enclosure.blur`), and all else follows as it does without.
+plan's by no more than these, each from moment to moment as it likes: they are unknown numbers in
+the enclosures of the plan (`certificate.enclosure.vary`), and all else follows as it does without.
 """
 
 from dataclasses import dataclass, fields

@@ -326,7 +326,7 @@ def _tolerance_lines(told: dict[str, Any] | None) -> list[str]:
     ]
     if told["share"] < 1.0:
         lines.append(
-            f"  not for all of that: with {told['share'] + 1.0 / 20.0:.2f} of each "
+            f"  not for all of that: with {told['fails_at']:.2f} of each "
             f"{told['reason']}, from {told['time']:.3f} s on, in '{told['segment']}'"
         )
         if not proven:

@@ -17,8 +17,6 @@ from drake_quad.stability.margins import Margins
 from drake_quad.stability.safety import MOST_SLIP, NO_SUPPORT, judge_safety, margin_words
 
 Columns = dict[str, np.ndarray]
-
-
 AXES = ("x", "y", "z")
 TURNS = ("roll", "pitch", "yaw")
 

@@ -348,9 +348,12 @@ class MonitorConfig:
     )
 
 
-def _of_leg(text: str, percent: float) -> float | None:
+OF_LEG = {"body": 0.005, "foot": 0.004, "swing": 0.005}  # of a leg's length, if not given
+
+
+def _of_leg(text: str, name: str) -> float | None:
     """A distance that grows with the legs if it is not given."""
-    text += f"; {percent:g} % of the leg's length if not given"
+    text += f"; {100.0 * OF_LEG[name]:g} % of the leg's length if not given"
     bound: float | None = number(None, "m", text, not_negative(), within(0.0, 1.0))
     return bound
 
@@ -379,13 +382,13 @@ class TolerancesConfig:
         0.02, "m", "Horizontal distance of the robot's centre of mass from its model's",
         not_negative(), within(0.0, 1.0),
     )  # fmt: skip
-    body: float | None = _of_leg("Distance of the body from its plan, along each axis of W", 0.5)
+    body: float | None = _of_leg("Distance of the body from its plan, along each axis of W", "body")
     tilt_deg: float = number(
         0.3, "deg", "Roll, and error of pitch", not_negative(), within(0.0, 30.0)
     )
     turn_deg: float = number(0.3, "deg", "Error of yaw", not_negative(), within(0.0, 30.0))
-    foot: float | None = _of_leg("Distance of a standing foot from where it is planned", 0.4)
-    swing: float | None = _of_leg("Distance of a swing foot from where it is planned", 0.5)
+    foot: float | None = _of_leg("Distance of a standing foot from where it is planned", "foot")
+    swing: float | None = _of_leg("Distance of a swing foot from where it is planned", "swing")
     late: float = number(
         0.05,
         "s",

@@ -21,7 +21,7 @@ from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
 from drake_quad.planning.stance_margin import Footing, footing_of, kind_of
 from drake_quad.robot.model import RobotModel, leg_lengths
 from drake_quad.runs.planned_columns import plan_margin
-from drake_quad.scenario.motion_config import TolerancesConfig
+from drake_quad.scenario.motion_config import OF_LEG, TolerancesConfig
 from drake_quad.simulation.prepare import PreparedScenario, judge_plan
 from drake_quad.util.files import Write, write_together
 
@@ -200,19 +200,20 @@ def tolerances_of(config: TolerancesConfig, robot: RobotModel) -> Tolerances:
     """The tolerances that a scenario states, in radians, what it leaves out by the legs' length."""
     leg = float(leg_lengths(robot).min())
 
-    def or_share(given: float | None, share: float) -> float:
-        return share * leg if given is None else given
+    def or_share(name: str) -> float:
+        given: float | None = getattr(config, name)
+        return OF_LEG[name] * leg if given is None else given
 
     return Tolerances(
         rise=config.rise,
         run=config.run,
         mass=config.mass,
         com=config.com,
-        body=or_share(config.body, 0.005),
+        body=or_share("body"),
         tilt=float(np.radians(config.tilt_deg)),
         turn=float(np.radians(config.turn_deg)),
-        foot=or_share(config.foot, 0.004),
-        swing=or_share(config.swing, 0.005),
+        foot=or_share("foot"),
+        swing=or_share("swing"),
         late=config.late,
     )
 
@@ -225,6 +226,7 @@ def _robust_figures(
     return {
         "asked": vars(robust.asked),
         "share": robust.share,
+        "fails_at": robust.fails_at,
         "proven": robust.figures,
         "reason": failure.reason if failure else "",
         "time": p.plan.starts[failure.task] + failure.time if failure else None,

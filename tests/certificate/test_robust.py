@@ -11,7 +11,7 @@ from rig import paper_robot
 from drake_quad.certificate.cells import cut_pieces
 from drake_quad.certificate.clearance import find_box_obstacles, find_swing_rule
 from drake_quad.certificate.robust import (
-    SHARES,
+    STEPS,
     RobustProof,
     first_beyond_edge,
     foothold_room,
@@ -172,7 +172,8 @@ def test_where_not_all_holds_the_greatest_share_is_told() -> None:
     p, found = prepared("case_study"), proven("case_study")
     assert 0.0 < found.share < 1.0 and found.failure is not None
     assert "shank" in found.failure.reason and found.figures["shank_clearance"] >= 0.0
-    more = found.asked.scaled(found.share + 1.0 / SHARES)
+    assert found.fails_at == pytest.approx(found.share + 1.0 / STEPS)
+    more = found.asked.scaled(found.fails_at)
     again = prove_within(p.robot, paper_shank(), p.plan.plans, p.course.boxes, more)
     assert again.share < 1.0 and again.failure is not None
 
@@ -219,7 +220,7 @@ def test_distances_of_an_arbitrary_robot_grow_with_its_legs() -> None:
     assert tolerances_of(given, robot).body == 0.02
 
 
-STEPS = """
+FLIGHT = """
 course:
   - {kind: floor, length: 4.5, width: 2.0}
   - {kind: stairs, going: up, rise: RISE, run: 0.5, count: 3, width: 2.0}
@@ -239,7 +240,7 @@ def test_swing_feet_beside_steps_are_as_far_as_is_proven(
 
     What is not owed to a step is decided by distances within tolerances, not by those of the plan.
     """
-    text = STEPS.replace("RISE", str(rise)).replace("CLEARANCE", str(clearance))
+    text = FLIGHT.replace("RISE", str(rise)).replace("CLEARANCE", str(clearance))
     p = prepare(parse_scenario(text.replace("PHASE", str(phase)), source="test"))
     robot, shank = p.robot, paper_shank()
     found = prove_within(robot, shank, p.plan.plans, p.course.boxes, tolerances())
@@ -260,7 +261,7 @@ def test_swing_feet_beside_steps_are_as_far_as_is_proven(
 
 def test_standing_feet_near_the_next_step_are_told() -> None:
     """A sphere that may be in a riser is no foothold, however far the edges are."""
-    text = STEPS.replace("RISE", "0.04").replace("CLEARANCE", "0.08").replace("PHASE", "0.37")
+    text = FLIGHT.replace("RISE", "0.04").replace("CLEARANCE", "0.08").replace("PHASE", "0.37")
     p = prepare(parse_scenario(text, source="test"))
     pieces, obstacles = cut_pieces(p.plan.plans), find_box_obstacles(p.course.boxes)
     room = foothold_room(pieces, obstacles, p.robot.foot_radius)
@@ -273,6 +274,11 @@ def test_standing_feet_near_the_next_step_are_told() -> None:
                 assert room[k, leg] <= gap + 1e-9
                 gaps.append(gap)
     assert room.min() == pytest.approx(min(gaps), abs=5e-3) and min(gaps) < 0.02
+    # Risers that may be farther off than that are not within what is proven.
+    asked = Tolerances(run=2.0 * min(gaps))
+    found = prove_within(p.robot, paper_shank(), p.plan.plans, p.course.boxes, asked)
+    assert 0.0 < found.share < 1.0 and found.figures["foothold_room"] > 0.0
+    assert found.share * asked.run <= min(gaps)
 
 
 def test_feet_on_a_slope_have_its_sides_for_edges() -> None:
