@@ -326,7 +326,7 @@ class Figure:
     @property
     def scale(self) -> float:
         """What its value is multiplied by where the report shows it."""
-        return {"mm": 1e3, "%": 100.0}.get(self.shown.unit, 1.0) if self.shown else 1.0
+        return {"mm": 1e3, "ms": 1e3, "%": 100.0}.get(self.shown.unit, 1.0) if self.shown else 1.0
 
 
 SPREAD = ("minimum", "percentile_1", "median")

@@ -18,6 +18,7 @@ from drake_quad.certificate.robust import (
     prove_within,
 )
 from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.cli.runs import certificate_lines
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.kinematics import (
@@ -172,6 +173,7 @@ def test_where_not_all_holds_the_greatest_share_is_told() -> None:
     p, found = prepared("case_study"), proven("case_study")
     assert 0.0 < found.share < 1.0 and found.failure is not None
     assert "shank" in found.failure.reason and found.figures["shank_clearance"] >= 0.0
+    assert found.fails_at is not None
     assert found.fails_at == pytest.approx(found.share + 1.0 / STEPS)
     more = found.asked.scaled(found.fails_at)
     again = prove_within(p.robot, paper_shank(), p.plan.plans, p.course.boxes, more)
@@ -297,3 +299,23 @@ course:
     true = 0.45 - np.abs(feet[on_slope, 1])
     assert on_slope.sum() > 10
     np.testing.assert_allclose(room[pieces.standing][on_slope], true, atol=0.02)  # feet roll
+
+
+@pytest.mark.parametrize(("share", "said"), [(1.0, False), (0.7, True), (0.0, True)])
+def test_what_is_proven_within_tolerances_is_printed(share: float, said: bool) -> None:
+    """All figures; where not all holds, what fails and from which share on, or that nothing is."""
+    told, _ = certify_plan(prepared("case_study"))
+    robust = {**told["tolerances"], "share": share, "fails_at": None, "reason": ""}
+    if share < 1.0:
+        robust |= {"fails_at": share + 0.05, "reason": "a shank is near", "time": 15.0,
+                   "segment": "walk 2"}  # fmt: skip
+    if share == 0.0:
+        robust["proven"] = {}
+    text = "\n".join(certificate_lines({**told, "tolerances": robust}))
+    assert "risers 5.0 mm off, masses 10% more" in text and "bear 50 ms late" in text
+    assert ("a shank is near" in text and f"{share + 0.05:.2f} of each" in text) == said
+    assert ("nothing is proven beyond" in text) == (share == 0.0)
+    margin = told["tolerances"]["proven"]["margin"]
+    assert (f"static margin at least {margin:.4f} m" in text) == (share > 0.0)
+    without = certificate_lines({**told, "tolerances": None})
+    assert "also for treads" not in "\n".join(without)

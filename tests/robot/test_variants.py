@@ -31,6 +31,10 @@ def test_longer_legs_reach_farther_by_the_factor_and_weigh_the_same(factor: floa
     np.testing.assert_allclose(longer.link_com[:, 1:, 2], factor * robot.link_com[:, 1:, 2])
     np.testing.assert_array_equal(longer.link_com[:, 0], robot.link_com[:, 0])
     np.testing.assert_allclose(longer.thigh_points[..., 2], factor * robot.thigh_points[..., 2])
+    old, new = robot.thigh_stops.paths, longer.thigh_stops.paths
+    assert old.size > 0
+    np.testing.assert_array_equal(new[..., :2], old[..., :2])
+    np.testing.assert_allclose(new[..., 2], factor * old[..., 2])
 
 
 @given(angle=st.floats(0.0, 3.0))

@@ -113,3 +113,15 @@ def test_figures_that_only_one_kind_of_run_has_are_there() -> None:
     found = leaves(result(EVERYTHING).summary)
     assert {"estimate.drift", "pushes[].speed", "margin_feasible.minimum"} <= set(found)
     assert ("contacts of anything but feet", "0") in summary_lines(result(()).summary)
+
+
+def test_figures_in_another_unit_than_their_own_are_converted() -> None:
+    """A time of 0.032 s is 32 ms in the report, not 0 ms."""
+    factors = {("m", "mm"): 1e3, ("s", "ms"): 1e3, ("", "%"): 100.0, ("of the limit", "%"): 100.0}
+    seen = set()
+    for figure in SUMMARY:
+        if figure.shown is not None and figure.shown.unit not in ("", "°", figure.unit):
+            pair = figure.unit, figure.shown.unit
+            assert figure.scale == factors[pair], figure.key
+            seen.add(pair[1])
+    assert seen == {"mm", "ms", "%"}
