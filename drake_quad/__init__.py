@@ -89,7 +89,7 @@ if TYPE_CHECKING:
         read_summary as read_summary,
     )
     from drake_quad.runs.result import RunResult as RunResult
-    from drake_quad.runs.schema import (
+    from drake_quad.runs.summary_lines import (
         safety_line as safety_line,
         summary_lines as summary_lines,
     )
@@ -154,7 +154,7 @@ _PUBLIC = {
     "robot.model": "RobotModel",
     "runs.reader": "RecordedRun load_run read_summary",
     "runs.result": "RunResult",
-    "runs.schema": "safety_line summary_lines",
+    "runs.summary_lines": "safety_line summary_lines",
     "scenario.config": "Scenario",
     "scenario.load": "load_scenario save_scenario shipped_scenarios",
     "simulation.diagram": "MakeStairClimb",

@@ -10,7 +10,7 @@ from summary_rig import base_columns, changed, log, values
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.math.rotations import quaternion_of
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.schema import summary_lines
+from drake_quad.runs.summary_lines import summary_lines
 from drake_quad.runs.tracking import TOLERATED, tracking_figures
 
 WITHIN = Tolerances(

@@ -18,8 +18,8 @@ from drake_quad.runs.schema import (
     SIGNALS,
     SUMMARY,
     WHOLE_BODY,
-    summary_lines,
 )
+from drake_quad.runs.summary_lines import summary_lines
 from drake_quad.scenario.build import robot_of
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.run import simulate

@@ -21,7 +21,7 @@ from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.result import RunResult
-from drake_quad.runs.schema import summary_lines
+from drake_quad.runs.summary_lines import summary_lines
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import load_scenario, shipped_scenarios
 from drake_quad.simulation.prepare import prepare

@@ -10,7 +10,7 @@ from drake_quad.gait_design.objective import targets_for
 from drake_quad.report.overlay import margin_colour
 from drake_quad.report.style import BAD, GOOD, WARN
 from drake_quad.robot.model import leg_length
-from drake_quad.runs.schema import safety_line
+from drake_quad.runs.summary_lines import safety_line
 from drake_quad.stability.safety import judge_safety, margin_words, safe_margin
 
 GOOD_RUN: dict[str, Any] = {

@@ -12,7 +12,7 @@ from drake_quad.cli import runs as cli_print
 from drake_quad.cli.check_answer import print_check, print_next
 from drake_quad.cli.robots import print_chart
 from drake_quad.cli.runs import print_certificate
-from drake_quad.runs.schema import summary_lines
+from drake_quad.runs.summary_lines import summary_lines
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.run import assumptions_of
 
