@@ -20,7 +20,8 @@ from benchmarks.common import markdown_table, provenance
 from drake_quad.errors import DrakeQuadError
 from drake_quad.feasibility.check import Feasibility, check_flight
 from drake_quad.gait_design.designer import design_longer
-from drake_quad.gait_design.tempo_search import PREFER, Wish, quicken
+from drake_quad.gait_design.tempo_search import quicken
+from drake_quad.gait_design.wish import PREFER, Wish
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.scenario.load import save_scenario

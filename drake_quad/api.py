@@ -24,7 +24,7 @@ from drake_quad.feasibility.passport import (
     with_trials,
 )
 from drake_quad.feasibility.passport_page import PASSPORT, write_passport
-from drake_quad.gait_design.tempo_search import PREFER, Wish
+from drake_quad.gait_design.wish import PREFER, Wish
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun

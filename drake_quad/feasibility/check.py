@@ -24,7 +24,8 @@ from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, ne
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import highest_rise
 from drake_quad.gait_design.speed_curve import SpeedCurve, trace_curve
-from drake_quad.gait_design.tempo_search import ENOUGH, Wish, quicken
+from drake_quad.gait_design.tempo_search import ENOUGH, quicken
+from drake_quad.gait_design.wish import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof, prove_infeasible
 from drake_quad.planning.mission import MissionPlan

@@ -13,7 +13,7 @@ from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.tempo import tread_way
-from drake_quad.gait_design.tempo_search import Wish
+from drake_quad.gait_design.wish import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof
 from drake_quad.planning.motion_plan import evaluate

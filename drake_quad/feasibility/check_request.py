@@ -17,7 +17,7 @@ from drake_quad.feasibility.check_report import (
     with_proof,
 )
 from drake_quad.feasibility.flight import Around, check_margin_kind, check_stairs_numbers
-from drake_quad.gait_design.tempo_search import PREFER, Wish
+from drake_quad.gait_design.wish import PREFER, Wish
 from drake_quad.infeasibility.proof import proof_record
 from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.scenario.load import load_scenario, save_scenario

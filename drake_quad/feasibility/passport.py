@@ -12,7 +12,7 @@ from drake_quad.feasibility.check_report import LIMITS, feasibility_report, with
 from drake_quad.feasibility.flight import check_stairs_numbers
 from drake_quad.feasibility.same_gait import check_same_gait
 from drake_quad.feasibility.standard_stairs import BUILDS, STANDARDS, Build, Standard
-from drake_quad.gait_design.tempo_search import Wish
+from drake_quad.gait_design.wish import Wish
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.load import save_scenario
 from drake_quad.simulation.precompile import DESIGN, precompiling

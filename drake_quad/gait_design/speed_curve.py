@@ -16,12 +16,8 @@ import numpy as np
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo_search import (
-    GaitChoice,
-    Kept,
-    TempoSearch,
-    Wish,
-)
+from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch
+from drake_quad.gait_design.wish import Kept, Wish
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of, mission_of
 

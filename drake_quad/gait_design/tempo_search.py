@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from math import inf
 
-from drake_quad.errors import InputError, PlanningError
+from drake_quad.errors import PlanningError
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
@@ -29,16 +29,12 @@ from drake_quad.gait_design.tempo import (
     try_tempo,
     usual_tempo,
 )
+from drake_quad.gait_design.wish import KEPT, Kept, Wish
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
-from drake_quad.stability.safety import safe_margin
 from drake_quad.terrain.course import Course
-from drake_quad.util.numbers import is_finite_real
 
-PREFER = ("margin", "balanced", "speed")
-KEPT = 0.8  # of the margin of the gait that was found for margin: what `balanced` keeps
-LEAST_MARGIN = 0.010  # [m] that `speed` keeps at least
 MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
 ROOM_KEPT, TORQUE_KEPT = 0.6, 0.8  # of what the slow plan leaves, where that is less than wanted
 STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then another
@@ -51,74 +47,6 @@ CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
 LONGER, TRIES = 1.12, 3  # where a course leaves less than a short one: ratio of the times; plans
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
-
-
-@dataclass(frozen=True)
-class Wish:
-    """What a gait is to be good at.
-
-    Attributes:
-        prefer: One of PREFER: the most margin; the quickest that keeps KEPT of that margin; or the
-            quickest that keeps the margin with which a run counts as safe.
-        speed: Speed on the flights that is enough [m/s]; it then has the margin that is left.
-        min_margin: Margin that the plan is to keep, instead of what `prefer` says [m].
-    """
-
-    prefer: str = "margin"
-    speed: float | None = None
-    min_margin: float | None = None
-
-    @property
-    def quick(self) -> bool:
-        """Whether the gait's times are to be chosen at all."""
-        return self.prefer != "margin" or self.speed is not None or self.min_margin is not None
-
-    def check(self) -> None:
-        """Makes sure that there can be such a wish.
-
-        Raises:
-            InputError: The error names the option, its value and what would be right.
-        """
-        if self.prefer not in PREFER:
-            remedy = f"give {', '.join(PREFER[:-1])} or {PREFER[-1]}"
-            raise InputError(source="--prefer", field="prefer", value=self.prefer, remedy=remedy)
-        for option, value, unit in (
-            ("speed", self.speed, "m/s"),
-            ("min-margin", self.min_margin, "metres"),
-        ):
-            if value is not None and not (is_finite_real(value) and value > 0.0):
-                remedy = f"give {unit}, more than 0"
-                field = option.replace("-", "_")
-                raise InputError(source=f"--{option}", field=field, value=value, remedy=remedy)
-
-    def least_margin(self, robot: RobotModel, margin: float) -> float:
-        """The margin that a plan is to keep [m], where the gait found for margin has `margin`."""
-        if self.min_margin is not None:
-            return self.min_margin
-        safe = max(safe_margin(robot), LEAST_MARGIN)
-        fast = self.prefer == "speed" or (self.prefer == "margin" and self.speed is not None)
-        return min(safe, margin) if fast else KEPT * margin
-
-
-@dataclass(frozen=True)
-class Kept:
-    """What a quick plan is to keep.
-
-    Attributes:
-        margin: Static margin [m].
-        zmp_margin: Margin of the zero-moment point [m].
-    """
-
-    margin: float
-    zmp_margin: float
-
-    def spare(self, margin: float, zmp_margin: float) -> float:
-        """How much more than that there is, of the one that has less [m]."""
-        return min(margin - self.margin, zmp_margin - self.zmp_margin)
-
-    def more(self, by: float) -> "Kept":
-        """So much more of both [m]."""
-        return Kept(self.margin + by, self.zmp_margin + by)
 
 
 def seek_switch(

@@ -9,7 +9,7 @@ from rig import paper_robot
 
 from drake_quad.feasibility.curve_picture import save_speed_curve
 from drake_quad.gait_design import speed_curve
-from drake_quad.gait_design.tempo_search import Wish
+from drake_quad.gait_design.wish import Wish
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
 

@@ -25,16 +25,14 @@ from drake_quad.gait_design.tempo import (
     usual_tempo,
 )
 from drake_quad.gait_design.tempo_search import (
-    KEPT,
     MOST_PEAK,
     GaitChoice,
-    Kept,
     TempoSearch,
-    Wish,
     fastest,
     quicken,
     seek_switch,
 )
+from drake_quad.gait_design.wish import KEPT, Kept, Wish
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.mission import initial_stance
