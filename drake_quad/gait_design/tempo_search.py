@@ -29,7 +29,7 @@ from drake_quad.gait_design.tempo import (
     try_tempo,
     usual_tempo,
 )
-from drake_quad.gait_design.wish import KEPT, Kept, Wish
+from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
@@ -138,18 +138,21 @@ def quicken(
         return designed
     if wish.speed is not None and before.slowest.speed >= ENOUGH * wish.speed:
         return designed
-    least = wish.least_margin(robot, designed.margin)
-    kept = Kept(least, min(least, wish.least_margin(robot, before.zmp_margin)))
-    own = GaitChoice(designed.scenario, designed.design, planned=True)
+    own = what_is_kept(wish, robot, designed.margin, before.zmp_margin)
+    kept = [what_is_kept(w, robot, designed.margin, before.zmp_margin) for w in wish.steps()]
+    kept = [k for k in kept if own.spare(k.margin, k.zmp_margin) >= 0.0]
+    slow = GaitChoice(designed.scenario, designed.design, planned=True)
     best, speed = designed, before.slowest.speed
     # For a speed that is enough, the gait that was found for margin may do. Else a gait that goes
     # farther in a cycle is mostly the quicker one, and the other need not be tried then.
-    for gait in chain([own], others) if wish.speed is not None else chain(others, [own]):
+    for gait in chain([slow], others) if wish.speed is not None else chain(others, [slow]):
         if fastest(gait.scenario, robot, course) <= WORTH * speed:
             continue
-        found = TempoSearch(gait, designed, robot, kept, source).quickest(wish.speed, speed)
-        if found is not None:
-            best, speed = found.designed, found.speed
+        search = TempoSearch(gait, designed, robot, own, source)
+        for margins in kept:
+            found = search.quickest(wish.speed, speed, margins)
+            if found is not None:
+                best, speed = found.designed, found.speed
         if wish.speed is not None and speed >= ENOUGH * wish.speed:
             break
     return best
@@ -161,6 +164,9 @@ def fastest(scenario: Scenario, robot: RobotModel, course: Course) -> float:
     tempo = usual_tempo(scenario.gait, robot)
     way = tread_way(scenario.gait, min(s.run for s in flights))
     return way / (4.0 * (tempo.swing + tempo.gap))
+
+
+Known = dict[float, dict[float, TempoTrial | None]]  # by ratio of swings and time at the switches
 
 
 class TempoSearch:
@@ -185,15 +191,20 @@ class TempoSearch:
         self._way = tread_way(gait.scenario.gait, min(runs))
         self._foot_speed = ANY_SPEED
         self._whole, self._fewer = gait.scenario, fewer_steps(gait.scenario)
-        self._known: dict[float, dict[float, TempoTrial | None]] = {}
+        self._rooms_known: dict[tuple[float, float], Known] = {}
+        self._known: Known = {}
 
-    def quickest(self, enough: float | None, faster_than: float) -> TempoTrial | None:
+    def quickest(
+        self, enough: float | None, faster_than: float, kept: Kept | None = None
+    ) -> TempoTrial | None:
         """The quickest plan that keeps enough on the course; None if none is found.
 
         Args:
             enough: A speed that is enough [m/s], if there is one.
             faster_than: A speed that is of no interest, or any lower one [m/s].
+            kept: The margins that are to be kept, from now on; as before if None.
         """
+        self._kept = self._kept if kept is None else kept
         first = self._usual(STRETCH).switch
         longest = self._longest_switch(STRETCH, WORTH * faster_than)
         # A gait that has no plan with the usual times may have one with longer ones.
@@ -321,10 +332,8 @@ class TempoSearch:
             self._whole.gait.body_height = float(f"{height - share * leg:.4g}")
             self._fewer = fewer_steps(self._whole)
             for most in SOUGHT_MOST:
-                self._most, self._known = (
-                    most * max(self._kept.margin, KEPT * self._slow.margin),
-                    {},
-                )
+                self._most = most * max(self._kept.margin, KEPT * self._slow.margin)
+                self._known = self._rooms_known.setdefault((share, self._most), {})
                 found = self.trial(STRETCH, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found

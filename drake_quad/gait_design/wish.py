@@ -1,6 +1,6 @@
 """What a gait is wished to be good at, and what margin a quick gait is to keep."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drake_quad.errors import InputError
 from drake_quad.robot.model import RobotModel
@@ -31,6 +31,16 @@ class Wish:
     def quick(self) -> bool:
         """Whether the gait's times are to be chosen at all."""
         return self.prefer != "margin" or self.speed is not None or self.min_margin is not None
+
+    def steps(self) -> tuple["Wish", ...]:
+        """Wishes that are sought one after the other, each from what was found before.
+
+        Much speed is sought from a balanced gait on: where times are as short as that, and one more
+        step fails on the whole course, that gait is still there.
+        """
+        if self.prefer == "speed" and self.speed is None and self.min_margin is None:
+            return replace(self, prefer="balanced"), self
+        return (self,)
 
     def check(self) -> None:
         """Makes sure that there can be such a wish.
@@ -78,3 +88,16 @@ class Kept:
     def more(self, by: float) -> "Kept":
         """So much more of both [m]."""
         return Kept(self.margin + by, self.zmp_margin + by)
+
+
+def what_is_kept(wish: Wish, robot: RobotModel, margin: float, zmp_margin: float) -> Kept:
+    """What a quick plan is to keep, of the margins of the gait that was found for margin.
+
+    Args:
+        wish: What the gait is to be good at.
+        robot: The robot.
+        margin: Static margin of that gait [m].
+        zmp_margin: Its margin of the zero-moment point [m].
+    """
+    least = wish.least_margin(robot, margin)
+    return Kept(least, min(least, wish.least_margin(robot, zmp_margin)))

@@ -32,7 +32,7 @@ from drake_quad.gait_design.tempo_search import (
     quicken,
     seek_switch,
 )
-from drake_quad.gait_design.wish import KEPT, Kept, Wish
+from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.mission import initial_stance
@@ -121,6 +121,42 @@ def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
         if plan.contacts.steps:
             least = min(least, float(evaluate(robot, plan, times).margin.min()))
     assert quick.margin <= least + 1e-3  # also between the times at which plans are sampled
+
+
+def test_much_speed_is_no_less_than_a_balanced_gait_has() -> None:
+    """A gait for speed is sought from the balanced one on, and keeps the margin of a safe run."""
+    robot, slow = paper_robot(), designed()
+    course = course_of(slow.scenario, foot_radius=robot.foot_radius)
+    tasks = mission_of(slow.scenario, course)
+    found = [quicken(slow, robot, Wish(prefer)) for prefer in ("balanced", "speed")]
+    paces = [measure_pace(robot, course, tasks, d.plan) for d in found]
+    assert paces[0].slowest is not None and paces[1].slowest is not None
+    assert paces[1].slowest.speed >= paces[0].slowest.speed
+    assert min(found[1].margin, paces[1].zmp_margin) >= safe_margin(robot)
+
+
+def test_a_gait_for_speed_has_a_balanced_one_to_begin_with(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where less margin finds nothing, a balanced gait is the answer, if it keeps enough itself."""
+    robot, slow = paper_robot(), designed()
+    before = measure_pace(
+        robot, (course := course_of(slow.scenario, foot_radius=robot.foot_radius)),
+        mission_of(slow.scenario, course), slow.plan,
+    )  # fmt: skip
+    asked: list[Kept] = []
+
+    def quickest(self: TempoSearch, enough: float | None, than: float, kept: Kept) -> None:
+        asked.append(kept)
+
+    monkeypatch.setattr(TempoSearch, "quickest", quickest)
+    assert quicken(slow, robot, Wish("speed")) is slow
+    wanted = [
+        what_is_kept(Wish(p), robot, slow.margin, before.zmp_margin) for p in ("balanced", "speed")
+    ]
+    assert asked == wanted and asked[0].margin > asked[1].margin
+    # A gait that has hardly more than a safe run's margin: 0.8 of it are not enough.
+    asked.clear()
+    quicken(replace(slow, margin=1.1 * safe_margin(robot)), robot, Wish("speed"))
+    assert [k.margin for k in asked] == [safe_margin(robot)]
 
 
 def test_no_times_are_quicker_than_the_fastest() -> None:
