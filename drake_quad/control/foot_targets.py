@@ -138,7 +138,7 @@ def swing_foot(
         hold[2] -= pace.touchdown_press
     if memory[LANDED] == 0.0:
         if rate == 0.0 and s > TOUCHDOWN:
-            memory[DEPTH] = searched + pace.search_speed * pace.period
+            memory[DEPTH] = searched + pace.landing_speed * pace.period
         fade = 1.0 - smooth_step(1.5 * s)
         for i in range(3):
             place[k, i] = planned.place[k, i] + fade * lifted[i]
@@ -146,6 +146,8 @@ def swing_foot(
             target.acceleration[k, i] = rate * rate * planned.acceleration[k, i]
         place[k, 2] += (1.0 - fade) * (memory[HEIGHT] + more)
         place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0) + memory[DEPTH]
+        if memory[DEPTH] > searched:  # or the joints' damping would hold it back
+            target.velocity[k, 2] -= pace.landing_speed
         copy_vector(hold, place[k])
         return
     if now.bearing[k] < 0.5:

@@ -133,13 +133,15 @@ class Pace(NamedTuple):
         period: Control period [s].
         foothold_time: Time over which a standing foot's target follows where it stands [s].
         touchdown_press: How far below the ground a swing foot aims as it lands [m].
-        search_speed: Speed downwards of a foot that found no ground [m/s].
+        landing_speed: Speed downwards of a swing foot that found no ground in its time [m/s].
+        search_speed: Speed downwards of a foot that lost the ground [m/s].
         height_time: Time over which the body follows the height of the ground as found [s].
     """
 
     period: float
     foothold_time: float
     touchdown_press: float
+    landing_speed: float
     search_speed: float
     height_time: float
 
@@ -307,6 +309,7 @@ def make_constants(
         control.period,
         control.foothold_time,
         control.touchdown_press,
+        control.landing_speed,
         control.search_speed,
         control.height_time,
     )

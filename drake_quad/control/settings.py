@@ -66,10 +66,18 @@ class ControlSettings:
         "it bear at once",
         not_negative(),
     )
+    landing_speed: float = number(
+        0.15,
+        "m/s",
+        "How fast a foot that found no ground at the end of its swing goes on down while the clock "
+        "waits for it",
+        not_negative(),
+    )
     search_speed: float = number(
         0.05,
         "m/s",
-        "How fast a foot that found no ground goes on down while the clock waits for it",
+        "How fast a standing foot that lost the ground goes down after it, and the body where a "
+        "leg is too short to reach the ground",
         not_negative(),
     )
     lift_off_margin: float = number(

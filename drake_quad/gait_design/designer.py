@@ -141,6 +141,7 @@ def control_fields(mass: float, size: float, foot_radius: float) -> dict[str, fl
         "unload_time": _short(0.25 * tempo),
         "foothold_time": _short(foothold_time),
         "touchdown_press": _short(max(0.003 * size, 0.001)),
+        "landing_speed": _short(0.15 * tempo),
         "lift_off_margin": _short(0.02 * size),
         "pressure_margin": _short(0.01 * size),
         "push_speed": _short(0.12 * tempo),

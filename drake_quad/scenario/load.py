@@ -131,7 +131,7 @@ DESIGNED: dict[str, frozenset[str]] = {
     "controller": frozenset({
         "kind", "period", "kp", "kd", "base_stiffness", "base_damping", "base_rotation_stiffness",
         "base_rotation_damping", "least_force", "unload_time", "foothold_time", "touchdown_press",
-        "lift_off_margin", "pressure_margin", "push_speed",
+        "landing_speed", "lift_off_margin", "pressure_margin", "push_speed",
     }),
 }  # fmt: skip
 

@@ -16,8 +16,14 @@ from drake_quad.robot.kinematics import calc_feet, leg_array, solve_legs
 ROBOT = paper_robot()
 LEGS = leg_array(ROBOT.geometry)
 LONGEST = longest_legs(ROBOT.geometry, ROBOT.q_lower, ROBOT.q_upper)
-PACE = Pace(period=0.002, foothold_time=0.03, touchdown_press=0.0, search_speed=0.05,
-            height_time=0.5)  # fmt: skip
+PACE = Pace(
+    period=0.002,
+    foothold_time=0.03,
+    touchdown_press=0.0,
+    landing_speed=0.15,
+    search_speed=0.05,
+    height_time=0.5,
+)
 ALL = np.ones(4, dtype=bool)
 
 
@@ -78,7 +84,7 @@ def test_body_goes_down_after_a_foot_that_finds_no_ground() -> None:
     controller.give(plan, state, phase_at(t, rate=0.0))
     lower = []
     for _ in range(12):
-        controller.tick(round(0.05 / CONTROL.search_speed / CONTROL.period))  # 5 cm deeper
+        controller.tick(round(0.05 / CONTROL.landing_speed / CONTROL.period))  # 5 cm deeper
         lower.append(height - float(controller.out("body_desired")[2]))
     assert lower[0] == pytest.approx(0.0, abs=1e-6)
     first = int(np.argmax(np.array(lower) > 1e-3))

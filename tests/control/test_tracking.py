@@ -32,7 +32,12 @@ from drake_quad.planning.motion_plan import PlannedFeet
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=40)
 PACE = Pace(
-    period=0.005, foothold_time=0.3, touchdown_press=0.003, search_speed=0.05, height_time=0.5
+    period=0.005,
+    foothold_time=0.3,
+    touchdown_press=0.003,
+    landing_speed=0.15,
+    search_speed=0.05,
+    height_time=0.5,
 )
 FEET = flat_walk().contacts.feet
 NOBODY = np.zeros(7)
@@ -96,10 +101,11 @@ def test_swing_foot_follows_the_plan_at_the_clocks_rate(
     result = walk.tick()
     below = walk.planned[row] - result.place[row]
     np.testing.assert_allclose(below[:2], 0.0, atol=1e-12)
-    search = PACE.search_speed * PACE.period if rate == 0.0 and s > TOUCHDOWN else 0.0
-    assert -1e-12 <= below[2] <= PACE.touchdown_press + search + 1e-12
-    assert s > 0.8 or below[2] == pytest.approx(search, abs=1e-12)
-    np.testing.assert_allclose(result.velocity[row], rate * walk.velocity[row])
+    search = PACE.landing_speed if rate == 0.0 and s > TOUCHDOWN else 0.0
+    assert -1e-12 <= below[2] <= PACE.touchdown_press + search * PACE.period + 1e-12
+    assert s > 0.8 or below[2] == pytest.approx(search * PACE.period, abs=1e-12)
+    expected = rate * walk.velocity[row] - [0.0, 0.0, search]
+    np.testing.assert_allclose(result.velocity[row], expected)
     np.testing.assert_allclose(result.acceleration[row], rate**2 * walk.acceleration[row])
 
 
@@ -192,7 +198,7 @@ def test_no_ground_where_it_should_be_is_searched_for_downwards() -> None:
     start = walk.tick().place[0, 2]
     walk.rate = 0.0
     depths = [start - walk.tick(20).place[0, 2] for _ in range(4)]
-    expected = 20 * PACE.period * PACE.search_speed * np.arange(1, 5)
+    expected = 20 * PACE.period * PACE.landing_speed * np.arange(1, 5)
     np.testing.assert_allclose(depths, expected, atol=1e-12)
     walk.bearing[0] = 1.0
     walk.feet[0, 2] -= depths[-1]

@@ -48,7 +48,7 @@ def test_foot_that_finds_no_ground_is_searched_down_for_it() -> None:
     controller = controller_of(plan, state_on(plan, t), t=t).tick()
     controller.give(plan, state_on(plan, t), phase_at(t, rate=0.0))
     heights = [float(controller.tick(20).feet[step.leg.row, 2]) for _ in range(3)]
-    np.testing.assert_allclose(np.diff(heights), -20 * TICK * CONTROL.search_speed, rtol=1e-6)
+    np.testing.assert_allclose(np.diff(heights), -20 * TICK * CONTROL.landing_speed, rtol=1e-6)
 
 
 @pytest.mark.parametrize("leg", [Leg.REAR_LEFT, Leg.REAR_RIGHT])

@@ -259,7 +259,7 @@ def test_foot_that_finds_no_ground_is_searched_down_for_it() -> None:
         sample = plan.sample(t)
         foot = sample.body[0, :3] + calc_feet(paper_robot().geometry, target)[step.leg.row]
         depths.append(sample.feet[step.leg.row, 2] - foot[2])
-    np.testing.assert_allclose(np.diff(depths), 20 * TICK * CONTROL.search_speed, rtol=0.05)
+    np.testing.assert_allclose(np.diff(depths), 20 * TICK * CONTROL.landing_speed, rtol=0.05)
 
 
 def test_commands_stay_within_the_robots_limits() -> None:
