@@ -130,6 +130,76 @@ def points_to_boxes(points: FloatArray, boxes: FloatArray, cutoff: float) -> Flo
     return found
 
 
+PLACES = 5  # of a line, evenly, that are looked at beside a rod
+
+
+@jit
+def lines_to_rods(
+    points: FloatArray, rods: FloatArray, radii: FloatArray, cutoff: float
+) -> FloatArray:
+    """Least distances of the lines that join points (M, K, 3) from solid cylinders [m].
+
+    A line is looked at in PLACES of it.
+
+    Args:
+        points: The points of each row [m].
+        rods: Ends of the cylinders' axes (R, 2, 3) [m].
+        radii: Their radii (R,) [m].
+        cutoff: Distances are exact below it; larger ones are at least that [m].
+
+    Returns:
+        (M,), negative inside.
+    """
+    found = np.full(points.shape[0], np.inf)
+    low, high = np.empty(3), np.empty(3)
+    for i in range(points.shape[0]):
+        find_bounds(points[i], low, high)
+        c0, c1, c2 = 0.5 * (low + high)
+        around = 0.5 * sqrt(np.sum((high - low) ** 2))
+        for r in range(rods.shape[0]):
+            a0, a1, a2 = rods[r, 1] - rods[r, 0]
+            length = sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+            a0, a1, a2, half = a0 / length, a1 / length, a2 / length, 0.5 * length
+            m0, m1, m2 = 0.5 * (rods[r, 0] + rods[r, 1])
+            whole = _to_rod(c0 - m0, c1 - m1, c2 - m2, a0, a1, a2, half, radii[r]) - around
+            if whole >= cutoff:
+                found[i] = min(found[i], whole)
+                continue
+            for j in range(points.shape[1] - 1):
+                p, q = points[i, j], points[i, j + 1]
+                w0, w1, w2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+                x, y, z = p[0] - m0, p[1] - m1, p[2] - m2
+                for k in range(PLACES):
+                    s = k / (PLACES - 1.0)
+                    here = _to_rod(x + s * w0, y + s * w1, z + s * w2, a0, a1, a2, half, radii[r])
+                    found[i] = min(found[i], here)
+    return found
+
+
+@jit
+def _to_rod(
+    x: float, y: float, z: float, a0: float, a1: float, a2: float, half: float, radius: float
+) -> float:
+    """Distance of a point from a solid cylinder about its middle, negative inside [m].
+
+    Args:
+        x: The point's place from the middle, along x [m].
+        y: The same along y [m].
+        z: The same along z [m].
+        a0: The axis's direction, along x.
+        a1: The same along y.
+        a2: The same along z.
+        half: Half the cylinder's length [m].
+        radius: Its radius [m].
+    """
+    along = x * a0 + y * a1 + z * a2
+    c0, c1, c2 = x - along * a0, y - along * a1, z - along * a2
+    beyond, beside = abs(along) - half, sqrt(c0 * c0 + c1 * c1 + c2 * c2) - radius
+    if beyond <= 0.0 or beside <= 0.0:
+        return max(beyond, beside)
+    return sqrt(beyond * beyond + beside * beside)
+
+
 @jit
 def _to_step(beside: float, above: float) -> float:
     """Signed distance from one step of a profile, inside negative [m].

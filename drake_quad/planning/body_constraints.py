@@ -22,7 +22,13 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.errors import PlanningError
-from drake_quad.planning.clearance import WEIGHTS, shank_clearance, trunk_clearance
+from drake_quad.planning.clearance import (
+    CUTOFF,
+    WEIGHTS,
+    shank_clearance,
+    thigh_trunk_clearance,
+    trunk_clearance,
+)
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import calc_feet_in_body
 from drake_quad.planning.stance_margin import Footing, Stances
@@ -218,6 +224,7 @@ SAFE = 0.015  # distance that the sides keep from limits, for what is between th
 NEAR = 0.12  # distance from which on a limit has no side
 SHANK_NEAR = 0.03  # distance from which on a shank's clearance has no side
 TRUNK_SHARE = 0.5  # shanks' clearance from the trunk, as a share of that from the stairs
+THIGH_NEAR = 0.01  # distance from which on the one between a thigh and the trunk has no side
 SHANK_SAFE = 0.002  # distance that the sides keep from the clearance between shanks and stairs
 LIMITS = 6  # of a leg: see `reach_left`
 STEP = 1e-5  # [m] of the differences
@@ -232,7 +239,8 @@ class LegLimits:
         sample: Index of the sampled time (K,).
         normal: (K, 4); not of unit length.
         offset: (K,) [m].
-        shank: Whether the side is for a shank's clearance; else it is for a leg's limits (K,).
+        shank: Whether the side is for the clearance of a shank, or of a thigh from the trunk; else
+            it is for a leg's limits (K,).
         short: Violation of the limits by the path that the sides were made for: the sum of the
             worst of either kind, that of the legs' limits counting tenfold [m].
     """
@@ -326,6 +334,8 @@ def find_limits(
         return None
     near = np.full(distance.shape[2], SHANK_NEAR)
     near[:LIMITS] = NEAR
+    if shanks is not None and robot.thigh_stops.paths.shape[1] > 0:
+        near[-1] = THIGH_NEAR  # a thigh is near to the trunk much of the time
     k, leg, which = np.nonzero(distance < reach[:, None] * near)
     gradient = np.empty((len(k), 4))
     for mine in np.unique(leg).tolist():  # where one is near to a limit most others are not
@@ -357,6 +367,8 @@ def limit_distances(
 ) -> FloatArray:
     """Distance beyond what is to be kept (N, L, 6), with shanks (N, L, 21 or 36) [m].
 
+    With shanks it is one column more, of the thigh and the trunk, if the robot's may touch.
+
     Args:
         robot: The robot, or one of its legs alone.
         poses: (N, 5) in W.
@@ -376,6 +388,9 @@ def limit_distances(
     keep = TRUNK_SHARE * shanks.clearance
     cutoff = keep + far - float(robot.shank_radii.max())
     parts.append(trunk_clearance(robot, p_BF, q, cutoff=cutoff) - keep)
+    if robot.thigh_stops.paths.shape[1] > 0:
+        thighs = thigh_trunk_clearance(robot, q)
+        parts.append(np.where(thighs < CUTOFF, thighs - keep, max(far, 1.0))[..., None])
     return np.concatenate(parts, axis=-1)
 
 
@@ -391,4 +406,9 @@ def _only_leg(robot: RobotModel, leg: int) -> RobotModel:
         q_upper=robot.q_upper[joints],
         shank_offsets=robot.shank_offsets[one],
         shank_radii=robot.shank_radii[one],
+        thigh_stops=replace(
+            robot.thigh_stops,
+            paths=robot.thigh_stops.paths[one],
+            radii=robot.thigh_stops.radii[one],
+        ),
     )

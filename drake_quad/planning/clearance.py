@@ -12,6 +12,7 @@ from drake_quad.jit import jit
 from drake_quad.math.distance import (
     PAIRS,
     distance_between_legs,
+    lines_to_rods,
     points_to_boxes,
     profile_distance,
 )
@@ -181,25 +182,9 @@ def thigh_trunk_clearance(robot: RobotModel, q: FloatArray) -> FloatArray:
     rows = np.ascontiguousarray(points.reshape(-1, *points.shape[-2:]))
     far = CUTOFF + max(float(stops.radii.max()), 0.0)
     nearest = points_to_boxes(rows, stops.boxes, far).min(axis=-1).reshape(points.shape[:3])
-    for ends, radius in zip(stops.rods, stops.rod_radii, strict=True):
-        nearest = np.minimum(nearest, _from_cylinder(points, ends, radius))
-    return np.asarray(np.minimum(nearest - stops.radii, CUTOFF).min(axis=-1))
-
-
-ALONG = np.linspace(0.0, 1.0, 5)  # places of a line that are looked at beside a cylinder
-
-
-def _from_cylinder(points: FloatArray, ends: FloatArray, radius: float) -> FloatArray:
-    """Least distance of lines that join points (..., K, 3) from a cylinder (...) [m]."""
-    middle, length = 0.5 * (ends[0] + ends[1]), float(np.linalg.norm(ends[1] - ends[0]))
-    axis = (ends[1] - ends[0]) / length
-    begin, way = points[..., :-1, None, :], np.diff(points, axis=-2)[..., None, :]
-    p = begin + ALONG[:, None] * way - middle
-    along = p @ axis
-    across = np.linalg.norm(p - along[..., None] * axis, axis=-1)
-    beyond = np.stack([np.abs(along) - 0.5 * length, across - radius])
-    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=0)
-    return np.asarray((outside + np.minimum(beyond.max(axis=0), 0.0)).min(axis=(-2, -1)))
+    rods = lines_to_rods(rows, stops.rods, stops.rod_radii, far).reshape(points.shape[:3])
+    nearest = np.minimum(nearest, rods) - stops.radii
+    return np.asarray(np.minimum(nearest, CUTOFF).min(axis=-1))
 
 
 def _thighs_in_body(robot: RobotModel, q: FloatArray, points: FloatArray) -> FloatArray:

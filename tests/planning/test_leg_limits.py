@@ -9,13 +9,15 @@ from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline
-from drake_quad.math.distance import points_to_boxes
+from drake_quad.math.distance import PLACES, lines_to_rods, points_to_boxes
 from drake_quad.planning import body_path, body_path as body_search
 from drake_quad.planning.body_constraints import (
     SAFE,
+    TRUNK_SHARE,
     LegLimits,
     Shanks,
     find_limits,
+    limit_distances,
     reach_left,
     tilt_arm,
 )
@@ -33,7 +35,7 @@ from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.kinematics import calc_feet, calc_knees
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import PATH, RobotModel, ThighStops
 
 
 def limited() -> RobotModel:
@@ -339,3 +341,49 @@ def test_shanks_are_looked_at_between_a_paths_samples(monkeypatch: pytest.Monkey
     assert found is not None
     asked = np.abs(times[found.sample] - every)
     np.testing.assert_allclose(asked, np.abs(times[:, None] - every).min(axis=0), atol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_lines_are_as_far_from_a_rod_as_their_nearest_place(seed: int) -> None:
+    """Of solid cylinders; what is farther off than is asked for is told to be at least that."""
+    rng = np.random.default_rng(seed)
+    rods, radii = rng.uniform(-0.4, 0.4, (2, 2, 3)), rng.uniform(0.02, 0.2, 2)
+    points, enough = rng.uniform(-0.5, 0.5, (5, 4, 3)), rng.uniform(0.0, 0.4)
+    places = np.linspace(0.0, 1.0, PLACES)[:, None]
+    ways = np.diff(points, axis=1)[:, :, None]
+    p = (points[:, :-1, None] + places * ways)[..., None, :]
+    middle, axis = rods.mean(axis=1), rods[:, 1] - rods[:, 0]
+    half = 0.5 * np.linalg.norm(axis, axis=1)
+    axis = axis / (2.0 * half[:, None])
+    along = np.einsum("...ri,ri->...r", p - middle, axis)
+    beside = np.linalg.norm(np.cross(p - middle, axis), axis=-1) - radii
+    beyond = np.abs(along) - half
+    outside = np.hypot(np.maximum(beyond, 0.0), np.maximum(beside, 0.0))
+    expected = (outside + np.minimum(np.maximum(beyond, beside), 0.0)).min(axis=(1, 2, 3))
+    told = lines_to_rods(points, rods, radii, enough)
+    np.testing.assert_allclose(told[expected < enough], expected[expected < enough], atol=1e-9)
+    assert np.all(told[expected >= enough] >= enough - 1e-9)
+
+
+def test_a_path_keeps_thighs_off_the_trunk() -> None:
+    """Where a trunk is wide the body's limits say so, with the way out; far from it they do not."""
+    robot = paper_robot()
+    shanks = Shanks(None, 0.01)
+    body = np.array([[0.0, 0.0, 1.0, 0.0, 0.0]])
+    feet = calc_feet(robot.geometry, np.array([[0.0, 0.5, -1.0]] * 4)) + body[0, :3]
+    plain = limit_distances(robot, body, feet[None], shanks, 0.1)
+    middle = robot.geometry.p_BH.mean(axis=0)
+    path = np.zeros((4, 1, PATH, 3))
+    path[..., 2] = -robot.geometry.thigh[:, None, None] * np.linspace(0.0, 1.0, PATH)
+    hip = float(np.abs(robot.geometry.p_BH[:, 1] + robot.geometry.offset).min())
+    for gap, counts in ((-0.01, True), (0.1, False)):
+        wide = hip - 0.05 - gap
+        half = np.array([2.0, wide, 0.3])
+        box = np.stack([middle - half, middle + half])[None]
+        stops = ThighStops(boxes=box, paths=path, radii=np.full((4, 1), 0.05))
+        found = limit_distances(replace(robot, thigh_stops=stops), body, feet[None], shanks, 0.1)
+        np.testing.assert_array_equal(found[..., :-1], plain[..., :-1])
+        if counts:
+            np.testing.assert_allclose(found[..., -1], gap - TRUNK_SHARE * 0.01, atol=1e-9)
+        else:
+            assert np.all(found[..., -1] >= 0.1)
