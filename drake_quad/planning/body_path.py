@@ -247,6 +247,8 @@ FEASIBLE_PASSES = 4  # where the region is that of the posture
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 ROUGH = 1e-3  # [m] by which rows may be broken by a path that is corrected anyway
 LIMIT_PASSES = 6  # besides, where legs come to their limits
+MORE_PASSES = 4  # at most after these, as long as each leaves FALLS of what was short before
+FALLS = 0.7
 DAMPED = 0.6  # of the way to the next path, in these
 
 
@@ -292,12 +294,19 @@ def _search(search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool
     passes = DYNAMIC_PASSES if settings.dynamic else FEASIBLE_PASSES if feasible else PASSES
     for k in range(passes):
         search.follow(search.solve(broken=BROKEN if k == passes - 1 else ROUGH))
+    _search_limits(search)
+
+
+def _search_limits(search: BodyPathOptimizer) -> None:
+    """Solves it again until legs keep their limits, or as nearly as they come to it."""
     best, best_path = np.inf, search.control
-    for k in range(LIMIT_PASSES + 1):
+    for k in range(LIMIT_PASSES + MORE_PASSES + 1):
         short = search.find_limits()
+        falls = short <= FALLS * best
         if short < best:
             best, best_path = short, search.control
-        if short == 0.0 or k == LIMIT_PASSES:
+        last = k >= LIMIT_PASSES and (not falls or k == LIMIT_PASSES + MORE_PASSES)
+        if short == 0.0 or last:
             break
         path, before = search.solve(broken=BROKEN), search.control
         if k > 0:  # what holds here need not there: not all the way

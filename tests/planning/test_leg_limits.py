@@ -22,7 +22,10 @@ from drake_quad.planning.body_constraints import (
     tilt_arm,
 )
 from drake_quad.planning.body_path import (
+    DAMPED,
     LEAST_TILT,
+    LIMIT_PASSES,
+    MORE_PASSES,
     MOST_TILT,
     PER_SWING,
     STEEPEST,
@@ -387,3 +390,43 @@ def test_a_path_keeps_thighs_off_the_trunk() -> None:
             np.testing.assert_allclose(found[..., -1], gap - TRUNK_SHARE * 0.01, atol=1e-9)
         else:
             assert np.all(found[..., -1] >= 0.1)
+
+
+@pytest.mark.parametrize(
+    ("shorts", "passes", "kept"),
+    [
+        ([0.5, 0.2, 0.0], 2, 2),  # kept: no further pass
+        ([0.5] + 12 * [0.1], LIMIT_PASSES, 1),  # it does not come nearer
+        ([0.9**k for k in range(13)], LIMIT_PASSES, LIMIT_PASSES),  # so slowly that it is left
+        ([0.5**k for k in range(13)], LIMIT_PASSES + MORE_PASSES, LIMIT_PASSES + MORE_PASSES),
+        ([0.5**k for k in range(8)] + [0.0], 8, 8),
+    ],
+)
+def test_a_path_that_comes_nearer_to_its_limits_is_not_given_up(
+    shorts: list[float], passes: int, kept: int
+) -> None:
+    """Beyond the usual passes it goes on while each leaves less; the best path is kept."""
+
+    class Search:
+        """Counts its passes; its path is their number."""
+
+        def __init__(self) -> None:
+            self.control, self.solved, self.looked = np.zeros(1), 0, iter(shorts)
+
+        def find_limits(self) -> float:
+            return next(self.looked)
+
+        def solve(self, *, broken: float) -> FloatArray:
+            self.solved += 1
+            return np.array([float(self.solved)])
+
+        def follow(self, control: FloatArray) -> None:
+            self.control = control
+
+    search = Search()
+    body_path._search_limits(search)  # type: ignore[arg-type]
+    assert search.solved == passes
+    damped = 0.0
+    for k in range(kept):
+        damped = float(k + 1) if k == 0 else damped + DAMPED * (k + 1 - damped)
+    assert float(search.control[0]) == pytest.approx(damped)
