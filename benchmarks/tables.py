@@ -90,6 +90,9 @@ TABLES = (
                "drake-quad sweep studies/paper_grid.yaml", _SWEPT),
     TableStudy("push_budget", "docs/margins.md", 60,
                "python -m benchmarks.push_budget --trials 202 --seed 5 --sought 40"),
+    TableStudy("region_walks", "docs/margins.md", 3, "python -m benchmarks.region_walks"),
+    TableStudy("margin_demanded", "docs/margins.md", 20,
+               "drake-quad sweep studies/margin_demanded.yaml", _SWEPT),
 )  # fmt: skip
 
 

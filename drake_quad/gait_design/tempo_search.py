@@ -38,6 +38,7 @@ from drake_quad.terrain.course import Course
 MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
 ROOM_KEPT, TORQUE_KEPT = 0.6, 0.8  # of what the slow plan leaves, where that is less than wanted
 STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then another
+CALM = 1.75  # the first where that finds nothing: heavy legs throw the body about
 TRIALS = 5  # plans with each of them, at most
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
 FIRST_SHARES = (0.35, 0.7)  # of the way to times that are no quicker: tried if the usual fail
@@ -191,6 +192,7 @@ class TempoSearch:
         self._way = tread_way(gait.scenario.gait, min(runs))
         self._foot_speed = ANY_SPEED
         self._whole, self._fewer = gait.scenario, fewer_steps(gait.scenario)
+        self._stretch = STRETCH
         self._rooms_known: dict[tuple[float, float], Known] = {}
         self._known: Known = {}
 
@@ -205,8 +207,24 @@ class TempoSearch:
             kept: The margins that are to be kept, from now on; as before if None.
         """
         self._kept = self._kept if kept is None else kept
-        first = self._usual(STRETCH).switch
-        longest = self._longest_switch(STRETCH, WORTH * faster_than)
+        for stretch in (STRETCH, CALM):
+            self._stretch = stretch
+            found = self._quickest_so(enough, faster_than)
+            if found is not None:
+                return found
+        return None
+
+    def _quickest_so(self, enough: float | None, faster_than: float) -> TempoTrial | None:
+        """The same with swings first so long as was chosen last.
+
+        Args:
+            enough: A speed that is enough [m/s], if there is one.
+            faster_than: A speed that is of no interest, or any lower one [m/s].
+        """
+        first = self._usual(self._stretch).switch
+        longest = self._longest_switch(self._stretch, WORTH * faster_than)
+        if longest <= self._usual(self._stretch).gap:
+            return None
         # A gait that has no plan with the usual times may have one with longer ones.
         longer = (first + share * (longest - first) for share in FIRST_SHARES if longest > first)
         for switch in (first, *longer):
@@ -334,7 +352,7 @@ class TempoSearch:
             for most in SOUGHT_MOST:
                 self._most = most * max(self._kept.margin, KEPT * self._slow.margin)
                 self._known = self._rooms_known.setdefault((share, self._most), {})
-                found = self.trial(STRETCH, switch)
+                found = self.trial(self._stretch, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found
 
@@ -346,12 +364,12 @@ class TempoSearch:
 
     def _at_speed(self, speed: float) -> TempoTrial | None:
         """A plan with all the time that there is at a speed [m/s]; None if it keeps too little."""
-        least = self._usual(STRETCH).gap
-        switch = max(self._longest_switch(STRETCH, speed), least)
-        found = self.trial(STRETCH, switch)
+        least = self._usual(self._stretch).gap
+        switch = max(self._longest_switch(self._stretch, speed), least)
+        found = self.trial(self._stretch, switch)
         if found is not None and 0.0 < found.speed < speed:  # tall swings last longer
             late = 0.5 * self._way * (1.0 / found.speed - 1.0 / speed)
-            found = self.trial(STRETCH, max(switch - late, least))
+            found = self.trial(self._stretch, max(switch - late, least))
         enough = found is not None and found.speed >= ENOUGH * speed
         return found if enough and self._spare(found, self._kept) >= 0.0 else None
 
@@ -364,7 +382,7 @@ class TempoSearch:
             faster_than: A speed that is of no interest, or any lower one [m/s].
         """
         best: TempoTrial | None = None
-        for stretch in (STRETCH, OTHER):
+        for stretch in (self._stretch, OTHER):
             # A longer time at the switches would be no quicker than what is known already.
             most = self._longest_switch(stretch, WORTH * faster_than)
             least = self._usual(stretch).gap

@@ -25,7 +25,9 @@ from drake_quad.gait_design.tempo import (
     usual_tempo,
 )
 from drake_quad.gait_design.tempo_search import (
+    CALM,
     MOST_PEAK,
+    STRETCH,
     GaitChoice,
     TempoSearch,
     fastest,
@@ -157,6 +159,27 @@ def test_a_gait_for_speed_has_a_balanced_one_to_begin_with(monkeypatch: pytest.M
     asked.clear()
     quicken(replace(slow, margin=1.1 * safe_margin(robot)), robot, Wish("speed"))
     assert [k.margin for k in asked] == [safe_margin(robot)]
+
+
+def test_longer_swings_are_tried_where_the_usual_ones_find_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And only there."""
+    robot, slow = paper_robot(), designed()
+    seen: list[float] = []
+
+    def nothing(self: TempoSearch, enough: float | None, than: float) -> None:
+        seen.append(self._stretch)
+
+    choice = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(choice, slow, robot, Kept(0.01, 0.01), "test")
+    with monkeypatch.context() as patched:
+        patched.setattr(TempoSearch, "_quickest_so", nothing)
+        assert search.quickest(None, 0.05) is None
+    assert seen == [STRETCH, CALM]
+    found = search.quickest(None, 0.01)
+    assert found is not None and search._stretch == STRETCH
+    assert search.quickest(None, 100.0) is None  # no time at the switches is so short
 
 
 def test_no_times_are_quicker_than_the_fastest() -> None:
