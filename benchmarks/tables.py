@@ -80,7 +80,7 @@ TABLES = (
     TableStudy("kicks", "docs/success_maps.md", 120,
                "drake-quad sweep studies/kicks.yaml", _SWEPT),
     TableStudy("robots", "docs/robots.md", 90,
-               "python scripts/robots_table.py", "--lines {}/lines.jsonl"),
+               "python scripts/robots_table.py --no-physics", "--lines {}/lines.jsonl"),
     TableStudy("ten_steps", "docs/robots.md", 20,
                "drake-quad sweep studies/ten_steps.yaml", _SWEPT),
     TableStudy("any_stairs", "docs/robots.md", 30,

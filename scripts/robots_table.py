@@ -127,7 +127,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     _, _, tail = rest.partition(END)
     if not tail:
         sys.exit(f"scripts/robots_table.py: {options.out}: no {BEGIN} and {END} in it")
-    command = "python scripts/robots_table.py --out docs/robots.md"
+    planned = " --no-physics" if options.no_physics else ""
+    command = f"python scripts/robots_table.py{planned} --out docs/robots.md"
     body = f"{BEGIN}\n```sh\n{command}\n```\n\n{text}\n{END}"
     options.out.write_text(head + body + tail, encoding="utf-8")
 
