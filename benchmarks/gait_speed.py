@@ -68,13 +68,14 @@ def measured(answer: Feasibility) -> Row:
 
 
 def in_physics(answer: Feasibility, source: str) -> Row:
-    """How a run of the answer's scenario ends, its least margin, and contacts of other parts."""
+    """How a run of the answer's scenario ends, its least margin, and what touches besides."""
     summary = simulate(answer.scenario, source=source).summary
     return {
         "outcome": summary["outcome"],
         "margin": summary["margin"]["minimum"],
         "touched": summary["nonfoot_contact_samples"],
         "under_three_feet": summary["time_under_three_feet"],
+        "swing_force": summary["swing_force_max"],
     }
 
 
@@ -119,6 +120,8 @@ def _cell(found: Row | None) -> str:
     if ran is None:
         return words
     touched = f", {ran['touched']} samples with contacts" if ran["touched"] else ""
+    if ran.get("swing_force"):
+        touched += f", a swing foot touches with {ran['swing_force']:.0f} N"
     return f"{words}; {ran['outcome']}, {1e3 * ran['margin']:.0f} mm{touched}"
 
 
