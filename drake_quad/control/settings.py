@@ -77,7 +77,7 @@ class ControlSettings:
         0.05,
         "m/s",
         "How fast a standing foot that lost the ground goes down after it, and the body where a "
-        "leg is too short to reach the ground",
+        "leg is too short to reach the ground; a foot that catches a push, four times as fast",
         not_negative(),
     )
     lift_off_margin: float = number(

@@ -334,7 +334,7 @@ def find_limits(
         return None
     near = np.full(distance.shape[2], SHANK_NEAR)
     near[:LIMITS] = NEAR
-    if shanks is not None and robot.thigh_stops.paths.shape[1] > 0:
+    if shanks is not None and not robot.thigh_stops.empty:
         near[-1] = THIGH_NEAR  # a thigh is near to the trunk much of the time
     k, leg, which = np.nonzero(distance < reach[:, None] * near)
     gradient = np.empty((len(k), 4))
@@ -388,7 +388,7 @@ def limit_distances(
     keep = TRUNK_SHARE * shanks.clearance
     cutoff = keep + far - float(robot.shank_radii.max())
     parts.append(trunk_clearance(robot, p_BF, q, cutoff=cutoff) - keep)
-    if robot.thigh_stops.paths.shape[1] > 0:
+    if not robot.thigh_stops.empty:
         thighs = thigh_trunk_clearance(robot, q)
         parts.append(np.where(thighs < CUTOFF, thighs - keep, max(far, 1.0))[..., None])
     return np.concatenate(parts, axis=-1)

@@ -176,7 +176,7 @@ def thigh_trunk_clearance(robot: RobotModel, q: FloatArray) -> FloatArray:
         (N, 4) [m].
     """
     stops = robot.thigh_stops
-    if stops.paths.shape[1] == 0:
+    if stops.empty:
         return np.full(q.shape[:2], CUTOFF)
     points = _thighs_in_body(robot, q, stops.paths)
     rows = np.ascontiguousarray(points.reshape(-1, *points.shape[-2:]))

@@ -71,6 +71,11 @@ class ThighStops:
     paths: FloatArray = field(default_factory=lambda: np.zeros((4, 0, PATH, 3)))
     radii: FloatArray = field(default_factory=lambda: np.zeros((4, 0)))
 
+    @property
+    def empty(self) -> bool:
+        """Whether thighs and trunk pass through each other."""
+        return self.paths.shape[1] == 0
+
 
 @dataclass(frozen=True, eq=False)
 class RobotModel:

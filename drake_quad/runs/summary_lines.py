@@ -19,6 +19,7 @@ PRINTED = (
     ("slip_max", "a standing foot slipped at most", "{:.4f} m"),
     ("contact_friction", "contact friction", "{:.3g}"),
     ("nonfoot_contact_samples", "contacts of anything but feet", "{:.0f}"),
+    ("swing_force_max", "a swing foot touched something with up to", "{:.0f} N"),
     ("seen.place_error_max", "a nosing is off where it was seen by at most", "{:.3f} m"),
     ("seen.height_error_max", "the same of its height", "{:.3f} m"),
     ("torque_ratio_max", "largest torque, of its limit", "{:.0%}"),
@@ -26,7 +27,8 @@ PRINTED = (
     ("simulated_time", "simulated", "{:.1f} s"),
     ("real_time_factor", "pace", "{:.1f} × real time"),
 )
-NOT_OF_EVERY_RUN = ("zmp", "seen")  # of these nothing is printed where there is no figure
+NOT_OF_EVERY_RUN = ("zmp", "seen", "swing")  # nothing is printed where there is no figure
+LEAST_TOUCH = 1.0  # [N] of a swing foot that is printed
 
 
 def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -42,6 +44,8 @@ def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         if "{kind}" in key and kind == "hull":
             continue
         if key.startswith(NOT_OF_EVERY_RUN) and not math.isfinite(value):
+            continue
+        if key == "swing_force_max" and value < LEAST_TOUCH:
             continue
         # A margin of a rounding error below zero is no negative one.
         text = form.format(round(value, 6) + 0.0) if math.isfinite(value) else "-"

@@ -52,9 +52,13 @@ def planned_margin(robot: RobotModel) -> float:
 
 
 def margin_words(margin: float) -> str:
-    """A margin with its unit [m]; or, where a log has NO_SUPPORT for it, that no foot bore."""
+    """A margin with its unit [m]; or, where a log has NO_SUPPORT for it, why there is none.
+
+    No foot bore; or the feet together did not press on the ground, and there was no zero-moment
+    point.
+    """
     if margin <= NO_SUPPORT:
-        return "no foot bore"
+        return "not borne by its feet"
     # A margin of a rounding error below zero is no negative one.
     return f"{round(margin, 6) + 0.0:.3f} m"
 

@@ -368,8 +368,8 @@ def test_lines_are_as_far_from_a_rod_as_their_nearest_place(seed: int) -> None:
     assert np.all(told[expected >= enough] >= enough - 1e-9)
 
 
-def test_a_path_keeps_thighs_off_the_trunk() -> None:
-    """Where a trunk is wide the body's limits say so, with the way out; far from it they do not."""
+def test_the_limits_know_thighs_that_come_into_the_trunk() -> None:
+    """Where a trunk is wide they say so, and the way out; far from it they do not."""
     robot = paper_robot()
     shanks = Shanks(None, 0.01)
     body = np.array([[0.0, 0.0, 1.0, 0.0, 0.0]])
@@ -388,6 +388,12 @@ def test_a_path_keeps_thighs_off_the_trunk() -> None:
         np.testing.assert_array_equal(found[..., :-1], plain[..., :-1])
         if counts:
             np.testing.assert_allclose(found[..., -1], gap - TRUNK_SHARE * 0.01, atol=1e-9)
+            wider = replace(robot, thigh_stops=stops)
+            sides = find_limits(wider, body, feet[None], np.zeros((1, 2)), np.zeros((1, 4)), shanks)
+            assert sides is not None and np.sum(sides.shank) == 4  # one for each thigh
+            # Left thighs lean inwards as the body goes to the left, right ones outwards.
+            lateral = sides.normal[sides.shank, 1]
+            assert np.all(lateral[[0, 2]] < -0.1) and np.all(np.abs(lateral[[1, 3]]) < 0.02)
         else:
             assert np.all(found[..., -1] >= 0.1)
 

@@ -53,7 +53,7 @@ def test_the_head_the_table_and_the_figures_tell_one_least_margin(run: RecordedR
     """That of the summary, which a tick of the monitor saw between two samples."""
     k, n = 123, len(run.log)
     least = np.array(run.log.number("margin"))
-    for margin, words in ((-0.0123, "−0.012 m"), (-9.0, "no foot bore")):
+    for margin, words in ((-0.0123, "−0.012 m"), (-9.0, "not borne by its feet")):
         least[k] = margin
         seen = told(changed(run, margin_least=least.copy()), margin={"minimum": margin})
         verdict = grade_run(seen)
@@ -67,7 +67,7 @@ def test_the_head_the_table_and_the_figures_tell_one_least_margin(run: RecordedR
                 assert any(f"{words} at {run.log.t[k]:.1f} s" in text for text in written)
         assert k in recorded_samples(seen, 10.0)
     lost = told(run, segments=[{"name": "a", "margin_min": -9.0}])
-    assert segment_rows(lost)[0].margin == "no foot bore" and n > k
+    assert segment_rows(lost)[0].margin == "not borne by its feet" and n > k
 
 
 def test_a_replay_of_massless_legs_shows_what_legs_with_mass_leave(

@@ -39,7 +39,7 @@ def test_a_run_that_lacks_nothing_is_safe() -> None:
     [
         ({"outcome": "fell"}, "the goal was not reached (fell)"),
         ({"margin": {"minimum": 0.029}}, "margin 0.029 m (wanted 0.030)"),
-        ({"margin": {"minimum": -9.0}}, "no foot bore"),
+        ({"margin": {"minimum": -9.0}}, "not borne by its feet"),
         ({"margin": {"minimum": None}}, "margin not measured"),
         ({"margin": "x"}, "margin not measured"),
         ({"time_under_three_feet": 0.05}, "0.05 s on fewer than three feet"),
@@ -62,7 +62,7 @@ def test_each_lack_alone_makes_a_run_unsafe(change: dict[str, Any], word: str) -
 def test_a_margin_is_told_in_metres_or_as_no_foot() -> None:
     """Less than none by a rounding error is told as none, and what stands for no foot in words."""
     told = [margin_words(m) for m in (0.0712, -5e-11, -0.0126, -9.0)]
-    assert told == ["0.071 m", "0.000 m", "-0.013 m", "no foot bore"]
+    assert told == ["0.071 m", "0.000 m", "-0.013 m", "not borne by its feet"]
 
 
 def test_a_kick_that_never_came_is_not_held_against_a_run() -> None:
