@@ -67,12 +67,24 @@ def roll_at(roll: Bag, task: Ints, leg: Ints, t: Floats) -> Floats:
 def move_foot(
     phases: Bag, roll: Bag, phase: Ints, leg: Ints, a: Floats, b: Floats
 ) -> tuple[Floats, Floats]:
-    """Where a foot is in the middle of [a, b] (K, 3), and how far from there it may be (K,)."""
+    """Where a foot is in the middle of [a, b] (K, 3), and how far from there it may be (K,).
+
+    A foot in the air loses what it had rolled at lift-off, by a quintic, until it is back.
+    """
     task = phases.task[phase]
     begin, end = (roll_at(roll, task, leg, t) for t in (a, b))
     at, away = swing_foot(phases, phase, leg, a, b)
-    at[:, :2] += 0.5 * (begin + end)
-    return at, away + 0.5 * np.linalg.norm(end - begin, axis=1)
+    rolled, off = 0.5 * (begin + end), 0.5 * np.linalg.norm(end - begin, axis=1)
+    k = np.flatnonzero(phases.swing[phase] == leg)
+    p = phase[k]
+    lifted, back = roll_at(roll, task[k], leg[k], phases.start[p]), phases.back[p]
+    low, high = ((t[k] - phases.start[p]) / back for t in (a, b))
+    middle = np.clip(0.5 * (low + high), 0.0, 1.0)
+    rolled[k] = lifted * (1.0 - quintic(middle))[:, None]
+    fastest = steepest(np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0))
+    off[k] = 0.5 * (high - low) * fastest * np.linalg.norm(lifted, axis=1)
+    at[:, :2] += rolled
+    return at, away + off
 
 
 def swing_foot(phases: Bag, phase: Ints, leg: Ints, a: Floats, b: Floats) -> tuple[Floats, Floats]:

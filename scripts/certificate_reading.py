@@ -29,7 +29,7 @@ STANDS = 1e-6  # [m] from the ground where a foot stands
 SLOPE = 5e-3  # [m] by which its sphere may dip into a slope
 ROLLED = 1e-6  # [m] that a foot may have rolled where it is set down
 GAP = 1.0  # [s] between tasks, where all of them are laid out on one axis
-_PHASE = ("task", "start", "end", "feet", "swing", "to", "lasts", "apex_time", "apex_z")
+_PHASE = ("task", "start", "end", "feet", "swing", "to", "lasts", "apex_time", "apex_z", "back")
 
 
 MOST_BYTES = 64 << 20  # a thousand steps have 7 MiB
@@ -178,15 +178,17 @@ def read_steps(
         to, apex, z = numbers(step["to"], 3), float(step["apex_time"]), float(step["apex_z"])
         require(leg in range(4) and t - SAME <= off < on <= lasts + SAME, "steps overlap")
         require(abs(on - off - step["lasts"]) <= SAME, "a step lasts until its touchdown")
+        back = float(step["back"])
+        require(SAME < back <= on - off + SAME, "a foot is back on its way within its swing")
         require(SAME < apex < on - off - SAME and np.isfinite(z), "an apex is within its swing")
         require(np.abs(numbers(step["from"], 3) - feet[leg]).max() <= SAME, "a foot jumps")
         require(stands(course, to, radius), "a foot steps onto no ground")
         if off - t > SAME:
-            rows.append((k, t, off, feet.copy(), -1, feet[0], 1.0, 0.5, 0.0))
-        rows.append((k, off, on, feet.copy(), leg, to, on - off, apex, z))
+            rows.append((k, t, off, feet.copy(), -1, feet[0], 1.0, 0.5, 0.0, 1.0))
+        rows.append((k, off, on, feet.copy(), leg, to, on - off, apex, z, back))
         feet[leg], t = to, on
     if lasts - t > SAME:
-        rows.append((k, t, lasts, feet.copy(), -1, feet[0], 1.0, 0.5, 0.0))
+        rows.append((k, t, lasts, feet.copy(), -1, feet[0], 1.0, 0.5, 0.0, 1.0))
     return rows, feet
 
 

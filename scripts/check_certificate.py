@@ -55,7 +55,7 @@ def check_hash(record: Record) -> None:
 
 def check_content(record: Record) -> None:
     """The same but for the hash."""
-    require(record["format"] == "drake_quad certificate" and record["version"] == 2, "the format")
+    require(record["format"] == "drake_quad certificate" and record["version"] == 3, "the format")
     work = read(record)
     least, asked = work.segments.claims.min(axis=0), [record["demanded"][c] for c in CLAIMS]
     claimed = numbers([record["claimed"][c] for c in CLAIMS], 5)
@@ -89,9 +89,10 @@ def cut(work: Bag) -> Bag:
         ends = [np.append(v.start[m], lasts) for m, v in values]
         swings = mine[0][work.phases.swing[mine[0]] >= 0]
         apexes = work.phases.start[swings] + work.phases.apex_time[swings]
+        backs = work.phases.start[swings] + work.phases.back[swings]
         knots = np.arange(work.body.pieces[k]) * work.body.knot[k]
         t = np.unique(
-            np.clip(np.concatenate([*ends, apexes, knots, work.roll.times[k]]), 0.0, lasts)
+            np.clip(np.concatenate([*ends, apexes, backs, knots, work.roll.times[k]]), 0.0, lasts)
         )
         t = t[np.append(np.diff(t) > SAME, True)]
         t[0] = 0.0

@@ -1,7 +1,7 @@
 """Cuts a plan into polynomial pieces, and these into cells of time.
 
 A piece ends at every knot of the body's spline and of the feet's rolling, every lift-off, touchdown
-and apex, and every end of a segment.
+and apex, wherever a swing foot has lost what it had rolled, and at every end of a segment.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_quad.certificate.enclosure import UNIT, Enclosure, compose
 from drake_quad.common import BoolArray, FloatArray, IntArray
-from drake_quad.planning.contact_plan import FootRoll, Step
+from drake_quad.planning.contact_plan import LET_GO, FootRoll, Step
 from drake_quad.planning.motion_plan import MotionPlan
 
 BODY, FOOT = 4, 6  # coefficients of the body's cubics and of the swing foot's quintics
@@ -74,7 +74,7 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0) -> Pieces:
             step = phase.step
             cuts = [phase.start, phase.end]
             if step is not None:
-                cuts.append(step.lift_off + step.swing.apex_time)
+                cuts += [step.lift_off + step.swing.apex_time, _back(step)]
             firm = phase.start if landed is None or step is not None else phase.start + late
             cuts += [firm] if phase.start + SLIVER < firm < phase.end - SLIVER else []
             inner = [*ends] if roll is None else [*ends, *roll.times]
@@ -82,12 +82,13 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0) -> Pieces:
             cuts = _with_knots(cuts, plan.body.knot)
             for a, b in pairwise(cuts):
                 begin, on = _roll(roll, a, b)
+                foot = np.zeros((3, FOOT))
+                if step is not None:
+                    lifted = _roll(roll, step.lift_off, step.lift_off)[0][step.leg.row]
+                    foot = _foot(step, a, b, lifted)
+                    begin[step.leg.row], on[step.leg.row] = lifted, 0.0
                 feet = np.array(phase.feet)
                 feet[:, :2] += begin
-                foot = np.zeros((3, FOOT)) if step is None else _foot(step, a, b)
-                if step is not None:
-                    foot[:2, 0] += begin[step.leg.row]
-                    foot[:2, 1] += on[step.leg.row]
                 standing = np.array(phase.standing)
                 if landed is not None and 0.5 * (a + b) < firm:
                     standing[landed] = False
@@ -139,8 +140,16 @@ def _body(plan: MotionPlan, a: float, b: float) -> FloatArray:
     return compose(powers, a / knot - i, (b - a) / knot)
 
 
-def _foot(step: Step, a: float, b: float) -> FloatArray:
-    """The swing foot's three quintics on [a, b], which the apex does not divide (3, FOOT)."""
+def _back(step: Step) -> float:
+    """When a swing foot has lost what it had rolled [s]."""
+    return step.lift_off + (step.touchdown - step.lift_off) / LET_GO
+
+
+def _foot(step: Step, a: float, b: float, lifted: FloatArray) -> FloatArray:
+    """The swing foot's three quintics on [a, b] (3, FOOT).
+
+    Neither the apex nor `_back` divides the stretch. At lift-off it had rolled by `lifted` (2,).
+    """
     swing = step.swing
     along = compose(_QUINTIC, (a - step.lift_off) / swing.duration, (b - a) / swing.duration)
     foot = (swing.p_end - swing.p_start)[:, None] * along
@@ -156,6 +165,12 @@ def _foot(step: Step, a: float, b: float) -> FloatArray:
         begin, lasts = swing.apex_time, swing.duration - swing.apex_time
     foot[2] = rise * compose(_QUINTIC, (a - step.lift_off - begin) / lasts, (b - a) / lasts)
     foot[2, 0] += base
+    back = _back(step)
+    if 0.5 * (a + b) < back:
+        lasts = back - step.lift_off
+        lost = compose(_QUINTIC, (a - step.lift_off) / lasts, (b - a) / lasts)
+        foot[:2] -= lifted[:, None] * lost
+        foot[:2, 0] += lifted
     return foot
 
 

@@ -19,14 +19,14 @@ from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.failure import Failure, Joins, check_joins, first_failure
 from drake_quad.certificate.kinematics import Shank
 from drake_quad.common import FloatArray
-from drake_quad.planning.contact_plan import FootRoll
+from drake_quad.planning.contact_plan import LET_GO, FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.boxes import Box
 from drake_quad.util.html import html_table
 
 FORMAT = "drake_quad certificate"
-VERSION = 2
+VERSION = 3
 CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_room")
 
 
@@ -133,6 +133,7 @@ def _tasks(plans: Sequence[MotionPlan], pieces: Pieces, proof: Proof) -> list[di
                         "from": _plain(step.swing.p_start),
                         "to": _plain(step.swing.p_end),
                         "lasts": float(step.swing.duration),
+                        "back": float((step.touchdown - step.lift_off) / LET_GO),
                         "apex_time": float(step.swing.apex_time),
                         "apex_z": float(step.swing.apex_z),
                     }
@@ -147,7 +148,7 @@ def _tasks(plans: Sequence[MotionPlan], pieces: Pieces, proof: Proof) -> list[di
 
 
 def _roll(plan: MotionPlan) -> dict[str, Any]:
-    """How far the feet have rolled from where they were set down, linear between its times."""
+    """How far standing feet have rolled from where they were set down, linear between its times."""
     roll = plan.contacts.roll or FootRoll(np.array([0.0, plan.duration]), np.zeros((2, 4, 2)))
     return {"times": _plain(roll.times), "offset": _plain(roll.offset)}
 

@@ -21,13 +21,24 @@ from drake_quad.control.kernel_state import (
     Pace,
 )
 from drake_quad.jit import copy_vector, jit
-from drake_quad.planning.motion_plan import PlannedFeet, quintic_kernel, quintic_rate_kernel
+from drake_quad.math.curves import (
+    quintic_acceleration_kernel,
+    quintic_kernel,
+    quintic_rate_kernel,
+)
+from drake_quad.planning.contact_plan import LET_GO
+from drake_quad.planning.motion_plan import PlannedFeet
 from drake_quad.robot.legs import LEGS
 
 MIRRORED = tuple(leg.mirrored.row for leg in LEGS)  # the row of each leg's other foot of its pair
 URGENT_SEARCH = 0.3  # [m/s] downwards, of a foot that lost the ground in a push
 DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where it is
 TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for the ground
+# Of a swing, from which on a foot is pressed down, to touch the ground at its end: earlier, a foot
+# with a long way touches it some millimetres before its place.
+PRESS = 0.9
+# A swing foot is at its planned height over the ground as found at 1 / LEVEL_OUT of its swing.
+LEVEL_OUT = 1.5
 # By which a foot's ground is off the map more than the others' [m]: further off, it is no tread's
 # error but another tread, and says little of the next.
 MOST_MORE = 0.04
@@ -103,6 +114,22 @@ def catch_foot(
 
 
 @jit
+def fade_out(s: float, rate: float) -> tuple[float, float, float]:
+    """A share that goes from 1 at s = 0 to 0 at s = 1 as a quintic, and its two time derivatives.
+
+    Args:
+        s: How far it has gone; beyond 1 it stays.
+        rate: How fast s grows [1/s].
+    """
+    s = min(max(s, 0.0), 1.0)
+    return (
+        1.0 - quintic_kernel(s),
+        -rate * quintic_rate_kernel(s),
+        -rate * rate * quintic_acceleration_kernel(s),
+    )
+
+
+@jit
 def swing_foot(
     k: int,
     now: FootInputs,
@@ -114,8 +141,9 @@ def swing_foot(
 ) -> None:
     """A swing starts where the foot really stood, and ends on the plan's place or on ground.
 
-    Where there is none, and the clock waits, it searches downwards. Ground that it finds before
-    its time it presses on, and goes on down if that gives way.
+    It is on the plan's way soon, for that way clears the nosings, and more slowly at its height.
+    Where there is no ground, and the clock waits, it searches downwards. Ground that it finds
+    before its time it presses on, and goes on down if that gives way.
 
     Args:
         k: Row of the foot.
@@ -139,13 +167,18 @@ def swing_foot(
     if memory[LANDED] == 0.0:
         if rate == 0.0 and s > TOUCHDOWN:
             memory[DEPTH] = searched + pace.landing_speed * pace.period
-        fade = 1.0 - smooth_step(1.5 * s)
+        clock = rate * planned.phase_rate
+        aside = fade_out(LET_GO * s, LET_GO * clock)
+        above = fade_out(LEVEL_OUT * s, LEVEL_OUT * clock)
+        ground = memory[HEIGHT] + more
         for i in range(3):
-            place[k, i] = planned.place[k, i] + fade * lifted[i]
-            target.velocity[k, i] = rate * planned.velocity[k, i]
-            target.acceleration[k, i] = rate * rate * planned.acceleration[k, i]
-        place[k, 2] += (1.0 - fade) * (memory[HEIGHT] + more)
-        place[k, 2] -= pace.touchdown_press * smooth_step(5.0 * s - 4.0) + memory[DEPTH]
+            fade, off = (aside, lifted[i]) if i < 2 else (above, lifted[2] - ground)
+            place[k, i] = planned.place[k, i] + fade[0] * off
+            target.velocity[k, i] = rate * planned.velocity[k, i] + fade[1] * off
+            target.acceleration[k, i] = rate * rate * planned.acceleration[k, i] + fade[2] * off
+        place[k, 2] += ground
+        place[k, 2] -= pace.touchdown_press * smooth_step((s - PRESS) / (1.0 - PRESS))
+        place[k, 2] -= memory[DEPTH]
         if memory[DEPTH] > searched:  # or the joints' damping would hold it back
             target.velocity[k, 2] -= pace.landing_speed
         copy_vector(hold, place[k])

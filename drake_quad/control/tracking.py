@@ -37,6 +37,7 @@ from drake_quad.planning.motion_plan import PlanTables, sample_feet
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row, solve_leg
 
 LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
+DELIVERY = 0.001  # [s] that a command takes to the drives: a tick of theirs
 
 
 @jit
@@ -283,7 +284,9 @@ def compute_commands(
     c, found = constants[0], work[0]
     m, t = found.measured, found.target
     joints, torques, balance = commands.joints, commands.torques, commands.balance
-    q, qd = joint_targets(c, found.place, found.velocity, m, t)
+    # Drives hold a target for a period: in its middle the feet are to be where they belong.
+    ahead = found.place + (DELIVERY + 0.5 * c.pace.period) * found.velocity
+    q, qd = joint_targets(c, ahead, found.velocity, m, t)
     if c.softness.share < 1.0:
         q, qd = soften(q, qd, m.q, m.qd, found.soft, c.softness)
     for i in range(12):

@@ -299,7 +299,7 @@ def plan_forces(
 
     Args:
         M: The model's mass matrix (18, 18).
-        bias: Its Coriolis terms (18,).
+        bias: Its Coriolis terms, and what its joints' damping takes (18,).
         running: Whether the clock follows the plan: then the payload is learned.
         constants: The robot and the settings, see CONSTANTS.
         work: Intermediate results, see WORK. The target's body is moved aside for the payload; the

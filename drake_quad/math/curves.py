@@ -29,6 +29,11 @@ def quintic_acceleration(s: Phase) -> Phase:
     return 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
 
 
+# The same three for kernels, which take a number.
+quintic_kernel, quintic_rate_kernel = jit(quintic), jit(quintic_rate)
+quintic_acceleration_kernel = jit(quintic_acceleration)
+
+
 def quintic_inverse(fraction: float) -> float:
     """Returns the s in [0, 1] at which `quintic(s)` is `fraction`: equation (2).
 

@@ -54,6 +54,7 @@ from drake_quad.stability.support_polygon import stability_margins
 # Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
 CALMEST_SWING = 1.2  # [s]
 LEAST_TEMPO = 0.2  # one very short swing is not to make a long plan's program large
+ROUNDED = 2e-9  # [s] by which sampled times may be off the switches that they are
 ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
 ROLLS = 3  # times at most that they are followed again
 UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
@@ -333,7 +334,8 @@ def roll_along(
         begin: How far they have rolled before (4, 2) [m].
     """
     body = path.samples(times)[:, 0]
-    feet, standing = contacts.feet_at(times)
+    feet, _ = contacts.feet_at(times)
+    _, standing = contacts.feet_at(times + ROUNDED)  # a switch belongs to what follows it
     q, _, _ = pose_robot(robot, body, feet)
     roll = roll_feet(robot, times, body, q, standing, begin)
     fewer = sample_times(contacts, path.knot)  # a certificate's pieces end at each

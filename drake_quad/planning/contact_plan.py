@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from drake_quad.common import BoolArray, FloatArray, IntArray, read_only
 from drake_quad.gait.swing import Swing, swing_positions
 from drake_quad.jit import jit
+from drake_quad.math.curves import quintic
 from drake_quad.robot.legs import Leg
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.support_polygon import support_order
@@ -23,7 +24,7 @@ class FootRoll:
 
     Attributes:
         times: (N,) [s].
-        offset: (N, 4, 2) in W [m], linear in between.
+        offset: (N, 4, 2) in W [m], linear in between; of a foot in the air that of its lift-off.
     """
 
     times: FloatArray
@@ -154,13 +155,17 @@ class ContactPlan:
         mine = np.flatnonzero(swing >= 0)
         swing = swing[mine]
         starts = np.array([step.lift_off for step in self.steps])
+        lasts = np.array([step.touchdown for step in self.steps]) - starts
         legs = np.array([step.leg.row for step in self.steps])
         legs = legs[swing]
         feet[mine, legs] = swing_positions(
             [step.swing for step in self.steps], swing, times[mine] - starts[swing]
         )
-        if roll is not None:
-            feet[mine, legs, :2] += roll[mine, legs]
+        if self.roll is not None:
+            left = 1.0 - quintic(
+                np.minimum(LET_GO * (times[mine] - starts[swing]) / lasts[swing], 1.0)
+            )
+            feet[mine, legs, :2] += left[:, None] * self.roll.at(starts)[swing, legs]
         return feet, standing
 
 
@@ -177,7 +182,9 @@ def swing_times(contacts: ContactPlan, count: int) -> FloatArray:
     return np.concatenate(ends) if ends else np.zeros(1)
 
 
-LET_GO = 1.5  # a swing foot is back on its planned way at 1 / LET_GO of its swing
+# A swing foot is back on its planned way at 1 / LET_GO of its swing: before it is beside a nosing
+# that the way itself only just clears.
+LET_GO = 3.0
 
 
 def roll_feet(
@@ -195,7 +202,8 @@ def roll_feet(
     body's x axis, and with hip and knee about the leg's own y axis (yaw turns it about the ground's
     normal, which moves nothing): some millimetres in the course of a stance, forward as the knee
     goes forward, and to the side as the body sways, however much the shank leans. The controller
-    lets feet roll, and sets each down where the plan has it.
+    lets feet roll, and sets each down where the plan has it. In the air a foot keeps what it had
+    rolled here; `ContactPlan.feet_at` has how it loses that.
 
     Args:
         robot: The robot.
@@ -222,24 +230,16 @@ def _roll(
     offset: FloatArray,
 ) -> None:
     """The arithmetic of `roll_feet`, into `offset`."""
-    size = len(times)
     for k in range(4):
-        x, y, lifted, since = begin[k, 0], begin[k, 1], 0, False
+        x, y = begin[k, 0], begin[k, 1]
         offset[0, k, 0], offset[0, k, 1] = x, y
-        for n in range(1, size):
+        for n in range(1, len(times)):
             if standing[n - 1, k]:
                 on_x, on_y = _goes(body[n - 1], body[n], q[n - 1, k], q[n, k])
                 x += radius * on_x
                 y += radius * on_y
-            elif not since:
-                lifted, since = n - 1, True
-            if since and (standing[n, k] or n == size - 1):  # it lands here
-                for i in range(lifted, n):
-                    s = (times[i] - times[lifted]) / (times[n] - times[lifted])
-                    r = min(LET_GO * s, 1.0)
-                    fade = 1.0 - r * r * (3.0 - 2.0 * r)
-                    offset[i, k, 0], offset[i, k, 1] = fade * x, fade * y
-                x, y, since = 0.0, 0.0, False
+            elif standing[n, k]:  # it lands here
+                x, y = 0.0, 0.0
             offset[n, k, 0], offset[n, k, 1] = x, y
 
 

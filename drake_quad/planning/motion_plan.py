@@ -14,9 +14,9 @@ from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.jit import jit
 from drake_quad.math.curves import (
     BodySpline,
-    quintic,
-    quintic_acceleration,
-    quintic_rate,
+    quintic_acceleration_kernel,
+    quintic_kernel,
+    quintic_rate_kernel,
     sample_body,
 )
 from drake_quad.math.rotations import rotations
@@ -34,9 +34,6 @@ START, END, STANDING, FEET, SWING, FROM, TO, DURATION, APEX_TIME, APEX_Z, PIVOT,
     0, 1, 2, 6, 18, 19, 22, 25, 26, 27, 28, 30, 31,
 )  # fmt: skip
 COLUMNS = 32
-
-quintic_kernel, quintic_rate_kernel = jit(quintic), jit(quintic_rate)
-_acceleration = jit(quintic_acceleration)
 
 
 def phase_table(contacts: ContactPlan) -> FloatArray:
@@ -77,6 +74,7 @@ class PlannedFeet(NamedTuple):
         acceleration: Second derivatives by gait time (4, 3).
         standing: Which feet stand (4,).
         swing_phase: Phase of the swing in [0, 1], nan if nobody swings.
+        phase_rate: Its derivative by gait time [1/s], 0 if nobody swings.
     """
 
     place: FloatArray
@@ -84,6 +82,7 @@ class PlannedFeet(NamedTuple):
     acceleration: FloatArray
     standing: BoolArray
     swing_phase: float
+    phase_rate: float
 
 
 @jit
@@ -98,7 +97,7 @@ def sample_feet(phases: FloatArray, t: float) -> PlannedFeet:
             place[k, i] = row[FEET + 3 * k + i]
     k = int(row[SWING])
     if k < 0:
-        return PlannedFeet(place, velocity, acceleration, standing, np.nan)
+        return PlannedFeet(place, velocity, acceleration, standing, np.nan, 0.0)
     since = min(max(t - row[START], 0.0), row[DURATION])
     scale = 1.0 / row[DURATION]
     s = since * scale
@@ -106,7 +105,7 @@ def sample_feet(phases: FloatArray, t: float) -> PlannedFeet:
         way = row[TO + i] - row[FROM + i]
         place[k, i] = row[FROM + i] + way * quintic_kernel(s)
         velocity[k, i] = way * (quintic_rate_kernel(s) * scale)
-        acceleration[k, i] = way * (_acceleration(s) * scale * scale)
+        acceleration[k, i] = way * (quintic_acceleration_kernel(s) * scale * scale)
     if row[TURN] != 0.0:
         _round_pivot(row, s, scale, place[k], velocity[k], acceleration[k])
     apex_time, apex = row[APEX_TIME], row[APEX_Z]
@@ -118,9 +117,10 @@ def sample_feet(phases: FloatArray, t: float) -> PlannedFeet:
     s = since * scale
     place[k, 2] = base + rise * quintic_kernel(s)
     velocity[k, 2] = rise * quintic_rate_kernel(s) * scale
-    acceleration[k, 2] = rise * _acceleration(s) * scale * scale
-    phase = (t - row[START]) / (row[END] - row[START])
-    return PlannedFeet(place, velocity, acceleration, standing, phase)
+    acceleration[k, 2] = rise * quintic_acceleration_kernel(s) * scale * scale
+    rate = 1.0 / (row[END] - row[START])
+    phase = (t - row[START]) * rate
+    return PlannedFeet(place, velocity, acceleration, standing, phase, rate)
 
 
 @jit
@@ -134,7 +134,11 @@ def _round_pivot(
 ) -> None:
     """Writes x and y of a swing along an arc at phase `s`, see `gait.swing.Swing.sample`."""
     turn, more = row[TURN], row[FARTHER] - 1.0
-    q, dq, ddq = quintic_kernel(s), quintic_rate_kernel(s) * scale, _acceleration(s) * scale * scale
+    q, dq, ddq = (
+        quintic_kernel(s),
+        quintic_rate_kernel(s) * scale,
+        quintic_acceleration_kernel(s) * scale * scale,
+    )
     grown, c, n = 1.0 + more * q, cos(turn * q), sin(turn * q)
     x0, y0 = row[FROM] - row[PIVOT], row[FROM + 1] - row[PIVOT + 1]
     out_x, out_y = c * x0 - n * y0, n * x0 + c * y0  # as far out as it began
@@ -301,7 +305,7 @@ class MotionPlan:
     def sample(self, t: float) -> PlanSample:
         """What is desired at gait time `t` [s] since the task began."""
         body = sample_body(self.body.control, self.body.knot, t)
-        feet, velocity, acceleration, standing, s = sample_feet(self.tables.phases, t)
+        feet, velocity, acceleration, standing, s, _ = sample_feet(self.tables.phases, t)
         index = self.contacts.phase_index(t)
         return PlanSample(body, feet, velocity, acceleration, standing, s, index)
 

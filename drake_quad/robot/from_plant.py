@@ -344,3 +344,8 @@ def _actuators(
     if missing:
         raise refuse("transmission", missing, "these joints have no actuator")
     return [actuators[j.name()] for j in joints]
+
+
+def joint_damping(plant: MultibodyPlant, robot: RobotModel) -> FloatArray:
+    """Damping of the legs' joints (12,), leg by leg [Nm s/rad]: no part of a plant's bias term."""
+    return np.array([plant.GetJointByName(name).default_damping() for name in robot.joint_names])

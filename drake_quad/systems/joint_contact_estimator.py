@@ -15,6 +15,7 @@ from drake_quad.estimation.contact_from_torques import (
     observe,
     torque_ripple,
 )
+from drake_quad.robot.from_plant import joint_damping
 from drake_quad.robot.kinematics import calc_jacobians, jacobians_in_world, leg_array
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
@@ -71,9 +72,8 @@ class TorqueDynamics:
         self._legs = leg_array(robot.geometry)
         self.memory_shape = (12, model.num_velocities() + 1)
         self._joints = layout.v_joints - layout.num_positions
-        joints = [model.GetJointByName(name) for name in robot.joint_names]
         self._friction = np.zeros(12) if friction is None else friction
-        self._damping = np.array([joint.default_damping() for joint in joints])
+        self._damping = joint_damping(model, robot)
 
     def calc(
         self, scratch: Context, before: FloatArray, state: FloatArray, torque: FloatArray,
@@ -94,7 +94,7 @@ class TorqueDynamics:
         v = state[layout.num_positions :]
         mass = np.ascontiguousarray(model.CalcMassMatrix(scratch)[joints])
         h = model.CalcBiasTerm(scratch) - model.CalcGravityGeneralizedForces(scratch)
-        h = h[joints] + self._damping * v[joints]  # the bias term is without it
+        h = h[joints] + self._damping * v[joints]
         now, speed = np.column_stack([mass, v[joints]]), v[joints]
         change, ripple = np.zeros(12), np.zeros(12)
         if before.any():

@@ -33,6 +33,7 @@ from drake_quad.control.tracking import (
 from drake_quad.control.whole_body_qp import plan_forces, solve, torques_of
 from drake_quad.planning.contact_forces import distribute_wrench
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.from_plant import joint_damping
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
@@ -134,6 +135,7 @@ class TrackingController(LeafSystem):
         )  # fmt: skip
         self._ground = ground_table(course)
         self._velocities = layout.v_joints - layout.num_positions
+        self._damping = joint_damping(model, robot)
         self._plan_port = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
         self._catch_port = self.DeclareVectorInputPort("catch", CATCH_SIZE)
@@ -300,11 +302,11 @@ class WholeBodyController(TrackingController):
 
     def _calc_torque(self, tick: Tick) -> Effort:
         model, work, parts, torque = self._model, tick.work, tick.parts, tick.torque
-        M = model.CalcMassMatrix(tick.scratch)
+        M, bias = model.CalcMassMatrix(tick.scratch), model.CalcBiasTerm(tick.scratch)
+        bias[self._velocities] += self._damping * fields_of(work).measured.qd
         program, sound, com = plan_forces(
-            M, model.CalcBiasTerm(tick.scratch), tick.running, self._constants, work,
-            parts[PAYLOAD], parts[FRICTION],
-        )  # fmt: skip
+            M, bias, tick.running, self._constants, work, parts[PAYLOAD], parts[FRICTION]
+        )
         x = solve(program) if sound else None
         qp = parts[QP]
         if x is not None:

@@ -10,6 +10,8 @@ from pydrake.common.value import AbstractValue
 from rig import flat_walk, paper_robot, rotations, spin_plan, stairs_walk, stand_plan
 
 from drake_quad.common import FloatArray
+from drake_quad.math.curves import quintic
+from drake_quad.planning.contact_plan import LET_GO
 from drake_quad.planning.motion_plan import (
     SEGMENT_KINDS,
     MotionPlan,
@@ -46,9 +48,14 @@ def samples(name: str) -> PlanSamples:
 
 
 def rolled(plan: MotionPlan, t: float) -> FloatArray:
-    """By how much feet are off where they were set down (4, 3)."""
+    """By how much feet are off where they were set down, or swing to (4, 3)."""
     assert plan.contacts.roll is not None
-    return np.column_stack([plan.contacts.roll.at(np.array([t]))[0], np.zeros(4)])
+    offset, step = plan.contacts.roll.at(np.array([t]))[0], plan.contacts.phase(t).step
+    if step is not None:
+        lifted = plan.contacts.roll.at(np.array([step.lift_off]))[0, step.leg.row]
+        s = (t - step.lift_off) / (step.touchdown - step.lift_off)
+        offset[step.leg.row] = (1.0 - quintic(min(LET_GO * s, 1.0))) * lifted
+    return np.column_stack([offset, np.zeros(4)])
 
 
 @pytest.mark.parametrize("name", MOVING)

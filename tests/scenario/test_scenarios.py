@@ -209,7 +209,7 @@ def check_contacts_are_sensed(table: pa.Table) -> None:
 def check_margin_is_measured(table: pa.Table) -> None:
     """It is that of the feet that bear, where they touch, and of the whole robot's centre of mass.
 
-    Not the planned one, which is half a millimetre off in the median and up to 0.18 m.
+    Not the planned one, which is a quarter of a millimetre off in the median and up to 0.18 m.
     """
     bearing = np.column_stack([table[f"{n}_bearing"].to_numpy(False) for n in SHORT_NAMES])
     feet = np.stack(
@@ -219,7 +219,7 @@ def check_margin_is_measured(table: pa.Table) -> None:
     off = np.abs(stability_margins(com, feet, bearing) - table["margin"].to_numpy())
     assert np.quantile(off, 0.95) < 1e-4  # the monitors run one after the other, a tick apart
     planned = np.abs(table["margin_planned"].to_numpy() - table["margin"].to_numpy())
-    assert np.median(planned) > 3e-4 and planned.max() > 0.05
+    assert np.median(planned) > 1e-4 and planned.max() > 0.05
 
 
 def check_readme(result: RunResult) -> None:

@@ -18,7 +18,8 @@ from rig import (
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import CATCH_SIZE, SIZE, Catch, GaitPhase, Mode
 from drake_quad.control.settings import ControlSettings
-from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.control.tracking import DELIVERY
+from drake_quad.planning.motion_plan import MotionPlan, PlanSample
 from drake_quad.robot.kinematics import calc_feet, calc_jacobians
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.tracking_controller import TrackingController
@@ -146,6 +147,11 @@ def com_of(state: FloatArray) -> FloatArray:
     return np.array(plant.CalcCenterOfMassPositionInWorld(context))
 
 
+def feet_ahead(sample: PlanSample) -> FloatArray:
+    """Where in W a plan has the feet (4, 3) half a tick after a command has reached the drives."""
+    return np.asarray(sample.feet + (DELIVERY + 0.5 * TICK) * sample.feet_velocity)
+
+
 def foot_target(controller: Controller, plan: MotionPlan, t: float, row: int) -> FloatArray:
     """Where in W the targets put a foot of a robot whose base is on its plan."""
     body = plan.sample(t).body[0]
@@ -158,6 +164,7 @@ __all__ = [
     "Controller",
     "catch_with",
     "com_of",
+    "feet_ahead",
     "feet_of",
     "foot_target",
     "forces_of",

@@ -7,10 +7,21 @@ import pytest
 from control_rig import middle_of, phase_at, state_on
 from hypothesis import given, settings, strategies as st
 from pydrake.systems.analysis import Simulator
-from rig import GRAVITY, fix_inputs, flat_walk, model_layout, paper_robot, read, stand_plan
+from rig import (
+    GRAVITY,
+    fix_inputs,
+    flat_walk,
+    model_layout,
+    model_plant,
+    paper_robot,
+    read,
+    stand_plan,
+)
 from whole_body_rig import CONTROL, MASS, controller_of, ground_forces, nan_state, wrench_of
 
 from drake_quad.control.ports import CATCH_SIZE
+from drake_quad.robot.from_plant import joint_damping
+from drake_quad.systems import tracking_controller
 
 
 @pytest.mark.parametrize("in_air", [True, False])
@@ -30,6 +41,18 @@ def test_standing_robot_is_carried_by_statics(in_air: bool) -> None:
     assert np.all(forces[standing, 2] > CONTROL.least_force - 1e-3)
     np.testing.assert_allclose(forces[~standing], 0.0, atol=0.1)
     assert np.all(controller.out("qp_state") == 0.0)
+
+
+def test_what_the_joints_damping_takes_is_fed_forward(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With 0.5 Nm s/rad more in every joint, each drive gives so much more, times its speed."""
+    plan, layout, t = flat_walk(), model_layout(), middle_of(True)
+    state, speeds = state_on(plan, t), np.random.default_rng(3).uniform(-0.3, 0.3, 12)
+    state[layout.v_joints] = speeds
+    torques = [controller_of(plan, state, t=t).tick().torque.ravel()]
+    more = joint_damping(model_plant(), paper_robot()) + 0.5
+    monkeypatch.setattr(tracking_controller, "joint_damping", lambda *_: more)
+    torques.append(controller_of(plan, state, t=t).tick().torque.ravel())
+    np.testing.assert_allclose(torques[1] - torques[0], 0.5 * speeds, atol=1e-3)
 
 
 @settings(max_examples=30)
