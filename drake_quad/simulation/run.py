@@ -4,7 +4,7 @@ import logging
 import platform
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -52,6 +52,7 @@ def result_of(
     outcome: str,
     reason: str,
     table: pa.Table,
+    plans: Sequence[MotionPlan],
     *,
     simulated: float,
     wall: float,
@@ -63,6 +64,7 @@ def result_of(
         outcome: `goal_reached`, `fell` or `stopped`.
         reason: Reason of its end.
         table: Log of the run.
+        plans: The plans that were followed, and their revisions.
         simulated: Time that was simulated [s].
         wall: Time that the run took [s].
     """
@@ -84,7 +86,11 @@ def result_of(
         "assumes": assumptions_of(p.scenario),
         **summarize(table, p.robot, mass=p.disturbances.mass_of(p.robot.mass)),
         "tracking": tracking_figures(
-            table, p.robot, tolerances_of(p.scenario.certify.tolerances, p.robot)
+            table,
+            p.robot,
+            tolerances_of(p.scenario.certify.tolerances, p.robot),
+            plans,
+            p.scenario.controller.period if p.scenario.simulation.mode == "physics" else 0.0,
         ),
         "seen": None if seen is None else seen_figures(seen.told),
         "pushes": push_figures(table, pushes, failed=failed),
@@ -183,7 +189,7 @@ def replay_plan(p: PreparedScenario) -> RunResult:
         outcome, reason = "stopped", p.sight.refused
     elif p.growth is not None:
         outcome, reason = "stopped", "a kinematic replay does not look again from a tread"
-    result = result_of(p, outcome, reason, table, simulated=float(times[-1]), wall=wall)
+    result = result_of(p, outcome, reason, table, plans, simulated=float(times[-1]), wall=wall)
     result.summary["overlaps"] = list(touches.deepest[:LISTED])
     return result
 
@@ -276,7 +282,8 @@ def _simulate(
         outcome, reason = at_goal(table, reason)
     if outcome == "goal_reached" and p.sight is not None and p.sight.refused:
         outcome, reason = "stopped", p.sight.refused
-    return result_of(p, outcome, reason, table, simulated=float(context.get_time()), wall=wall)
+    plans, end = _plans(climb, context), float(context.get_time())
+    return result_of(p, outcome, reason, table, plans, simulated=end, wall=wall)
 
 
 def _planned_time(p: PreparedScenario, climb: StairClimb, context: Context) -> float:

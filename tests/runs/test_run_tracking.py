@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig import paper_robot
+from rig import flat_walk, paper_robot, stand_plan
 from summary_rig import base_columns, changed, log, values
 
 from drake_quad.certificate.tolerances import Tolerances
@@ -51,6 +51,32 @@ def test_a_body_off_its_plan_is_told_as_that(by: float, left: list[str]) -> None
     assert found["foot_max"] < 1e-9 and found["body_max"] == pytest.approx(by)
     assert found["left"] == left and (found["left_at"] is None) == (not left)
     assert found["share"] == pytest.approx(by / WITHIN.body)
+
+
+PLANS = (stand_plan(0.5), flat_walk())
+
+
+def test_a_run_is_held_against_the_plan_that_is_proven() -> None:
+    """Not against what a controller made of it, which follows feet that slip or roll elsewhere."""
+    wanted = [f"{leg}_desired_{k}" for leg in SHORT_NAMES for k in "xyz"]
+    wanted += [f"base_desired_{k}" for k in ("x", "y", "z", "pitch", "yaw")]
+    other = changed(**{name: values(name) + 0.01 for name in wanted})
+    found = tracking_figures(other, paper_robot(), WITHIN, PLANS)
+    assert found is not None and found["left"] == []
+    assert max(found[name] for name in TOLERATED) < 1e-9
+    found = tracking_figures(other, paper_robot(), WITHIN)
+    assert found is not None and found["body_max"] == pytest.approx(0.01)
+
+
+def test_the_plan_is_taken_at_the_time_of_the_sample() -> None:
+    """The clock in a log is that of the end of a tick, until when a swing foot goes on."""
+    t, period = values("t"), 0.02
+    to_go = np.ceil(t / period - 1e-6) * period - t
+    run = changed(gait_time=values("gait_time") + to_go)
+    early, found = (tracking_figures(run, paper_robot(), WITHIN, PLANS, p) for p in (0.0, period))
+    assert early is not None and found is not None
+    assert early["swing_max"] > 0.005 and early["body_max"] > 0.0005
+    assert max(found[name] for name in TOLERATED) < 1e-9
 
 
 def test_ground_that_lifts_feet_and_body_alike_counts_for_nothing() -> None:
