@@ -51,14 +51,19 @@ def spread(values: FloatArray, least: FloatArray | None = None) -> dict[str, flo
 
 
 WAY = (0.1, 0.8)  # of a swing: before it a foot leaves the ground, after it one may land
+HIT = 0.01  # of the weight: the force from which on a swing foot does not only graze something
 
 
-def swing_figures(c: Columns) -> dict[str, Any]:
+def swing_figures(c: Columns, weight: float) -> dict[str, Any]:
     """Contacts of swing feet between WAY's ends.
 
+    Args:
+        c: The log's columns.
+        weight: The robot's weight [N].
+
     Returns:
-        `swing_contact_samples` with any, and the greatest force in them, `swing_force_max` [N];
-        None in a replay, which has no forces.
+        `swing_contact_samples` with any, `swing_hit_samples` with more force than HIT, and the
+        greatest force in them, `swing_force_max` [N]; None in a replay, which has no forces.
     """
     force = np.zeros(len(c["t"]))
     under_way = (c["swing_phase"] > WAY[0]) & (c["swing_phase"] < WAY[1])
@@ -68,9 +73,10 @@ def swing_figures(c: Columns) -> dict[str, Any]:
         parts = np.stack([c[f"{leg}_force_{k}"][mine] for k in "xyz"])
         force[mine] = np.linalg.norm(parts, axis=0)
     if not np.all(np.isfinite(force)):
-        return {"swing_contact_samples": None, "swing_force_max": None}
+        return dict.fromkeys(("swing_contact_samples", "swing_hit_samples", "swing_force_max"))
     return {
         "swing_contact_samples": int(np.sum(force > 0.0)),
+        "swing_hit_samples": int(np.sum(force > HIT * weight)),
         "swing_force_max": float(np.max(force)),
     }
 
@@ -120,7 +126,7 @@ def summarize(table: pa.Table, robot: RobotModel, *, mass: float) -> dict[str, A
         ),
         "nonfoot_depth_max": _largest(c["nonfoot_depth"]) if "nonfoot_depth" in c else None,
         "foot_depth_max": _largest(c["foot_depth"]) if "foot_depth" in c else None,
-        **swing_figures(c),
+        **swing_figures(c, mass * GRAVITY),
         "base_error_max": float(np.max(place)),
         "base_tilt_error_max_deg": float(np.degrees(np.max(tilt))),
         "slip_max": float(max(slip)),

@@ -399,6 +399,9 @@ SUMMARY = (
     Figure("swing_contact_samples", "samples", "Samples in which a swing foot, from 0.1 to 0.8 of "
            "its swing, touches anything, such as a riser, or ground that is higher than the "
            "map's"),
+    Figure("swing_hit_samples", "samples", "Those of them with more than 1 % of the robot's "
+           "weight: a run with any does not count as safe",
+           shown=Shown("Samples in which a swing foot hit something", 0), at_most=0.0),
     Figure("swing_force_max", "N", "The greatest force in these contacts"),
     Figure("torque_ratio_max", "of the limit", "The greatest torque of any joint",
            shown=Shown("Greatest joint torque, of its limit", 0, "%"), at_most=1.0),

@@ -94,6 +94,12 @@ def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
         figure, form = "nonfoot_contact_samples", "other contacts in {:.0f} samples"
     touched, none = _number(summary, figure), "nothing but feet touched"
     put(touched == 0.0, none if touched == 0.0 else _figure("contacts", form, touched))
+    if "swing_hit_samples" in summary:  # older runs did not count them
+        hits, force = _number(summary, "swing_hit_samples"), _number(summary, "swing_force_max")
+        words = _figure(
+            "what swing feet touch", f"swing feet hit something with {force:.0f} N", hits
+        )
+        put(hits == 0.0, "swing feet hit nothing" if hits == 0.0 else words)
     slip = _number(summary, "slip_max")
     most = f" (at most {1e3 * MOST_SLIP:g})"
     put(slip <= MOST_SLIP, _figure("slip", "slip {:.1f} mm", 1e3 * slip) + most)

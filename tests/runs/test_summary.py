@@ -78,6 +78,9 @@ def test_what_swing_feet_touch_is_counted_between_lift_off_and_touchdown() -> No
     own[f"{name}_x"][begun] = 100.0
     found = summary(changed(**own))
     assert found["swing_contact_samples"] == 2 and found["swing_force_max"] == 5.0
+    assert found["swing_hit_samples"] == 0  # a graze, of so heavy a robot
+    hard = {key: force * 0.003 * GRAVITY * paper_robot().mass for key, force in own.items()}
+    assert summary(changed(**hard))["swing_hit_samples"] == 1  # 5 N and 3 N became 1.5 % and 0.9 %
     assert summary(log())["swing_contact_samples"] == 0
     # In a push the clock stands still in mid-swing, and the foot bears.
     mode = np.array(["settle"] * len(leg))

@@ -19,6 +19,8 @@ GOOD_RUN: dict[str, Any] = {
     "margin": {"minimum": 0.071},
     "time_under_three_feet": 0.0,
     "nonfoot_contact_samples": 0,
+    "swing_hit_samples": 0,
+    "swing_force_max": 2.0,
     "slip_max": 0.0012,
     "pushes": [],
 }
@@ -46,6 +48,11 @@ def test_a_run_that_lacks_nothing_is_safe() -> None:
         ({"nonfoot_contact_samples": 3}, "other contacts in 3 samples"),
         ({"nonfoot_contact_time": 0.004}, "other contacts for 0.004 s"),
         ({"nonfoot_contact_time": None}, "contacts not measured"),
+        (
+            {"swing_hit_samples": 2, "swing_force_max": 218.4},
+            "swing feet hit something with 218 N",
+        ),
+        ({"swing_hit_samples": None}, "what swing feet touch not measured"),
         ({"slip_max": 0.0111}, "slip 11.1 mm (at most 10)"),
         ({"slip_max": True}, "slip not measured"),
         ({"pushes": [{"recovered": True}, {"recovered": False}]}, "1 of 2 kicks withstood"),
