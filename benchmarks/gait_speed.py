@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import markdown_table, provenance
+from drake_quad.certificate.certify import CLAIMS
 from drake_quad.errors import DrakeQuadError
 from drake_quad.feasibility.check import Feasibility, check_flight
 from drake_quad.gait_design.designer import design_longer
@@ -56,6 +57,8 @@ def measured(answer: Feasibility) -> Row:
     """Speed, time and margins of an answer's plan, and its nearest limit."""
     pace, bound = answer.pace, answer.bound
     assert pace is not None and bound is not None and answer.designed is not None
+    proven = answer.certificate
+    assert proven is not None
     return {
         "speed": answer.speed,
         "time": answer.flight_time,
@@ -64,6 +67,9 @@ def measured(answer: Feasibility) -> Row:
         "zmp_margin": pace.zmp_margin,
         "joint_share": None if pace.peak is None else pace.peak.share,
         "bound": bound.words,
+        "certified": proven.failure is None,
+        "not_certified": "" if proven.failure is None else proven.failure.reason,
+        "proven": dict(zip(CLAIMS, proven.proof.claims.min(axis=0).tolist(), strict=True)),
     }
 
 
@@ -76,6 +82,8 @@ def in_physics(answer: Feasibility, source: str) -> Row:
         "touched": summary["nonfoot_contact_samples"],
         "under_three_feet": summary["time_under_three_feet"],
         "swing_force": summary["swing_force_max"],
+        "safe": summary["safety"]["safe"],
+        "tracking": summary["tracking"],
     }
 
 
@@ -117,6 +125,7 @@ def _cell(found: Row | None) -> str:
         return "no plan"
     ran = found.get("physics")
     words = f"{found['speed']:.3f} m/s, {1e3 * found['margin']:.0f} mm"
+    words += "" if found["certified"] else ", not certified"
     if ran is None:
         return words
     touched = f", {ran['touched']} samples with contacts" if ran["touched"] else ""

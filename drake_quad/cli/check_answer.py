@@ -26,13 +26,21 @@ LEVEL_DEG = 0.05  # of pitch, below which a body is called level
 def print_check(told: dict[str, Any], console: Console) -> None:
     """Prints the answer, the gait, and what is left of each limit."""
     colour = {"yes": "green", "no": "red"}.get(told["verdict"], "yellow")
-    if told["feasible"] and told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]:
+    if told["feasible"] and (
+        told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]
+        or not (told["certificate"] or {"certified": True})["certified"]
+    ):
         colour = "yellow"
     first, rest = told["answer"].split(": ", 1)
     console.print(Text.assemble((first, f"bold {colour}"), f": {rest}"), soft_wrap=True)
     if told["feasible"]:
         for line in gait_lines(told):
             console.print(Text(line), soft_wrap=True)
+        certificate = told["certificate"]
+        if certificate is not None and not certificate["certified"]:
+            where = f"from {certificate['time']:.3f} s on, in '{certificate['segment']}'"
+            line = f": {certificate['reason']}, {where}"
+            console.print(Text.assemble(("not certified", "bold yellow"), line), soft_wrap=True)
     for doubt in told["doubts"]:
         console.print(Text.assemble(("doubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
     if told["slacks"]:
@@ -81,8 +89,22 @@ def gait_lines(told: dict[str, Any]) -> list[str]:
         f"ones as a cycle begins; left and right feet are {gait['stance_width']:.2f} m apart.",
         f"The body is {gait['body_height']:.2f} m above the treads and {tilt}.",
         *pace_lines(told),
+        *certificate_words(told),
         f"The whole course takes {plan['duration']:.0f} s. What comes nearest to the stairs is "
         f"{plan['nearest_part']}, in '{plan['nearest_task']}'.",
+    ]
+
+
+def certificate_words(told: dict[str, Any]) -> list[str]:
+    """What is proven of the plan, in plain words; nothing where the proof fails."""
+    certificate = told["certificate"]
+    if certificate is None or not certificate["certified"]:
+        return []
+    proven = certificate["proven"]
+    return [
+        f"Certified for every time: a static margin of {1e3 * proven['margin']:.0f} mm at least, "
+        f"swing feet {1e3 * proven['foot_clearance']:.0f} mm from risers and nosings, knees and "
+        f"shanks {1e3 * proven['shank_clearance']:.0f} mm from the course."
     ]
 
 

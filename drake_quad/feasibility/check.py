@@ -7,6 +7,8 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from drake_quad.certificate.certify import Certificate, certify_plans
+from drake_quad.certificate.kinematics import shank_of
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.changes import Case, Change, find_change, kinds_for
 from drake_quad.feasibility.flight import (
@@ -120,6 +122,18 @@ class Feasibility:
         course = course_of(designed.scenario, foot_radius=self.robot.foot_radius)
         tasks = mission_of(designed.scenario, course, source="check")
         return measure_pace(self.robot, course, tasks, designed.plan)
+
+    @cached_property
+    def certificate(self) -> Certificate | None:
+        """What is proven of the plan at every time; None without a plan.
+
+        Swings along arcs are not proven, and a designed gait has none.
+        """
+        if self.designed is None or self.robot is None:
+            return None
+        course = course_of(self.designed.scenario, foot_radius=self.robot.foot_radius)
+        plans = self.designed.plan.plans
+        return certify_plans(self.robot, shank_of(self.robot), plans, course.boxes)
 
     @property
     def speed(self) -> float | None:
@@ -260,6 +274,10 @@ class Feasibility:
                 ("torque that it leaves", f"{100.0 * self.designed.torque:.0f} % of the limit"),
                 ("the whole course takes", f"{self.designed.plan.duration:.0f} s"),
             ]
+        if self.certificate is not None:
+            failure = self.certificate.failure
+            proven = "for every time" if failure is None else f"no: {failure.reason}"
+            rows.append(("certified", proven))
         return html_table(rows)
 
 

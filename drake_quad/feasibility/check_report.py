@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_quad.certificate.certify import CLAIMS
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check import Feasibility
@@ -136,7 +137,24 @@ def feasibility_report(
             "nearest_task": designed.room.task,
         }
         report["pace"] = _pace(check)
+        report["certificate"] = _certificate(check)
     return report | {"answer": _answer(report)}
+
+
+def _certificate(check: Feasibility) -> dict[str, Any] | None:
+    """What is proven of the plan at every time, as plain values, or where the proof fails."""
+    certificate, designed = check.certificate, check.designed
+    if certificate is None or designed is None:
+        return None
+    failure, plan = certificate.failure, designed.plan
+    segments = [segment.name for task in plan.plans for segment in task.segments]
+    return {
+        "certified": failure is None,
+        "reason": "" if failure is None else failure.reason,
+        "time": None if failure is None else plan.starts[failure.task] + failure.time,
+        "segment": None if failure is None else segments[failure.segment],
+        "proven": dict(zip(CLAIMS, certificate.proof.claims.min(axis=0).tolist(), strict=True)),
+    }
 
 
 def _pace(check: Feasibility) -> dict[str, Any] | None:

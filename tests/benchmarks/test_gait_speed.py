@@ -16,4 +16,7 @@ from benchmarks.gait_speed import _cell
 def test_contacts_are_told(touched: int, force: float, told: str) -> None:
     """Of other parts than feet, and of feet that should be in the air."""
     ran = {"outcome": "goal_reached", "margin": 0.029, "touched": touched, "swing_force": force}
-    assert _cell({"speed": 0.1, "margin": 0.03, "physics": ran}) == told
+    row = {"speed": 0.1, "margin": 0.03, "certified": True, "physics": ran}
+    assert _cell(row) == told
+    told = told.replace("30 mm", "30 mm, not certified")
+    assert _cell({**row, "certified": False}) == told

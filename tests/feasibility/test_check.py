@@ -1,5 +1,6 @@
 """`drake-quad check`: what it answers holds, and what cannot be asked is refused in a line."""
 
+import copy
 import io
 import json
 import re
@@ -30,6 +31,7 @@ from drake_quad.planning.mission import check_plan
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, save_scenario
+from drake_quad.simulation.plan_report import certify_plan
 from drake_quad.simulation.prepare import prepare
 from drake_quad.terrain.elements import Element, Stairs
 
@@ -65,6 +67,29 @@ def test_what_is_told_is_the_plans_own() -> None:
     print_next({**told, "pace": {**told["pace"], "slow": {}}}, console)
     assert "--prefer" not in console.export_text()  # its times were chosen already
     assert json.loads(json.dumps(told)) == told
+
+
+def test_a_yes_is_certified_or_says_why_not() -> None:
+    """What is proven of the plan at every time is told; of one in the stairs, where it fails."""
+    question = {"rise": RISE, "run": RUN, "count": COUNT}
+    check = found()
+    told = feasibility_report(check, paper_robot(), source=URL, asked=question)
+    loaded = prepare(check.scenario)
+    plan, certificate = certify_plan(loaded)
+    assert plan["certified"] and certificate is not None
+    assert told["certificate"]["certified"]
+    assert told["certificate"]["proven"] == pytest.approx(plan["proven"])
+    assert 0.0 < told["certificate"]["proven"]["margin"] <= told["plan"]["margin"] + 1e-6
+    higher = copy.deepcopy(check.scenario)
+    flight = next(element for element in higher.course if element.kind == "stairs")
+    flight.rise = RISE + 0.03
+    assert check.designed is not None
+    touches = replace(check, designed=replace(check.designed, scenario=higher))
+    told = feasibility_report(touches, paper_robot(), source=URL, asked=question)
+    console = Console(width=160, file=io.StringIO(), record=True)
+    print_check(told, console)
+    assert told["feasible"] and not told["certificate"]["certified"]
+    assert f"not certified: {told['certificate']['reason']}" in console.export_text()
 
 
 def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
