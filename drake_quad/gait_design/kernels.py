@@ -12,13 +12,8 @@ import numpy as np
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.gait_design.candidates import Cycle, Staircase
 from drake_quad.jit import copy_vector, jit
-from drake_quad.math.distance import (
-    line_over_nosings,
-    line_to_stairs,
-    line_with_ends,
-    point_to_box,
-    point_to_stairs,
-)
+from drake_quad.math.distance import line_with_ends, point_to_box
+from drake_quad.math.ground_distance import line_over_nosings, line_to_stairs, point_to_stairs
 from drake_quad.robot.kinematics import LegConstants, leg_row, solve_leg
 from drake_quad.robot.model import CLEARANCE_WEIGHTS, SHANK_POINTS
 

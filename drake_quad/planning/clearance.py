@@ -9,13 +9,8 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.jit import jit
-from drake_quad.math.distance import (
-    PAIRS,
-    distance_between_legs,
-    lines_to_rods,
-    points_to_boxes,
-    profile_distance,
-)
+from drake_quad.math.distance import PAIRS, distance_between_legs, lines_to_rods, points_to_boxes
+from drake_quad.math.ground_distance import profile_distance
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import PlanSamples, calc_feet_in_body
 from drake_quad.planning.problem import Task

@@ -113,7 +113,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
         },
         "room": {
             "planning.clearance._middles": (_RM, _T, _T, _T),
-            "math.distance.profile_distance": (_T, _V, _V, _V, _V, _V, _V),
+            "math.ground_distance.profile_distance": (_T, _V, _V, _V, _V, _V, _V),
             "math.distance.points_to_boxes": (_T, _RT, _F),
             "math.distance.lines_to_rods": (_T, _RT, _RV, _F),
             "math.distance.distance_between_legs": (_Q, _RM, _F),

@@ -27,7 +27,7 @@ from drake_quad.gait_design.candidates import (
 from drake_quad.gait_design.designer import FOUND_RADIUS, control_fields, scenario_fields
 from drake_quad.gait_design.objective import NAMES, evaluate_candidates
 from drake_quad.gait_design.search import choose_gaits
-from drake_quad.math.distance import point_to_stairs
+from drake_quad.math.ground_distance import point_to_stairs
 from drake_quad.planning.clearance import from_ground, from_nosings
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.scenario.build import course_of

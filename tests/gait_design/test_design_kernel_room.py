@@ -27,7 +27,7 @@ from drake_quad.gait_design.kernels import (
     pose_trunk_clearance,
 )
 from drake_quad.gait_design.objective import NAMES
-from drake_quad.math.distance import (
+from drake_quad.math.ground_distance import (
     FAR,
     from_nosing,
     line_over_nosings,
