@@ -18,7 +18,9 @@ from drake_quad.control.base_tracking import smooth_step
 from drake_quad.jit import jit
 from drake_quad.planning.motion_plan import END, START, SWING, phase_index
 
-LANDED_LOAD = 0.2  # how much of a full load a foot carries that has landed, as a swing ends
+# How much of a full load a foot carries that has landed, as a swing ends: by its least force it
+# counts as bearing then, even where its share of the weight is none.
+LANDED_LOAD = 0.35
 LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
 
 
