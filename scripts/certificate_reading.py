@@ -221,11 +221,15 @@ def require_roll(roll: Bag, k: int, task: Record, phases: Rows, course: Bag, rad
     before = 0.0 if k == 0 else roll_now(roll, k - 1, roll.times[k - 1][-1])
     jump = np.abs(roll_now(roll, k, 0.0) - before).max()
     require(jump <= SAME, "a foot has rolled before it begins to, or jumps")
+    t = roll.times[k]
     for step in task["steps"]:
-        at = roll_now(roll, k, float(step["touchdown"]))[step["leg"] - 1]
+        ends = [float(step[name]) for name in ("lift_off", "touchdown")]
+        away = [np.abs(t - end).min() for end in ends]
+        # Else its rolling could jump there, between a knot in the air and one on the ground.
+        require(max(away) <= SAME, "a foot's rolling has no knot as it lifts off or lands")
+        at = roll_now(roll, k, ends[1])[step["leg"] - 1]
         require(np.abs(at).max() <= ROLLED, "a foot has rolled as it is set down")
     own = columns(phases, _PHASE)
-    t = roll.times[k]
     phase = np.clip(np.searchsorted(own.start, t, side="right") - 1, 0, len(own.start) - 1)
     mine = np.abs(roll.when - roll.start[k] - t[:, None]).argmin(axis=1)
     feet = own.feet[phase].copy()

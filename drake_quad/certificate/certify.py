@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,12 @@ class Certificate:
     failure: Failure | None
     record: dict[str, Any] | None
     joins: Joins
+
+    @property
+    def least(self) -> dict[str, float | None]:
+        """The least of each figure over the plan, by CLAIMS; None where nothing is known of it."""
+        least = self.proof.claims.min(axis=0).tolist()
+        return {n: v if isfinite(v) else None for n, v in zip(CLAIMS, least, strict=True)}
 
     def _repr_html_(self) -> str:
         """What is proven, or where the proof fails, where a notebook shows it."""

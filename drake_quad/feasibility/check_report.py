@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.certificate.certify import CLAIMS
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check import Feasibility
@@ -153,7 +152,7 @@ def _certificate(check: Feasibility) -> dict[str, Any] | None:
         "reason": "" if failure is None else failure.reason,
         "time": None if failure is None else plan.starts[failure.task] + failure.time,
         "segment": None if failure is None else segments[failure.segment],
-        "proven": dict(zip(CLAIMS, certificate.proof.claims.min(axis=0).tolist(), strict=True)),
+        "proven": certificate.least,
     }
 
 

@@ -99,11 +99,14 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
     feet = np.stack([phase.feet[:, :2] for phase in contacts.phases])
     corner, next_corner = (feet[phase_of, which[side]] for which in (leg, following))
     if contacts.roll is not None:
-        roll = contacts.roll.at(times)
-        corner, next_corner = (
-            at + roll[sample, which[side]]
-            for at, which in ((corner, leg), (next_corner, following))
-        )
+        # Where it has to hold already, or still, a foot has rolled as far as in the phase itself.
+        spans_of = np.array([(phase.start, phase.end) for phase in contacts.phases])[phase_of]
+        at = np.clip(times[sample], *spans_of.T)
+        roll, beyond = contacts.roll.at(times)[sample], at != times[sample]
+        roll[beyond] = contacts.roll.at(at[beyond])
+        rows_of = np.arange(len(sample))
+        corner = corner + roll[rows_of, leg[side]]
+        next_corner = next_corner + roll[rows_of, following[side]]
     edge = next_corner - corner
     normal = np.stack([-edge[:, 1], edge[:, 0]], axis=-1) / np.hypot(*edge.T)[:, None]
     inward = np.sum(normal * corner, axis=1)

@@ -336,6 +336,7 @@ def roll_along(
     body = path.samples(times)[:, 0]
     feet, _ = contacts.feet_at(times)
     _, standing = contacts.feet_at(times + ROUNDED)  # a switch belongs to what follows it
+    standing[-1] = True  # also where a plan ends as a foot touches down
     q, _, _ = pose_robot(robot, body, feet)
     roll = roll_feet(robot, times, body, q, standing, begin)
     fewer = sample_times(contacts, path.knot)  # a certificate's pieces end at each

@@ -439,12 +439,13 @@ SUMMARY = (
     Figure("tracking.share", "", "The least share of the tolerances of the plan's certificate "
            "(`certify.tolerances`) that the run kept within; if `drake-quad plan` proves as "
            "much or more, the run is one of the motions that the proof is about; null if the run "
-           "left `support`",
+           "left `support` or `plan`",
            shown=Shown("Share of the certificate's tolerances that was used", 2)),
     Figure("tracking.left", "", "Tolerances of the plan's certificate (`certify.tolerances`) that "
            "the run left: `body`, `tilt`, `turn`, `foot`, `rise` (a standing foot's height), "
            "`swing`, `late`; and `support`, if fewer than three of the feet that are to stand "
-           "bore; empty if it kept within all of them", "list"),
+           "bore; and `plan`, if the plan was made anew on the way, which is not proven; empty if "
+           "it kept within all of them", "list"),
     Figure("tracking.left_at", "s", "When it first left one; null if it did not"),
     Figure("margin_within_20mm", "", "Share of samples in which measured and planned margin are "
            "within 0.02 m", shown=Shown("Samples with the margin within 20 mm of its plan", 1, "%"),

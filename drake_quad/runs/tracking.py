@@ -132,6 +132,7 @@ def tracking_figures(
     robot: RobotModel,
     within: Tolerances,
     plans: Sequence[MotionPlan] = (),
+    proven: Sequence[MotionPlan] = (),
     period: float = 0.0,
 ) -> dict[str, Any] | None:
     """The greatest of `track`, and which of the tolerances were left, and when first.
@@ -141,13 +142,15 @@ def tracking_figures(
         robot: The robot.
         within: The tolerances.
         plans: Plans that were followed, see `track`.
+        proven: Those of them that a proof made before the run is about.
         period: The controller's, see `track` [s].
 
     Returns:
         The figures of TOLERATED; `share`, the least that all tolerances can be multiplied by so
         that the run is within them, None if there is none; `left`, the names of tolerances that
-        were left, and `support` where fewer than three of the feet that are to stand bore, of which
-        no proof is; `left_at` [s], the first time, None if none was. None for an empty log.
+        were left, `support` where fewer than three of the feet that are to stand bore, and `plan`
+        where the plan was made anew on the way, of which no proof is; `left_at` [s], the first
+        time, None if none was. None for an empty log.
     """
     if table.num_rows == 0:
         return None
@@ -155,13 +158,18 @@ def tracking_figures(
     found = track(c, robot, plans, period)
     beyond = {TOLERATED[name]: values > limit[name] for name, values in found.items()}
     beyond["support"] = (_stands(c) & _bears(c)).sum(axis=1) < 3
+    beyond["plan"] = np.zeros(table.num_rows, dtype=bool)
+    for (task, revision), plan in plans_by_turn(plans).items():
+        if not any(plan is one for one in proven):
+            beyond["plan"] |= (c["task"] == task) & (c["plan_revision"] == revision)
+    unproven = np.any(beyond["support"]) or np.any(beyond["plan"])
     some = np.flatnonzero(np.any(list(beyond.values()), axis=0))
     most = {name: float(values.max()) for name, values in found.items()}
     shares = [v / limit[name] if limit[name] > 0.0 else inf for name, v in most.items() if v > 0.0]
     share = max(shares, default=0.0)
     return {
         **most,
-        "share": share if isfinite(share) and not np.any(beyond["support"]) else None,
+        "share": share if isfinite(share) and not unproven else None,
         "left": [name for name, values in beyond.items() if np.any(values)],
         "left_at": float(c["t"][some[0]]) if len(some) else None,
     }

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.certificate.certify import CLAIMS, Certificate, certify_plans
+from drake_quad.certificate.certify import Certificate, certify_plans
 from drake_quad.certificate.kinematics import shank_of
 from drake_quad.certificate.robust import RobustProof, prove_within
 from drake_quad.certificate.tolerances import Tolerances
@@ -185,7 +185,7 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
         "reason": failure.reason if failure else "",
         "time": p.plan.starts[failure.task] + failure.time if failure else None,
         "segment": segments[failure.segment] if failure else None,
-        "proven": dict(zip(CLAIMS, certificate.proof.claims.min(axis=0).tolist(), strict=True)),
+        "proven": certificate.least,
         "jumps": np.maximum(
             certificate.joins.body.max(axis=1), [certificate.joins.feet, 0.0, 0.0]
         ).tolist(),

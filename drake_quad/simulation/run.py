@@ -90,6 +90,7 @@ def result_of(
             p.robot,
             tolerances_of(p.scenario.certify.tolerances, p.robot),
             plans,
+            p.plan.plans,
             p.scenario.controller.period if p.scenario.simulation.mode == "physics" else 0.0,
         ),
         "seen": None if seen is None else seen_figures(seen.told),

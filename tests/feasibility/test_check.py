@@ -89,6 +89,7 @@ def test_a_yes_is_certified_or_says_why_not() -> None:
     console = Console(width=160, file=io.StringIO(), record=True)
     print_check(told, console)
     assert told["feasible"] and not told["certificate"]["certified"]
+    json.dumps(told, allow_nan=False)  # also where nothing is known of a figure
     assert f"not certified: {told['certificate']['reason']}" in console.export_text()
 
 

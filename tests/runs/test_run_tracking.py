@@ -61,11 +61,19 @@ def test_a_run_is_held_against_the_plan_that_is_proven() -> None:
     wanted = [f"{leg}_desired_{k}" for leg in SHORT_NAMES for k in "xyz"]
     wanted += [f"base_desired_{k}" for k in ("x", "y", "z", "pitch", "yaw")]
     other = changed(**{name: values(name) + 0.01 for name in wanted})
-    found = tracking_figures(other, paper_robot(), WITHIN, PLANS)
+    found = tracking_figures(other, paper_robot(), WITHIN, PLANS, PLANS)
     assert found is not None and found["left"] == []
     assert max(found[name] for name in TOLERATED) < 1e-9
     found = tracking_figures(other, paper_robot(), WITHIN)
     assert found is not None and found["body_max"] == pytest.approx(0.01)
+
+
+def test_a_plan_made_anew_on_the_way_is_not_proven() -> None:
+    """However near to it a run keeps: no share of the tolerances says that a proof holds."""
+    found = tracking_figures(log(), paper_robot(), WITHIN, PLANS, PLANS[:1])
+    assert found is not None and found["left"] == ["plan"] and found["share"] is None
+    t, task = values("t"), values("task")
+    assert found["left_at"] == pytest.approx(t[task == 1][0])
 
 
 def test_the_plan_is_taken_at_the_time_of_the_sample() -> None:
@@ -73,7 +81,9 @@ def test_the_plan_is_taken_at_the_time_of_the_sample() -> None:
     t, period = values("t"), 0.02
     to_go = np.ceil(t / period - 1e-6) * period - t
     run = changed(gait_time=values("gait_time") + to_go)
-    early, found = (tracking_figures(run, paper_robot(), WITHIN, PLANS, p) for p in (0.0, period))
+    early, found = (
+        tracking_figures(run, paper_robot(), WITHIN, PLANS, PLANS, p) for p in (0.0, period)
+    )
     assert early is not None and found is not None
     assert early["swing_max"] > 0.005 and early["body_max"] > 0.0005
     assert max(found[name] for name in TOLERATED) < 1e-9

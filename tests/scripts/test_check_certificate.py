@@ -1,6 +1,7 @@
 """The independent checker: accepts what is true, refuses what was changed, and shares no code."""
 
 import ast
+import copy
 import json
 import os
 import subprocess
@@ -160,6 +161,18 @@ def untrue(record: dict[str, Any], kind: str) -> str:
                 [[0.8 * x for x in foot] for foot in at] for at in t["roll"]["offset"]
             ]
         return "roll"
+    if kind == "slide":  # from one side to the other of where it is set down, in an instant
+        roll, step = task["roll"], task["steps"][1]
+        near = [abs(t - step["touchdown"]) for t in roll["times"]]
+        at, row = near.index(min(near)), step["leg"] - 1
+        first, second = copy.deepcopy(roll["offset"][at]), copy.deepcopy(roll["offset"][at])
+        first[row][0], second[row][0] = -5e-3, 5e-3
+        roll["offset"][at : at + 1] = [first, second]
+        roll["times"][at : at + 1] = [step["touchdown"] - 1e-4, step["touchdown"] + 1e-4]
+        return "no knot"
+    if kind == "back":  # later than the swing is over
+        task["steps"][1]["back"] = 1.1 * task["steps"][1]["lasts"]
+        return "back on its way"
     raise ValueError(kind)
 
 
@@ -167,7 +180,7 @@ KINDS = (
     "margin", "foot", "shank", "joints", "torque", "body", "mass", "foothold", "jump", "body jump",
     "small jump", "speed", "acceleration", "moving at first",
     "short", "segment", "overlap", "less", "asked", "flying",
-    "rolled", "ice",
+    "rolled", "ice", "slide", "back",
 )  # fmt: skip
 
 
