@@ -310,6 +310,21 @@ class MotionPlan:
         return PlanSample(body, feet, velocity, acceleration, standing, s, index)
 
 
+ALIKE = 1e-6  # [m], [rad], [s] within which plans made from the same stance are the same
+
+
+def is_same_plan(one: MotionPlan, other: MotionPlan) -> bool:
+    """Whether two plans are the same motion, to ALIKE: a run makes each task's plan once more."""
+    a, b = one.tables, other.tables
+    return (
+        (a.task, a.revision, a.control.shape, a.phases.shape)
+        == (b.task, b.revision, b.control.shape, b.phases.shape)
+        and abs(a.knot - b.knot) <= ALIKE
+        and float(np.abs(a.control - b.control).max()) <= ALIKE
+        and float(np.abs(a.phases - b.phases).max()) <= ALIKE
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class PlanSamples:
     """A plan at many times (N,): the figures that certify it.

@@ -14,7 +14,7 @@ import pyarrow as pa
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.math.rotations import quaternion_matrix, roll_pitch_yaw
-from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.motion_plan import MotionPlan, is_same_plan
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
@@ -160,7 +160,7 @@ def tracking_figures(
     beyond["support"] = (_stands(c) & _bears(c)).sum(axis=1) < 3
     beyond["plan"] = np.zeros(table.num_rows, dtype=bool)
     for (task, revision), plan in plans_by_turn(plans).items():
-        if not any(plan is one for one in proven):
+        if not any(is_same_plan(plan, one) for one in proven):
             beyond["plan"] |= (c["task"] == task) & (c["plan_revision"] == revision)
     unproven = np.any(beyond["support"]) or np.any(beyond["plan"])
     some = np.flatnonzero(np.any(list(beyond.values()), axis=0))

@@ -1,5 +1,6 @@
 """How far a run is from its plan, as the tolerances of the plan's certificate count it."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,10 @@ def test_a_run_is_held_against_the_plan_that_is_proven() -> None:
 
 def test_a_plan_made_anew_on_the_way_is_not_proven() -> None:
     """However near to it a run keeps: no share of the tolerances says that a proof holds."""
-    found = tracking_figures(log(), paper_robot(), WITHIN, PLANS, PLANS[:1])
+    copies = tuple(copy.copy(plan) for plan in PLANS)  # as a Context has them
+    found = tracking_figures(log(), paper_robot(), WITHIN, copies, PLANS)
+    assert found is not None and found["left"] == []
+    found = tracking_figures(log(), paper_robot(), WITHIN, copies, PLANS[:1])
     assert found is not None and found["left"] == ["plan"] and found["share"] is None
     t, task = values("t"), values("task")
     assert found["left_at"] == pytest.approx(t[task == 1][0])
