@@ -41,6 +41,9 @@ def print_check(told: dict[str, Any], console: Console) -> None:
             where = f"from {certificate['time']:.3f} s on, in '{certificate['segment']}'"
             line = f": {certificate['reason']}, {where}"
             console.print(Text.assemble(("not certified", "bold yellow"), line), soft_wrap=True)
+        if certificate is not None and certificate["close"]:
+            line = f": {certificate['close']}"
+            console.print(Text.assemble(("little room", "bold yellow"), line), soft_wrap=True)
     for doubt in told["doubts"]:
         console.print(Text.assemble(("doubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
     if told["slacks"]:

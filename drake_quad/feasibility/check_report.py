@@ -17,7 +17,8 @@ from drake_quad.gait_design.wish import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof
 from drake_quad.planning.motion_plan import evaluate
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, leg_length
+from drake_quad.scenario.motion_config import OF_LEG
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import Stairs
 
@@ -136,11 +137,28 @@ def feasibility_report(
             "nearest_task": designed.room.task,
         }
         report["pace"] = _pace(check)
-        report["certificate"] = _certificate(check)
+        report["certificate"] = _certificate(check, robot)
     return report | {"answer": _answer(report)}
 
 
-def _certificate(check: Feasibility) -> dict[str, Any] | None:
+def _close(proven: dict[str, float | None], robot: RobotModel) -> str:
+    """What is nearer to the stairs than runs are off their plans, in words; empty if nothing is."""
+    off = max(OF_LEG["body"], OF_LEG["swing"]) * leg_length(robot)
+    parts = {"foot_clearance": "swing feet", "shank_clearance": "knees or shanks"}
+    found = [
+        f"{words} come to {1e3 * room:.1f} mm"
+        for name, words in parts.items()
+        if (room := proven[name]) is not None and room < off
+    ]
+    if not found:
+        return ""
+    return (
+        f"{' and '.join(found)} from the stairs, and a run may be {1e3 * off:.1f} mm off its plan: "
+        "they may touch"
+    )
+
+
+def _certificate(check: Feasibility, robot: RobotModel) -> dict[str, Any] | None:
     """What is proven of the plan at every time, as plain values, or where the proof fails."""
     certificate, designed = check.certificate, check.designed
     if certificate is None or designed is None:
@@ -153,6 +171,7 @@ def _certificate(check: Feasibility) -> dict[str, Any] | None:
         "time": None if failure is None else plan.starts[failure.task] + failure.time,
         "segment": None if failure is None else segments[failure.segment],
         "proven": certificate.least,
+        "close": _close(certificate.least, robot) if failure is None else "",
     }
 
 

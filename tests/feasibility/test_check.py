@@ -20,7 +20,12 @@ from drake_quad.cli.check_answer import gait_lines, print_check, print_next
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.check_picture import draw_check, find_stretches
-from drake_quad.feasibility.check_report import feasibility_report, limit_of, treads_in_words
+from drake_quad.feasibility.check_report import (
+    _close,
+    feasibility_report,
+    limit_of,
+    treads_in_words,
+)
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.flight import Around, make_stairs_scenario
 from drake_quad.feasibility.robot_picture import save_picture
@@ -28,6 +33,7 @@ from drake_quad.gait_design import designer, search as choose
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.planning.contact_forces import torque_ratio
 from drake_quad.planning.mission import check_plan
+from drake_quad.robot.model import leg_length
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, save_scenario
@@ -91,6 +97,22 @@ def test_a_yes_is_certified_or_says_why_not() -> None:
     assert told["feasible"] and not told["certificate"]["certified"]
     json.dumps(told, allow_nan=False)  # also where nothing is known of a figure
     assert f"not certified: {told['certificate']['reason']}" in console.export_text()
+
+
+def test_little_room_is_told_beside_a_yes() -> None:
+    """Where less is proven than what a run may be off its plan, it may touch, and says so."""
+    question = {"rise": RISE, "run": RUN, "count": COUNT}
+    told = feasibility_report(found(), paper_robot(), source=URL, asked=question)
+    off = 0.005 * leg_length(paper_robot())
+    proven = told["certificate"]["proven"]
+    assert min(proven["foot_clearance"], proven["shank_clearance"]) > off
+    assert told["certificate"]["close"] == ""
+    close = _close({**proven, "shank_clearance": 0.5 * off}, paper_robot())
+    assert close.startswith("knees or shanks come to 3.0 mm") and "6.1 mm off its plan" in close
+    told["certificate"]["close"] = close
+    console = Console(width=160, file=io.StringIO(), record=True)
+    print_check(told, console)
+    assert f"little room: {close}" in console.export_text()
 
 
 def test_a_plan_that_asks_too_much_of_a_drive_is_told_with_how_much() -> None:
