@@ -75,7 +75,8 @@ def first_failure(problem: Problem, proof: Proof) -> Failure | None:
         found = bound_cells(
             problem,
             parts,
-            best=proof.best.copy(),
+            # What falls short elsewhere in the segment must not keep these from being looked at.
+            best=np.maximum(proof.best, demand),
             tolerance=np.zeros(len(demand)),
             demand=demand,
         )

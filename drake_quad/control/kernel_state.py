@@ -246,12 +246,17 @@ MOST_AWAY = 0.05  # [rad] of a loaded leg's joints from their targets
 MOST_FASTER = 0.5  # [rad/s]
 
 
+LEG = 1.22  # [m] of the robot that the time below is of; times go with the root of the length
+LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
+
+
 def _numbers(kind: Any) -> np.dtype[np.void]:
     return record_type(dict.fromkeys(kind._fields, ()))
 
 
 # The robot (see ROBOT, and the feet's radius [m], the longest legs [m], the joints' indices in the
-# velocities, the actuators' order of the joints, the joints' limits leg by leg), and the settings.
+# velocities, the actuators' order of the joints, the joints' limits leg by leg, and the times in
+# which legs are to stop before them [s]), and the settings.
 CONSTANTS = np.dtype(
     [
         *ROBOT,
@@ -261,6 +266,7 @@ CONSTANTS = np.dtype(
         ("order", np.int64, (12,)),
         ("q_lower", np.float64, (12,)),
         ("q_upper", np.float64, (12,)),
+        ("look_ahead", np.float64, (4,)),
         ("effort", np.float64, (12,)),
         ("speed", np.float64, (12,)),
         ("unload_time", np.float64),
@@ -302,6 +308,8 @@ def make_constants(
     c["velocities"] = layout.v_joints - layout.num_positions
     c["order"] = np.argsort(layout.actuators)
     c["q_lower"], c["q_upper"] = robot.q_lower, robot.q_upper
+    lengths = robot.geometry.thigh + robot.geometry.shank
+    c["look_ahead"] = LOOK_AHEAD * np.sqrt(lengths / LEG)  # small robots move quickly
     c["effort"], c["speed"] = robot.effort, robot.speed
     c["unload_time"], c["load_time"] = control.unload_time, control.load_time
     c["friction"], c["least_force"] = control.friction, control.least_force

@@ -36,7 +36,6 @@ from drake_quad.math.rotations import solve_rates
 from drake_quad.planning.motion_plan import PlanTables, sample_feet
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row, solve_leg
 
-LOOK_AHEAD = 0.05  # [s] within which a joint is to stop before its limit
 DELIVERY = 0.001  # [s] that a command takes to the drives: a tick of theirs
 
 
@@ -54,8 +53,8 @@ def joint_targets(
     knee against its stop and push the body instead.
 
     Args:
-        robot: The legs' lengths `legs` and the joints' limits `q_lower`, `q_upper` (12,) [rad], as
-            CONSTANTS has them.
+        robot: The legs' lengths `legs`, the joints' limits `q_lower`, `q_upper` (12,) [rad], and
+            in which times they stop before these, `look_ahead` (4,) [s], as CONSTANTS has them.
         place: Where the feet are to be in W (4, 3) [m].
         velocity: Their velocities (4, 3) [m/s].
         measured: The body as measured: `p` and `R` of MEASURED.
@@ -94,7 +93,8 @@ def joint_targets(
             ),
         )
         knee = angles[2]
-        rates = keep_knee(J, rates, (least - knee) / LOOK_AHEAD, (most - knee) / LOOK_AHEAD)
+        within = robot.look_ahead[k]
+        rates = keep_knee(J, rates, (least - knee) / within, (most - knee) / within)
         for i in range(3):
             q[3 * k + i] = angles[i]
             qd[3 * k + i] = rates[i]

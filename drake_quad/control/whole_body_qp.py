@@ -49,7 +49,6 @@ from drake_quad.control.payload_observer import (
     payload_wrench,
     update_payload,
 )
-from drake_quad.control.tracking import LOOK_AHEAD
 from drake_quad.jit import copy_matrix, copy_vector, jit
 
 SOFT = 8  # DAQP's mark of a constraint that may give way
@@ -342,9 +341,10 @@ def plan_forces(
     wanted = wanted_acceleration(t.acceleration, t.body[:3] - m.p, speed, turn, spin, c.gains)
     lower, upper = np.empty(12), np.empty(12)
     for j in range(12):
-        stop = m.q[j] + m.qd[j] * LOOK_AHEAD
-        lower[j] = 2.0 * (c.q_lower[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD)
-        upper[j] = max(2.0 * (c.q_upper[j] - stop) / (LOOK_AHEAD * LOOK_AHEAD), lower[j])
+        within = c.look_ahead[j // 3]
+        stop = m.q[j] + m.qd[j] * within
+        lower[j] = 2.0 * (c.q_lower[j] - stop) / (within * within)
+        upper[j] = max(2.0 * (c.q_upper[j] - stop) / (within * within), lower[j])
     # Where a pendulum comes to rest that moves as the body does beyond its plan.
     pendulum = pendulum_rate(height_over(m.p[2], m.feet.place))
     x, y = com[0] + shift[0] - speed[0] / pendulum, com[1] + shift[1] - speed[1] / pendulum

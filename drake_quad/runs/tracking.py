@@ -34,6 +34,7 @@ TOLERATED = {
     "late_max": "late",
 }
 
+ROUNDING = 1e-9  # [m], [deg], [s] by which a tolerance may be passed
 SAME = 1e-6  # [periods] between times that are the same but for rounding
 
 
@@ -156,7 +157,7 @@ def tracking_figures(
         return None
     c, limit = columns_of(table), _limits(within)
     found = track(c, robot, plans, period)
-    beyond = {TOLERATED[name]: values > limit[name] for name, values in found.items()}
+    beyond = {TOLERATED[name]: values > limit[name] + ROUNDING for name, values in found.items()}
     beyond["support"] = (_stands(c) & _bears(c)).sum(axis=1) < 3
     beyond["plan"] = np.zeros(table.num_rows, dtype=bool)
     for (task, revision), plan in plans_by_turn(plans).items():

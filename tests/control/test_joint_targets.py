@@ -1,15 +1,18 @@
 """The joints that put the feet where they are to be, in the body as desired or as measured."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from hypothesis import given, settings, strategies as st
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RollPitchYaw
-from rig import flat_walk, paper_robot
+from rig import flat_walk, model_layout, paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.control.tracking import LOOK_AHEAD, joint_targets
+from drake_quad.control.kernel_state import LOOK_AHEAD, make_constants
+from drake_quad.control.settings import ControlSettings
+from drake_quad.control.tracking import joint_targets
 from drake_quad.robot.kinematics import calc_feet, calc_jacobians, leg_array
 
 seeds = st.integers(0, 2**32 - 1)
@@ -25,6 +28,7 @@ class Robot(NamedTuple):
     legs: FloatArray = leg_array(paper_robot().geometry)
     q_lower: FloatArray = paper_robot().q_lower
     q_upper: FloatArray = paper_robot().q_upper
+    look_ahead: FloatArray = np.full(4, LOOK_AHEAD)
 
 
 class Base(NamedTuple):
@@ -136,3 +140,24 @@ def test_no_knee_is_sent_past_its_limit_and_no_hip_after_it(seed: int, out: floa
         missed = jacobians[k] @ qd[3 * k : 3 * k + 3] - wanted[k]
         assert abs(missed @ hip) / np.linalg.norm(hip) < 1e-6
         assert abs(qd[3 * k + 1]) < 15.0  # [rad/s]; a straight leg's would have no bound
+
+
+def test_small_robots_look_ahead_for_less_time() -> None:
+    """As times go with the root of the leg: a quarter of the length, half of the time."""
+    robot = paper_robot()
+    small = replace(
+        robot,
+        geometry=replace(
+            robot.geometry,
+            thigh=0.25 * robot.geometry.thigh,
+            shank=0.25 * robot.geometry.shank,
+        ),
+    )
+    times = [
+        make_constants(r, model_layout(), ControlSettings(), stiffness=1.0, inertia=1.0)[0][
+            "look_ahead"
+        ]
+        for r in (robot, small)
+    ]
+    np.testing.assert_allclose(times[0], LOOK_AHEAD)
+    np.testing.assert_allclose(times[1], 0.5 * LOOK_AHEAD)
