@@ -24,6 +24,7 @@ from drake_quad.gait_design.tempo_search import quicken
 from drake_quad.gait_design.wish import PREFER, Wish
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
+from drake_quad.runs.summary_lines import LEAST_TOUCH
 from drake_quad.scenario.load import save_scenario
 from drake_quad.simulation.run import simulate
 from drake_quad.terrain.elements import Stairs
@@ -128,7 +129,7 @@ def _cell(found: Row | None) -> str:
     if ran is None:
         return words
     touched = f", {ran['touched']} samples with contacts" if ran["touched"] else ""
-    if ran.get("swing_force"):
+    if (ran.get("swing_force") or 0.0) >= LEAST_TOUCH:
         touched += f", a swing foot touches with {ran['swing_force']:.0f} N"
     return f"{words}; {ran['outcome']}, {1e3 * ran['margin']:.0f} mm{touched}"
 

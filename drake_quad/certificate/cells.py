@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_quad.certificate.enclosure import UNIT, Enclosure, compose
 from drake_quad.common import BoolArray, FloatArray, IntArray
-from drake_quad.planning.contact_plan import LET_GO, FootRoll, Step
+from drake_quad.planning.contact_plan import FootRoll, Step
 from drake_quad.planning.motion_plan import MotionPlan
 
 BODY, FOOT = 4, 6  # coefficients of the body's cubics and of the swing foot's quintics
@@ -74,7 +74,7 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0) -> Pieces:
             step = phase.step
             cuts = [phase.start, phase.end]
             if step is not None:
-                cuts += [step.lift_off + step.swing.apex_time, _back(step)]
+                cuts += [step.lift_off + step.swing.apex_time, step.lift_off + step.back]
             firm = phase.start if landed is None or step is not None else phase.start + late
             cuts += [firm] if phase.start + SLIVER < firm < phase.end - SLIVER else []
             inner = [*ends] if roll is None else [*ends, *roll.times]
@@ -140,15 +140,10 @@ def _body(plan: MotionPlan, a: float, b: float) -> FloatArray:
     return compose(powers, a / knot - i, (b - a) / knot)
 
 
-def _back(step: Step) -> float:
-    """When a swing foot has lost what it had rolled [s]."""
-    return step.lift_off + (step.touchdown - step.lift_off) / LET_GO
-
-
 def _foot(step: Step, a: float, b: float, lifted: FloatArray) -> FloatArray:
     """The swing foot's three quintics on [a, b] (3, FOOT).
 
-    Neither the apex nor `_back` divides the stretch. At lift-off it had rolled by `lifted` (2,).
+    Neither apex nor `step.back` divides the stretch. At lift-off it had rolled by `lifted` (2,).
     """
     swing = step.swing
     along = compose(_QUINTIC, (a - step.lift_off) / swing.duration, (b - a) / swing.duration)
@@ -165,10 +160,8 @@ def _foot(step: Step, a: float, b: float, lifted: FloatArray) -> FloatArray:
         begin, lasts = swing.apex_time, swing.duration - swing.apex_time
     foot[2] = rise * compose(_QUINTIC, (a - step.lift_off - begin) / lasts, (b - a) / lasts)
     foot[2, 0] += base
-    back = _back(step)
-    if 0.5 * (a + b) < back:
-        lasts = back - step.lift_off
-        lost = compose(_QUINTIC, (a - step.lift_off) / lasts, (b - a) / lasts)
+    if 0.5 * (a + b) < step.lift_off + step.back:
+        lost = compose(_QUINTIC, (a - step.lift_off) / step.back, (b - a) / step.back)
         foot[:2] -= lifted[:, None] * lost
         foot[:2, 0] += lifted
     return foot

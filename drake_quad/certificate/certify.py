@@ -20,7 +20,7 @@ from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.failure import Failure, Joins, check_joins, first_failure
 from drake_quad.certificate.kinematics import Shank
 from drake_quad.common import FloatArray
-from drake_quad.planning.contact_plan import LET_GO, FootRoll
+from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.boxes import Box
@@ -134,7 +134,7 @@ def _tasks(plans: Sequence[MotionPlan], pieces: Pieces, proof: Proof) -> list[di
                         "from": _plain(step.swing.p_start),
                         "to": _plain(step.swing.p_end),
                         "lasts": float(step.swing.duration),
-                        "back": float((step.touchdown - step.lift_off) / LET_GO),
+                        "back": float(step.back),
                         "apex_time": float(step.swing.apex_time),
                         "apex_z": float(step.swing.apex_z),
                     }

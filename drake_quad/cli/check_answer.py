@@ -26,18 +26,17 @@ LEVEL_DEG = 0.05  # of pitch, below which a body is called level
 def print_check(told: dict[str, Any], console: Console) -> None:
     """Prints the answer, the gait, and what is left of each limit."""
     colour = {"yes": "green", "no": "red"}.get(told["verdict"], "yellow")
-    if told["feasible"] and (
-        told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]
-        or not (told["certificate"] or {"certified": True})["certified"]
-    ):
-        colour = "yellow"
+    certificate = told.get("certificate")
+    failed = certificate is not None and not certificate["certified"]
+    if told["feasible"]:
+        little = told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]
+        colour = "yellow" if failed or little else colour
     first, rest = told["answer"].split(": ", 1)
     console.print(Text.assemble((first, f"bold {colour}"), f": {rest}"), soft_wrap=True)
     if told["feasible"]:
         for line in gait_lines(told):
             console.print(Text(line), soft_wrap=True)
-        certificate = told["certificate"]
-        if certificate is not None and not certificate["certified"]:
+        if certificate is not None and failed:
             where = f"from {certificate['time']:.3f} s on, in '{certificate['segment']}'"
             line = f": {certificate['reason']}, {where}"
             console.print(Text.assemble(("not certified", "bold yellow"), line), soft_wrap=True)

@@ -37,6 +37,9 @@ class FootRoll:
         return np.stack(columns, axis=-1).reshape(-1, 4, 2)
 
 
+# A swing foot is back on its planned way at 1 / LET_GO of its swing: before it is beside a nosing
+# that the way itself only just clears.
+LET_GO = 3.0
 SAMPLE_PERIOD = 0.1  # [s] at which plans are looked at, and the body's program has its rows
 
 
@@ -48,6 +51,11 @@ class Step:
     lift_off: float
     touchdown: float
     swing: Swing
+
+    @property
+    def back(self) -> float:
+        """Time after lift-off at which the foot has lost what it had rolled [s]."""
+        return (self.touchdown - self.lift_off) / LET_GO
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,16 +163,14 @@ class ContactPlan:
         mine = np.flatnonzero(swing >= 0)
         swing = swing[mine]
         starts = np.array([step.lift_off for step in self.steps])
-        lasts = np.array([step.touchdown for step in self.steps]) - starts
+        back = np.array([step.back for step in self.steps])
         legs = np.array([step.leg.row for step in self.steps])
         legs = legs[swing]
         feet[mine, legs] = swing_positions(
             [step.swing for step in self.steps], swing, times[mine] - starts[swing]
         )
         if self.roll is not None:
-            left = 1.0 - quintic(
-                np.minimum(LET_GO * (times[mine] - starts[swing]) / lasts[swing], 1.0)
-            )
+            left = 1.0 - quintic(np.minimum((times[mine] - starts[swing]) / back[swing], 1.0))
             feet[mine, legs, :2] += left[:, None] * self.roll.at(starts)[swing, legs]
         return feet, standing
 
@@ -180,11 +186,6 @@ def swing_times(contacts: ContactPlan, count: int) -> FloatArray:
     """So many moments of every swing, evenly from lift-off to touchdown (N,) [s]."""
     ends = [np.linspace(s.lift_off, s.touchdown, count) for s in contacts.steps]
     return np.concatenate(ends) if ends else np.zeros(1)
-
-
-# A swing foot is back on its planned way at 1 / LET_GO of its swing: before it is beside a nosing
-# that the way itself only just clears.
-LET_GO = 3.0
 
 
 def roll_feet(
