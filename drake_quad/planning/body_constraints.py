@@ -318,6 +318,8 @@ def find_limits(
     rise: FloatArray,
     path: FloatArray,
     shanks: Shanks | None = None,
+    *,
+    always: bool = False,
 ) -> LegLimits | None:
     """The sides for a body path that takes some leg beyond a limit; None if it takes none there.
 
@@ -328,12 +330,13 @@ def find_limits(
         rise: (N, 2) how much the body rises by a shift along x and y of W.
         path: (N, 4) x, y, lift and tilt [m] of the path at the times that the sides will be of.
         shanks: The clearance that shanks are to have; None: they are not looked at.
+        always: Whether there are sides also for a path that keeps all limits.
     """
     reach = robot.geometry.reach
     # From the middle of a shank; nothing beyond it has a side.
     far = SHANK_NEAR * float(reach.max()) + STEP + float(robot.shank_radii.max())
     distance = limit_distances(robot, body, feet, shanks, far)
-    if distance.min() >= 0.0:
+    if distance.min() >= 0.0 and not always:
         return None
     near = np.full(distance.shape[2], SHANK_NEAR)
     near[:LIMITS] = NEAR

@@ -130,6 +130,7 @@ class BodyPathOptimizer:
         """Looks where legs are beyond their limits; returns by how much in all, see LegLimits.
 
         It also looks between the sampled times, in swings: a limit there counts at the nearest one.
+        Once limits have been met, the path is held within those that it keeps, too.
         """
         robot, settings, lane = self._robot, self._settings, self._route.lane
         shanks = Shanks(lane, settings.shank_room) if settings.shank_room > 0.0 else None
@@ -145,7 +146,8 @@ class BodyPathOptimizer:
         if self._frame is not None and self.control.shape[1] > 2:
             path[:, 2:] = self._frame.basis.at(self.control)[:, 0, 2:]
         feet, _ = self.contacts.feet_at(times)
-        found = find_limits(robot, body, feet, rise, path[nearest], shanks)
+        met = self._limits is not None
+        found = find_limits(robot, body, feet, rise, path[nearest], shanks, always=met)
         self._limits = None if found is None else replace(found, sample=nearest[found.sample])
         return 0.0 if found is None else found.short
 
@@ -164,6 +166,13 @@ class BodyPathOptimizer:
         self._frame = frame
         self._solution = solve_body(problem, frame=frame, start=self._solution, broken=broken)
         return self._solution.control
+
+    @property
+    def believed(self) -> float:
+        """The margin of the best path, as the program has it that was solved last [m]."""
+        if self._solution is None:
+            return -np.inf
+        return self._solution.zmp_margin if self._settings.dynamic else self._solution.margin
 
     def margin(self) -> float:
         """Smallest static margin at the sampled times, or of the zero-moment point [m]."""
@@ -251,6 +260,8 @@ LIMIT_PASSES = 6  # besides, where legs come to their limits
 MORE_PASSES = 4  # at most after these, as long as each leaves FALLS of what was short before
 FALLS = 0.7
 DAMPED = 0.6  # of the way to the next path, in these
+LINEAR = 0.05  # short of limits by no more than that [m], they are seen much as they are
+REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
 
 
 def plan_body(
@@ -299,18 +310,29 @@ def _search(search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool
 
 
 def _search_limits(search: BodyPathOptimizer) -> None:
-    """Solves it again until legs keep their limits, or as nearly as they come to it."""
-    best, best_path = np.inf, search.control
+    """Solves it again until legs keep their limits, or as nearly as they come to it.
+
+    A path that keeps them may have less margin than it could: limits as they are seen from a path
+    far beyond them can be much too tight. So it is also solved again around a path that keeps them,
+    until that has the margin that the program believes in.
+    """
+    best, best_path = (np.inf, np.inf), search.control
+    seen_from = np.inf  # how short the path was that the last program was made around
     for k in range(LIMIT_PASSES + MORE_PASSES + 1):
         short = search.find_limits()
-        falls = short <= FALLS * best
-        if short < best:
-            best, best_path = short, search.control
-        last = k >= LIMIT_PASSES and (not falls or k == LIMIT_PASSES + MORE_PASSES)
-        if short == 0.0 or last:
+        if short == 0.0 and k == 0:
+            return
+        margin = search.margin()
+        falls = short <= FALLS * best[0] if short > 0.0 else -margin <= best[1] - REACHED
+        if (short, -margin) < best:
+            best, best_path = (short, -margin), search.control
+        if short == 0.0 and seen_from <= LINEAR and margin >= search.believed - REACHED:
             break
+        if k >= LIMIT_PASSES and (not falls or k == LIMIT_PASSES + MORE_PASSES):
+            break
+        seen_from = short
         path, before = search.solve(broken=BROKEN), search.control
-        if k > 0:  # what holds here need not there: not all the way
+        if k > 0 and short > 0.0:  # what holds here need not there: not all the way
             path = before + DAMPED * (path - before)
         search.follow(path)
     if best_path is not search.control:  # it went to and fro

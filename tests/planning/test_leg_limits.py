@@ -1,5 +1,6 @@
 """Legs' limits along a body path: where they are, and that a path is bent until legs keep them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from drake_quad.planning.body_path import (
     DAMPED,
     LEAST_TILT,
     LIMIT_PASSES,
+    LINEAR,
     MORE_PASSES,
     MOST_TILT,
     PER_SWING,
@@ -288,8 +290,14 @@ def test_a_steep_body_is_free_to_tilt_back_but_hardly_further(share: float) -> N
 class Fake:
     """A search whose paths are numbers, each short of all room by so much."""
 
+    believed = 0.0  # all have the margin that they are thought to have
+
     def __init__(self, short: list[float]) -> None:
         self.short, self.control, self.asked = short, np.zeros(1), 0
+
+    def margin(self) -> float:
+        """Of each path the same."""
+        return 0.0
 
     def solve(self, *, broken: float) -> FloatArray:
         """The next path."""
@@ -307,7 +315,7 @@ class Fake:
 
 def test_of_paths_that_go_to_and_fro_the_one_least_short_is_taken() -> None:
     """And as soon as one is not short at all, no further is looked for."""
-    for shorts, best in (([5.0, 3.0, 1.0, 4.0, 2.0, 6.0, 7.0], 2), ([5.0, 3.0, 0.0], 2)):
+    for shorts, best in (([5.0, 3.0, 1.0, 4.0, 2.0, 6.0, 7.0], 2), ([5.0, LINEAR, 0.0], 2)):
         fake = Fake(list(shorts))
         followed: list[object] = []
         follow = fake.follow
@@ -328,7 +336,7 @@ def test_shanks_are_looked_at_between_a_paths_samples(monkeypatch: pytest.Monkey
     search = BodyPathOptimizer(paper_robot(), contacts, route, settings, None, np.zeros((4, 2)))
     looked_at = []
 
-    def all_short(_: object, body: FloatArray, *others: object) -> LegLimits:
+    def all_short(_: object, body: FloatArray, *others: object, always: bool) -> LegLimits:
         looked_at.append(body)
         count = len(body)
         every, none = np.arange(count), np.zeros(count)
@@ -398,10 +406,63 @@ def test_the_limits_know_thighs_that_come_into_the_trunk() -> None:
             assert np.all(found[..., -1] >= 0.1)
 
 
+class Passes:
+    """A search that counts its passes; each path is their number, with such shorts and margins."""
+
+    def __init__(
+        self,
+        shorts: list[float],
+        margins: Sequence[float] = (),
+        believed: Sequence[float] = (),
+    ) -> None:
+        self.control, self.solved, self.shorts = np.zeros(1), 0, shorts
+        self.margins, self.beliefs = margins or [0.0] * 20, believed or [0.0] * 20
+
+    @property
+    def believed(self) -> float:
+        """Margin of the last program's path, as the program has it."""
+        return self.beliefs[self.solved]
+
+    def margin(self) -> float:
+        """The margin that the last path really has."""
+        return self.margins[self.solved]
+
+    def find_limits(self) -> float:
+        """By how much the last path is short of its limits."""
+        return self.shorts[self.solved]
+
+    def solve(self, *, broken: float) -> FloatArray:
+        """The next path."""
+        self.solved += 1
+        return np.array([float(self.solved)])
+
+    def follow(self, control: FloatArray) -> None:
+        """Takes it."""
+        self.control = control
+
+
+def test_a_path_within_its_limits_gets_the_margin_that_it_can_have() -> None:
+    """Seen from far beyond them limits are too tight: such a path is not the last."""
+    shorts = [0.9, 0.0, 0.0, 0.0]
+    # The first path that keeps its limits has no margin, and neither had its program's.
+    search = Passes(shorts, [0.03, -0.03, 0.02, 0.0255], [0.0, -0.03, 0.026, 0.0258])
+    body_path._search_limits(search)  # type: ignore[arg-type]
+    assert search.solved == 3 and float(search.control[0]) == 3.0  # a whole way, not a part of it
+    # What is found later is not taken if it has less.
+    search = Passes(shorts, [0.03, 0.02, 0.019, 0.018], [0.0, 0.02, 0.03, 0.018])
+    body_path._search_limits(search)  # type: ignore[arg-type]
+    assert search.solved == 3 and float(search.control[0]) == 1.0
+    # Where no limit was met nothing is solved again, whatever the margin.
+    search = Passes([0.0], [0.01], [0.05])
+    body_path._search_limits(search)  # type: ignore[arg-type]
+    assert search.solved == 0
+
+
 @pytest.mark.parametrize(
     ("shorts", "passes", "kept"),
     [
-        ([0.5, 0.2, 0.0], 2, 2),  # kept: no further pass
+        ([0.5, LINEAR, 0.0], 2, 2),  # kept: no further pass
+        ([0.5, 0.2, 0.0, 0.0], 3, 2),  # as seen from far beyond them: once more, but no better
         ([0.5] + 12 * [0.1], LIMIT_PASSES, 1),  # it does not come nearer
         ([0.9**k for k in range(13)], LIMIT_PASSES, LIMIT_PASSES),  # so slowly that it is left
         ([0.5**k for k in range(13)], LIMIT_PASSES + MORE_PASSES, LIMIT_PASSES + MORE_PASSES),
@@ -412,24 +473,7 @@ def test_a_path_that_comes_nearer_to_its_limits_is_not_given_up(
     shorts: list[float], passes: int, kept: int
 ) -> None:
     """Beyond the usual passes it goes on while each leaves less; the best path is kept."""
-
-    class Search:
-        """Counts its passes; its path is their number."""
-
-        def __init__(self) -> None:
-            self.control, self.solved, self.looked = np.zeros(1), 0, iter(shorts)
-
-        def find_limits(self) -> float:
-            return next(self.looked)
-
-        def solve(self, *, broken: float) -> FloatArray:
-            self.solved += 1
-            return np.array([float(self.solved)])
-
-        def follow(self, control: FloatArray) -> None:
-            self.control = control
-
-    search = Search()
+    search = Passes(shorts)
     body_path._search_limits(search)  # type: ignore[arg-type]
     assert search.solved == passes
     damped = 0.0
