@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.certificate.kinematics import Shank
 from drake_quad.common import FloatArray
 from drake_quad.errors import DrakeQuadError
 from drake_quad.gait.swing import Swing, plan_swing
@@ -17,7 +16,7 @@ from drake_quad.planning.mission import initial_stance, plan_mission
 from drake_quad.planning.motion_plan import MotionPlan, Segment
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.legs import LEGS
-from drake_quad.robot.model import LegGeometry, RobotModel
+from drake_quad.robot.model import LegGeometry, RobotModel, ShankProfile
 from drake_quad.terrain.course import Course, build_course
 from drake_quad.terrain.elements import Element
 
@@ -155,7 +154,7 @@ def massless_legs(robot: RobotModel) -> RobotModel:
     )
 
 
-def read_record(record: dict[str, Any]) -> tuple[RobotModel, Shank, list[MotionPlan]]:
+def read_record(record: dict[str, Any]) -> tuple[RobotModel, ShankProfile, list[MotionPlan]]:
     """Robot, shanks and plans as a certificate holds them."""
     r = record["robot"]
 
@@ -178,7 +177,7 @@ def read_record(record: dict[str, Any]) -> tuple[RobotModel, Shank, list[MotionP
         trunk_com=array("trunk_com"), link_mass=array("link_masses"), link_com=array("link_coms"),
         foot_radius=r["foot_radius"], foot_geometry=(),
     )  # fmt: skip
-    shank = Shank(array("shank_places"), array("shank_ahead"), array("shank_radii"))
+    shank = ShankProfile(array("shank_places"), array("shank_ahead"), array("shank_radii"))
     plans = []
     for k, task in enumerate(record["tasks"]):
         steps = tuple(

@@ -11,12 +11,11 @@ import numba
 import numpy as np
 
 from drake_quad.certificate.clearance import CAP, LEVEL, Obstacles
-from drake_quad.certificate.kinematics import Shank
 from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
 from drake_quad.robot.kinematics import calc_com, calc_jacobians, calc_knees
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, ShankProfile
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -29,7 +28,7 @@ GRAVITY = 9.81  # [m/s^2]
 
 
 def sampled_minima(
-    robot: RobotModel, shank: Shank, plan: MotionPlan, obstacles: Obstacles, rate: float
+    robot: RobotModel, shank: ShankProfile, plan: MotionPlan, obstacles: Obstacles, rate: float
 ) -> FloatArray:
     """The least of each claim's figure in every segment of a plan, at `rate` [Hz].
 
@@ -128,7 +127,9 @@ def _feet(
     return room, over
 
 
-def _shanks(robot: RobotModel, shank: Shank, s: PlanSamples, obstacles: Obstacles) -> FloatArray:
+def _shanks(
+    robot: RobotModel, shank: ShankProfile, s: PlanSamples, obstacles: Obstacles
+) -> FloatArray:
     """Room of all shanks to all boxes, at POINTS of every part."""
     R, p = rotations(s.body[:, 0]), s.body[:, None, 0, :3]
     knees = p + np.einsum("nij,nlj->nli", R, calc_knees(robot.geometry, s.q))

@@ -21,7 +21,6 @@ from drake_quad.certificate.clearance import (
 )
 from drake_quad.certificate.kinematics import (
     Legs,
-    Shank,
     enclose_feet,
     enclose_frame,
     enclose_knees,
@@ -33,7 +32,7 @@ from drake_quad.certificate.kinematics import (
 from drake_quad.certificate.statics import enclose_margin, enclose_statics, find_support
 from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import BoolArray, FloatArray, IntArray
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, ShankProfile
 
 # What is bounded from below, a column each: first what a claim gives figures of, then what has to
 # be so for it to mean anything. Units: m, m, m, rad, part of the limit; m, m, part of the weight.
@@ -58,7 +57,7 @@ class Problem:
     """
 
     robot: RobotModel
-    shank: Shank
+    shank: ShankProfile
     pieces: Pieces
     obstacles: Obstacles
     rule: SwingRule
@@ -67,7 +66,7 @@ class Problem:
 
 def pose_problem(
     robot: RobotModel,
-    shank: Shank,
+    shank: ShankProfile,
     pieces: Pieces,
     obstacles: Obstacles,
     within: Tolerances = NONE,

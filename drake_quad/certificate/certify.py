@@ -18,11 +18,10 @@ from drake_quad.certificate.bounds import Proof, make_demand, pose_problem, prov
 from drake_quad.certificate.cells import Pieces, cut_pieces
 from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.failure import Failure, Joins, check_joins, first_failure
-from drake_quad.certificate.kinematics import Shank
 from drake_quad.common import FloatArray
 from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, ShankProfile
 from drake_quad.terrain.boxes import Box
 from drake_quad.util.html import html_table
 
@@ -33,7 +32,7 @@ CLAIMS = ("margin", "foot_clearance", "shank_clearance", "joint_room", "torque_r
 
 def make_record(
     robot: RobotModel,
-    shank: Shank,
+    shank: ShankProfile,
     plans: Sequence[MotionPlan],
     boxes: Sequence[Box],
     pieces: Pieces,
@@ -68,7 +67,7 @@ def digest(record: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _robot(robot: RobotModel, shank: Shank) -> dict[str, Any]:
+def _robot(robot: RobotModel, shank: ShankProfile) -> dict[str, Any]:
     """The robot's numbers that the claims depend on, in the legs' order FL, FR, RL, RR."""
     g = robot.geometry
     return {
@@ -201,7 +200,7 @@ class Certificate:
 
 def certify_plans(
     robot: RobotModel,
-    shank: Shank,
+    shank: ShankProfile,
     plans: Sequence[MotionPlan],
     boxes: Sequence[Box],
     *,

@@ -3,7 +3,7 @@
 The leg is that of `robot.kinematics`: abduction about x, hip pitch and knee about y.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from drake_quad.certificate.cells import Cells, Pieces
 from drake_quad.certificate.enclosure import Enclosure, angle_of, constant, vary
 from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import FloatArray, IntArray
-from drake_quad.robot.model import SHANK_POINTS, RobotModel
+from drake_quad.robot.model import SHANK_POINTS, RobotModel, ShankProfile
 
 TURN = 2.0 * np.pi
 # What tolerances make unknown: the body's place, pitch, yaw and roll, and three of each foot's own.
@@ -234,29 +234,11 @@ def enclose_moments(robot: RobotModel, frame: Frame, legs: Legs) -> Moments:
     return Moments(across, upward, thigh, shank, com)
 
 
-@dataclass(frozen=True, eq=False)
-class Shank:
-    """How thick the shanks are.
-
-    Attributes:
-        along: Places along a shank, from the knee (0) on to the foot (1) (n,).
-        ahead: How far ahead of the line from knee to foot a shank's middle is there, along the
-            shank's own x (4, n) [m].
-        radii: Its radius there (4, n) [m].
-    """
-
-    along: FloatArray
-    ahead: FloatArray
-    radii: FloatArray
-
-    def thicker(self, by: float) -> "Shank":
-        """Shanks that are thicker all around, by a length [m]."""
-        return replace(self, radii=self.radii + by) if by > 0.0 else self
-
-
-def shank_of(robot: RobotModel) -> Shank:
+def shank_of(robot: RobotModel) -> ShankProfile:
     """How thick a robot's shanks are, by their collision geometry."""
-    return Shank(np.asarray(SHANK_POINTS), robot.shank_offsets, robot.shank_radii)
+    if robot.shank_profile is not None:
+        return robot.shank_profile
+    return ShankProfile(np.asarray(SHANK_POINTS), robot.shank_offsets, robot.shank_radii)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,7 +273,7 @@ class Points(Enclosure):
 class Chain:
     """The shanks of a moving robot, (N, 4, 3, 3) each quantity of `points`."""
 
-    shank: Shank
+    shank: ShankProfile
     points: Points
 
     def parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -312,7 +294,7 @@ class Chain:
         return np.asarray((np.abs(self.shank.ahead) + self.shank.radii).max(axis=1))
 
 
-def make_chain(shank: Shank, knees: Vector, feet: Vector, ahead: Vector) -> Chain:
+def make_chain(shank: ShankProfile, knees: Vector, feet: Vector, ahead: Vector) -> Chain:
     """The shanks between knees and feet, whose own x axes are `ahead`; all in W, (N, 4) each."""
 
     def stacked(name: str, axis: int = -1) -> FloatArray:

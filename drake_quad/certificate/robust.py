@@ -10,12 +10,11 @@ from drake_quad.certificate.cells import Pieces, cut_pieces
 from drake_quad.certificate.certify import CLAIMS
 from drake_quad.certificate.clearance import LEVEL, TILTED, Obstacles, find_box_obstacles
 from drake_quad.certificate.failure import Failure, first_failure
-from drake_quad.certificate.kinematics import Shank
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.legs import LEGS
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, ShankProfile
 from drake_quad.terrain.boxes import Box
 
 FOOTHOLD_CAP = 1.0  # [m]; larger distances from an edge are told as this
@@ -45,7 +44,7 @@ class RobustProof:
 
 def prove_within(
     robot: RobotModel,
-    shank: Shank,
+    shank: ShankProfile,
     plans: Sequence[MotionPlan],
     boxes: Sequence[Box],
     asked: Tolerances,

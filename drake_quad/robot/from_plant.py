@@ -18,7 +18,15 @@ from drake_quad.errors import InputError
 from drake_quad.robot.importer.stated_friction import states_friction
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import LegGeometry, RobotModel
-from drake_quad.robot.read_outline import bounding_box, outer_boxes, read_sides, read_thighs
+from drake_quad.robot.read_outline import (
+    PLACES,
+    bounding_box,
+    join_places,
+    outer_boxes,
+    read_profile,
+    read_sides,
+    read_thighs,
+)
 from drake_quad.robot.read_stops import read_stops
 
 Refuse = Callable[[str, object, str], InputError]  # of field, value and what would be right
@@ -53,6 +61,7 @@ class LegRead:
         foot: The foot's geometry, by name.
         friction: The foot's (dynamic) coefficient as the plant has it.
         sides: The shank's sides, see `read_sides` [m].
+        profile: The same more finely, see `read_profile` [m].
     """
 
     p_BH: FloatArray
@@ -63,6 +72,7 @@ class LegRead:
     foot: str
     friction: float
     sides: FloatArray
+    profile: FloatArray
 
 
 def find_leg_links(
@@ -131,6 +141,7 @@ def read_leg(
         foot=name,
         friction=_friction_of(inspector, geometry),
         sides=read_sides(plant, inspector, links, name, lengths),
+        profile=read_profile(plant, inspector, links, name, lengths),
     )
 
 
@@ -246,6 +257,7 @@ def read_model(
     bodies = [joint.child_body() for joint in joints]
     radii = np.array([leg.radius for leg in legs])
     back, ahead = np.stack([leg.sides for leg in legs], axis=1)
+    profile = join_places(PLACES, *np.stack([leg.profile for leg in legs], axis=1))
     thighs = [chain[1].child_body() for chain in chains]
     thigh_points, thigh_radii = read_thighs(plant, inspector, thighs)
     smaller = radii.max() - radii
@@ -287,6 +299,7 @@ def read_model(
         foot_geometry=tuple(leg.foot for leg in legs),
         shank_offsets=read_only(0.5 * (back + ahead)),
         shank_radii=read_only(0.5 * (ahead - back)),
+        shank_profile=profile,
         thigh_points=read_only(thigh_points),
         thigh_radii=read_only(thigh_radii),
         trunk_box=read_only(box),

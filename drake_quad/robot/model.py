@@ -9,7 +9,7 @@ order (abduction, hip pitch, knee) and zero with the leg straight down.
 `MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -101,6 +101,7 @@ class RobotModel:
         shank_offsets: How far ahead (the shank's own x) of each leg's line from knee to foot the
             middle of its shank is at SHANK_POINTS, (4, 8) [m].
         shank_radii: Half its thickness there, (4, 8) [m].
+        shank_profile: The same more finely, for proofs; None where it is not known.
         thigh_points: Points that lines along the thighs' collision shapes join, K shapes each, in
             the thighs' frames (4, K, 10, 3) [m].
         thigh_radii: Radii of the thighs' shapes around these lines (4, K) [m].
@@ -137,6 +138,7 @@ class RobotModel:
     foot_geometry: tuple[str, ...]
     shank_offsets: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
     shank_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 8)))
+    shank_profile: "ShankProfile | None" = None
     thigh_points: FloatArray = field(default_factory=lambda: np.zeros((4, 1, 10, 3)))
     thigh_radii: FloatArray = field(default_factory=lambda: np.zeros((4, 1)))
     thigh_stops: ThighStops = field(default_factory=ThighStops)
@@ -184,6 +186,29 @@ SHANK_POINTS = np.append(0.14 * np.arange(7), 0.93)
 # Factors of the clearances at these points in comparisons with the clearance that is required: the
 # end is always near to what its foot stands on, and a third of that clearance is enough.
 CLEARANCE_WEIGHTS = np.append(np.ones(7), 3.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ShankProfile:
+    """How thick the shanks are, as chains of rounded rods that hold their collision shapes.
+
+    Seen from the side, a shape is nowhere outside of the rod between two neighbouring places that
+    is as thick as the thicker of its ends.
+
+    Attributes:
+        along: Places along a shank, from the knee (0) on to the foot (1) (n,).
+        ahead: How far ahead of the line from knee to foot a shank's middle is there, along the
+            shank's own x (4, n) [m].
+        radii: Half its thickness there (4, n) [m].
+    """
+
+    along: FloatArray
+    ahead: FloatArray
+    radii: FloatArray
+
+    def thicker(self, by: float) -> "ShankProfile":
+        """Shanks that are thicker all around, by a length [m]."""
+        return replace(self, radii=self.radii + by) if by > 0.0 else self
 
 
 @dataclass(frozen=True, eq=False)

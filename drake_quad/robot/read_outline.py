@@ -1,5 +1,8 @@
 """Reads the outlines of shanks, thighs and trunk from a plant's collision shapes."""
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 from pydrake.geometry import (
     Box,
@@ -14,7 +17,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.model import SHANK_POINTS
+from drake_quad.robot.model import SHANK_POINTS, ShankProfile
 
 SPECK = 0.005  # [m] across: geometries no larger are let be
 THIN = 0.04  # of its length: radius of a shank where it has no geometry, but for its end
@@ -55,19 +58,139 @@ def read_sides(
                 found[1, k] = max(found[1, k], float(np.max(ahead[near])) + radius)
     bare = np.isinf(found[0])  # by its end there is a foot, at least
     found[:, bare] = np.array([[-thin], [thin]]) * (np.flatnonzero(bare) < len(SHANK_POINTS) - 1)
-    knee = np.array([0.0, 0.0, -lengths[0]])
-    for g in plant.GetCollisionGeometriesForBody(thigh):
-        line, radius = _rod_line(inspector, g)
-        ball = radius - float(np.min(np.linalg.norm(line - knee, axis=1)))
-        found[:, 0] = min(found[0, 0], -ball), max(found[1, 0], ball)
+    ball = _about_knee(plant, inspector, thigh, lengths[0])
+    found[:, 0] = min(found[0, 0], -ball), max(found[1, 0], ball)
     return found
 
 
-def _rod_line(inspector: SceneGraphInspector, g: GeometryId) -> tuple[FloatArray, float]:
-    """Points (15, 3) along a geometry's middle in its body's frame, and its radius [m]."""
+PLACES = np.linspace(0.0, SHANK_POINTS[-1], 32)  # places of a profile, before some are left out
+EASED = 0.0002  # [m] that a profile is thicker for fewer places, and at most twice that
+ALONG, AROUND = 60, 64  # points along a rod that are looked at, and around it
+
+
+def read_profile(
+    plant: MultibodyPlant,
+    inspector: SceneGraphInspector,
+    links: tuple[RigidBody, RigidBody],
+    foot: str,
+    lengths: tuple[float, float],
+) -> FloatArray:
+    """How far a shank's geometries reach back and ahead of its middle line (2, 32) [m].
+
+    At PLACES, and so far to both sides of each as the next one is. As of `read_sides`, but for how
+    near to a place a geometry counts: what is round is taken to be round there.
+
+    Args:
+        plant: The robot.
+        inspector: Inspector of the robot's geometry.
+        links: The leg's thigh and shank.
+        foot: Name of the foot's geometry.
+        lengths: Lengths of thigh and shank [m].
+    """
+    thigh, shank = links
+    rods = [
+        _rod_line(inspector, g, ALONG)
+        for g in plant.GetCollisionGeometriesForBody(shank)
+        if inspector.GetName(g) != foot
+    ]
+    return profile_of_rods(rods, lengths[1], _about_knee(plant, inspector, thigh, lengths[0]))
+
+
+def profile_of_rods(
+    rods: Sequence[tuple[FloatArray, float]], length: float, ball: float
+) -> FloatArray:
+    """How far rods of a shank reach back and ahead of its middle line, see `read_profile`.
+
+    Args:
+        rods: Points along the middle of each (n, 3) in the shank's frame, and its radius [m].
+        length: Length of the shank [m].
+        ball: Radius of what the thigh has about the knee [m]; not positive: nothing.
+    """
+    step, thin = length * PLACES[1], THIN * length
+    low, high = length * PLACES - step, length * PLACES + step
+    low[0] = -np.inf
+    found = np.repeat([[np.inf], [-np.inf]], len(PLACES), axis=1)
+    for line, radius in rods:
+        along, ahead = -line[:, 2], line[:, 0]
+        off = np.maximum(np.maximum(low[:, None] - along, along - high[:, None]), 0.0)
+        half = np.where(off <= radius, np.sqrt(np.maximum(radius**2 - off**2, 0.0)), -np.inf)
+        found[0] = np.minimum(found[0], (ahead - half).min(axis=1))
+        found[1] = np.maximum(found[1], (ahead + half).max(axis=1))
+    bare = np.isinf(found[0])  # by its end there is a foot, at least
+    found[:, bare] = np.array([[-thin], [thin]]) * (np.flatnonzero(bare) < len(PLACES) - 1)
+    ball = max(ball, 0.0)
+    found[:, 0] = min(found[0, 0], -ball), max(found[1, 0], ball)
+    middle = 0.5 * (found[0, 0] + found[1, 0])
+    above = _reach_above(rods, middle)  # the cap of the first rod is to hold that, too
+    found[:, 0] = min(found[0, 0], middle - above), max(found[1, 0], middle + above)
+    return found
+
+
+def _reach_above(rods: Sequence[tuple[FloatArray, float]], ahead: float) -> float:
+    """How far rods above a knee are from a point beside it, at most [m]; 0 if none is."""
+    around = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    circle = np.stack([np.cos(around), np.sin(around)], axis=1) / np.cos(np.pi / AROUND)
+    farthest = 0.0
+    for line, radius in rods:
+        points = np.stack([-line[:, 2], line[:, 0]], axis=1)[:, None] + radius * circle
+        up = points[points[..., 0] < 0.0]
+        farthest = max(farthest, np.linalg.norm(up - [0.0, ahead], axis=1).max(initial=0.0))
+    return float(farthest)
+
+
+def join_places(along: FloatArray, back: FloatArray, ahead: FloatArray) -> ShankProfile:
+    """The profile of all shanks, without places that rods between others hold as well.
+
+    Args:
+        along: Places along the shanks (n,).
+        back: Where their shapes begin there, along the shanks' own x (4, n) [m].
+        ahead: Where they end there (4, n) [m].
+    """
+    middle, radius = 0.5 * (back + ahead), 0.5 * (ahead - back)
+
+    def needed(i: int, j: int) -> FloatArray:
+        """How thick the rod between two places has to be for each of those between (4, k) [m]."""
+        share = (along[i : j + 1] - along[i]) / (along[j] - along[i])
+        line = middle[:, i, None] + share * (middle[:, j] - middle[:, i])[:, None]
+        return np.asarray(np.abs(middle[:, i : j + 1] - line) + radius[:, i : j + 1])
+
+    def holds(i: int, j: int) -> bool:
+        """Whether the rod between two places holds all that is between them, and hardly more."""
+        here, thick = radius[:, i : j + 1], np.maximum(radius[:, i], radius[:, j])[:, None]
+        return bool(np.all((needed(i, j) <= thick + EASED) & (thick <= here + 2.0 * EASED)))
+
+    kept = [0]
+    while kept[-1] < len(along) - 1:
+        i = j = kept[-1]
+        while j < len(along) - 1 and (j == i or holds(i, j + 1)):
+            j += 1
+        kept.append(j)
+    radii = radius[:, kept]
+    for k, (i, j) in enumerate(pairwise(kept)):  # by what the rod between them lacks, and no more
+        ends = radius[:, [i, j]]
+        lacks = np.maximum(needed(i, j).max(axis=1) - ends.max(axis=1), 0.0)
+        radii[:, k : k + 2] = np.maximum(radii[:, k : k + 2], ends + lacks[:, None])
+    return ShankProfile(along[kept], middle[:, kept], radii)
+
+
+def _about_knee(
+    plant: MultibodyPlant, inspector: SceneGraphInspector, thigh: RigidBody, length: float
+) -> float:
+    """Radius of the largest ball about the knee that a geometry of the thigh holds [m]."""
+    knee, ball = np.array([0.0, 0.0, -length]), -np.inf
+    for g in plant.GetCollisionGeometriesForBody(thigh):
+        line, radius = _rod_line(inspector, g)
+        ball = max(ball, radius - float(np.min(np.linalg.norm(line - knee, axis=1))))
+    return ball
+
+
+def _rod_line(
+    inspector: SceneGraphInspector, g: GeometryId, count: int = 15
+) -> tuple[FloatArray, float]:
+    """Points (count, 3) along a geometry's middle in its body's frame, and its radius [m]."""
     axis, half, radius = rod(inspector.GetShape(g))
     X = inspector.GetPoseInFrame(g)
-    return np.array([X.multiply(axis * at) for at in np.linspace(-half, half, 15)]), radius
+    return np.array([X.multiply(axis * at) for at in np.linspace(-half, half, count)]), radius
 
 
 def half_sizes(shape: DrakeShape) -> FloatArray:

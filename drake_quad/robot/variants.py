@@ -8,6 +8,7 @@ from drake_quad.common import FloatArray
 from drake_quad.robot.model import SHANK_POINTS, RobotModel
 
 ALONG = np.array([1.0, 1.0, 0.0])  # what of a link's point stays, as the link gets longer
+ALIKE = 1e-9  # ratios of legs' lengths that differ by no more are one
 STRAIGHT, FOLDED = 0.05, 2.9  # [rad] a widened knee comes no nearer to straight, folds no farther
 
 
@@ -90,6 +91,11 @@ def with_foot_radius(robot: RobotModel, radius: float) -> RobotModel:
             [np.interp(a, SHANK_POINTS, row) for a, row in zip(along, rows, strict=True)]
         )
 
+    profile = robot.shank_profile
+    if profile is not None and np.ptp(longer) < ALIKE:
+        profile = replace(profile, along=profile.along / longer[0])
+    else:
+        profile = None
     return replace(
         robot,
         geometry=replace(geometry, shank=geometry.shank + less),
@@ -97,4 +103,5 @@ def with_foot_radius(robot: RobotModel, radius: float) -> RobotModel:
         foot_smaller=np.zeros(4),
         shank_offsets=at_new_points(robot.shank_offsets),
         shank_radii=at_new_points(robot.shank_radii),
+        shank_profile=profile,
     )

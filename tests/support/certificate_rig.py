@@ -12,10 +12,11 @@ from typing import Any
 from rig import paper_robot
 
 from drake_quad.certificate.certify import Certificate, certify_plans
-from drake_quad.certificate.kinematics import Shank, shank_of
+from drake_quad.certificate.kinematics import shank_of
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.model import ShankProfile
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
@@ -39,7 +40,7 @@ def prepared(name: str) -> PreparedScenario:
 
 
 @cache
-def paper_shank() -> Shank:
+def paper_shank() -> ShankProfile:
     """The shipped robot's shanks."""
     return shank_of(paper_robot())
 
