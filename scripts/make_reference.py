@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from drake_quad.runs.schema import EVERY, SIGNALS, SUMMARY
+from drake_quad.runs.schema import EVERY, SIGNALS
+from drake_quad.runs.summary_figures import SUMMARY
 from drake_quad.scenario.config import MissionElement, MotorStrengthConfig, PushConfig, Scenario
 from drake_quad.terrain.elements import FIELDS_OF_KIND, Element
 from drake_quad.util.schema import BOUNDS, CHOICES, TEXT, UNIT, FieldBound

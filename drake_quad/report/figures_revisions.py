@@ -14,7 +14,7 @@ from drake_quad.errors import DrakeQuadError
 from drake_quad.report.style import GRID, INK, LESS_COLOUR, MUTED, THREE_COLOURS, WIDTH
 from drake_quad.report.tables import entries_of
 from drake_quad.runs.reader import RecordedRun
-from drake_quad.runs.schema import look_up
+from drake_quad.runs.summary_figures import look_up
 
 BEYOND, STEP = 0.8, 0.005  # [m] shown beyond the nosings, and between places of the ground
 COLOURS = (LESS_COLOUR, *THREE_COLOURS[:2])  # of looks, in turn

@@ -14,8 +14,8 @@ from drake_quad.report.axes import signed
 from drake_quad.report.style import BAD, GOOD, GRID, INK, LESS_COLOUR, WIDTH
 from drake_quad.report.tables import entries_of
 from drake_quad.runs.reader import RecordedRun
-from drake_quad.runs.schema import look_up
 from drake_quad.runs.seen import IMAGE, MILLIMETRE
+from drake_quad.runs.summary_figures import look_up
 
 EVERY = 2  # so many rows and columns of the image one is shown of
 BEFORE, BEYOND = 0.6, 1.0  # [m] shown before the first nosing and beyond the last

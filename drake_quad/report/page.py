@@ -56,7 +56,7 @@ from drake_quad.report.tables import (
     summary_rows,
 )
 from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
-from drake_quad.runs.schema import look_up
+from drake_quad.runs.summary_figures import look_up
 from drake_quad.scenario.build import disturbances_of
 from drake_quad.stability.safety import (
     NO_SUPPORT,

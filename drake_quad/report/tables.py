@@ -9,7 +9,7 @@ from drake_quad.report.axes import signed
 from drake_quad.report.derived import has_massless_legs, push_events
 from drake_quad.report.style import kind_colour
 from drake_quad.runs.reader import RecordedRun
-from drake_quad.runs.schema import BY_FEET, SUMMARY, UNITS, look_up
+from drake_quad.runs.summary_figures import BY_FEET, SUMMARY, UNITS, look_up
 from drake_quad.stability.safety import margin_words, safe_margin
 
 APART = ("segments", "versions", "pushes", "recoveries")  # what has a table of its own

@@ -19,7 +19,8 @@ from drake_quad.runs.pose_metrics import (
     least_friction,
     payload_figures,
 )
-from drake_quad.runs.schema import FURTHER, SPREAD, Columns
+from drake_quad.runs.schema import Columns
+from drake_quad.runs.summary_figures import FURTHER, SPREAD
 
 
 def further_figures(c: Columns) -> dict[str, Any]:

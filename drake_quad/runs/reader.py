@@ -16,8 +16,8 @@ from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.runs.result import summary_html
-from drake_quad.runs.schema import FIGURES, VERDICTS, WALL_CLOCK, WORDS
 from drake_quad.runs.seen import SEEN
+from drake_quad.runs.summary_figures import FIGURES, VERDICTS, WALL_CLOCK, WORDS
 from drake_quad.scenario.build import course_of, robot_of, world_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario

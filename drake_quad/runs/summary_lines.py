@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from drake_quad.runs.schema import BY_FEET, look_up
+from drake_quad.runs.summary_figures import BY_FEET, look_up
 from drake_quad.stability.safety import NO_SUPPORT, judge_safety, margin_words
 
 # What `drake-quad run` prints, in its order: key, label, and form.

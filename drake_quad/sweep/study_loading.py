@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from drake_quad.errors import InputError
-from drake_quad.runs.schema import FIGURES, WALL_CLOCK
+from drake_quad.runs.summary_figures import FIGURES, WALL_CLOCK
 from drake_quad.scenario.load import parse_override
 from drake_quad.sweep.sampling import (
     DRAWN,

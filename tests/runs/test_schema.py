@@ -16,9 +16,9 @@ from drake_quad.runs.schema import (
     KINEMATIC,
     PHYSICS,
     SIGNALS,
-    SUMMARY,
     WHOLE_BODY,
 )
+from drake_quad.runs.summary_figures import SUMMARY
 from drake_quad.runs.summary_lines import summary_lines
 from drake_quad.scenario.build import robot_of
 from drake_quad.scenario.load import parse_scenario
