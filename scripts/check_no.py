@@ -307,7 +307,12 @@ def connected(refuted: set[tuple[tuple[bool, ...], int]]) -> bool:
 
 def main() -> int:
     """Reads the file, checks it and says what it found."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    about = (__doc__ or "").partition("\n\n")
+    parser = argparse.ArgumentParser(
+        description=about[0],
+        epilog=about[2].partition("\n\n")[2],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("proof", type=Path)
     parser.add_argument("--robot", type=Path, help="a URDF to compare the robot's numbers with")
     asked = parser.parse_args()

@@ -25,6 +25,8 @@ from drake_quad.cli.common import (
 )
 from drake_quad.errors import InputError, PlanningError, printable
 
+PLAN_FILES = ("plan.json", "certificate.json")  # what `plan --out` writes
+
 
 def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> None:
     """Prints how a run ended, and its figures."""
@@ -154,6 +156,9 @@ def plan(
     elif result["feasible"]:
         print_plan(result)
         print_certificate(result["certificate"], Console())
+        if out is not None:
+            names = [name for name in PLAN_FILES if (out / name).exists()]
+            Console().print(Text(f"{' and '.join(names)} in {out}"), soft_wrap=True)
     else:
         raise PlanningError(result["reason"])
     raise typer.Exit(0 if result["feasible"] else 1)

@@ -87,6 +87,22 @@ def test_plan_prints_one_json_object(tmp_path: Path) -> None:
     assert wave["stroke"] == pytest.approx(wave["stride"] * wave["duty_factor"])
 
 
+def test_plan_says_which_files_it_wrote(tmp_path: Path) -> None:
+    """The plan and its certificate, in the directory of --out; without it nothing is written."""
+    done = drake_quad("plan", "flat_walk", "--out", "mine", cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stdout.rstrip().endswith("plan.json and certificate.json in mine")
+    assert sorted(f.name for f in (tmp_path / "mine").iterdir()) == [
+        "certificate.json",
+        "plan.json",
+    ]
+    # A plan that is not certified has no certificate.
+    more = ("--set", "certify.margin=0.5")
+    done = drake_quad("plan", "flat_walk", *more, "--out", "mine", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.rstrip().endswith("\nplan.json in mine")
+
+
 def test_an_infeasible_plan_exits_with_1(tmp_path: Path) -> None:
     """With no time on four feet the margin cannot stay positive: status 1, with the reason."""
     done = drake_quad("plan", "flat_walk", "--json", "--set", "gait.duty_factor=0.75", cwd=tmp_path)
