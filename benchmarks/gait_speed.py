@@ -106,7 +106,7 @@ def measure_robot(
     for prefer in PREFER:
         begun = time.process_time()
         wish = Wish(prefer)
-        others = design_longer(slow.designed, robot)
+        others = design_longer(slow.designed, robot, as_long=wish.less_margin)
         found = quicken(slow.designed, robot, wish, others=others)
         answer = Feasibility(
             found.scenario, found, "", {}, robot, wish=wish, slow=slow.designed

@@ -385,7 +385,7 @@ def _design(
         )
     except PlanningError as error:
         return Feasibility(scenario, None, error.reason, dict(error.data), robot, wish=wish)
-    others = design_longer(designed, robot, source=source)
+    others = design_longer(designed, robot, as_long=wish.less_margin, source=source)
     slow, designed = designed, quicken(designed, robot, wish, others=others, source=source)
     return Feasibility(designed.scenario, designed, "", {}, robot, wish=wish, slow=slow)
 

@@ -302,20 +302,22 @@ def _design_for(
 
 
 def design_longer(
-    designed: Designed, robot: RobotModel, *, source: str = "scenario"
+    designed: Designed, robot: RobotModel, *, as_long: bool = False, source: str = "scenario"
 ) -> Iterator[GaitChoice]:
     """Gaits for a scenario's course that go farther in a cycle than the one that was found.
 
     Args:
         designed: The gait that was found, with its scenario.
         robot: The scenario's.
+        as_long: Whether others that go as far are among them: they may be quicker with less margin.
         source: What an error names.
     """
     scenario, pattern = designed.scenario, designed.design.gait.pattern
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course, scenario.gait.deep_tread)
     shape = link_outline_of(robot)
-    for design in choose_longer_gaits(robot, shape, flights, pattern) if flights else ():
+    found = choose_longer_gaits(robot, shape, flights, pattern, as_long=as_long) if flights else ()
+    for design in found:
         yield GaitChoice(fill_in(scenario, robot, design, [s.run for s in flights]), design)
 
 

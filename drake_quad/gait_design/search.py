@@ -254,6 +254,8 @@ def choose_longer_gaits(
     flights: Sequence[Staircase],
     than: FootholdPattern,
     way: SearchSettings = QUICK,
+    *,
+    as_long: bool = False,
 ) -> list[Design]:
     """The best gaits that go farther in a cycle than a pattern does, the longest first.
 
@@ -263,12 +265,17 @@ def choose_longer_gaits(
         flights: As they are walked, going down with negative rises.
         than: The pattern.
         way: How to search.
+        as_long: Whether gaits of other patterns that go as far are among them, too.
     """
     runs = [stairs.run for stairs in flights]
     found: list[Design] = []
     for places in PLACES:
         patterns = make_foothold_patterns(robot, runs, places)
-        longer = [p for p in patterns if _pace(p) > _pace(than)]
+        longer = [
+            p
+            for p in patterns
+            if _pace(p) > _pace(than) or (as_long and _pace(p) == _pace(than) and p != than)
+        ]
         wanted = wanted_with_tolerance(robot)
         found += _search(robot, shape, longer, flights, way, wanted, hopeless=HOPELESS)
     longest = sorted(found, key=lambda d: (_pace(d.gait.pattern), d.score), reverse=True)

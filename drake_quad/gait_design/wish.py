@@ -32,6 +32,11 @@ class Wish:
         """Whether the gait's times are to be chosen at all."""
         return self.prefer != "margin" or self.speed is not None or self.min_margin is not None
 
+    @property
+    def less_margin(self) -> bool:
+        """Whether it may have much less margin than the gait that was found for margin."""
+        return self.quick and self.prefer != "balanced"
+
     def steps(self) -> tuple["Wish", ...]:
         """Wishes that are sought one after the other, each from what was found before.
 

@@ -232,6 +232,7 @@ SHANK_SAFE = 0.002  # distance that the sides keep from the clearance between sh
 LIMITS = 6  # of a leg: see `reach_left`
 STEP = 1e-5  # [m] of the differences
 WEIGHT = 0.5  # of a leg's length, that a radian counts as
+STEEP = 10.0  # [m] that a distance may change by for each that the body moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,6 +320,7 @@ def find_limits(
     path: FloatArray,
     shanks: Shanks | None = None,
     *,
+    pitch: FloatArray | None = None,
     always: bool = False,
 ) -> LegLimits | None:
     """The sides for a body path that takes some leg beyond a limit; None if it takes none there.
@@ -330,6 +332,7 @@ def find_limits(
         rise: (N, 2) how much the body rises by a shift along x and y of W.
         path: (N, 4) x, y, lift and tilt [m] of the path at the times that the sides will be of.
         shanks: The clearance that shanks are to have; None: they are not looked at.
+        pitch: (N, 2) how much the body pitches by a shift along x and y [rad/m]; None: not at all.
         always: Whether there are sides also for a path that keeps all limits.
     """
     reach = robot.geometry.reach
@@ -353,6 +356,7 @@ def find_limits(
             if axis < 2:
                 moved[:, axis] += STEP
                 moved[:, 2] += STEP * rise[rows, axis]
+                moved[:, 3] += 0.0 if pitch is None else STEP * pitch[rows, axis]
             elif axis == 2:
                 moved[:, 2] += STEP
             else:
@@ -360,6 +364,8 @@ def find_limits(
             there = limit_distances(alone, moved, feet[rows, mine : mine + 1], shanks, far)
             gradient[near_mine, axis] = there[at, 0, which[near_mine]]
     gradient = (gradient - distance[k, leg, which][:, None]) / STEP
+    smooth = np.abs(gradient).max(axis=1) <= STEEP  # where two shapes take turns there is none
+    k, leg, which, gradient = k[smooth], leg[smooth], which[smooth], gradient[smooth]
     here = np.einsum("ij,ij->i", gradient, path[k])
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]

@@ -8,6 +8,7 @@ far, and again along the next.
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing
@@ -20,6 +21,7 @@ from drake_quad.planning.body_constraints import (
 )
 from drake_quad.planning.body_qp import (
     BROKEN,
+    FAR,
     BodyFrame,
     BodyProblem,
     BodySolution,
@@ -66,6 +68,9 @@ MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
 STEEPEST = FALLEN_TILT - 0.10  # [rad] in all, with what the legs ask for at their limits
 PER_SWING = 12  # moments of every swing at which legs' limits are looked at, besides
 LEAST_TILT = 0.02  # [rad] that is free all the same
+TILT_BESIDE = 0.12  # [rad] that is free away from the steepest part of the way
+BEND = 0.01  # [m] over which the ground's slope is taken to change as it does
+BESIDE = 3  # control points to either side that have to do with the path at one
 
 
 class BodyPathOptimizer:
@@ -139,17 +144,27 @@ class BodyPathOptimizer:
             times = np.union1d(times, swing_times(self.contacts, PER_SWING))
         nearest = np.searchsorted(0.5 * (self._times[1:] + self._times[:-1]), times)
         body = self.spline.samples(times)[:, 0]
-        _, slope = self._route.ground(body[:, :2])
-        rise = slope[:, None] * np.stack([np.cos(body[:, 4]), np.sin(body[:, 4])], axis=-1)
+        rise, pitch = self._follows(body)
         path = np.zeros((len(self._times), 4))
         path[:, :2] = self.spline.samples(self._times)[:, 0, :2]
         if self._frame is not None and self.control.shape[1] > 2:
             path[:, 2:] = self._frame.basis.at(self.control)[:, 0, 2:]
         feet, _ = self.contacts.feet_at(times)
         met = self._limits is not None
-        found = find_limits(robot, body, feet, rise, path[nearest], shanks, always=met)
+        found = find_limits(robot, body, feet, rise, path[nearest], shanks, pitch=pitch, always=met)
         self._limits = None if found is None else replace(found, sample=nearest[found.sample])
         return 0.0 if found is None else found.short
+
+    def _follows(self, body: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How much bodies (N, 5) rise (N, 2), and pitch (N, 2) [rad/m], by a shift along x and y.
+
+        They follow the ground, whose slope changes where a flight begins and ends.
+        """
+        heading = np.stack([np.cos(body[:, 4]), np.sin(body[:, 4])], axis=-1)
+        _, slope = self._route.ground(body[:, :2])
+        ends = [self._route.ground(body[:, :2] + way * heading)[1] for way in (-BEND, BEND)]
+        behind, ahead = (body_pitch(self._settings.pitch_along_slope, end) for end in ends)
+        return slope[:, None] * heading, ((ahead - behind) / (2.0 * BEND))[:, None] * heading
 
     def solve(self, *, broken: float) -> FloatArray:
         """Control points of the program's best path; rows may be broken by so much [m].
@@ -216,18 +231,44 @@ class BodyPathOptimizer:
             guard=DYNAMIC_GUARD if settings.dynamic else settings.guard,
             knot=self._knot,
             limits=self._limits,
-            lift_range=self._lift_range(),
+            lift_range=self._lift_range(greville(self.contacts.duration, self._knot), BESIDE),
         )
 
-    def _lift_range(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Least and most lift and tilt [m], see BodyProblem; a steep body does not tilt further."""
+    def _lift_range(self, times: FloatArray, beside: int = 0) -> FloatArray:
+        """Least and greatest lift, and tilt, at some times (2, 2, N) [m], see BodyProblem.
+
+        A steep body does not tilt further. Away from the steepest part of its way it may tilt by
+        TILT_BESIDE: where a flight ends a foot still stands next to it as the body is level.
+
+        Args:
+            times: The times (N,) [s].
+            beside: A time's range is also that of so many times before and after it.
+        """
+        settings, arm = self._settings, self._arm
         nominal, _ = self._route.at(self._times)
-        _, slope = self._route.ground(nominal)
-        pitch = body_pitch(self._settings.pitch_along_slope, slope)
-        back = min(MOST_TILT, max(STEEPEST + float(pitch.min()), LEAST_TILT))
-        ahead = min(MOST_TILT, max(STEEPEST - float(pitch.max()), LEAST_TILT))
-        arm = self._arm
-        return (-MOST_SINK * arm, MOST_LIFT * arm), (-back * arm, ahead * arm)
+        steepest = self._pitch(nominal)
+        far = max(settings.max_ahead, settings.max_shift)
+        low, high = np.full(len(times), steepest.min()), np.full(len(times), steepest.max())
+        if far <= FAR:  # it is somewhere near
+            nominal, yaw = self._route.at(times)
+            heading = far * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
+            near = np.array([self._pitch(nominal + k * heading) for k in (-1, 0, 1)])
+            low = minimum_filter1d(near.min(axis=0), 2 * beside + 1)
+            high = maximum_filter1d(near.max(axis=0), 2 * beside + 1)
+
+        def most(room: FloatArray, least_room: float) -> FloatArray:
+            """The tilt that some room allows, and the room where the path is steepest."""
+            always = min(MOST_TILT, max(least_room, LEAST_TILT))
+            return np.maximum(np.minimum(room, TILT_BESIDE), always)
+
+        back = most(STEEPEST + low, STEEPEST + float(steepest.min()))
+        ahead = most(STEEPEST - high, STEEPEST - float(steepest.max()))
+        same = np.ones(len(times))
+        return arm * np.array([[-MOST_SINK * same, MOST_LIFT * same], [-back, ahead]])
+
+    def _pitch(self, places: FloatArray) -> FloatArray:
+        """The pitch of bodies that follow the ground at places (N, 2) [rad]."""
+        return body_pitch(self._settings.pitch_along_slope, self._route.ground(places)[1])
 
     def _points(self, path: FloatArray) -> FloatArray:
         """Control points of all five splines (n, 5): z and pitch follow the ground under a path."""
@@ -257,7 +298,8 @@ FEASIBLE_PASSES = 4  # where the region is that of the posture
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 ROUGH = 1e-3  # [m] by which rows may be broken by a path that is corrected anyway
 LIMIT_PASSES = 6  # besides, where legs come to their limits
-MORE_PASSES = 4  # at most after these, as long as each leaves FALLS of what was short before
+MORE_PASSES = 10  # at most after these, as long as one of PATIENCE leaves FALLS of what was short
+PATIENCE = 4
 FALLS = 0.7
 DAMPED = 0.6  # of the way to the next path, in these
 LINEAR = 0.05  # short of limits by no more than that [m], they are seen much as they are
@@ -316,23 +358,25 @@ def _search_limits(search: BodyPathOptimizer) -> None:
     far beyond them can be much too tight. So it is also solved again around a path that keeps them,
     until that has the margin that the program believes in.
     """
-    best, best_path = (np.inf, np.inf), search.control
+    best, best_path, best_at = (np.inf, np.inf), search.control, 0
     seen_from = np.inf  # how short the path was that the last program was made around
     for k in range(LIMIT_PASSES + MORE_PASSES + 1):
         short = search.find_limits()
         if short == 0.0 and k == 0:
             return
         margin = search.margin()
-        falls = short <= FALLS * best[0] if short > 0.0 else -margin <= best[1] - REACHED
+        nearer = short <= FALLS * best[0] if best[0] > 0.0 else False
+        if nearer or (short == 0.0 and margin >= REACHED - best[1]):
+            best_at = k
         if (short, -margin) < best:
             best, best_path = (short, -margin), search.control
         if short == 0.0 and seen_from <= LINEAR and margin >= search.believed - REACHED:
             break
-        if k >= LIMIT_PASSES and (not falls or k == LIMIT_PASSES + MORE_PASSES):
+        if k >= LIMIT_PASSES + MORE_PASSES or k >= max(LIMIT_PASSES, best_at + PATIENCE):
             break
         seen_from = short
         path, before = search.solve(broken=BROKEN), search.control
-        if k > 0 and short > 0.0:  # what holds here need not there: not all the way
+        if k > 0:
             path = before + DAMPED * (path - before)
         search.follow(path)
     if best_path is not search.control:  # it went to and fro

@@ -26,7 +26,7 @@ program with all rows (an outer approximation; Kelley, "The cutting-plane method
 programs", 1960).
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import piqp
@@ -67,7 +67,8 @@ class BodyProblem:
         guard: Time before lift-off and after touchdown in which three feet have to do already [s].
         knot: Knot spacing [s].
         limits: The legs' limits, where a path has come near them; else None.
-        lift_range: Least and most lift, and least and most tilt [m].
+        lift_range: Least and greatest lift, and tilt, of every control point (2, 2, n) [m]; the
+            same for all of them if n is 1.
     """
 
     contacts: ContactPlan
@@ -88,12 +89,17 @@ class BodyProblem:
     guard: float = 0.15
     knot: float = 0.2
     limits: LegLimits | None = None
-    lift_range: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+    lift_range: FloatArray = field(default_factory=lambda: np.zeros((2, 2, 1)))
 
     @property
     def axes(self) -> int:
         """Number of the path's coordinates: x and y, or these and lift and tilt."""
         return 2 if self.limits is None else 4
+
+    @property
+    def scalars(self) -> int:
+        """Number of the program's scalars."""
+        return SHANKS + (1 if self.limits is None else len(self.contacts.phases))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +111,8 @@ class BodySolution:
         margin: The static margin that the program believes in [m].
         zmp_margin: The margin of the zero-moment point that the program believes in [m].
         path: Value, velocity, acceleration at the sampled times, (N, 3, axes).
-        scalars: The program's scalars, MARGIN to SHANKS (5,) [m].
+        scalars: The program's scalars, MARGIN to BEYOND, then from SHANKS on one for every phase of
+            the contacts (4 + phases,) [m].
     """
 
     control: FloatArray
@@ -118,8 +125,9 @@ class BodySolution:
 FAR = 5.0  # [m]: a limit beyond it is none
 REACH_STRIDE = 4  # a foot's place in its box changes slowly: every so many samples will do
 SHIFT_STRIDE = 2
-SCALARS = 5  # behind the control points:
-MARGIN, ZMP_MARGIN, EXCESS, BEYOND, SHANKS = range(SCALARS)
+# Behind the control points: one each, but of shanks one for every phase of the contacts. Where
+# shanks cannot be far enough away at one time, they are to be so at others all the same.
+MARGIN, ZMP_MARGIN, EXCESS, BEYOND, SHANKS = range(5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,8 +158,10 @@ class Rows:
             kept += self.normal[:, axis] * at
         return np.asarray(kept)
 
-    def matrix(self, chosen: IntArray, basis: "Basis") -> tuple[sparse.csc_matrix, FloatArray]:
-        """The chosen rows written out, (k, axes n + SCALARS), and their lower bounds (k,)."""
+    def matrix(
+        self, chosen: IntArray, basis: "Basis", scalars: int
+    ) -> tuple[sparse.csc_matrix, FloatArray]:
+        """The chosen rows written out, (k, axes n + scalars), and their lower bounds (k,)."""
         k, size, axes = self.sample[chosen], len(chosen), self.normal.shape[1]
         along = basis.weights[k, 0] - self.lean[chosen, None] * basis.weights[k, 2]
         many = 4 * axes
@@ -163,7 +173,7 @@ class Rows:
         columns[:, many] = axes * basis.count + self.scalar[chosen]
         starts = np.arange(0, (many + 1) * size + 1, many + 1, dtype=np.int32)
         rows = sparse.csr_matrix(
-            (data.ravel(), columns.ravel(), starts), shape=(size, axes * basis.count + SCALARS)
+            (data.ravel(), columns.ravel(), starts), shape=(size, axes * basis.count + scalars)
         )
         if axes > 2:
             rows.eliminate_zeros()
@@ -248,14 +258,19 @@ def shift_rows(p: BodyProblem) -> list[Rows]:
     return parts
 
 
-def limit_rows(limits: LegLimits) -> Rows:
-    """The legs' own limits, and the shanks' clearance: hard, each if it can be kept."""
+def limit_rows(limits: LegLimits, phases: IntArray) -> Rows:
+    """The legs' own limits, and the shanks' clearance: hard, each if it can be kept.
+
+    Args:
+        limits: The sides.
+        phases: The phase of the contacts at each sampled time (N,).
+    """
     size = len(limits.sample)
     return Rows(
         limits.sample,
         limits.normal,
         np.zeros(size),
-        np.where(limits.shank, SHANKS, BEYOND),
+        np.where(limits.shank, SHANKS + phases[limits.sample], BEYOND),
         np.ones(size),
         limits.offset,
     )
@@ -281,8 +296,8 @@ def _across(heading: FloatArray) -> FloatArray:
 
 FOLLOW = 0.02  # what a distance from the nominal path costs; an acceleration costs 1 [1/s^4]
 SETTLE = 1.0  # the same of lift and tilt
-# The scalars' costs: of both margins, of the excess of reach, of legs beyond their limits and of
-# shanks too near to the stairs. The last two are hard if they can be kept.
+# The scalars' costs: of both margins, of the excess of reach, of legs beyond their limits and, in
+# each phase, of shanks too near to the stairs. The last two are hard if they can be kept.
 PRICES = (-200.0, -100.0, 400.0, 4000.0, 1500.0)
 NEAR = 0.01  # [m] from being broken, at which a row comes in
 BROKEN = 1e-6  # [m] more than that and a row is broken
@@ -301,9 +316,9 @@ class BodyFrame:
         basis: The spline at the sampled times.
         sides: Sides of the support polygons.
         limits: Rows of reach and shift.
-        P: The quadratic cost, (axes n + 5, axes n + 5).
-        c: The linear cost, (axes n + 5,).
-        A: Picks the control points at both ends, which are given, (6 axes, axes n + 5).
+        P: The quadratic cost, (axes n + scalars, axes n + scalars).
+        c: The linear cost, (axes n + scalars,).
+        A: Picks the control points at both ends, which are given, (6 axes, axes n + scalars).
         axes: Number of the path's coordinates, see BodyProblem.
     """
 
@@ -362,16 +377,20 @@ def solve_body(
     frame = frame or make_frame(problem)
     parts = [margin_rows(problem, frame.sides), frame.limits]
     if problem.limits is not None:
-        parts.append(limit_rows(problem.limits))
+        starts = np.array([phase.start for phase in problem.contacts.phases])
+        phases = np.maximum(np.searchsorted(starts, problem.times, side="right") - 1, 0)
+        parts.append(limit_rows(problem.limits, phases))
     rows = join_rows([part.with_axes(problem.axes) for part in parts])
     if start is None:
         chosen = np.zeros(len(rows.sample), dtype=bool)
         chosen[: len(frame.sides.sample)] = frame.sides.sample % SEED_STRIDE == 0
     else:
-        chosen = rows.excess(start.path, start.scalars) < NEAR
+        scalars = np.append(start.scalars[:SHANKS], np.zeros(problem.scalars - SHANKS))
+        chosen = rows.excess(start.path, scalars) < NEAR
     for k in range(ROUNDS):
         x = _solve(problem, frame, rows, np.flatnonzero(chosen))
-        control, scalars = x[:-SCALARS].reshape(-1, problem.axes), x[-SCALARS:]
+        control, scalars = np.split(x, [len(x) - problem.scalars])
+        control = control.reshape(-1, problem.axes)
         path = frame.basis.at(control)
         excess = rows.excess(path, scalars)
         if np.all(excess[~chosen] >= -broken):
@@ -384,17 +403,18 @@ def solve_body(
 
 
 def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: IntArray) -> FloatArray:
-    """The path's control points, their axes in turn, and the scalars (axes n + 5,)."""
-    total, axes = len(frame.c), p.axes
-    G, lower = rows.matrix(chosen, frame.basis)
+    """The path's control points, their axes in turn, and the scalars (axes n + scalars,)."""
+    total, axes, scalars = len(frame.c), p.axes, p.scalars
+    G, lower = rows.matrix(chosen, frame.basis, scalars)
     still = np.zeros(axes - 2)
     ends = [np.append(p.nominal[0], still), np.append(p.nominal[-1], still)]
     b = np.repeat(ends, 3, axis=0).ravel()
     x_lower, x_upper = np.full(total, -np.inf), np.full(total, np.inf)
-    x_upper[-SCALARS : -SCALARS + 2] = p.margin_desired, p.zmp_margin_desired
-    x_lower[-SCALARS + 2 :] = 0.0
+    first = total - scalars
+    x_upper[first : first + 2] = p.margin_desired, p.zmp_margin_desired
+    x_lower[first + 2 :] = 0.0
     for axis in range(2, axes):
-        mine = slice(axis, total - SCALARS, axes)
+        mine = slice(axis, first, axes)
         x_lower[mine], x_upper[mine] = p.lift_range[axis - 2]
     solver = piqp.SparseSolver()
     solver.settings.eps_abs = 1e-5
@@ -422,14 +442,15 @@ def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
     bands = []
     for d in range(4):  # above the diagonal; the same below
         band = np.stack([ways[axis >= 2][d] for axis in range(axes)], axis=-1).ravel()
-        bands.append(np.append(band, np.full(SCALARS, 1e-6 if d == 0 else 0.0)))
+        bands.append(np.append(band, np.full(p.scalars, 1e-6 if d == 0 else 0.0)))
     offsets = [axes * d for d in (0, 1, 2, 3, -1, -2, -3)]
     P = sparse.diags_array([*bands, *bands[1:]], offsets=offsets, format="csc")
     pull = weight[:, None, None] * follow[:, :, None] * p.nominal[:, None, :]
     c = np.zeros((n, axes))
     for axis in range(2):
         c[:, axis] = -2.0 * FOLLOW * np.bincount(at.ravel(), pull[..., axis].ravel(), minlength=n)
-    return P, np.append(c.ravel(), PRICES)
+    shanks = np.full(p.scalars - SHANKS, PRICES[SHANKS])
+    return P, np.concatenate([c.ravel(), PRICES[:SHANKS], shanks])
 
 
 def _bands(basis: Basis, at: IntArray, weight: FloatArray, pull: float) -> list[FloatArray]:

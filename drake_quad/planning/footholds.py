@@ -12,13 +12,14 @@ A walk may begin and end on a flight, over one of its places: so a robot that do
 to its end can stop on it, look, and go on from the same footprints.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf
+from math import gcd, inf
 
 import numpy as np
 
-from drake_quad.common import FloatArray, read_only
+from drake_quad.common import FloatArray, IntArray, read_only
 from drake_quad.errors import PlanningError
 from drake_quad.robot.legs import LEGS, Leg
 from drake_quad.terrain.lane import Flight, Lane
@@ -217,6 +218,7 @@ def make_foothold_grid(
     pins: list[float] = [start]
     end = start  # of the flight before
     level: list[bool] = []  # whether the span after pin k is level
+    begins: list[int] = []  # the pins that are flights' first places
     obstacles = find_foothold_obstacles(lane, spacing, deep)
     flights = lane.close_flights(deep)
     for flight in flights:
@@ -245,6 +247,8 @@ def make_foothold_grid(
             level.pop()
         else:
             pins[-1] = 0.5 * (end + first[0])  # one place serves both flights
+        if flight != begun:
+            begins.append(len(pins))
         for a, b, _ in treads:
             for k in range(1, 2 * per_tread, 2):
                 place = ((2 * per_tread - k) * a + k * b) / (2 * per_tread)
@@ -273,11 +277,18 @@ def make_foothold_grid(
     gaps = np.diff(pins)
     counts = np.array([max(int(np.ceil(g / spacing - 1e-6)), 0) if lv else 1
                        for g, lv in zip(gaps, level, strict=True)])  # fmt: skip
-    while counts.sum() % per_cycle:  # whole cycles: let the widest level span have one more
-        widths = [g / c if lv and c else 0.0 for g, c, lv in zip(gaps, counts, level, strict=True)]
-        if max(widths) <= 0.0:
+    alike = gcd(per_cycle, per_tread)
+    before = 0
+    for pin in begins:  # each foot on the same place of every tread as on stairs without end
+        while counts[:pin].sum() % alike and _add_place(gaps, counts, level, before, pin):
+            pass
+        before = pin
+    while counts.sum() % per_cycle:  # whole cycles
+        if not (
+            _add_place(gaps, counts, level, before, len(gaps))
+            or _add_place(gaps, counts, level, 0, len(gaps))
+        ):
             raise PlanningError("no level ground on which to adapt the stride", goal=goal)
-        counts[int(np.argmax(widths))] += 1
     s = [start]
     for a, gap, count in zip(pins[:-1], gaps, counts, strict=True):
         s += [a + gap * (k + 1) / count for k in range(count)]
@@ -316,6 +327,25 @@ def make_foothold_grid(
         starts_on_flight=begun is not None,
         ends_on_flight=ended is not None,
     )
+
+
+def _add_place(
+    gaps: FloatArray, counts: IntArray, level: Sequence[bool], begin: int, end: int
+) -> bool:
+    """Gives the widest level span of some one place more; whether there is one.
+
+    Args:
+        gaps: Lengths of the spans [m].
+        counts: Into how many strides each is divided; one of them grows.
+        level: Whether each may be divided.
+        begin: The first of those that are looked at.
+        end: One after the last.
+    """
+    widths = [gaps[k] / counts[k] if level[k] and counts[k] else 0.0 for k in range(begin, end)]
+    if max(widths, default=0.0) <= 0.0:
+        return False
+    counts[begin + int(np.argmax(widths))] += 1
+    return True
 
 
 def _places_behind(

@@ -134,9 +134,9 @@ class PoseSearch(BodyPathOptimizer):
         """Moves places (N, 4) to where the limits around them leave the least short."""
         nominal, _ = self._route.at(self._times)
         most = self._settings.max_shift
-        ranges = np.array(self._lift_range())
-        lowest = np.column_stack([nominal - most, np.tile(ranges[:, 0], (len(nominal), 1))])
-        highest = np.column_stack([nominal + most, np.tile(ranges[:, 1], (len(nominal), 1))])
+        ranges = self._lift_range(self._times)
+        lowest = np.column_stack([nominal - most, ranges[:, 0].T])
+        highest = np.column_stack([nominal + most, ranges[:, 1].T])
         safe = np.where(limits.shank, SHANK_SAFE, SAFE) * float(self._robot.geometry.reach.mean())
         offset = limits.offset - safe
         weights = np.array([MOVE, MOVE, RISE, RISE, SQUARED, SQUARED])

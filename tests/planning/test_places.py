@@ -45,6 +45,30 @@ def test_treads_have_so_many_places_evenly_spaced(going: str, per_tread: int) ->
     np.testing.assert_allclose(places.height(s), one.height(s), atol=1e-12)
 
 
+@given(
+    start=st.floats(0.8, 1.6), goal=st.floats(5.4, 6.4), spacing=st.floats(0.2, 0.3),
+    going=st.sampled_from(["up", "down"]),
+)  # fmt: skip
+def test_flights_begin_with_the_places_of_stairs_without_end(
+    start: float, goal: float, spacing: float, going: str
+) -> None:
+    """Of two places a tread and two a cycle, the body's are the first of treads as cycles begin.
+
+    So every foot stands on the same one of each tread as on the stairs on which the gait was found.
+    """
+    lane = stairs_course(going).lanes[0]
+    grid = make_foothold_grid(
+        lane, start=start, goal=goal, spacing=spacing, behind=2, per_cycle=2, per_tread=2
+    )
+    treads = lane.treads(lane.flights[0])
+    for a, b, _ in treads:
+        first = int(np.argmin(np.abs(grid.s - (0.75 * a + 0.25 * b))))
+        assert abs(grid.s[first] - (0.75 * a + 0.25 * b)) < 1e-9
+        assert (first - grid.behind) % 2 == 0
+    level = (grid.s[1:] <= treads[0, 0]) | (grid.s[:-1] >= treads[-1, 1])
+    assert np.all(np.diff(grid.s)[level] <= max(spacing, 0.25) + 1e-9)
+
+
 @pytest.mark.parametrize("going", ["up", "down"])
 def test_every_leg_steps_on_every_place_in_the_waves_order(going: str) -> None:
     """Twice on each tread, one leg at a time, and the margin is positive."""
