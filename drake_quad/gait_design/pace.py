@@ -149,10 +149,16 @@ def flight_paces(course: Course, task: Task, plan: MotionPlan) -> list[FlightPac
     return found
 
 
+FINER = 33  # samples around the one at which a joint is quickest
+
+
 def joint_peak(robot: RobotModel, task: Task, plan: MotionPlan) -> JointPeak:
     """The most that a plan asks of any joint's speed, against its limit."""
     times = np.union1d(sample_times(plan.contacts), swing_times(plan.contacts, PER_SWING))
     times = times[(times > HALF) & (times < plan.duration - HALF)]
+    most = int(np.argmax((joint_speeds(robot, plan, times)[0] / robot.speed).max(axis=1)))
+    # Between these samples it may be a little more.
+    times = np.linspace(times[max(most - 1, 0)], times[min(most + 1, len(times) - 1)], FINER)
     speed, standing = joint_speeds(robot, plan, times)
     share = speed / robot.speed
     k, j = np.unravel_index(int(np.argmax(share)), share.shape)

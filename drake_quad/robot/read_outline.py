@@ -16,7 +16,7 @@ from pydrake.geometry import (
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, read_only
 from drake_quad.robot.model import SHANK_POINTS, ShankProfile
 
 SPECK = 0.005  # [m] across: geometries no larger are let be
@@ -170,7 +170,7 @@ def join_places(along: FloatArray, back: FloatArray, ahead: FloatArray) -> Shank
         ends = radius[:, [i, j]]
         lacks = np.maximum(needed(i, j).max(axis=1) - ends.max(axis=1), 0.0)
         radii[:, k : k + 2] = np.maximum(radii[:, k : k + 2], ends + lacks[:, None])
-    return ShankProfile(along[kept], middle[:, kept], radii)
+    return ShankProfile(read_only(along[kept]), read_only(middle[:, kept]), read_only(radii))
 
 
 def _about_knee(

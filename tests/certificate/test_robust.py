@@ -263,7 +263,7 @@ def test_swing_feet_beside_steps_are_as_far_as_is_proven(
 
 def test_standing_feet_near_the_next_step_are_told() -> None:
     """A sphere that may be in a riser is no foothold, however far the edges are."""
-    text = FLIGHT.replace("RISE", "0.04").replace("CLEARANCE", "0.08").replace("PHASE", "0.37")
+    text = FLIGHT.replace("RISE", "0.04").replace("CLEARANCE", "0.08").replace("PHASE", "0.38")
     p = prepare(parse_scenario(text, source="test"))
     pieces, obstacles = cut_pieces(p.plan.plans), find_box_obstacles(p.course.boxes)
     room = foothold_room(pieces, obstacles, p.robot.foot_radius)

@@ -51,7 +51,7 @@ def parts_of(text: str) -> tuple[str, list[str], str]:
     return text[:body], [part for part in parts if part], text[end:]
 
 
-NESTED = ("geometry", "thigh_stops")
+NESTED = ("geometry", "thigh_stops", "shank_profile")
 
 
 def same_robot(a: RobotModel, b: RobotModel, *, but: tuple[str, ...] = ()) -> None:
@@ -111,7 +111,7 @@ def test_arrays_cannot_be_written_to() -> None:
         part = getattr(robot, name)
         arrays += [getattr(part, f.name) for f in dataclasses.fields(part)]
     found = [a for a in arrays if isinstance(a, np.ndarray)]
-    assert len(found) == 27
+    assert len(found) == 30
     assert not any(a.flags.writeable for a in found)
 
 
