@@ -304,7 +304,7 @@ def _design_for(
 def design_longer(
     designed: Designed, robot: RobotModel, *, as_long: bool = False, source: str = "scenario"
 ) -> Iterator[GaitChoice]:
-    """Gaits for a scenario's course that go farther in a cycle than the one that was found.
+    """Gaits for a scenario's course that go farther in a cycle than the one found, or as far.
 
     Args:
         designed: The gait that was found, with its scenario.

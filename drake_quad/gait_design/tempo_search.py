@@ -126,8 +126,8 @@ def quicken(
         designed: A gait that was found for margin, with its plan.
         robot: The scenario's.
         wish: What it is to be good at.
-        others: Gaits for the same course that go farther in a cycle; none is drawn that is not
-            needed.
+        others: Gaits for the same course that go farther in a cycle, or as far; none is drawn that
+            is not needed.
         source: What an error names.
     """
     course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)

@@ -35,7 +35,7 @@ class Wish:
     @property
     def less_margin(self) -> bool:
         """Whether it may have much less margin than the gait that was found for margin."""
-        return self.quick and self.prefer != "balanced"
+        return self.quick and (self.prefer != "balanced" or self.min_margin is not None)
 
     def steps(self) -> tuple["Wish", ...]:
         """Wishes that are sought one after the other, each from what was found before.

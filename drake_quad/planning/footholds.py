@@ -283,7 +283,7 @@ def make_foothold_grid(
         while counts[:pin].sum() % alike and _add_place(gaps, counts, level, before, pin):
             pass
         before = pin
-    while counts.sum() % per_cycle:  # whole cycles
+    while counts.sum() % per_cycle:  # whole cycles: a stride more behind the last flight
         if not (
             _add_place(gaps, counts, level, before, len(gaps))
             or _add_place(gaps, counts, level, 0, len(gaps))

@@ -1,7 +1,7 @@
 """Reads the outlines of shanks, thighs and trunk from a plant's collision shapes."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from pydrake.geometry import (
@@ -77,8 +77,8 @@ def read_profile(
 ) -> FloatArray:
     """How far a shank's geometries reach back and ahead of its middle line (2, 32) [m].
 
-    At PLACES, and so far to both sides of each as the next one is. As of `read_sides`, but for how
-    near to a place a geometry counts: what is round is taken to be round there.
+    At PLACES, and so far to both sides of each as the next one is. Boxes are taken by their edges,
+    all else as rods that hold it, which are round where they are.
 
     Args:
         plant: The robot.
@@ -88,12 +88,26 @@ def read_profile(
         lengths: Lengths of thigh and shank [m].
     """
     thigh, shank = links
-    rods = [
-        _rod_line(inspector, g, ALONG)
-        for g in plant.GetCollisionGeometriesForBody(shank)
-        if inspector.GetName(g) != foot
-    ]
+    rods: list[tuple[FloatArray, float]] = []
+    for g in plant.GetCollisionGeometriesForBody(shank):
+        if inspector.GetName(g) == foot:
+            continue
+        shape = inspector.GetShape(g)
+        if isinstance(shape, Box):  # a rod would not hold its corners
+            X = inspector.GetPoseInFrame(g)
+            edges = box_edges(half_sizes(shape))
+            rods += [(np.asarray(X.multiply(edge.T)).T, 0.0) for edge in edges]
+        else:
+            rods.append(_rod_line(inspector, g, ALONG))
     return profile_of_rods(rods, lengths[1], _about_knee(plant, inspector, thigh, lengths[0]))
+
+
+def box_edges(half: FloatArray) -> FloatArray:
+    """The edges of a box of half sizes (3,), by their ends (12, 2, 3) [m]."""
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    apart = np.abs(corners[:, None] - corners).sum(axis=-1)
+    pairs = np.argwhere(np.triu(apart == 2.0))
+    return np.asarray(corners[pairs] * half)
 
 
 def profile_of_rods(
@@ -102,7 +116,8 @@ def profile_of_rods(
     """How far rods of a shank reach back and ahead of its middle line, see `read_profile`.
 
     Args:
-        rods: Points along the middle of each (n, 3) in the shank's frame, and its radius [m].
+        rods: Points along the middle of each (n, 3) in the shank's frame, and its radius [m]; the
+            ends alone of one without a radius.
         length: Length of the shank [m].
         ball: Radius of what the thigh has about the knee [m]; not positive: nothing.
     """
@@ -112,8 +127,11 @@ def profile_of_rods(
     found = np.repeat([[np.inf], [-np.inf]], len(PLACES), axis=1)
     for line, radius in rods:
         along, ahead = -line[:, 2], line[:, 0]
-        off = np.maximum(np.maximum(low[:, None] - along, along - high[:, None]), 0.0)
-        half = np.where(off <= radius, np.sqrt(np.maximum(radius**2 - off**2, 0.0)), -np.inf)
+        if radius > 0.0:
+            off = np.maximum(np.maximum(low[:, None] - along, along - high[:, None]), 0.0)
+            half = np.where(off <= radius, np.sqrt(np.maximum(radius**2 - off**2, 0.0)), -np.inf)
+        else:
+            ahead, half = _clip(along, ahead, low, high)
         found[0] = np.minimum(found[0], (ahead - half).min(axis=1))
         found[1] = np.maximum(found[1], (ahead + half).max(axis=1))
     bare = np.isinf(found[0])  # by its end there is a foot, at least
@@ -124,6 +142,17 @@ def profile_of_rods(
     above = _reach_above(rods, middle)  # the cap of the first rod is to hold that, too
     found[:, 0] = min(found[0, 0], middle - above), max(found[1, 0], middle + above)
     return found
+
+
+def _clip(
+    along: FloatArray, ahead: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What of a line (2,) is between bounds (n,): its ends (n, 2), and 0, or -inf for nothing."""
+    way = along[1] - along[0]
+    bounds = np.stack([low, high], axis=1)
+    shares = np.clip((bounds - along[0]) / way, 0.0, 1.0) if way else np.tile([0, 1], (len(low), 1))
+    there = (high >= along.min()) & (low <= along.max())
+    return ahead[0] + shares * (ahead[1] - ahead[0]), np.where(there, 0.0, -np.inf)[:, None]
 
 
 def _reach_above(rods: Sequence[tuple[FloatArray, float]], ahead: float) -> float:

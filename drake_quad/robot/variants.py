@@ -74,7 +74,7 @@ def with_foot_radius(robot: RobotModel, radius: float) -> RobotModel:
     """Returns the robot with feet of another radius, the legs as long as they are.
 
     Each foot's lowest point stays where it is, on the shank's own line. Masses, limits and shapes
-    stay, too.
+    stay, too; where legs are of unlike lengths the shanks' profile is left out.
 
     Args:
         robot: The robot.

@@ -148,6 +148,19 @@ def test_walks_without_room_are_refused(start: float, goal: float, word: str) ->
         make_foothold_grid(lane, start=start, goal=goal, spacing=SPACING)
 
 
+@given(lanes())
+def test_strides_that_make_whole_cycles_are_behind_the_last_flight(lane: Lane) -> None:
+    """Before it level ground has as few places as the spacing allows."""
+    grid = lattice_of(lane)
+    flights = lane.flights
+    if not flights:
+        return
+    first = lane.treads(flights[0])[0]
+    before = first[0] - 0.5 * (first[1] - first[0])
+    count = int(np.sum((grid.s > ENDS + ROUNDING) & (grid.s < first[0])))
+    assert count == max(int(np.ceil((before - ENDS) / SPACING - 1e-6)), 0)
+
+
 def test_flights_without_a_landing_are_walked_tread_to_tread() -> None:
     """Two flights written one after the other are one flight."""
     floor = Element("floor", length=3.0)

@@ -6,7 +6,14 @@ from rig import paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.robot.model import SHANK_POINTS, ShankProfile
-from drake_quad.robot.read_outline import ALONG, EASED, PLACES, join_places, profile_of_rods
+from drake_quad.robot.read_outline import (
+    ALONG,
+    EASED,
+    PLACES,
+    box_edges,
+    join_places,
+    profile_of_rods,
+)
 
 LENGTH = 0.3  # [m] of the shank
 
@@ -48,6 +55,28 @@ def test_a_profile_holds_all_rods_that_it_was_read_from(seed: int, count: int) -
         points = points[points[:, 0] <= PLACES[-1] * LENGTH]
         assert np.all(beyond(profile, points) <= 1e-9)
     assert np.all(beyond(profile, np.array([[0.0, 0.02], [-0.02, 0.0]])) <= 1e-9)  # the knee's ball
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 4))
+def test_a_profile_holds_boxes_however_they_are_turned(seed: int, count: int) -> None:
+    """By points on their faces; a rod as thick as a box would leave its corners out."""
+    rng = np.random.default_rng(seed)
+    rods: list[tuple[FloatArray, float]] = []
+    points = []
+    for _ in range(count):
+        half = rng.uniform(0.005, 0.06, 3)
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        place = rng.uniform([-0.04, -0.03, -0.9 * LENGTH], [0.06, 0.03, 0.05])
+        rods += [(edge @ turn.T + place, 0.0) for edge in box_edges(half)]
+        faces = rng.uniform(-1.0, 1.0, (200, 3))
+        faces[np.arange(200), rng.integers(3, size=200)] = rng.choice([-1.0, 1.0], 200)
+        points.append((faces * half) @ turn.T + place)
+    back, ahead = profile_of_rods(rods, LENGTH, 0.0)
+    profile = join_places(PLACES, np.tile(back, (4, 1)), np.tile(ahead, (4, 1)))
+    at = np.concatenate(points)
+    beside = np.stack([-at[:, 2], at[:, 0]], axis=1)
+    beside = beside[beside[:, 0] <= PLACES[-1] * LENGTH]
+    assert np.all(beyond(profile, beside) <= 1e-9)
 
 
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 4))
