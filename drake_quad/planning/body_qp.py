@@ -377,8 +377,7 @@ def solve_body(
     frame = frame or make_frame(problem)
     parts = [margin_rows(problem, frame.sides), frame.limits]
     if problem.limits is not None:
-        starts = np.array([phase.start for phase in problem.contacts.phases])
-        phases = np.maximum(np.searchsorted(starts, problem.times, side="right") - 1, 0)
+        phases = problem.contacts.phase_indices(problem.times)
         parts.append(limit_rows(problem.limits, phases))
     rows = join_rows([part.with_axes(problem.axes) for part in parts])
     if start is None:

@@ -146,13 +146,17 @@ class ContactPlan:
         """Index of the phase at time `t` [s]; the first or last one outside of the plan."""
         return max(bisect_right(self._starts, t) - 1, 0)
 
+    def phase_indices(self, times: FloatArray) -> IntArray:
+        """The same at each of some times (N,) [s]."""
+        return np.asarray(np.maximum(np.searchsorted(self._starts, times, side="right") - 1, 0))
+
     def phase(self, t: float) -> Phase:
         """The phase at time `t` [s]."""
         return self.phases[self.phase_index(t)]
 
     def feet_at(self, times: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Returns the feet's places (N, 4, 3) [m] and who stands (N, 4) at `times` (N,) [s]."""
-        index = np.maximum(np.searchsorted(self._starts, times, side="right") - 1, 0)
+        index = self.phase_indices(times)
         feet, standing = self._feet[index], self._standing[index]
         roll = None if self.roll is None else self.roll.at(times)
         if roll is not None:

@@ -18,16 +18,9 @@ from drake_quad.errors import InputError
 from drake_quad.robot.importer.stated_friction import states_friction
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import LegGeometry, RobotModel
-from drake_quad.robot.read_outline import (
-    PLACES,
-    bounding_box,
-    join_places,
-    outer_boxes,
-    read_profile,
-    read_sides,
-    read_thighs,
-)
+from drake_quad.robot.read_outline import bounding_box, outer_boxes, read_shank, read_thighs
 from drake_quad.robot.read_stops import read_stops
+from drake_quad.robot.shank_profile import PLACES, join_places
 
 Refuse = Callable[[str, object, str], InputError]  # of field, value and what would be right
 Chain = list[RevoluteJoint]  # a leg's joints, from the trunk on
@@ -60,8 +53,8 @@ class LegRead:
         radius: Radius of the foot [m].
         foot: The foot's geometry, by name.
         friction: The foot's (dynamic) coefficient as the plant has it.
-        sides: The shank's sides, see `read_sides` [m].
-        profile: The same more finely, see `read_profile` [m].
+        sides: The shank's sides, see `read_shank` [m].
+        profile: The same more finely, see `read_shank` [m].
     """
 
     p_BH: FloatArray
@@ -132,6 +125,7 @@ def read_leg(
         )
     name, lengths = str(inspector.GetName(geometry)), (float(-to_knee[2]), float(-place[2]))
     links = (chain[1].child_body(), shank)
+    sides, profile = read_shank(plant, inspector, links, name, lengths)
     return LegRead(
         p_BH=_fixed_place(chain[0]),
         p_HP=to_hip,
@@ -140,8 +134,8 @@ def read_leg(
         radius=radius,
         foot=name,
         friction=_friction_of(inspector, geometry),
-        sides=read_sides(plant, inspector, links, name, lengths),
-        profile=read_profile(plant, inspector, links, name, lengths),
+        sides=sides,
+        profile=profile,
     )
 
 

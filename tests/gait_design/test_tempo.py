@@ -204,6 +204,23 @@ def test_gaits_that_go_farther_in_a_cycle_do() -> None:
     ways = [d.gait.pattern.treads / d.gait.pattern.per_tread for d in found]
     assert ways and min(ways) > 0.5 and ways == sorted(ways, reverse=True)
     assert all(d.score > 0.0 for d in found)
+    # As far, by another pattern, only where that is asked for.
+    outline, longest = link_outline_of(robot), found[0].gait.pattern
+    as_far = choose_longer_gaits(robot, outline, flights, longest, as_long=True)
+    plain = choose_longer_gaits(robot, outline, flights, longest)
+    mine = longest.treads / longest.per_tread
+    more = [
+        d.gait.pattern for d in as_far if d.gait.pattern.treads / d.gait.pattern.per_tread == mine
+    ]
+    assert more and longest not in more
+    assert all(d.gait.pattern.treads / d.gait.pattern.per_tread > mine for d in plain)
+
+
+def test_only_wishes_for_less_margin_look_at_gaits_that_go_as_far() -> None:
+    """A balanced gait keeps most of the margin: others are looked at where it need not."""
+    assert not Wish().less_margin and not Wish("balanced").less_margin
+    for wish in (Wish("speed"), Wish(speed=0.1), Wish("balanced", min_margin=0.01)):
+        assert wish.less_margin
 
 
 def test_a_gait_that_goes_farther_is_taken_for_its_speed() -> None:

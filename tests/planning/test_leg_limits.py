@@ -11,7 +11,7 @@ from rig import paper_robot, stairs_course, stance_at
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline
 from drake_quad.math.distance import PLACES, lines_to_rods, points_to_boxes
-from drake_quad.planning import body_path, body_path as body_search
+from drake_quad.planning import body_constraints, body_path, body_path as body_search
 from drake_quad.planning.body_constraints import (
     SAFE,
     TRUNK_SHARE,
@@ -36,6 +36,7 @@ from drake_quad.planning.body_path import (
     plan_body,
 )
 from drake_quad.planning.body_qp import make_basis
+from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.clearance import trunk_clearance
 from drake_quad.planning.contact_plan import sample_times, swing_times
 from drake_quad.planning.footsteps import plan_walk_footsteps
@@ -272,17 +273,22 @@ def test_a_leg_folded_onto_the_trunk_is_beyond_its_limits() -> None:
     assert found is not None and found.short > 0.5 and np.all(found.shank)
 
 
-@pytest.mark.parametrize("share", [0.0, 1.0, 2.5])
-def test_a_steep_body_is_free_to_tilt_back_but_hardly_further(share: float) -> None:
-    """It may reach STEEPEST and no more; of one that is steeper already a little is left."""
-    settings = PlanSettings(pitch_along_slope=share)
+def optimizer(settings: PlanSettings) -> BodyPathOptimizer:
+    """The search for the body's path of a walk over the usual stairs, as it begins."""
     robot, course = paper_robot(), stairs_course()
     task = Task(kind="walk", name="walk", lane=0, goal=6.25)
     contacts, route, _ = plan_walk_footsteps(
         robot, course, settings, task, stance_at(course, settings)
     )
-    search = BodyPathOptimizer(robot, contacts, route, settings, None, np.zeros((4, 2)))
-    times = sample_times(contacts)
+    return BodyPathOptimizer(robot, contacts, route, settings, None, np.zeros((4, 2)))
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0, 2.5])
+def test_a_steep_body_is_free_to_tilt_back_but_hardly_further(share: float) -> None:
+    """It may reach STEEPEST and no more; of one that is steeper already a little is left."""
+    settings = PlanSettings(pitch_along_slope=share)
+    robot, search = paper_robot(), optimizer(settings)
+    times = sample_times(search.contacts)
     _, (back, ahead) = search._lift_range(times)
     steepest = search.spline.samples(times)[:, 0, 3].min()
     room = STEEPEST + float(steepest)
@@ -291,16 +297,50 @@ def test_a_steep_body_is_free_to_tilt_back_but_hardly_further(share: float) -> N
     np.testing.assert_allclose(ahead / tilt_arm(robot), MOST_TILT)
 
 
+@given(at=st.floats(0.05, 0.95), turn=st.floats(0.0, 2.0 * np.pi))
+def test_a_body_rises_and_pitches_by_a_shift_as_the_ground_does(at: float, turn: float) -> None:
+    """To first order, also where a flight begins: there its pitch changes along the way."""
+    search = optimizer(PlanSettings(pitch_along_slope=1.2))
+    body = search.spline.samples(np.array([at * search.contacts.duration]))[:, 0]
+    rise, pitch = search._follows(body)
+    way = 0.01 * np.array([[np.cos(turn), np.sin(turn)]])
+    along = float(way[0] @ [np.cos(body[0, 4]), np.sin(body[0, 4])])
+    ends = [search._route.ground(body[:, :2] + s * way)[1] for s in (-1.0, 1.0)]
+    before, after = (body_pitch(1.2, end)[0] for end in ends)
+    if abs(along) == pytest.approx(0.01, rel=1e-3):  # straight along the lane
+        assert 2.0 * float(way[0] @ pitch[0]) == pytest.approx(after - before, abs=1e-6)
+    slope = search._route.ground(body[:, :2])[1][0]
+    np.testing.assert_allclose(way @ rise[0], slope * along, atol=1e-12)
+
+
+def test_limits_of_a_path_know_that_bodies_pitch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a search asks for its limits has the pitch of bodies that come onto a flight."""
+    search, asked = optimizer(PlanSettings(pitch_along_slope=1.2)), []
+    monkeypatch.setattr(body_search, "find_limits", lambda *_, **more: asked.append(more["pitch"]))
+    search.find_limits()
+    assert np.abs(asked[0]).max() > 0.2  # [rad/m]
+
+
+def test_distances_that_jump_have_no_sides(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where two shapes take turns the difference says nothing of the way out."""
+    body, feet = poses(0, count=3, shift=0.0)
+    plain = np.full((3, 4, 6), 0.5)
+    plain[:, 0, 0] = -0.01
+
+    def jumps(robot: RobotModel, at: FloatArray, feet: FloatArray, *_: object) -> FloatArray:
+        moved = np.abs(at[:, 0] - body[: len(at), 0]).max() > 0.0
+        return (plain if feet.shape[1] == 4 else plain[:, :1]) + (1.0 if moved else 0.0)
+
+    monkeypatch.setattr(body_constraints, "limit_distances", jumps)
+    found = find_limits(paper_robot(), body, feet, np.zeros((3, 2)), np.zeros((3, 4)))
+    assert found is not None and found.short == pytest.approx(0.1) and len(found.sample) == 0
+
+
 def test_beside_a_steep_flight_a_body_may_tilt() -> None:
     """Where a flight ends one foot still stands next to it: not so where the body is steep."""
     settings = PlanSettings(pitch_along_slope=2.5, max_ahead=0.05, max_shift=0.05)
-    robot, course = paper_robot(), stairs_course()
-    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    contacts, route, _ = plan_walk_footsteps(
-        robot, course, settings, task, stance_at(course, settings)
-    )
-    search = BodyPathOptimizer(robot, contacts, route, settings, None, np.zeros((4, 2)))
-    times = sample_times(contacts)
+    robot, search = paper_robot(), optimizer(settings)
+    times = sample_times(search.contacts)
     _, (back, _) = search._lift_range(times) / tilt_arm(robot)
     pitch = search.spline.samples(times)[:, 0, 3]
     steep, level = pitch < 0.9 * pitch.min(), pitch > -0.01
@@ -317,12 +357,7 @@ def test_beside_a_steep_flight_a_body_may_tilt() -> None:
 
 def test_shanks_short_at_one_time_are_kept_away_at_others() -> None:
     """Each phase of the contacts has its own slack: one that has to be used is not all phases'."""
-    robot, course, settings = paper_robot(), stairs_course(), PlanSettings()
-    task = Task(kind="walk", name="walk", lane=0, goal=6.25)
-    contacts, route, _ = plan_walk_footsteps(
-        robot, course, settings, task, stance_at(course, settings)
-    )
-    search = BodyPathOptimizer(robot, contacts, route, settings, None, np.zeros((4, 2)))
+    search = optimizer(PlanSettings())
     path = search.solve(broken=1e-6)
     times = search._times
     count = len(times)

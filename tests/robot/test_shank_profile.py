@@ -6,7 +6,7 @@ from rig import paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.robot.model import SHANK_POINTS, ShankProfile
-from drake_quad.robot.read_outline import (
+from drake_quad.robot.shank_profile import (
     ALONG,
     EASED,
     PLACES,

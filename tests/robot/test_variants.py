@@ -89,5 +89,11 @@ def test_other_feet_leave_the_legs_as_long_as_they_are(radius: float) -> None:
     np.testing.assert_allclose(
         other.geometry.reach + radius, robot.geometry.reach + robot.foot_radius, rtol=1e-12
     )
+    old, new = robot.shank_profile, other.shank_profile
+    assert old is not None and new is not None  # the shank's shapes stay where they are
+    np.testing.assert_allclose(
+        new.along * other.geometry.shank[0], old.along * robot.geometry.shank[0], rtol=1e-12
+    )
+    np.testing.assert_array_equal(new.radii, old.radii)
     same = with_foot_radius(robot, robot.foot_radius)
     np.testing.assert_allclose(same.shank_radii, robot.shank_radii)
