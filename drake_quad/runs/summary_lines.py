@@ -55,7 +55,7 @@ def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             text += _deepest(summary)
         lines.append((label.format(**words), text))
         if key == "slip_max" and isinstance(tracking := summary.get("tracking"), Mapping):
-            lines.append(("tolerances of the plan's certificate", _tracking_words(tracking)))
+            lines.append(("tolerances asked of a certificate", _tracking_words(tracking)))
     return lines
 
 
@@ -63,7 +63,8 @@ def _tracking_words(tracking: Mapping[str, Any]) -> str:
     """Whether a run kept within the tolerances, in words."""
     left, at = tracking.get("left"), look_up(tracking, "left_at")
     if not left:
-        return f"kept, {look_up(tracking, 'share'):.2f} of them used"
+        share = look_up(tracking, "share")
+        return f"kept, {share:.2f} used; `plan` says what is proven"
     return f"left from {at:.2f} s on: {', '.join(map(str, left))}"
 
 

@@ -126,7 +126,7 @@ def test_a_foot_of_each_kind_has_its_own_tolerance() -> None:
     first = values("t")[np.flatnonzero(~stands)[0]]
     assert found["left"] == ["swing"] and found["left_at"] == pytest.approx(first)
     told = dict(summary_lines({"tracking": found}))
-    assert told["tolerances of the plan's certificate"] == f"left from {first:.2f} s on: swing"
+    assert told["tolerances asked of a certificate"] == f"left from {first:.2f} s on: swing"
 
 
 def test_a_foot_that_bears_late_is_told_by_the_gait_clock() -> None:
@@ -155,4 +155,4 @@ def test_a_robot_on_fewer_than_three_feet_is_beyond_all_tolerances() -> None:
     assert found["left"] == ["support"] and found["share"] is None
     assert found["left_at"] == pytest.approx(values("t")[first])
     told = dict(summary_lines({"tracking": found}))
-    assert "support" in told["tolerances of the plan's certificate"]
+    assert "support" in told["tolerances asked of a certificate"]
