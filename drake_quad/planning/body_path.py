@@ -38,6 +38,7 @@ from drake_quad.planning.contact_plan import (
     sample_times,
     swing_times,
 )
+from drake_quad.planning.limits_search import keep_limits
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import KNOT, PlanSettings
 from drake_quad.planning.stance_margin import Footing
@@ -189,6 +190,11 @@ class BodyPathOptimizer:
             return -np.inf
         return self._solution.zmp_margin if self._settings.dynamic else self._solution.margin
 
+    @property
+    def keeps_limits(self) -> bool:
+        """Whether the best path keeps all limits, as the program has them that was solved last."""
+        return self._solution is not None and self._solution.beyond <= KEPT
+
     def margin(self) -> float:
         """Smallest static margin at the sampled times, or of the zero-moment point [m]."""
         if self._settings.dynamic and not self._settings.uniform_body:
@@ -297,13 +303,7 @@ DYNAMIC_PASSES = 3
 FEASIBLE_PASSES = 4  # where the region is that of the posture
 PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
 ROUGH = 1e-3  # [m] by which rows may be broken by a path that is corrected anyway
-LIMIT_PASSES = 6  # besides, where legs come to their limits
-MORE_PASSES = 10  # at most after these
-PATIENCE = 4  # passes after the last that left FALLS of the best before, or had more margin
-FALLS = 0.7
-DAMPED = 0.6  # of the way to the next path, in these
-LINEAR = 0.05  # short of limits by no more than that [m], they are seen much as they are
-REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
+KEPT = 1e-4  # [m] beyond limits: as good as within them
 
 
 def plan_body(
@@ -348,39 +348,7 @@ def _search(search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool
     passes = DYNAMIC_PASSES if settings.dynamic else FEASIBLE_PASSES if feasible else PASSES
     for k in range(passes):
         search.follow(search.solve(broken=BROKEN if k == passes - 1 else ROUGH))
-    _search_limits(search)
-
-
-def _search_limits(search: BodyPathOptimizer) -> None:
-    """Solves it again until legs keep their limits, or as nearly as they come to it.
-
-    A path that keeps them may have less margin than it could: limits as they are seen from a path
-    far beyond them can be much too tight. So it is also solved again around a path that keeps them,
-    until that has the margin that the program believes in.
-    """
-    best, best_path, best_at = (np.inf, np.inf), search.control, 0
-    seen_from = np.inf  # how short the path was that the last program was made around
-    for k in range(LIMIT_PASSES + MORE_PASSES + 1):
-        short = search.find_limits()
-        if short == 0.0 and k == 0:
-            return
-        margin = search.margin()
-        nearer = short <= FALLS * best[0] if best[0] > 0.0 else False
-        if nearer or (short == 0.0 and margin >= REACHED - best[1]):
-            best_at = k
-        if (short, -margin) < best:
-            best, best_path = (short, -margin), search.control
-        if short == 0.0 and seen_from <= LINEAR and margin >= search.believed - REACHED:
-            break
-        if k >= LIMIT_PASSES + MORE_PASSES or k >= max(LIMIT_PASSES, best_at + PATIENCE):
-            break
-        seen_from = short
-        path, before = search.solve(broken=BROKEN), search.control
-        if k > 0:
-            path = before + DAMPED * (path - before)
-        search.follow(path)
-    if best_path is not search.control:  # it went to and fro
-        search.follow(best_path)
+    keep_limits(search)
 
 
 def roll_along(

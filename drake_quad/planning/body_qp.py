@@ -99,7 +99,7 @@ class BodyProblem:
     @property
     def scalars(self) -> int:
         """Number of the program's scalars."""
-        return SHANKS + (1 if self.limits is None else len(self.contacts.phases))
+        return FIRST_PHASE + (0 if self.limits is None else len(self.contacts.phases))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +111,8 @@ class BodySolution:
         margin: The static margin that the program believes in [m].
         zmp_margin: The margin of the zero-moment point that the program believes in [m].
         path: Value, velocity, acceleration at the sampled times, (N, 3, axes).
-        scalars: The program's scalars, MARGIN to BEYOND, then from SHANKS on one for every phase of
-            the contacts (4 + phases,) [m].
+        scalars: The program's scalars, MARGIN to SHANKS, then, where legs are at their limits, one
+            for every phase of the contacts (5,) or (5 + phases,) [m].
     """
 
     control: FloatArray
@@ -121,13 +121,19 @@ class BodySolution:
     path: FloatArray
     scalars: FloatArray
 
+    @property
+    def beyond(self) -> float:
+        """How far legs are beyond their limits, or shanks too near, at most [m]."""
+        return float(self.scalars[[BEYOND, SHANKS]].max())
+
 
 FAR = 5.0  # [m]: a limit beyond it is none
 REACH_STRIDE = 4  # a foot's place in its box changes slowly: every so many samples will do
 SHIFT_STRIDE = 2
-# Behind the control points: one each, but of shanks one for every phase of the contacts. Where
-# shanks cannot be far enough away at one time, they are to be so at others all the same.
-MARGIN, ZMP_MARGIN, EXCESS, BEYOND, SHANKS = range(5)
+# Behind the control points: one each, then that of shanks in every phase of the contacts. Where
+# shanks cannot be far enough away at one time, they are to be so at others all the same; SHANKS is
+# the greatest of these.
+MARGIN, ZMP_MARGIN, EXCESS, BEYOND, SHANKS, FIRST_PHASE = range(6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +276,7 @@ def limit_rows(limits: LegLimits, phases: IntArray) -> Rows:
         limits.sample,
         limits.normal,
         np.zeros(size),
-        np.where(limits.shank, SHANKS + phases[limits.sample], BEYOND),
+        np.where(limits.shank, FIRST_PHASE + phases[limits.sample], BEYOND),
         np.ones(size),
         limits.offset,
     )
@@ -296,9 +302,10 @@ def _across(heading: FloatArray) -> FloatArray:
 
 FOLLOW = 0.02  # what a distance from the nominal path costs; an acceleration costs 1 [1/s^4]
 SETTLE = 1.0  # the same of lift and tilt
-# The scalars' costs: of both margins, of the excess of reach, of legs beyond their limits and, in
-# each phase, of shanks too near to the stairs. The last two are hard if they can be kept.
+# The scalars' costs: of both margins, of the excess of reach, of legs beyond their limits and of
+# shanks too near to the stairs, where they are nearest. The last two are hard if they can be kept.
 PRICES = (-200.0, -100.0, 400.0, 4000.0, 1500.0)
+PHASE_PRICE = 150.0  # of shanks too near in each phase: less than margin costs, see MARGIN
 NEAR = 0.01  # [m] from being broken, at which a row comes in
 BROKEN = 1e-6  # [m] more than that and a row is broken
 SEED_STRIDE = 4  # every so many samples' sides begin
@@ -405,6 +412,10 @@ def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: IntArray) -> Fl
     """The path's control points, their axes in turn, and the scalars (axes n + scalars,)."""
     total, axes, scalars = len(frame.c), p.axes, p.scalars
     G, lower = rows.matrix(chosen, frame.basis, scalars)
+    if scalars > FIRST_PHASE:
+        greatest = _greatest_shank(total, scalars - FIRST_PHASE)
+        G = sparse.vstack([G, greatest], format="csc")
+        lower = np.append(lower, np.zeros(greatest.shape[0]))
     still = np.zeros(axes - 2)
     ends = [np.append(p.nominal[0], still), np.append(p.nominal[-1], still)]
     b = np.repeat(ends, 3, axis=0).ravel()
@@ -430,6 +441,15 @@ def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: IntArray) -> Fl
     return np.array(solver.result.x)
 
 
+def _greatest_shank(total: int, phases: int) -> sparse.csr_matrix:
+    """Rows that hold the scalar SHANKS above that of every phase (phases, total)."""
+    k = np.arange(phases)
+    first = total - phases
+    rows, columns = np.tile(k, 2), np.append(np.full(phases, first - 1), first + k)
+    data = np.repeat([1.0, -1.0], phases)
+    return sparse.csr_matrix((data, (rows, columns)), shape=(phases, total))
+
+
 def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
     """The acceleration squared and some of the distance from the nominal path, over time."""
     gaps = np.diff(p.times)
@@ -448,8 +468,8 @@ def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
     c = np.zeros((n, axes))
     for axis in range(2):
         c[:, axis] = -2.0 * FOLLOW * np.bincount(at.ravel(), pull[..., axis].ravel(), minlength=n)
-    shanks = np.full(p.scalars - SHANKS, PRICES[SHANKS])
-    return P, np.concatenate([c.ravel(), PRICES[:SHANKS], shanks])
+    phases = np.full(p.scalars - FIRST_PHASE, PHASE_PRICE)
+    return P, np.concatenate([c.ravel(), PRICES, phases])
 
 
 def _bands(basis: Basis, at: IntArray, weight: FloatArray, pull: float) -> list[FloatArray]:

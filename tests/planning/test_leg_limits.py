@@ -1,6 +1,5 @@
 """Legs' limits along a body path: where they are, and that a path is bent until legs keep them."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from rig import paper_robot, stairs_course, stance_at
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline
 from drake_quad.math.distance import PLACES, lines_to_rods, points_to_boxes
-from drake_quad.planning import body_constraints, body_path, body_path as body_search
+from drake_quad.planning import body_constraints, body_path as body_search
 from drake_quad.planning.body_constraints import (
     SAFE,
     TRUNK_SHARE,
@@ -23,11 +22,7 @@ from drake_quad.planning.body_constraints import (
     tilt_arm,
 )
 from drake_quad.planning.body_path import (
-    DAMPED,
     LEAST_TILT,
-    LIMIT_PASSES,
-    LINEAR,
-    MORE_PASSES,
     MOST_TILT,
     PER_SWING,
     STEEPEST,
@@ -35,7 +30,7 @@ from drake_quad.planning.body_path import (
     BodyPathOptimizer,
     plan_body,
 )
-from drake_quad.planning.body_qp import make_basis
+from drake_quad.planning.body_qp import FIRST_PHASE, SHANKS, make_basis
 from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.clearance import trunk_clearance
 from drake_quad.planning.contact_plan import sample_times, swing_times
@@ -374,45 +369,9 @@ def test_shanks_short_at_one_time_are_kept_away_at_others() -> None:
     there = make_basis(times, search._knot, len(found)).at(found)[:, 0, 0]
     assert there[late] >= x[late] + 0.02 - 1e-5
     assert abs(there[early] - x[early]) < 0.05  # neither of the two is kept
-
-
-class Fake:
-    """A search whose paths are numbers, each short of all room by so much."""
-
-    believed = 0.0  # all have the margin that they are thought to have
-
-    def __init__(self, short: list[float]) -> None:
-        self.short, self.control, self.asked = short, np.zeros(1), 0
-
-    def margin(self) -> float:
-        """Of each path the same."""
-        return 0.0
-
-    def solve(self, *, broken: float) -> FloatArray:
-        """The next path."""
-        self.asked += 1
-        return np.array([float(self.asked)])
-
-    def follow(self, control: FloatArray) -> None:
-        """Takes it."""
-        self.control = control
-
-    def find_limits(self) -> float:
-        """By how much it is short."""
-        return self.short.pop(0)
-
-
-def test_of_paths_that_go_to_and_fro_the_one_least_short_is_taken() -> None:
-    """And as soon as one is not short at all, no further is looked for."""
-    for shorts, best in (([5.0, 3.0, 1.0, 4.0, 2.0, 6.0, 7.0], 2), ([5.0, LINEAR, 0.0], 2)):
-        fake = Fake(list(shorts))
-        followed: list[object] = []
-        follow = fake.follow
-        fake.follow = lambda c, f=follow, seen=followed: (seen.append(c), f(c))[1]  # type: ignore
-        body_path._search(fake, PlanSettings(), feasible=False)  # type: ignore[arg-type]
-        after = followed[body_path.PASSES - 1 :]  # the first is what the limits are looked at of
-        assert fake.control is after[best]
-        assert not fake.short or shorts[best] == 0.0
+    slack = search._solution.scalars if search._solution is not None else np.zeros(6)
+    assert slack[SHANKS] == pytest.approx(slack[FIRST_PHASE:].max(), abs=1e-5) and slack[SHANKS] > 0
+    assert np.sum(slack[FIRST_PHASE:] > 1e-4) == 1 and not search.keeps_limits
 
 
 def test_shanks_are_looked_at_between_a_paths_samples(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -493,81 +452,3 @@ def test_the_limits_know_thighs_that_come_into_the_trunk() -> None:
             assert np.all(lateral[[0, 2]] < -0.1) and np.all(np.abs(lateral[[1, 3]]) < 0.02)
         else:
             assert np.all(found[..., -1] >= 0.1)
-
-
-class Passes:
-    """A search that counts its passes; each path is their number, with such shorts and margins."""
-
-    def __init__(
-        self,
-        shorts: list[float],
-        margins: Sequence[float] = (),
-        believed: Sequence[float] = (),
-    ) -> None:
-        self.control, self.solved, self.shorts = np.zeros(1), 0, shorts
-        self.margins, self.beliefs = margins or [0.0] * 20, believed or [0.0] * 20
-
-    @property
-    def believed(self) -> float:
-        """Margin of the last program's path, as the program has it."""
-        return self.beliefs[self.solved]
-
-    def margin(self) -> float:
-        """The margin that the last path really has."""
-        return self.margins[self.solved]
-
-    def find_limits(self) -> float:
-        """By how much the last path is short of its limits."""
-        return self.shorts[self.solved]
-
-    def solve(self, *, broken: float) -> FloatArray:
-        """The next path."""
-        self.solved += 1
-        return np.array([float(self.solved)])
-
-    def follow(self, control: FloatArray) -> None:
-        """Takes it."""
-        self.control = control
-
-
-def test_a_path_within_its_limits_gets_the_margin_that_it_can_have() -> None:
-    """Seen from far beyond them limits are too tight: such a path is not the last."""
-    shorts = [0.9, 0.0, 0.0, 0.0]
-    # The first path that keeps its limits has no margin, and neither had its program's.
-    search = Passes(shorts, [0.03, -0.03, 0.02, 0.0255], [0.0, -0.03, 0.026, 0.0258])
-    body_path._search_limits(search)  # type: ignore[arg-type]
-    second = 1.0 + DAMPED * (2.0 - 1.0)
-    assert search.solved == 3
-    assert float(search.control[0]) == pytest.approx(second + DAMPED * (3.0 - second))
-    # What is found later is not taken if it has less.
-    search = Passes(shorts, [0.03, 0.02, 0.019, 0.018], [0.0, 0.02, 0.03, 0.018])
-    body_path._search_limits(search)  # type: ignore[arg-type]
-    assert search.solved == 3 and float(search.control[0]) == 1.0
-    # Where no limit was met nothing is solved again, whatever the margin.
-    search = Passes([0.0], [0.01], [0.05])
-    body_path._search_limits(search)  # type: ignore[arg-type]
-    assert search.solved == 0
-
-
-@pytest.mark.parametrize(
-    ("shorts", "passes", "kept"),
-    [
-        ([0.5, LINEAR, 0.0], 2, 2),  # kept: no further pass
-        ([0.5, 0.2, 0.0, 0.0], 3, 2),  # as seen from far beyond them: once more, but no better
-        ([0.5] + 12 * [0.1], LIMIT_PASSES, 1),  # it does not come nearer
-        ([0.9**k for k in range(20)], LIMIT_PASSES, LIMIT_PASSES),  # so slowly that it is left
-        ([0.5**k for k in range(20)], LIMIT_PASSES + MORE_PASSES, LIMIT_PASSES + MORE_PASSES),
-        ([0.5**k for k in range(8)] + [0.0], 8, 8),
-    ],
-)
-def test_a_path_that_comes_nearer_to_its_limits_is_not_given_up(
-    shorts: list[float], passes: int, kept: int
-) -> None:
-    """Beyond the usual passes it goes on while each leaves less; the best path is kept."""
-    search = Passes(shorts)
-    body_path._search_limits(search)  # type: ignore[arg-type]
-    assert search.solved == passes
-    damped = 0.0
-    for k in range(kept):
-        damped = float(k + 1) if k == 0 else damped + DAMPED * (k + 1 - damped)
-    assert float(search.control[0]) == pytest.approx(damped)

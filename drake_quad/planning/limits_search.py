@@ -1,0 +1,83 @@
+"""The search for a body path that keeps the legs' limits, by one program after another.
+
+Limits are seen along the path so far, as half-planes. Around a path that is far beyond them they
+are much too tight at some places and missing at others, so a path is looked for in steps.
+"""
+
+from typing import Protocol
+
+from drake_quad.common import FloatArray
+from drake_quad.planning.body_qp import BROKEN
+
+MOST_PASSES = 16
+PATIENCE = 8  # passes after the last that came nearer
+FALLS = 0.7  # of how short the best was: less is nearer
+DAMPED = 0.6  # of the way to the next path
+LINEAR = 0.05  # short of limits by no more than that [m], they are seen much as they are
+REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
+
+
+class LimitsSearch(Protocol):
+    """A path, and the program around it."""
+
+    control: FloatArray
+
+    @property
+    def believed(self) -> float:
+        """The margin of the last program's path, as the program has it [m]."""
+
+    @property
+    def keeps_limits(self) -> bool:
+        """Whether the last program's path keeps all limits, as the program has them."""
+
+    def margin(self) -> float:
+        """The path's margin [m]."""
+
+    def find_limits(self) -> float:
+        """Looks where legs are beyond their limits; returns by how much in all."""
+
+    def solve(self, *, broken: float) -> FloatArray:
+        """The path of the program around the path so far; rows may be broken by so much [m]."""
+
+    def follow(self, control: FloatArray) -> None:
+        """Takes a path."""
+
+
+def keep_limits(search: LimitsSearch) -> None:
+    """Solves the program again until legs keep their limits, or as nearly as they come to it.
+
+    A path that keeps them may have less margin than it could: limits as they are seen from a path
+    far beyond them can be much too tight. So it is also solved again around a path that keeps them,
+    until that has the margin that the program believes in.
+
+    It gives up when no path has come nearer for some time. Where the program believes that all
+    limits can be kept, any fall is nearer, for its paths then go there, if slowly.
+    """
+    best, best_path = (float("inf"), float("inf")), search.control
+    best_at, margin_then = 0, float("-inf")
+    seen_from = float("inf")  # how short the path was that the last program was made around
+    for k in range(MOST_PASSES + 1):
+        short = search.find_limits()
+        if short == 0.0 and k == 0:
+            return
+        margin = search.margin()
+        falls = 1.0 if search.keeps_limits else FALLS
+        if best[0] > 0.0:
+            nearer = short < best[0] and short <= falls * best[0]
+        else:
+            nearer = short == 0.0 and margin >= margin_then + REACHED
+        if nearer:
+            best_at, margin_then = k, margin
+        if (short, -margin) < best:
+            best, best_path = (short, -margin), search.control
+        if short == 0.0 and seen_from <= LINEAR and margin >= search.believed - REACHED:
+            break
+        if k >= min(MOST_PASSES, best_at + PATIENCE):
+            break
+        seen_from = short
+        path, before = search.solve(broken=BROKEN), search.control
+        if k > 0:
+            path = before + DAMPED * (path - before)
+        search.follow(path)
+    if best_path is not search.control:  # it went to and fro
+        search.follow(best_path)

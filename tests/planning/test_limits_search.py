@@ -1,0 +1,130 @@
+"""The search for a path that keeps the legs' limits: when it goes on, and what it takes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from drake_quad.common import FloatArray
+from drake_quad.planning.limits_search import (
+    DAMPED,
+    LINEAR,
+    MOST_PASSES,
+    PATIENCE,
+    keep_limits,
+)
+
+MANY = MOST_PASSES + 4
+
+
+class Passes:
+    """A search that counts its passes; each path is their number, with such shorts and margins."""
+
+    def __init__(
+        self,
+        shorts: Sequence[float],
+        margins: Sequence[float] = (),
+        believed: Sequence[float] = (),
+        kept_from: int = MANY,
+    ) -> None:
+        self.control, self.solved, self.shorts = np.zeros(1), 0, shorts
+        self.margins, self.beliefs = margins or [0.0] * MANY, believed or [0.0] * MANY
+        self.kept_from = kept_from
+
+    @property
+    def believed(self) -> float:
+        """Margin of the last program's path, as the program has it."""
+        return self.beliefs[self.solved]
+
+    @property
+    def keeps_limits(self) -> bool:
+        """Whether the last program's path keeps all limits, as the program has them."""
+        return self.solved >= self.kept_from
+
+    def margin(self) -> float:
+        """The margin that the last path really has."""
+        return self.margins[self.solved]
+
+    def find_limits(self) -> float:
+        """By how much the last path is short of its limits."""
+        return self.shorts[self.solved]
+
+    def solve(self, *, broken: float) -> FloatArray:
+        """The next path."""
+        self.solved += 1
+        return np.array([float(self.solved)])
+
+    def follow(self, control: FloatArray) -> None:
+        """Takes it."""
+        self.control = control
+
+
+def path_of(passes: int) -> float:
+    """The path after so many passes: the first whole, then DAMPED of the way to each next."""
+    path = min(passes, 1.0)
+    for k in range(2, passes + 1):
+        path += DAMPED * (k - path)
+    return path
+
+
+def test_a_path_within_its_limits_gets_the_margin_that_it_can_have() -> None:
+    """Seen from far beyond them limits are too tight: such a path is not the last."""
+    shorts = [0.9] + [0.0] * MANY
+    # The first path that keeps its limits has no margin, and neither had its program's.
+    search = Passes(shorts, [0.03, -0.03, 0.02, 0.0255], [0.0, -0.03, 0.026, 0.0258])
+    keep_limits(search)
+    assert search.solved == 3
+    assert float(search.control[0]) == pytest.approx(path_of(3))
+    # What is found later is not taken if it has less.
+    search = Passes(shorts, [0.03, 0.02, 0.019, 0.018], [0.0, 0.02, 0.03, 0.018])
+    keep_limits(search)
+    assert search.solved == 3 and float(search.control[0]) == path_of(1)
+    # Where no limit was met nothing is solved again, whatever the margin.
+    search = Passes([0.0], [0.01], [0.05])
+    keep_limits(search)
+    assert search.solved == 0
+
+
+def test_small_gains_of_margin_add_up() -> None:
+    """A path that gains 0.4 mm in each pass is not given up, one that stays is."""
+    shorts = [0.9] + [0.0] * MANY
+    believed = [0.1] * MANY
+    gains = [0.02 + 0.0004 * k for k in range(MANY)]
+    search = Passes(shorts, gains, believed)
+    keep_limits(search)
+    assert search.solved == MOST_PASSES
+    search = Passes(shorts, [0.02] * MANY, believed)
+    keep_limits(search)
+    assert search.solved == 1 + PATIENCE
+
+
+@pytest.mark.parametrize(
+    ("shorts", "passes", "kept"),
+    [
+        ([0.5, LINEAR, 0.0], 2, 2),  # kept: no further pass
+        ([0.5, 0.2, 0.0, 0.0], 3, 2),  # as seen from far beyond them: once more, but no better
+        ([0.5] + [0.1] * MANY, 1 + PATIENCE, 1),  # it does not come nearer
+        ([0.5, 0.3, 0.1, 0.4, 0.2] + [0.6] * MANY, 2 + PATIENCE, 2),  # to and fro
+        ([0.99**k for k in range(MANY)], PATIENCE, PATIENCE),  # so slowly that it is left
+        ([0.5**k for k in range(MANY)], MOST_PASSES, MOST_PASSES),
+        ([0.5**k for k in range(8)] + [0.0], 8, 8),
+    ],
+)
+def test_a_path_that_comes_nearer_to_its_limits_is_not_given_up(
+    shorts: list[float], passes: int, kept: int
+) -> None:
+    """It goes on while each leaves clearly less; the best path is kept."""
+    search = Passes(shorts)
+    keep_limits(search)
+    assert search.solved == passes
+    assert float(search.control[0]) == pytest.approx(path_of(kept))
+
+
+def test_where_limits_can_be_kept_a_slow_approach_is_not_given_up() -> None:
+    """The same shorts are left after some passes if the program knows no path within limits."""
+    shorts = [0.99**k for k in range(MANY)]
+    for kept_from, passes in ((2, MOST_PASSES), (MANY, PATIENCE)):
+        search = Passes(shorts, kept_from=kept_from)
+        keep_limits(search)
+        assert search.solved == passes
+        assert float(search.control[0]) == pytest.approx(path_of(passes))
