@@ -24,7 +24,7 @@ from drake_quad.feasibility.passport import (
     with_trials,
 )
 from drake_quad.feasibility.passport_page import PASSPORT, write_passport
-from drake_quad.gait_design.wish import PREFER, Wish
+from drake_quad.gait_design.wish import BALANCE, PREFER, Wish
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun
@@ -178,6 +178,7 @@ def check_stairs(
     prefer: str = PREFER[0],
     speed: float | None = None,
     min_margin: float | None = None,
+    balance: str = BALANCE[0],
     thorough: bool = True,
 ) -> Feasibility:
     """Whether a robot climbs a flight of stairs up and, after a turn, down again, and how.
@@ -193,6 +194,8 @@ def check_stairs(
             that margin; or `speed`, the quickest that is safe.
         speed: Speed on the flights that is enough [m/s]; the gait keeps the margin that is left.
         min_margin: Margin that the plan is to keep [m], as quick as that allows.
+        balance: `static`; or `dynamic`: a quick gait that is balanced by its motion, whose margin
+            is that of the zero-moment point.
         thorough: Whether to search for a good gait, or to take any that a quick search finds.
 
     Returns:
@@ -208,7 +211,7 @@ def check_stairs(
         around=Around(width=width, landing=landing, turn=turn),
         margin=margin,
         nearest=False,
-        wish=Wish(prefer, speed, min_margin),
+        wish=Wish(prefer, speed, min_margin, balance),
         thorough=thorough,
     )
 
@@ -221,6 +224,7 @@ def check_course(
     prefer: str = PREFER[0],
     speed: float | None = None,
     min_margin: float | None = None,
+    balance: str = BALANCE[0],
 ) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
@@ -231,12 +235,16 @@ def check_course(
         prefer: What the gait is to be good at, as for `check_stairs`.
         speed: Speed on the flights that is enough [m/s].
         min_margin: Margin that the plan is to keep [m].
+        balance: `static` or `dynamic`, as for `check_stairs`.
 
     Raises:
         InputError: If robot or scenario cannot be used.
     """
     return design_for_course(
-        _model_of(robot), str(scenario), margin=margin, wish=Wish(prefer, speed, min_margin)
+        _model_of(robot),
+        str(scenario),
+        margin=margin,
+        wish=Wish(prefer, speed, min_margin, balance),
     )
 
 

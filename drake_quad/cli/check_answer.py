@@ -29,7 +29,8 @@ def print_check(told: dict[str, Any], console: Console) -> None:
     certificate = told.get("certificate")
     failed = certificate is not None and not certificate["certified"]
     if told["feasible"]:
-        little = told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]
+        moving = told["plan"]["balance"] == "dynamic"
+        little = moving or told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]
         colour = "yellow" if failed or little else colour
     first, rest = told["answer"].split(": ", 1)
     console.print(Text.assemble((first, f"bold {colour}"), f": {rest}"), soft_wrap=True)
@@ -100,6 +101,12 @@ def gait_lines(told: dict[str, Any]) -> list[str]:
 def certificate_words(told: dict[str, Any]) -> list[str]:
     """What is proven of the plan, in plain words; nothing where the proof fails."""
     certificate = told["certificate"]
+    if told["plan"]["balance"] == "dynamic":
+        static = 1e3 * told["slacks"]["margin"]["on_course"]
+        return [
+            f"It could not stand still at every time: its static margin goes down to {static:.0f} "
+            "mm. If a foot is late, or it is pushed, it may fall. No certificate is for such gaits."
+        ]
     if certificate is None or not certificate["certified"]:
         return []
     proven = certificate["proven"]

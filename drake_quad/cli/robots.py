@@ -110,6 +110,13 @@ def check(
         float | None,
         typer.Option(help="Margin to keep \\[m], as quick as that allows."),
     ] = None,
+    balance: Annotated[
+        str,
+        typer.Option(
+            help="How the gait is balanced: `static`, over its feet at every time; or `dynamic`, "
+            "by its motion, which is quicker: the margin is that of the zero-moment point."
+        ),
+    ] = "static",
     save: Annotated[
         Path | None, typer.Option(help="File to write the designed scenario into.")
     ] = None,
@@ -155,7 +162,7 @@ def check(
     asked = dq.CheckRequest(
         robot, rise=rise, run=run, count=count, overhang=overhang, open=open_risers or None,
         scenario=scenario, margin=margin, width=width, landing=landing, turn=turn, prefer=prefer,
-        speed=speed, min_margin=min_margin,
+        speed=speed, min_margin=min_margin, balance=balance,
     )  # fmt: skip
     console, said = Console(), False
     claim_file(save, "--save")

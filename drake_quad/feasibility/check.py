@@ -103,7 +103,10 @@ class Feasibility:
 
     @property
     def margin(self) -> float | None:
-        """Smallest static margin of the plan [m]; None if there is no plan."""
+        """Smallest margin of the plan [m]; None if there is no plan.
+
+        It is the static one, or that of the zero-moment point, see `balanced_by_motion`.
+        """
         return None if self.designed is None else self.designed.margin
 
     @cached_property
@@ -127,9 +130,10 @@ class Feasibility:
     def certificate(self) -> Certificate | None:
         """What is proven of the plan at every time; None without a plan.
 
-        Swings along arcs are not proven, and a designed gait has none.
+        None, too, if it is balanced by its motion: static margins are proven. Swings along arcs are
+        not proven, and a designed gait has none.
         """
-        if self.designed is None or self.robot is None:
+        if self.designed is None or self.robot is None or self.balanced_by_motion:
             return None
         course = course_of(self.designed.scenario, foot_radius=self.robot.foot_radius)
         plans = self.designed.plan.plans
@@ -148,10 +152,17 @@ class Feasibility:
         return None if slowest is None else slowest.time
 
     @property
+    def balanced_by_motion(self) -> bool:
+        """Whether there is a plan whose margin is that of the zero-moment point."""
+        return self.plan is not None and self.plan.dynamic
+
+    @property
     def fulfilled(self) -> bool:
-        """Whether the plan is as quick, and keeps as much margin, as was asked for in figures."""
+        """Whether the plan is what was asked for: as quick, with as much margin, as balanced."""
         wish, quick, margin = self.wish, self.speed, self.margin
         if wish.speed is not None and (quick is None or quick < ENOUGH * wish.speed):
+            return False
+        if wish.dynamic and not self.balanced_by_motion:
             return False
         return wish.min_margin is None or (margin is not None and margin >= wish.min_margin)
 
@@ -162,7 +173,7 @@ class Feasibility:
             return None
         return nearest_limit(
             self.pace,
-            margin=self.designed.margin,
+            margin=None if self.balanced_by_motion else self.designed.margin,
             torque=self.designed.torque,
             room=self.designed.room.weighted,
             part=self.designed.room.part,
@@ -170,7 +181,7 @@ class Feasibility:
         )
 
     def curve(self, note: Callable[[str], object] = lambda _: None) -> SpeedCurve | None:
-        """Speed against margin, for this robot and these stairs; None if there is no gait.
+        """Speed against static margin, for this robot and these stairs; None if there is no gait.
 
         Args:
             note: Receives a line before each plan.
@@ -260,7 +271,7 @@ class Feasibility:
             rows.insert(0, ("robot", self.robot.name))
         if self.designed is not None:
             rows += [
-                ("static margin of the plan", f"{1e3 * self.designed.margin:.0f} mm"),
+                (f"{margin_name(self.plan)} of the plan", f"{1e3 * self.designed.margin:.0f} mm"),
                 *(
                     []
                     if self.speed is None or self.flight_time is None
@@ -279,6 +290,28 @@ class Feasibility:
             proven = "for every time" if failure is None else f"no: {failure.reason}"
             rows.append(("certified", proven))
         return html_table(rows)
+
+
+def margin_name(plan: MissionPlan | None) -> str:
+    """What a plan's margin is of, in words."""
+    return (
+        "margin of the zero-moment point"
+        if plan is not None and plan.dynamic
+        else ("static margin")
+    )
+
+
+def check_wish(wish: Wish, margin: str) -> None:
+    """Makes sure that there can be such a wish, and such a region for the margin.
+
+    Raises:
+        InputError: The error names the option, its value and what would be right.
+    """
+    check_margin_kind(margin)
+    wish.check()
+    if wish.dynamic and margin != HULL:
+        remedy = f"give {HULL}: with --balance dynamic no static margin is asked for"
+        raise InputError(source="--margin", field="margin", value=margin, remedy=remedy)
 
 
 def check_flight(
@@ -308,8 +341,7 @@ def check_flight(
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     check_stairs_numbers(stairs, around)
-    check_margin_kind(margin)
-    wish.check()
+    check_wish(wish, margin)
     robot = robot or load_robot(model)
     scenario = make_stairs_scenario(robot, stairs, around, model=_whole_path(model))
     scenario.gait.margin = margin
@@ -347,8 +379,7 @@ def design_for_course(
     Raises:
         InputError: If robot or scenario cannot be used.
     """
-    check_margin_kind(margin)
-    wish.check()
+    check_wish(wish, margin)
     robot = load_robot(model)
     given = load_scenario(scenario)
     asked = Scenario(

@@ -132,6 +132,7 @@ def feasibility_report(
             "duration": designed.plan.duration,
             "margin": designed.margin,
             "margin_kind": gait.margin,
+            "balance": "dynamic" if check.balanced_by_motion else "static",
             "quality": designed.quality,
             "nearest_part": designed.room.part,
             "nearest_task": designed.room.task,
@@ -247,13 +248,16 @@ def _pitches(designed: Designed) -> FloatArray:
 
 def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     """What the plan of the course itself leaves of each limit that it is measured for."""
-    joints = np.inf
+    joints, static = np.inf, designed.margin
     for plan in designed.plan.plans:
         count = int(np.ceil(plan.duration / PERIOD)) + 1
-        q = evaluate(robot, plan, np.linspace(0.0, plan.duration, count)).q.reshape(-1, 12)
+        samples = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
+        q = samples.q.reshape(-1, 12)
         joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
+        if designed.plan.dynamic:
+            static = min(static, float(samples.margin.min()))
     part = "trunk" if designed.room.part == "the trunk" else "legs"
-    left = {"joints": joints, "torque": designed.torque, "margin": designed.margin}
+    left = {"joints": joints, "torque": designed.torque, "margin": static}
     return left | {part: designed.room.weighted}
 
 
@@ -280,15 +284,23 @@ def _answer(report: dict[str, Any]) -> str:
     if report["feasible"]:
         plan = report["plan"]
         kind = "static" if plan["margin_kind"] == HULL else plan["margin_kind"]
+        margin = f"{1e3 * plan['margin']:.0f} mm"
+        kept = f"with a {kind} margin of at least {margin}"
+        moving = plan["balance"] == "dynamic"
+        if moving:
+            kept = (
+                f"balanced by its motion, its zero-moment point at least {margin} within its feet"
+            )
         ways = "" if "scenario" in asked else " up and down"
         torque = report["slacks"]["torque"]["on_course"]
         strong = "" if torque >= 0.0 else f", if a joint gives {1.0 - torque:.0%} of its torque"
         quick = _how_quick(report["pace"])
         wanted = report["slacks"]["margin"]["wanted"]
-        little = "" if plan["margin"] >= wanted else f", less than the {1e3 * wanted:.0f} mm wanted"
+        short = plan["margin"] < wanted and plan["balance"] == "static"
+        little = f", less than the {1e3 * wanted:.0f} mm wanted" if short else ""
         return (
-            f"Yes: {report['name']} walks {stairs}{ways} with a {kind} margin of at least "
-            f"{1e3 * plan['margin']:.0f} mm{little}{strong}{quick}"
+            f"Yes: {report['name']} walks {stairs}{ways}{',' if moving else ''} {kept}{little}"
+            f"{strong}{quick}"
         )
     why = f"({LIMITS[report['limit']]}): {report['reason']}"
     if report["verdict"] == "no":

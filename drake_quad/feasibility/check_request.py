@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import check_flight, design_for_course
+from drake_quad.feasibility.check import check_flight, check_wish, design_for_course
 from drake_quad.feasibility.check_report import (
     feasibility_report,
     stairs_in_words,
@@ -16,8 +16,8 @@ from drake_quad.feasibility.check_report import (
     with_nearest,
     with_proof,
 )
-from drake_quad.feasibility.flight import Around, check_margin_kind, check_stairs_numbers
-from drake_quad.gait_design.wish import PREFER, Wish
+from drake_quad.feasibility.flight import Around, check_stairs_numbers
+from drake_quad.gait_design.wish import BALANCE, PREFER, Wish
 from drake_quad.infeasibility.proof import proof_record
 from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.scenario.load import load_scenario, save_scenario
@@ -50,6 +50,7 @@ class CheckRequest:
         prefer: What the gait is to be good at, one of `PREFER`.
         speed: Speed on the flights that is enough [m/s], see `Wish`.
         min_margin: Margin that the plan is to keep [m], see `Wish`.
+        balance: How the gait is balanced, one of `BALANCE`.
     """
 
     robot: str
@@ -66,11 +67,12 @@ class CheckRequest:
     prefer: str = PREFER[0]
     speed: float | None = None
     min_margin: float | None = None
+    balance: str = BALANCE[0]
 
     @property
     def wish(self) -> Wish:
         """What the gait is to be good at."""
-        return Wish(self.prefer, self.speed, self.min_margin)
+        return Wish(self.prefer, self.speed, self.min_margin, self.balance)
 
 
 def run_check(
@@ -111,8 +113,10 @@ def run_check(
         from drake_quad.feasibility.robot_picture import check_picture_path
 
         check_picture_path(picture)
-    check_margin_kind(asked.margin)
-    asked.wish.check()
+    check_wish(asked.wish, asked.margin)
+    if curve is not None and asked.wish.dynamic:
+        remedy = "leave it out: the curve is of gaits with --balance static"
+        raise InputError(source="--curve", field="curve", value=str(curve), remedy=remedy)
     own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
     flight = {name: getattr(asked, name) for name in ("rise", "run", "count", "overhang", "open")}
     given = {**flight, **own}

@@ -202,7 +202,7 @@ class NearestLimit:
 def nearest_limit(
     pace: PlanPace,
     *,
-    margin: float,
+    margin: float | None,
     torque: float,
     room: float,
     part: str,
@@ -212,18 +212,19 @@ def nearest_limit(
 
     Args:
         pace: What the plan asks of the joints, and its zero-moment point.
-        margin: The plan's least static margin [m].
+        margin: The plan's least static margin [m]; None if it is balanced by its motion.
         torque: Smallest share of a joint's torque limit that is left.
         room: The plan's least weighted clearance from the stairs [m].
         part: The part of the robot that this is of.
         wanted: What is wanted to be left of each, by `objective.NAMES`.
     """
     bounds = [
-        NearestLimit("margin", "static margin", margin / wanted["margin"]),
         NearestLimit("zmp", "margin of the zero-moment point", pace.zmp_margin / wanted["margin"]),
         NearestLimit("torque", "torque of a joint at rest", torque / wanted["torque"]),
         NearestLimit("clearance", f"clearance of {part}", room / wanted["legs"]),
     ]
+    if margin is not None:
+        bounds.insert(0, NearestLimit("margin", "static margin", margin / wanted["margin"]))
     if pace.peak is not None:
         left = (1.0 - pace.peak.share) / SPEED_SPARE
         bounds.append(NearestLimit("speed", pace.peak.words, left))

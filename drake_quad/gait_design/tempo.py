@@ -13,24 +13,29 @@ from math import ceil, inf, sqrt
 
 import numpy as np
 
+from drake_quad.common import FloatArray
 from drake_quad.gait_design.pace import HALF, PER_SWING, PlanPace, joint_speeds, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
 from drake_quad.gait_design.search import Design
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.step_builder import peak_speed
+from drake_quad.planning.zmp import sample_zmp
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.motion_config import BodyConfig, GaitConfig
 from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.support_polygon import stability_margins
 
 LEG = 1.22  # [m] of the robot that the times below are of; times go with the root of the length
 # The shortest times with which robots have reached their goals in physics (docs/speed.md).
 SHORTEST_SWING, SHORTEST_GAP, USUAL_SWITCH = 0.425, 0.06, 0.9  # [s]
+MOVING_SWITCH = 0.25  # [s] the same where a gait is balanced by its motion
 GUARD = 0.15  # [s] before a lift-off and after a touchdown
 ANY_SPEED = 20.0  # [m/s] of a swing foot: then swings are calm, and none lasts longer
 PEAK = 0.8  # of a joint's speed limit: what swings may ask for
 SOUGHT = 2.5  # times the margin that a slow gait's path is asked for: quick ones have to seek more
+ZMP_EVERY = 0.005  # [s] between the samples of a zero-moment point
 JUST = 1e-6  # [s] after a lift-off, and before a touchdown
 FEWEST = 3  # steps of a flight that show what longer ones do, or as many as a cycle's feet are on
 
@@ -89,22 +94,39 @@ def guard_for(robot: RobotModel) -> float:
     return min(GUARD * sqrt(leg_length(robot) / LEG), BodyConfig().guard)
 
 
+def balanced_by_motion(scenario: Scenario) -> Scenario:
+    """The scenario with the zero-moment point over the feet, and not the centre of mass.
+
+    A foot lifts wherever the robot could come to rest over the other three.
+
+    Args:
+        scenario: It stays as it is.
+    """
+    moving = copy.deepcopy(scenario)
+    moving.body.balance = "dynamic"
+    moving.controller.lift_off_margin = 0.0
+    return moving
+
+
 def tread_way(gait: GaitConfig, run: float) -> float:
     """How far a cycle takes the body on treads of a depth [m]."""
     return gait.treads / gait.places_per_tread * run
 
 
-def usual_tempo(gait: GaitConfig, robot: RobotModel, stretch: float = 1.0) -> Tempo:
+def usual_tempo(
+    gait: GaitConfig, robot: RobotModel, stretch: float = 1.0, *, moving: bool = False
+) -> Tempo:
     """Times nearly as short as have been walked, by the robot's size; the switch is an ample one.
 
     Args:
         gait: The gait, whose time on four feet between legs of a side is not made longer.
         robot: The robot.
         stretch: Ratio of a swing's time to the shortest that has been walked.
+        moving: Whether the gait is balanced by its motion.
     """
     size, now = sqrt(leg_length(robot) / LEG), Tempo.of(gait)
     swing, gap = stretch * SHORTEST_SWING * size, min(SHORTEST_GAP * size, now.gap)
-    return Tempo(swing, gap, USUAL_SWITCH * size, ANY_SPEED)
+    return Tempo(swing, gap, (MOVING_SWITCH if moving else USUAL_SWITCH) * size, ANY_SPEED)
 
 
 def fewer_steps(scenario: Scenario) -> Scenario:
@@ -178,7 +200,8 @@ def try_tempo(
         source=source, beat=None,
     )  # fmt: skip
     assert found is not None  # there is nothing that it would have to beat
-    least = min((least_margin(robot, plan) for plan in found.plan.plans), default=inf)
+    seen = least_zmp_margin if found.plan.dynamic else least_margin
+    least = min((seen(robot, plan) for plan in found.plan.plans), default=inf)
     found = replace(found, margin=min(found.margin, least))
     tasks = mission_of(quick, course, source=source)
     pace = measure_pace(robot, course, tasks, found.plan)
@@ -193,11 +216,32 @@ def least_margin(robot: RobotModel, plan: MotionPlan) -> float:
     there; in a quick gait the margin without it is up to 2 mm less. It is infinite without steps,
     and where the plan's margin is another than the static one.
     """
-    steps = plan.contacts.steps
-    if not steps or plan.margin_kind != HULL:
+    if not plan.contacts.steps or plan.margin_kind != HULL:
         return inf
+    return float(evaluate(robot, plan, switch_times(plan)).margin.min())
+
+
+def least_zmp_margin(robot: RobotModel, plan: MotionPlan) -> float:
+    """The least margin of the zero-moment point, seen finer than a plan sees it [m].
+
+    The point moves by up to 0.5 m/s as a foot lifts, so it is also looked at just after each
+    lift-off and just before each touchdown. It is infinite without steps.
+    """
+    if not plan.contacts.steps:
+        return inf
+    seen = sample_zmp(robot, plan.contacts, plan.body, ZMP_EVERY)
+    times = switch_times(plan)
+    zmp = np.stack([np.interp(times, seen.times, seen.zmp[:, axis]) for axis in range(2)], axis=-1)
+    feet, standing = plan.contacts.feet_at(times)
+    at_switches = stability_margins(zmp, feet[..., :2], standing)
+    return float(min(seen.margin.min(), at_switches.min()))
+
+
+def switch_times(plan: MotionPlan) -> FloatArray:
+    """Just after each lift-off and just before each touchdown, in order (N,) [s]."""
+    steps = plan.contacts.steps
     times = [s.lift_off + JUST for s in steps] + [s.touchdown - JUST for s in steps]
-    return float(evaluate(robot, plan, np.unique(times)).margin.min())
+    return np.unique(times)
 
 
 def swing_speed(robot: RobotModel, plan: MotionPlan) -> float:

@@ -24,6 +24,7 @@ from drake_quad.gait_design.tempo import (
     PEAK,
     Tempo,
     TempoTrial,
+    balanced_by_motion,
     fewer_steps,
     tread_way,
     try_tempo,
@@ -45,6 +46,7 @@ FIRST_SHARES = (0.35, 0.7)  # of the way to times that are no quicker: tried if 
 NEAR = 0.04  # of a time: no other is tried so near to it
 SOUGHT_MOST = (3.0, 2.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
 CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
+CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
 LONGER, TRIES = 1.12, 3  # where a course leaves less than a short one: ratio of the times; plans
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
@@ -149,6 +151,9 @@ def quicken(
     for gait in chain([slow], others) if wish.speed is not None else chain(others, [slow]):
         if fastest(gait.scenario, robot, course) <= WORTH * speed:
             continue
+        if wish.dynamic:
+            moving = balanced_by_motion(gait.scenario)
+            gait = GaitChoice(moving, gait.design, planned=gait.planned)
         search = TempoSearch(gait, designed, robot, own, source)
         for margins in kept:
             found = search.quickest(wish.speed, speed, margins)
@@ -186,6 +191,7 @@ class TempoSearch:
             source: What an error names.
         """
         self._gait, self._slow, self._robot, self._source = gait, slow, robot, source
+        self._moving = gait.scenario.body.balance == "dynamic"
         self._kept, self._most = kept, inf
         course = course_of(gait.scenario, source=source, foot_radius=robot.foot_radius)
         runs = [s.run for s in flights_of(course, gait.scenario.gait.deep_tread)]
@@ -327,7 +333,7 @@ class TempoSearch:
         )
 
     def _usual(self, stretch: float) -> Tempo:
-        return usual_tempo(self._gait.scenario.gait, self._robot, stretch)
+        return usual_tempo(self._gait.scenario.gait, self._robot, stretch, moving=self._moving)
 
     def _longest_switch(self, stretch: float, speed: float) -> float:
         """The time at the switches with which there is a speed, if no swing lasts longer [s]."""
@@ -393,7 +399,7 @@ class TempoSearch:
                 lambda t, by=stretch: self._spare(self.trial(by, t), kept),  # type: ignore[misc]
                 first if best is None else 0.95 * most,
                 least,
-                near=CLOSE * kept.margin,
+                near=(CLOSE_MOVING if self._moving else CLOSE) * kept.margin,
                 most=most,
                 known={t: self._spare(trial, kept) for t, trial in seen.items()},
             )

@@ -8,6 +8,7 @@ from drake_quad.stability.safety import safe_margin
 from drake_quad.util.numbers import is_finite_real
 
 PREFER = ("margin", "balanced", "speed")
+BALANCE = ("static", "dynamic")
 KEPT = 0.8  # of the margin of the gait that was found for margin: what `balanced` keeps
 LEAST_MARGIN = 0.010  # [m] that `speed` keeps at least
 
@@ -21,21 +22,32 @@ class Wish:
             quickest that keeps the margin with which a run counts as safe.
         speed: Speed on the flights that is enough [m/s]; it then has the margin that is left.
         min_margin: Margin that the plan is to keep, instead of what `prefer` says [m].
+        balance: `static`, or `dynamic`: the margin that counts is that of the zero-moment point,
+            and the robot could not stand still at every time.
     """
 
     prefer: str = "margin"
     speed: float | None = None
     min_margin: float | None = None
+    balance: str = BALANCE[0]
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether the gait is balanced by its motion."""
+        return self.balance == "dynamic"
 
     @property
     def quick(self) -> bool:
         """Whether the gait's times are to be chosen at all."""
-        return self.prefer != "margin" or self.speed is not None or self.min_margin is not None
+        given = self.speed is not None or self.min_margin is not None
+        return self.prefer != "margin" or given or self.dynamic
 
     @property
     def less_margin(self) -> bool:
         """Whether it may have much less margin than the gait that was found for margin."""
-        return self.quick and (self.prefer != "balanced" or self.min_margin is not None)
+        return self.quick and (
+            self.prefer != "balanced" or self.min_margin is not None or self.dynamic
+        )
 
     def steps(self) -> tuple["Wish", ...]:
         """Wishes that are sought one after the other, each from what was found before.
@@ -43,7 +55,8 @@ class Wish:
         Much speed is sought from a balanced gait on: where times are as short as that, and one more
         step fails on the whole course, that gait is still there.
         """
-        if self.prefer == "speed" and self.speed is None and self.min_margin is None:
+        given = self.speed is not None or self.min_margin is not None or self.dynamic
+        if self.prefer == "speed" and not given:
             return replace(self, prefer="balanced"), self
         return (self,)
 
@@ -53,24 +66,29 @@ class Wish:
         Raises:
             InputError: The error names the option, its value and what would be right.
         """
-        if self.prefer not in PREFER:
-            remedy = f"give {', '.join(PREFER[:-1])} or {PREFER[-1]}"
-            raise InputError(source="--prefer", field="prefer", value=self.prefer, remedy=remedy)
-        for option, value, unit in (
+        for option, value, choices in (
+            ("prefer", self.prefer, PREFER),
+            ("balance", self.balance, BALANCE),
+        ):
+            if value not in choices:
+                remedy = f"give {', '.join(choices[:-1])} or {choices[-1]}"
+                raise InputError(source=f"--{option}", field=option, value=value, remedy=remedy)
+        for option, figure, unit in (
             ("speed", self.speed, "m/s"),
             ("min-margin", self.min_margin, "metres"),
         ):
-            if value is not None and not (is_finite_real(value) and value > 0.0):
+            if figure is not None and not (is_finite_real(figure) and figure > 0.0):
                 remedy = f"give {unit}, more than 0"
                 field = option.replace("-", "_")
-                raise InputError(source=f"--{option}", field=field, value=value, remedy=remedy)
+                raise InputError(source=f"--{option}", field=field, value=figure, remedy=remedy)
 
     def least_margin(self, robot: RobotModel, margin: float) -> float:
         """The margin that a plan is to keep [m], where the gait found for margin has `margin`."""
         if self.min_margin is not None:
             return self.min_margin
         safe = max(safe_margin(robot), LEAST_MARGIN)
-        fast = self.prefer == "speed" or (self.prefer == "margin" and self.speed is not None)
+        slow = self.speed is None and not self.dynamic
+        fast = self.prefer == "speed" or (self.prefer == "margin" and not slow)
         return min(safe, margin) if fast else KEPT * margin
 
 
@@ -104,5 +122,8 @@ def what_is_kept(wish: Wish, robot: RobotModel, margin: float, zmp_margin: float
         margin: Static margin of that gait [m].
         zmp_margin: Its margin of the zero-moment point [m].
     """
+    if wish.dynamic:  # a plan's margin then is that of its zero-moment point
+        least = wish.least_margin(robot, zmp_margin)
+        return Kept(least, least)
     least = wish.least_margin(robot, margin)
     return Kept(least, min(least, wish.least_margin(robot, zmp_margin)))

@@ -22,7 +22,8 @@ def test_a_balanced_gait_and_its_curve_are_told_and_saved(tmp_path: Path) -> Non
     told = json.loads(done.stdout)
     pace = told["pace"]
     assert pace["wish"] == {
-        "prefer": "balanced", "speed": None, "min_margin": None, "fulfilled": True,
+        "prefer": "balanced", "speed": None, "min_margin": None, "balance": "static",
+        "fulfilled": True,
     }  # fmt: skip
     assert pace["speed"] > 1.5 * pace["slow"]["speed"]
     assert told["plan"]["margin"] >= 0.8 * pace["slow"]["margin"]
@@ -42,6 +43,9 @@ def test_a_balanced_gait_and_its_curve_are_told_and_saved(tmp_path: Path) -> Non
         (["--speed", "0"], "--speed"),
         (["--min-margin", "nan"], "--min-margin"),
         (["--curve", "/dev/null/curve"], "--curve"),
+        (["--balance", "moving"], "--balance"),
+        (["--balance", "dynamic", "--margin", "friction"], "--margin"),
+        (["--balance", "dynamic", "--curve", "curve"], "--curve"),
     ],
 )
 def test_what_cannot_be_wished_for_is_refused(

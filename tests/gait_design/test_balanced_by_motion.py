@@ -1,0 +1,114 @@
+"""Gaits that are balanced by their motion: what is asked of them, and what is said of them."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import pytest
+from design_rig import COUNT, RUN, designed, found
+from rig import URL, paper_robot
+
+from drake_quad.errors import InputError
+from drake_quad.feasibility.check import Feasibility, check_wish
+from drake_quad.feasibility.check_report import feasibility_report
+from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.tempo import balanced_by_motion, usual_tempo
+from drake_quad.gait_design.tempo_search import quicken
+from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
+from drake_quad.planning.contact_plan import sample_times
+from drake_quad.planning.motion_plan import evaluate
+from drake_quad.planning.zmp import sample_zmp
+from drake_quad.stability.equilibrium_region import FRICTION
+from drake_quad.stability.safety import safe_margin
+
+MOVING = Wish(balance="dynamic")
+
+
+@lru_cache
+def moving() -> Designed:
+    """The rig's gait, or what is quicker and balanced by its motion."""
+    return quicken(designed(), paper_robot(), MOVING)
+
+
+def test_the_zero_moment_points_margin_is_what_counts() -> None:
+    """It is kept, for safety or as a share of the slow gait's, whatever the static margin."""
+    robot = paper_robot()
+    safe = safe_margin(robot)
+    assert what_is_kept(MOVING, robot, 0.002, 0.08) == Kept(safe, safe)
+    share = replace(MOVING, prefer="balanced")
+    assert what_is_kept(share, robot, 0.002, 0.08) == Kept(KEPT * 0.08, KEPT * 0.08)
+    given = replace(MOVING, min_margin=0.013)
+    assert what_is_kept(given, robot, 0.08, 0.08) == Kept(0.013, 0.013)
+    assert MOVING.quick and MOVING.less_margin and MOVING.steps() == (MOVING,)
+    assert not Wish().dynamic
+
+
+def test_a_scenario_stays_as_it_was() -> None:
+    """The one that is balanced by its motion is another; its feet lift as soon as they can."""
+    scenario = designed().scenario
+    other = balanced_by_motion(scenario)
+    assert (scenario.body.balance, other.body.balance) == ("static", "dynamic")
+    assert other.controller.lift_off_margin == 0.0 < scenario.controller.lift_off_margin
+    robot = paper_robot()
+    still = usual_tempo(scenario.gait, robot)
+    assert usual_tempo(scenario.gait, robot, moving=True).switch < 0.5 * still.switch
+
+
+def test_a_gait_balanced_by_its_motion_is_quicker_and_keeps_the_point_within_the_feet() -> None:
+    """The plan's margin is that of its zero-moment point; its static margin may be negative."""
+    robot, quick = paper_robot(), moving()
+    assert quick.scenario.body.balance == "dynamic" and quick.plan.dynamic
+    answer = Feasibility(quick.scenario, quick, "", {}, robot, wish=MOVING, slow=designed())
+    assert answer.fulfilled and answer.balanced_by_motion and answer.certificate is None
+    assert answer.speed is not None and answer.slow_pace is not None
+    slow = answer.slow_pace.slowest
+    assert slow is not None and answer.speed > 2.0 * slow.speed
+    least = min(
+        float(sample_zmp(robot, plan.contacts, plan.body, 0.005).margin.min())
+        for plan in quick.plan.plans
+        if plan.contacts.steps
+    )
+    assert quick.margin >= safe_margin(robot)
+    assert least - 1e-3 <= quick.margin <= least  # as a foot lifts it may be a little less
+    bound = answer.bound
+    assert bound is not None and bound.limit != "margin"
+
+
+def test_the_answer_says_how_it_is_balanced() -> None:
+    """The zero-moment point's margin in the first line; the static one beside what is left."""
+    robot, quick = paper_robot(), moving()
+    answer = Feasibility(quick.scenario, quick, "", {}, robot, wish=MOVING, slow=designed())
+    question = {"rise": 0.12, "run": RUN, "count": COUNT}
+    told = feasibility_report(answer, robot, source=URL, asked=question)
+    words = f"its zero-moment point at least {1e3 * quick.margin:.0f} mm within its feet"
+    assert words in told["answer"] and "static" not in told["answer"]
+    assert told["plan"]["balance"] == "dynamic" and told["certificate"] is None
+    assert told["pace"]["wish"]["balance"] == "dynamic"
+    static = min(
+        float(evaluate(robot, plan, sample_times(plan.contacts)).margin.min())
+        for plan in quick.plan.plans
+        if plan.contacts.steps
+    )
+    assert told["slacks"]["margin"]["on_course"] == pytest.approx(static, abs=5e-3)
+    assert static < quick.margin
+    assert "zero-moment" in answer._repr_html_()
+
+
+def test_where_no_such_gait_is_found_the_answer_says_so() -> None:
+    """The gait found for margin is kept, and is not what was asked for."""
+    check = replace(found(), wish=MOVING)
+    assert not check.fulfilled
+    question = {"rise": 0.12, "run": RUN, "count": COUNT}
+    told = feasibility_report(check, paper_robot(), source=URL, asked=question)
+    assert told["answer"].endswith("which is not what was asked for")
+    assert told["plan"]["balance"] == "static"
+
+
+def test_what_does_not_go_together_is_refused() -> None:
+    """One line that names the option, and what would be right."""
+    for wish, margin, named in (
+        (Wish(balance="moving"), "hull", "--balance: balance = 'moving'"),
+        (MOVING, FRICTION, f"--margin: margin = '{FRICTION}'"),
+    ):
+        with pytest.raises(InputError) as error:
+            check_wish(wish, margin)
+        assert named in str(error.value) and "give" in str(error.value)
