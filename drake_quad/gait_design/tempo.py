@@ -14,11 +14,17 @@ from math import ceil, inf, sqrt
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.gait_design.pace import HALF, PER_SWING, PlanPace, joint_speeds, measure_pace
+from drake_quad.gait_design.foot_speeds import (
+    ANY_SPEED,
+    NO_SPEEDS,
+    FootSpeeds,
+    slowest,
+    suited_speeds,
+)
+from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
 from drake_quad.gait_design.search import Design
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
-from drake_quad.planning.step_builder import peak_speed
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
@@ -32,8 +38,6 @@ LEG = 1.22  # [m] of the robot that the times below are of; times go with the ro
 SHORTEST_SWING, SHORTEST_GAP, USUAL_SWITCH = 0.425, 0.06, 0.9  # [s]
 MOVING_SWITCH = 0.25  # [s] the same where a gait is balanced by its motion
 GUARD = 0.15  # [s] before a lift-off and after a touchdown
-ANY_SPEED = 20.0  # [m/s] of a swing foot: then swings are calm, and none lasts longer
-PEAK = 0.8  # of a joint's speed limit: what swings may ask for
 SOUGHT = 2.5  # times the margin that a slow gait's path is asked for: quick ones have to seek more
 ZMP_EVERY = 0.005  # [s] between the samples of a zero-moment point
 JUST = 1e-6  # [s] after a lift-off, and before a touchdown
@@ -48,13 +52,13 @@ class Tempo:
         swing: How long a swing lasts [s].
         gap: How long all four feet stand between two legs of a side [s].
         switch: How long they stand between two diagonal legs [s].
-        foot_speed: `gait.swing_speed`, by which tall swings last longer [m/s]; 0: none do.
+        speeds: Speeds of the feet, by which tall swings last longer.
     """
 
     swing: float
     gap: float
     switch: float
-    foot_speed: float = 0.0
+    speeds: FootSpeeds = NO_SPEEDS
 
     @property
     def cycle(self) -> float:
@@ -66,7 +70,7 @@ class Tempo:
         """The times of a scenario's gait."""
         swing = (1.0 - gait.duty_factor) * gait.cycle_time
         gap = 0.25 * gait.cycle_time - swing
-        return cls(swing, gap, gap + gait.switch_wait, gait.swing_speed)
+        return cls(swing, gap, gap + gait.switch_wait, FootSpeeds.of(gait))
 
     def put(self, scenario: Scenario, *, guard: float, most: float = inf) -> Scenario:
         """The scenario with these times, and a path of the body that seeks more margin.
@@ -81,7 +85,7 @@ class Tempo:
         quick.gait.cycle_time = float(f"{cycle_time:.4g}")
         quick.gait.duty_factor = float(f"{1.0 - self.swing / cycle_time:.5g}")
         quick.gait.switch_wait = float(f"{max(self.switch - self.gap, 0.0):.4g}")
-        quick.gait.swing_speed = float(f"{self.foot_speed:.3g}")
+        self.speeds.put(quick.gait)
         sought = min(SOUGHT * scenario.body.margin_desired, most)
         quick.body.margin_desired = float(f"{sought:.4g}")
         quick.body.zmp_margin = quick.body.margin_desired
@@ -126,7 +130,9 @@ def usual_tempo(
     """
     size, now = sqrt(leg_length(robot) / LEG), Tempo.of(gait)
     swing, gap = stretch * SHORTEST_SWING * size, min(SHORTEST_GAP * size, now.gap)
-    return Tempo(swing, gap, (MOVING_SWITCH if moving else USUAL_SWITCH) * size, ANY_SPEED)
+    return Tempo(
+        swing, gap, (MOVING_SWITCH if moving else USUAL_SWITCH) * size, FootSpeeds.all_at(ANY_SPEED)
+    )
 
 
 def fewer_steps(scenario: Scenario) -> Scenario:
@@ -156,14 +162,13 @@ class TempoTrial:
         tempo: The times.
         designed: The gait with its plan.
         pace: How fast it is, and what it asks of the joints.
-        foot_speed: The speed that feet must not exceed for swings to ask for no more than PEAK of
-            the joints' speeds [m/s]; infinite if they do not.
+        suits: The speeds of feet with which swings would ask for PEAK of the joints' speeds.
     """
 
     tempo: Tempo
     designed: Designed
     pace: PlanPace
-    foot_speed: float
+    suits: FootSpeeds
 
     @property
     def speed(self) -> float:
@@ -205,8 +210,8 @@ def try_tempo(
     found = replace(found, margin=min(found.margin, least))
     tasks = mission_of(quick, course, source=source)
     pace = measure_pace(robot, course, tasks, found.plan)
-    suits = [swing_speed(robot, plan) for plan in found.plan.plans]
-    return TempoTrial(tempo, found, pace, min(suits, default=inf))
+    suits = [suited_speeds(robot, plan) for plan in found.plan.plans]
+    return TempoTrial(tempo, found, pace, slowest(suits))
 
 
 def least_margin(robot: RobotModel, plan: MotionPlan) -> float:
@@ -242,25 +247,3 @@ def switch_times(plan: MotionPlan) -> FloatArray:
     steps = plan.contacts.steps
     times = [s.lift_off + JUST for s in steps] + [s.touchdown - JUST for s in steps]
     return np.unique(times)
-
-
-def swing_speed(robot: RobotModel, plan: MotionPlan) -> float:
-    """The speed of a plan's feet with which its gait's swings would ask for PEAK of the joints.
-
-    Args:
-        robot: The robot.
-        plan: A walk's, or of another task, whose swings do not count.
-
-    Returns:
-        The least speed [m/s] of the swings that ask for more; infinite if none does.
-    """
-    begin = min((s.start for s in plan.segments if s.kind == "wave"), default=inf)
-    steps = [step for step in plan.contacts.steps if step.lift_off >= begin]
-    if not steps:
-        return inf
-    times = np.concatenate([np.linspace(s.lift_off, s.touchdown, PER_SWING) for s in steps])
-    inside = np.clip(times, HALF, plan.duration - HALF)
-    share = (joint_speeds(robot, plan, inside)[0] / robot.speed).reshape(len(steps), -1, 4, 3)
-    own = [float(mine[:, step.leg.row].max()) for mine, step in zip(share, steps, strict=True)]
-    suits = [peak_speed(s.swing) * PEAK / k for s, k in zip(steps, own, strict=True) if k > PEAK]
-    return min(suits, default=inf)

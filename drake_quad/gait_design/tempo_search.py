@@ -16,12 +16,11 @@ from math import inf
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.foot_speeds import ANY_SPEED, PEAK, FootSpeeds, slowest
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import Design
 from drake_quad.gait_design.tempo import (
-    ANY_SPEED,
-    PEAK,
     Tempo,
     TempoTrial,
     balanced_by_motion,
@@ -47,6 +46,8 @@ NEAR = 0.04  # of a time: no other is tried so near to it
 SOUGHT_MOST = (3.0, 2.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
 CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
+SAME_SPEED = 0.02  # shares of a foot's speed that make no difference
+PLANS = 5  # with other speeds of the feet, at most
 LONGER, TRIES = 1.12, 3  # where a course leaves less than a short one: ratio of the times; plans
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
@@ -196,7 +197,8 @@ class TempoSearch:
         course = course_of(gait.scenario, source=source, foot_radius=robot.foot_radius)
         runs = [s.run for s in flights_of(course, gait.scenario.gait.deep_tread)]
         self._way = tread_way(gait.scenario.gait, min(runs))
-        self._foot_speed = ANY_SPEED
+        self._speeds = FootSpeeds.all_at(ANY_SPEED)
+        self._limited = self._grouped = False  # whether they hold swings back, and each its own
         self._whole, self._fewer = gait.scenario, fewer_steps(gait.scenario)
         self._stretch = STRETCH
         self._rooms_known: dict[tuple[float, float], Known] = {}
@@ -311,20 +313,31 @@ class TempoSearch:
         return known[switch]
 
     def _calm_plan(self, scenario: Scenario, tempo: Tempo) -> TempoTrial | None:
-        """A plan with some times, and feet so slow that joints can follow them."""
+        """A plan with some times, and feet as fast as their joints can follow.
+
+        Where one joint cannot, all feet are made slower at first, and then each group as fast as it
+        can be.
+        """
         found: TempoTrial | None = None
-        for _ in range(TRIES):
-            slower = inf
+        for _ in range(PLANS):
+            now = self._speeds
             try:
-                found = self._plan(scenario, replace(tempo, foot_speed=self._foot_speed))
-                slower = inf if is_calm(found) else found.foot_speed
+                found = self._plan(scenario, replace(tempo, speeds=now))
             except PlanningError as error:
                 too_fast = error.data.get("too_fast")
-                if too_fast is not None:
-                    slower = PEAK / too_fast * error.data["foot_speed"]
-            if slower >= self._foot_speed:
+                if found is not None:  # what was made faster was too much
+                    self._speeds = found.tempo.speeds
+                if found is not None or too_fast is None:
+                    break
+                self._speeds = now.at_most(PEAK / too_fast * error.data["foot_speed"])
+                self._limited = True
+            else:
+                if not is_calm(found):
+                    self._speeds, self._limited = slowest([now, found.suits]), True
+                elif self._limited and not self._grouped:
+                    self._speeds, self._grouped = found.suits.at_most(ANY_SPEED), True
+            if self._speeds.like(now, SAME_SPEED):
                 break
-            self._foot_speed = slower
         return found
 
     def _plan(self, scenario: Scenario, tempo: Tempo) -> TempoTrial:

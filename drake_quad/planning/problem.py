@@ -41,6 +41,8 @@ class PlanSettings:
             offset from them (the paper's ±0.025 m).
         swing_speed: Speed of a foot that the wave gait's swings do not exceed, along the ground, up
             or down [m/s]: those that would last longer than the others. 0: all last as long.
+        swing_speeds: The same of swings that end higher, and that end lower, than they begin, leg
+            by leg (2, 4) [m/s]; 0: as `swing_speed` has it.
         swing_clearance: Δh: by how much the foot's sphere clears what it passes [m].
         map_error_place: Position error of the map's risers that swings allow for [m].
         map_error_height: Height error of the map's treads that swings allow for [m].
@@ -93,6 +95,7 @@ class PlanSettings:
     stance_stagger: float = 0.12
     on_centre: bool = True
     swing_speed: float = 0.0
+    swing_speeds: tuple[tuple[float, ...], tuple[float, ...]] = ((0.0,) * 4, (0.0,) * 4)
     swing_clearance: float = 0.02
     map_error_place: float = 0.0
     map_error_height: float = 0.0

@@ -1,6 +1,7 @@
 """Puts steps one after another, with swing legs that clear the lane's ground."""
 
 import cmath
+from collections.abc import Sequence
 from dataclasses import replace
 from math import hypot
 
@@ -31,6 +32,12 @@ def peak_speed(swing: Swing) -> float:
     return STEEPEST * max(hypot(float(way[0]), float(way[1])) / swing.duration, up, down)
 
 
+def goes(swing: Swing) -> int:
+    """1 if a swing ends higher than it begins, -1 if lower, 0 if neither."""
+    rise = float(swing.p_end[2] - swing.p_start[2])
+    return 0 if abs(rise) <= LEVEL else 1 if rise > 0.0 else -1
+
+
 class StepBuilder:
     """Collects steps from a stance on; `time` and `feet` say where it has got to.
 
@@ -42,6 +49,8 @@ class StepBuilder:
         map_error_place: Position error of the map's risers, see `inflate_profile` [m].
         map_error_height: Height error of its treads [m].
         swing_speed: Speed of a foot that calm swings do not exceed [m/s]; 0: there is no such.
+        swing_speeds: The same of swings up, and of swings down, leg by leg (2, 4) [m/s]; 0: as
+            `swing_speed` has it.
     """
 
     def __init__(
@@ -54,6 +63,7 @@ class StepBuilder:
         map_error_place: float = 0.0,
         map_error_height: float = 0.0,
         swing_speed: float = 0.0,
+        swing_speeds: Sequence[Sequence[float]] = ((0.0,) * 4, (0.0,) * 4),
     ) -> None:
         self.lane = lane
         self.start = np.array(feet)
@@ -63,7 +73,7 @@ class StepBuilder:
         self._radius = foot_radius
         self._clearance = clearance
         self._place_error, self._height_error = map_error_place, map_error_height
-        self._swing_speed = swing_speed
+        self._swing_speed, self._swing_speeds = swing_speed, swing_speeds
 
     @classmethod
     def of_settings(
@@ -78,6 +88,7 @@ class StepBuilder:
             map_error_place=settings.map_error_place,
             map_error_height=settings.map_error_height,
             swing_speed=settings.swing_speed,
+            swing_speeds=settings.swing_speeds,
         )
 
     def wait(self, duration: float) -> None:
@@ -138,7 +149,7 @@ class StepBuilder:
     def lasts(self, leg: Leg, to: FloatArray, duration: float) -> float:
         """How long a swing of `leg` to the place `to` (2,) lasts, at least `duration` [s].
 
-        It lasts longer if the foot would be faster than `swing_speed` along the ground, up or down.
+        It lasts longer if the foot would be faster than it is to be, along the ground, up or down.
 
         Raises:
             PlanningError: As `swing`.
@@ -146,7 +157,9 @@ class StepBuilder:
         if self._swing_speed <= 0.0:
             return duration
         swing = self.swing(self.feet[leg.row], to, duration)
-        return max(duration, duration * peak_speed(swing) / self._swing_speed)
+        going = goes(swing)
+        own = 0.0 if going == 0 else self._swing_speeds[0 if going > 0 else 1][leg.row]
+        return max(duration, duration * peak_speed(swing) / (own or self._swing_speed))
 
     def _swing(self, p_from: FloatArray, p_to: FloatArray, duration: float) -> Swing:
         """The swing to where the foot's centre will be, (3,)."""

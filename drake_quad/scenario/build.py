@@ -20,11 +20,12 @@ from drake_quad.estimation.sensor_models import (
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.footholds import FootholdPattern
 from drake_quad.planning.problem import PlanSettings, Task, derive_mission
-from drake_quad.robot.legs import Leg
+from drake_quad.robot.legs import LEGS, Leg
 from drake_quad.robot.loader import MakeModelPlant, load_robot
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.variants import with_foot_radius
 from drake_quad.scenario.config import PushConfig, Scenario
+from drake_quad.scenario.motion_config import LegSpeedsConfig
 from drake_quad.systems.disturbances import Disturbances, Push, Vector
 from drake_quad.terrain.as_built import MapErrors, build_as_built
 from drake_quad.terrain.course import Course, build_course
@@ -88,6 +89,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         stance_stagger=gait.stance_stagger,
         on_centre=gait.on_centre,
         swing_speed=gait.swing_speed,
+        swing_speeds=(_leg_speeds(gait.swing_speed_up), _leg_speeds(gait.swing_speed_down)),
         swing_clearance=gait.swing_clearance,
         map_error_place=gait.map_error_place,
         map_error_height=gait.map_error_height,
@@ -112,6 +114,11 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         margin=gait.margin,
         friction=scenario.controller.friction,
     )
+
+
+def _leg_speeds(speeds: LegSpeedsConfig) -> tuple[float, ...]:
+    """Speeds of swing feet [m/s], one a leg."""
+    return tuple(getattr(speeds, leg.short) for leg in LEGS)
 
 
 def _spin_workspace(scenario: Scenario) -> Workspace | None:

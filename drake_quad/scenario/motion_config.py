@@ -22,6 +22,26 @@ def _cycle_time(text: str) -> float:
     return bound
 
 
+def _leg_speed(leg: str) -> float:
+    return number(
+        0.0,
+        "m/s",
+        f"Speed that the {leg} foot does not exceed in such swings; 0: `gait.swing_speed`",
+        not_negative(),
+        within(0.0, 20.0),
+    )
+
+
+@dataclass
+class LegSpeedsConfig:
+    """Speeds that swing feet do not exceed, leg by leg."""
+
+    FL: float = _leg_speed("front left")
+    FR: float = _leg_speed("front right")
+    RL: float = _leg_speed("rear left")
+    RR: float = _leg_speed("rear right")
+
+
 @dataclass
 class GaitConfig:
     """The wave gait."""
@@ -142,6 +162,12 @@ class GaitConfig:
         "long, and are as low as can be",
         not_negative(),
         within(0.0, 20.0),
+    )
+    swing_speed_up: LegSpeedsConfig = part(
+        LegSpeedsConfig, "The same of swings that end higher than they begin; with `swing_speed`"
+    )
+    swing_speed_down: LegSpeedsConfig = part(
+        LegSpeedsConfig, "The same of swings that end lower than they begin; with `swing_speed`"
     )
     swing_clearance: float = number(
         0.02, "m", "Δh, by how much the foot's sphere clears what it passes", not_negative()

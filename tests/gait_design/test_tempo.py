@@ -14,10 +14,10 @@ from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design import tempo_search
 from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.foot_speeds import NO_SPEEDS, PEAK
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.search import choose_longer_gaits
 from drake_quad.gait_design.tempo import (
-    PEAK,
     Tempo,
     TempoTrial,
     fewer_steps,
@@ -27,6 +27,7 @@ from drake_quad.gait_design.tempo import (
 from drake_quad.gait_design.tempo_search import (
     CALM,
     MOST_PEAK,
+    PLANS,
     STRETCH,
     GaitChoice,
     TempoSearch,
@@ -57,7 +58,7 @@ def test_times_put_into_a_scenario_come_out_of_it(swing: float, gap: float, wait
     told = Tempo(swing, gap, gap + wait)
     put = told.put(Scenario(), guard=0.1)
     got = Tempo.of(put.gait)
-    assert put.body.guard == 0.1 and got.foot_speed == 0.0
+    assert put.body.guard == 0.1 and got.speeds == NO_SPEEDS
     assert got.cycle == pytest.approx(told.cycle, rel=2e-3)
     assert got.swing == pytest.approx(swing, rel=1e-2, abs=2e-3)
     assert got.switch - got.gap == pytest.approx(wait, rel=1e-3, abs=1e-6)
@@ -263,14 +264,15 @@ def test_feet_are_made_slower_where_a_joint_would_turn_too_fast(
     def refuse(*_: object, **__: object) -> TempoTrial:
         tempo = _[3]
         assert isinstance(tempo, Tempo)
-        asked.append(tempo.foot_speed)
+        asked.append(tempo.speeds.level)
+        assert set(tempo.speeds.values) == {tempo.speeds.level}
         raise PlanningError("too fast", too_fast=2.0, foot_speed=3.0 / len(asked))
 
     monkeypatch.setattr(tempo_search, "try_tempo", refuse)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
     search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
     assert search.trial(1.0, 0.5) is None
-    assert asked[1:] == pytest.approx([3.0 * PEAK / 2.0, 1.5 * PEAK / 2.0])
+    assert asked[1:] == pytest.approx([3.0 / k * PEAK / 2.0 for k in range(1, PLANS)])
 
 
 def test_tall_swings_last_as_long_as_their_feet_take() -> None:

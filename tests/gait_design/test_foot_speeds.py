@@ -1,0 +1,146 @@
+"""Swing feet are as fast as their own joints allow, going up, down and on one level."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+from design_rig import designed
+from rig import paper_robot
+
+from drake_quad.errors import PlanningError
+from drake_quad.gait_design import tempo_search
+from drake_quad.gait_design.foot_speeds import (
+    ANY_SPEED,
+    NO_SPEEDS,
+    PEAK,
+    FootSpeeds,
+    slowest,
+    suited_speeds,
+)
+from drake_quad.gait_design.pace import JointPeak, PlanPace, joint_speeds
+from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.tempo import Tempo, TempoTrial
+from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch, is_calm
+from drake_quad.gait_design.wish import Kept
+from drake_quad.planning.footsteps import plan_walk_footsteps
+from drake_quad.planning.mission import initial_stance
+from drake_quad.planning.step_builder import goes, peak_speed
+from drake_quad.robot.legs import LEGS
+from drake_quad.scenario.build import course_of, mission_of, plan_settings
+from drake_quad.scenario.config import Scenario
+
+UP, DOWN = (0.3, 0.35, 0.4, 0.45), (0.4, 0.45, 0.5, 0.0)
+
+
+def test_speeds_put_into_a_scenario_come_out_of_it() -> None:
+    """Leg by leg; one that is as on one level is not written, and comes out as that."""
+    gait = Scenario().gait
+    assert FootSpeeds.of(gait) == NO_SPEEDS
+    FootSpeeds(1.2, UP, (*DOWN[:3], 1.2)).put(gait)
+    assert gait.swing_speed_down.RR == 0.0 and gait.swing_speed_up.RL == 0.4
+    assert FootSpeeds.of(gait) == FootSpeeds(1.2, UP, (*DOWN[:3], 1.2))
+    assert slowest([]) == FootSpeeds.all_at(inf)
+    most = (0.3, 0.35, 0.38, 0.38)
+    assert FootSpeeds(1.2, UP, UP).at_most(0.38) == FootSpeeds(0.38, most, most)
+
+
+def test_each_swing_lasts_as_long_as_the_speed_of_its_leg_and_way_asks() -> None:
+    """Up, down and on one level, no swing of the gait exceeds its own, and tall ones reach it."""
+    robot, scenario = paper_robot(), designed().scenario
+    course = course_of(scenario, foot_radius=robot.foot_radius)
+    plain = plan_settings(scenario)
+    settings = replace(plain, swing_speed=2.0, swing_speeds=(UP, DOWN))
+    stance = initial_stance(robot, course, settings, start=scenario.start.distance)
+    walk = next(t for t in mission_of(scenario, course) if t.kind == "walk")
+    contacts, _, _ = plan_walk_footsteps(robot, course, settings, walk, stance)
+    seen = set()
+    for step in contacts.steps:
+        if step.swing.duration == settings.swing_time:  # a transition's
+            continue
+        way = goes(step.swing)
+        own = {1: UP, -1: DOWN, 0: (0.0,) * 4}[way][step.leg.row] or 2.0
+        assert peak_speed(step.swing) <= own * (1.0 + 1e-9)
+        if peak_speed(step.swing) >= own * (1.0 - 1e-9):
+            seen.add((way, step.leg))
+    assert {(1, leg) for leg in LEGS} <= seen
+
+
+def test_suited_speeds_are_those_at_which_joints_are_asked_for_their_share() -> None:
+    """The least of each group; infinite where there is no such swing."""
+    robot, found = paper_robot(), designed()
+    plan = next(p for p in found.plan.plans if any(goes(s.swing) > 0 for s in p.contacts.steps))
+    suits = suited_speeds(robot, plan)
+    begin = min(s.start for s in plan.segments if s.kind == "wave")
+    for leg, suited in zip(LEGS, suits.up, strict=True):
+        mine = [
+            s
+            for s in plan.contacts.steps
+            if s.leg == leg and goes(s.swing) > 0 and s.lift_off >= begin
+        ]
+        shares = []
+        for step in mine:
+            times = np.linspace(step.lift_off + 1e-3, step.touchdown - 1e-3, 200)
+            speed = joint_speeds(robot, plan, times)[0] / robot.speed
+            own = speed[:, 3 * leg.row : 3 * leg.row + 3].max()
+            shares.append(peak_speed(step.swing) * PEAK / own)
+        assert suited == pytest.approx(min(shares, default=inf), rel=0.03)
+    still = next(p for p in found.plan.plans if not p.contacts.steps)
+    assert suited_speeds(robot, still) == FootSpeeds.all_at(inf)
+
+
+class Trials:
+    """Plans as `try_tempo` makes them, of a robot whose legs suit other speeds."""
+
+    def __init__(self, suits: FootSpeeds, slow: Designed) -> None:
+        self.suits, self.slow, self.asked = suits, slow, list[FootSpeeds]()
+
+    def __call__(self, *given: object, **_: object) -> TempoTrial:
+        """Refuses what is too fast for a joint by more than its limit, as the planner does."""
+        tempo = given[3]
+        assert isinstance(tempo, Tempo)
+        self.asked.append(tempo.speeds)
+        over = max(a / b for a, b in zip(tempo.speeds.values, self.suits.values, strict=True))
+        if over * PEAK > 1.0:
+            fast = max(min(a, 10.0) for a in tempo.speeds.values)
+            least = min(self.suits.values)
+            raise PlanningError("too fast", too_fast=fast / least * PEAK, foot_speed=fast)
+        pace = _pace(over * PEAK)
+        return TempoTrial(tempo, self.slow, pace, self.suits)
+
+
+def _pace(share: float) -> PlanPace:
+    peak = JointPeak("knee", "FL", "knee", 10.0 * share, 10.0, True, "walk 1", 0.0)
+    return PlanPace((), peak, 1.0)
+
+
+def test_feet_that_were_slowed_for_one_joint_become_as_fast_as_their_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All are slowed at first; the plan that is taken has each group at its own speed, once."""
+    robot, slow = paper_robot(), designed()
+    suits = FootSpeeds(3.0, (1.0, 1.5, 2.0, 2.5), (1.1, 1.6, 2.1, 2.6))
+    trials = Trials(suits, slow)
+    monkeypatch.setattr(tempo_search, "try_tempo", trials)
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+    found = search.trial(1.0, 0.5)
+    assert found is not None and is_calm(found)
+    assert found.tempo.speeds.like(suits, 1e-9)
+    assert trials.asked[0] == FootSpeeds.all_at(ANY_SPEED)
+    assert max(trials.asked[1].values) == pytest.approx(min(suits.values))
+    many = len(trials.asked)
+    assert many == 3
+    assert search.trial(1.0, 0.6) is not None and len(trials.asked) == many + 1
+
+
+def test_feet_that_no_joint_holds_back_are_not_planned_twice(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where all joints can follow, the first plan is taken as it is."""
+    robot, slow = paper_robot(), designed()
+    trials = Trials(FootSpeeds.all_at(ANY_SPEED), slow)
+    monkeypatch.setattr(tempo_search, "try_tempo", trials)
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+    assert search.trial(1.0, 0.5) is not None and len(trials.asked) == 1
