@@ -20,6 +20,7 @@ from drake_quad.gait_design.foot_speeds import ANY_SPEED, PEAK, FootSpeeds, slow
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.search import Design
+from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
     Tempo,
     TempoTrial,
@@ -39,10 +40,8 @@ MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
 ROOM_KEPT, TORQUE_KEPT = 0.6, 0.8  # of what the slow plan leaves, where that is less than wanted
 STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then another
 CALM = 1.75  # the first where that finds nothing: heavy legs throw the body about
-TRIALS = 5  # plans with each of them, at most
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
 FIRST_SHARES = (0.35, 0.7)  # of the way to times that are no quicker: tried if the usual fail
-NEAR = 0.04  # of a time: no other is tried so near to it
 SOUGHT_MOST = (3.0, 2.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
 CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
@@ -51,53 +50,6 @@ PLANS = 5  # with other speeds of the feet, at most
 LONGER, TRIES = 1.12, 3  # where a course leaves less than a short one: ratio of the times; plans
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
-
-
-def seek_switch(
-    trial: Callable[[float], float],
-    first: float,
-    least: float,
-    *,
-    near: float,
-    most: float = inf,
-    known: dict[float, float] | None = None,
-) -> float:
-    """The shortest time at switches with which enough margin is left, by secants.
-
-    Args:
-        trial: The margin [m] beyond what is to be kept with such a time [s]; it mostly grows
-            with it.
-        first: The time to begin with [s].
-        least: The shortest that is tried [s].
-        near: So much more margin than is to be kept is near enough [m].
-        most: The longest that is tried [s].
-        known: Margins of times that were tried before [m]; those tried here are added.
-
-    Returns:
-        The shortest that was tried and left enough [s]; infinite if none did.
-    """
-    known = {} if known is None else known
-    switch = min(max(first, least), max(most, least))
-    for _ in range(TRIALS):
-        if switch not in known:
-            known[switch] = trial(switch)
-        best = min((t for t, m in known.items() if m >= 0.0), default=inf)
-        low = max((t for t, m in known.items() if m < 0.0 and t < best), default=None)
-        if best <= least or (best < inf and known[best] <= near):
-            break
-        if best == inf:
-            if max(known) >= most:
-                break
-            switch = min(1.4 * max(known), most)
-        elif low is None:
-            switch = max(0.75 * best, least)
-        elif best - low < NEAR * best:
-            break
-        else:  # between them, a little to the safe side
-            under, over = -known[low], known[best]
-            share = under / (under + over) if 0.0 < under < inf else 0.75
-            switch = low + min(max(1.1 * share, 0.25), 0.85) * (best - low)
-    return min((t for t, m in known.items() if m >= 0.0), default=inf)
 
 
 @dataclass(frozen=True, eq=False)

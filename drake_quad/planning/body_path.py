@@ -12,24 +12,17 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing
-from drake_quad.planning.body_constraints import (
-    LegLimits,
-    Shanks,
-    find_limits,
-    region_sides,
-    tilt_arm,
-)
+from drake_quad.planning.body_problem import FAR, BodyProblem
 from drake_quad.planning.body_qp import (
     BROKEN,
-    FAR,
     BodyFrame,
-    BodyProblem,
     BodySolution,
     make_frame,
     solve_body,
     with_sides,
 )
 from drake_quad.planning.body_reference import ROUNDING, BodyReference, body_pitch
+from drake_quad.planning.body_sides import region_sides
 from drake_quad.planning.contact_plan import (
     SAMPLE_PERIOD,
     ContactPlan,
@@ -38,6 +31,7 @@ from drake_quad.planning.contact_plan import (
     sample_times,
     swing_times,
 )
+from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits, tilt_arm
 from drake_quad.planning.limits_search import keep_limits
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import KNOT, PlanSettings

@@ -17,6 +17,7 @@ from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.foot_speeds import NO_SPEEDS, PEAK
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.search import choose_longer_gaits
+from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
     Tempo,
     TempoTrial,
@@ -33,7 +34,6 @@ from drake_quad.gait_design.tempo_search import (
     TempoSearch,
     fastest,
     quicken,
-    seek_switch,
 )
 from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
 from drake_quad.planning.footholds import FootholdPattern

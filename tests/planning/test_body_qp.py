@@ -13,7 +13,8 @@ from drake_quad.gait.swing import Swing
 from drake_quad.gait.workspace import Workspace, wave_desired_configuration
 from drake_quad.math.curves import BodySpline
 from drake_quad.planning import body_qp
-from drake_quad.planning.body_qp import BodyProblem, BodySolution, solve_body
+from drake_quad.planning.body_problem import BodyProblem
+from drake_quad.planning.body_qp import BodySolution, solve_body
 from drake_quad.planning.contact_plan import ContactPlan, Step, sample_times
 from drake_quad.robot.legs import Leg
 from drake_quad.stability.support_polygon import stability_margins

@@ -8,7 +8,7 @@ import pytest
 from rig import flat_course, walk_plan
 
 from drake_quad.errors import PlanningError
-from drake_quad.planning.body_constraints import CROSSING_TIME, make_sides
+from drake_quad.planning.body_sides import CROSSING_TIME, make_sides
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.stability.support_polygon import stability_margins

@@ -10,17 +10,7 @@ from rig import paper_robot, stairs_course, stance_at
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline
 from drake_quad.math.distance import PLACES, lines_to_rods, points_to_boxes
-from drake_quad.planning import body_constraints, body_path as body_search
-from drake_quad.planning.body_constraints import (
-    SAFE,
-    TRUNK_SHARE,
-    LegLimits,
-    Shanks,
-    find_limits,
-    limit_distances,
-    reach_left,
-    tilt_arm,
-)
+from drake_quad.planning import body_path as body_search, leg_limits
 from drake_quad.planning.body_path import (
     LEAST_TILT,
     MOST_TILT,
@@ -30,11 +20,21 @@ from drake_quad.planning.body_path import (
     BodyPathOptimizer,
     plan_body,
 )
-from drake_quad.planning.body_qp import FIRST_PHASE, SHANKS, make_basis
+from drake_quad.planning.body_problem import FIRST_PHASE, SHANKS, make_basis
 from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.clearance import trunk_clearance
 from drake_quad.planning.contact_plan import sample_times, swing_times
 from drake_quad.planning.footsteps import plan_walk_footsteps
+from drake_quad.planning.leg_limits import (
+    SAFE,
+    TRUNK_SHARE,
+    LegLimits,
+    Shanks,
+    find_limits,
+    limit_distances,
+    reach_left,
+    tilt_arm,
+)
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.kinematics import calc_feet, calc_knees
@@ -326,7 +326,7 @@ def test_distances_that_jump_have_no_sides(monkeypatch: pytest.MonkeyPatch) -> N
         moved = np.abs(at[:, 0] - body[: len(at), 0]).max() > 0.0
         return (plain if feet.shape[1] == 4 else plain[:, :1]) + (1.0 if moved else 0.0)
 
-    monkeypatch.setattr(body_constraints, "limit_distances", jumps)
+    monkeypatch.setattr(leg_limits, "limit_distances", jumps)
     found = find_limits(paper_robot(), body, feet, np.zeros((3, 2)), np.zeros((3, 4)))
     assert found is not None and found.short == pytest.approx(0.1) and len(found.sample) == 0
 

@@ -23,7 +23,7 @@ from drake_quad.certificate.kinematics import shank_of
 from drake_quad.feasibility.robot_picture import stand
 from drake_quad.math.rotations import rotations
 from drake_quad.planning import clearance as thighs
-from drake_quad.planning.body_constraints import reach_left
+from drake_quad.planning.leg_limits import reach_left
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.zmp import link_places
 from drake_quad.robot.kinematics import calc_feet, calc_holding
