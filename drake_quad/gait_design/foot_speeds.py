@@ -59,6 +59,18 @@ class FootSpeeds:
         """None faster than that [m/s]."""
         return slowest([self, FootSpeeds.all_at(speed)])
 
+    def towards(self, other: "FootSpeeds", share: float) -> "FootSpeeds":
+        """So much of the way to other speeds, in ratios: 1 is all of it."""
+        return FootSpeeds.from_values(
+            a ** (1.0 - share) * b**share for a, b in zip(self.values, other.values, strict=True)
+        )
+
+    @classmethod
+    def from_values(cls, values: Iterable[float]) -> "FootSpeeds":
+        """The speeds of such `values`."""
+        level, *legs = values
+        return cls(level, tuple(legs[:4]), tuple(legs[4:]))
+
     @property
     def values(self) -> tuple[float, ...]:
         """All of them (9,)."""
@@ -80,7 +92,7 @@ def _short(speed: float) -> float:
 def slowest(speeds: Iterable[FootSpeeds]) -> FootSpeeds:
     """The least of each; infinite if there are none."""
     least = [min(column) for column in zip(*(s.values for s in speeds), strict=True)] or [inf] * 9
-    return FootSpeeds(least[0], tuple(least[1:5]), tuple(least[5:]))
+    return FootSpeeds.from_values(least)
 
 
 def suited_speeds(robot: RobotModel, plan: MotionPlan) -> FootSpeeds:

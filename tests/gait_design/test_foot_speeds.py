@@ -134,6 +134,30 @@ def test_feet_that_were_slowed_for_one_joint_become_as_fast_as_their_own(
     assert search.trial(1.0, 0.6) is not None and len(trials.asked) == many + 1
 
 
+def test_feet_are_only_as_fast_as_the_margin_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of full speeds, half of the way there and none of it, the first that leaves enough."""
+    robot, slow = paper_robot(), designed()
+    suits = FootSpeeds(3.0, (1.0, 1.5, 2.0, 2.5), (1.1, 1.6, 2.1, 2.6))
+    all_slow = FootSpeeds.all_at(1.0)
+    half = all_slow.towards(suits, 0.5)
+    assert half.level == pytest.approx(3.0**0.5) and all_slow.towards(suits, 1.0).like(suits, 1e-9)
+    for enough, wanted in (((suits,), suits), ((half, all_slow), half), ((all_slow,), all_slow)):
+        trials = Trials(suits, slow)
+
+        def spare(_: object, trial: TempoTrial, __: object, enough: object = enough) -> float:
+            assert isinstance(enough, tuple)
+            return 0.01 if any(trial.tempo.speeds.like(s, 1e-6) for s in enough) else -0.01
+
+        monkeypatch.setattr(tempo_search, "try_tempo", trials)
+        monkeypatch.setattr(TempoSearch, "_spare", spare)
+        gait = GaitChoice(slow.scenario, slow.design, planned=True)
+        search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+        found = search.trial(1.0, 0.5)
+        assert found is not None and found.tempo.speeds.like(wanted, 1e-6)
+        again = search.trial(1.0, 0.6)
+        assert again is not None and again.tempo.speeds.like(wanted, 1e-6)
+
+
 def test_feet_that_no_joint_holds_back_are_not_planned_twice(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
