@@ -103,9 +103,10 @@ def certificate_words(told: dict[str, Any]) -> list[str]:
     certificate = told["certificate"]
     if told["plan"]["balance"] == "dynamic":
         static = 1e3 * told["slacks"]["margin"]["on_course"]
+        still = "could not stand still at every time" if static < 0.0 else "could stand still"
         return [
-            f"It could not stand still at every time: its static margin goes down to {static:.0f} "
-            "mm. If a foot is late, or it is pushed, it may fall. No certificate is for such gaits."
+            f"It {still}: its static margin goes down to {static:.0f} mm. If a foot is late, or it "
+            "is pushed, it may fall. No certificate is for such gaits."
         ]
     if certificate is None or not certificate["certified"]:
         return []
@@ -132,9 +133,10 @@ def pace_lines(told: dict[str, Any]) -> list[str]:
     ]
     took = f"The flights take {', '.join(ways)}. " if ways else ""
     slow = pace["slow"]
+    static = " of static margin" if told["plan"]["balance"] == "dynamic" else ""
     if slow is not None:
         least += (
-            f". The gait found for margin alone keeps {1e3 * slow['margin']:.0f} mm at "
+            f". The gait found for margin alone keeps {1e3 * slow['margin']:.0f} mm{static} at "
             f"{slow['speed']:.3f} m/s"
         )
     return [f"{took}{least}."]

@@ -85,10 +85,13 @@ class Feasibility:
         None if there is a plan, if no proof is found, or if none is sought: of a course; of open
         risers or an overhang, where feet have places that a proof leaves out; of another margin
         than the hull's, for on steep stairs friction holds a robot whose centre of mass is beside
-        the polygon; of a landing so short that not all feet need to be on it at once.
+        the polygon; of a gait that is balanced by its motion; of a landing so short that not all
+        feet need to be on it at once.
         """
         flight, robot = self.stairs, self.robot
         if self.feasible or flight is None or not flight.closed or robot is None:
+            return None
+        if self.wish.dynamic:
             return None
         landing = self.around.landing
         apart = hip_length(robot) + 2.0 * leg_length(robot)  # of fore and hind feet, at most

@@ -12,7 +12,7 @@ from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import tread_way
+from drake_quad.gait_design.tempo import least_margin, tread_way
 from drake_quad.gait_design.wish import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof
@@ -248,14 +248,15 @@ def _pitches(designed: Designed) -> FloatArray:
 
 def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     """What the plan of the course itself leaves of each limit that it is measured for."""
-    joints, static = np.inf, designed.margin
+    joints, static = np.inf, np.inf
     for plan in designed.plan.plans:
         count = int(np.ceil(plan.duration / PERIOD)) + 1
         samples = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
         q = samples.q.reshape(-1, 12)
         joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
-        if designed.plan.dynamic:
-            static = min(static, float(samples.margin.min()))
+        if designed.plan.dynamic and plan.contacts.steps:
+            static = min(static, float(samples.margin.min()), least_margin(robot, plan))
+    static = static if designed.plan.dynamic else designed.margin
     part = "trunk" if designed.room.part == "the trunk" else "legs"
     left = {"joints": joints, "torque": designed.torque, "margin": static}
     return left | {part: designed.room.weighted}
@@ -315,10 +316,10 @@ def _answer(report: dict[str, Any]) -> str:
 
 def _how_quick(pace: dict[str, Any] | None) -> str:
     """Says how quick the gait is, if that was asked for, and what of that is not reached."""
-    if pace is None or pace["speed"] is None or not Wish(**_figures(pace["wish"])).quick:
+    if pace is None or not Wish(**_figures(pace["wish"])).quick:
         return ""
     short = "" if pace["wish"]["fulfilled"] else ", which is not what was asked for"
-    return f", at {pace['speed']:.3f} m/s{short}"
+    return short if pace["speed"] is None else f", at {pace['speed']:.3f} m/s{short}"
 
 
 def _figures(wish: dict[str, Any]) -> dict[str, Any]:

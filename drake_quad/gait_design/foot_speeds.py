@@ -1,8 +1,8 @@
 """How fast the feet of a gait swing: as fast as their joints can follow, group by group.
 
-A swing lasts as long as its foot takes at the speed of its group: swings on one level, and those
-up and down, leg by leg. A leg that reaches far, or folds much, as it steps up turns its knee
-quickly at a speed of the foot at which another leg's knee hardly moves.
+A swing lasts as long as its foot takes at the speed of its group: swings on one level, of all
+legs, and those up and down, leg by leg. A leg that reaches far, or folds much, as it steps up
+turns its knee quickly at a speed of the foot at which another leg's knee hardly moves.
 """
 
 from collections.abc import Iterable
@@ -19,6 +19,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.motion_config import GaitConfig
 
 ANY_SPEED = 20.0  # [m/s] of a swing foot: then swings are calm, and none lasts longer
+JUST_AS_LONG = 1.01  # ratio of times: scenarios have them to four digits
 PEAK = 0.8  # of a joint's speed limit: what swings may ask for
 
 
@@ -95,15 +96,18 @@ def slowest(speeds: Iterable[FootSpeeds]) -> FootSpeeds:
     return FootSpeeds.from_values(least)
 
 
-def suited_speeds(robot: RobotModel, plan: MotionPlan) -> FootSpeeds:
+def suited_speeds(robot: RobotModel, plan: MotionPlan, shortest: float) -> FootSpeeds:
     """The speeds with which a plan's swings would ask for PEAK of the joints' speeds.
+
+    Swings that last no longer than the shortest, and ask for no more, are not held back by a speed.
 
     Args:
         robot: The robot.
         plan: A walk's, or of another task, whose swings do not count.
+        shortest: How long the gait's swings last at least [s].
 
     Returns:
-        The least of each group; infinite where a group has no swing.
+        The least of each group; infinite where a group has no swing that is held back.
     """
     begin = min((s.start for s in plan.segments if s.kind == "wave"), default=inf)
     steps = [step for step in plan.contacts.steps if step.lift_off >= begin]
@@ -115,7 +119,10 @@ def suited_speeds(robot: RobotModel, plan: MotionPlan) -> FootSpeeds:
     least = np.full((3, 4), inf)  # level, up and down
     for step, mine in zip(steps, share, strict=True):
         row = step.leg.row
-        suits = peak_speed(step.swing) * PEAK / float(mine[:, row].max())
+        asked = float(mine[:, row].max())
+        if asked <= PEAK and step.swing.duration <= JUST_AS_LONG * shortest:
+            continue
+        suits = peak_speed(step.swing) * PEAK / asked
         way = goes(step.swing)
         least[way, row] = min(least[way, row], suits)
     return FootSpeeds(float(least[0].min()), tuple(least[1].tolist()), tuple(least[-1].tolist()))

@@ -210,7 +210,7 @@ def try_tempo(
     found = replace(found, margin=min(found.margin, least))
     tasks = mission_of(quick, course, source=source)
     pace = measure_pace(robot, course, tasks, found.plan)
-    suits = [suited_speeds(robot, plan) for plan in found.plan.plans]
+    suits = [suited_speeds(robot, plan, tempo.swing) for plan in found.plan.plans]
     return TempoTrial(tempo, found, pace, slowest(suits))
 
 

@@ -93,7 +93,8 @@ def quicken(
     before = measure_pace(robot, course, tasks, designed.plan)
     if before.slowest is None:
         return designed
-    if wish.speed is not None and before.slowest.speed >= ENOUGH * wish.speed:
+    enough = wish.speed is not None and before.slowest.speed >= ENOUGH * wish.speed
+    if enough and not wish.dynamic:
         return designed
     own = what_is_kept(wish, robot, designed.margin, before.zmp_margin)
     kept = [what_is_kept(w, robot, designed.margin, before.zmp_margin) for w in wish.steps()]
@@ -282,13 +283,14 @@ class TempoSearch:
                 if too_fast is None:
                     break
                 self._speeds = now.at_most(PEAK / too_fast * error.data["foot_speed"])
-                self._limited = True
+                self._limited, self._grouped = True, False
             else:
-                if not is_calm(found):
-                    self._speeds, self._limited = slowest([now, found.suits]), True
-                elif self._limited and not self._grouped:
-                    self._grouped = True
-                    return self._group(scenario, found)
+                if is_calm(found):
+                    if self._limited and not self._grouped:
+                        self._grouped = True
+                        return self._group(scenario, found)
+                    break
+                self._speeds, self._limited = slowest([now, found.suits]), True
             if self._speeds.like(now, SAME_SPEED):
                 break
         return found

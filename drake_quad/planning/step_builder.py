@@ -19,6 +19,7 @@ from drake_quad.terrain.lane import Lane
 STILL = 1e-3  # [m]: a step shorter than this is not taken
 ARC_SAMPLES = 41  # places under an arc whose ground is looked at
 LEVEL = 1e-6  # [m] by which that may differ in height
+ONE_LEVEL = 0.01  # [m] by which a swing's ends may: a standing foot is not quite where it is mapped
 
 
 STEEPEST = 1.875  # of a quintic from 0 to 1 in a time of 1
@@ -35,7 +36,7 @@ def peak_speed(swing: Swing) -> float:
 def goes(swing: Swing) -> int:
     """1 if a swing ends higher than it begins, -1 if lower, 0 if neither."""
     rise = float(swing.p_end[2] - swing.p_start[2])
-    return 0 if abs(rise) <= LEVEL else 1 if rise > 0.0 else -1
+    return 0 if abs(rise) <= ONE_LEVEL else 1 if rise > 0.0 else -1
 
 
 class StepBuilder:

@@ -23,13 +23,12 @@ def _cycle_time(text: str) -> float:
 
 
 def _leg_speed(leg: str) -> float:
-    return number(
-        0.0,
-        "m/s",
-        f"Speed that the {leg} foot does not exceed in such swings; 0: `gait.swing_speed`",
-        not_negative(),
-        within(0.0, 20.0),
+    text = (
+        f"Speed that the {leg} foot does not exceed in swings that end higher (`_up`) or lower "
+        "(`_down`) than they begin; 0: `gait.swing_speed`"
     )
+    speed: float = number(0.0, "m/s", text, not_negative(), within(0.0, 20.0))
+    return speed
 
 
 @dataclass
@@ -164,10 +163,10 @@ class GaitConfig:
         within(0.0, 20.0),
     )
     swing_speed_up: LegSpeedsConfig = part(
-        LegSpeedsConfig, "The same of swings that end higher than they begin; with `swing_speed`"
+        LegSpeedsConfig, "Speeds of feet in swings up, leg by leg; only with `swing_speed`"
     )
     swing_speed_down: LegSpeedsConfig = part(
-        LegSpeedsConfig, "The same of swings that end lower than they begin; with `swing_speed`"
+        LegSpeedsConfig, "Speeds of feet in swings down, leg by leg; only with `swing_speed`"
     )
     swing_clearance: float = number(
         0.02, "m", "Δh, by how much the foot's sphere clears what it passes", not_negative()

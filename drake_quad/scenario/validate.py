@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from drake_quad.errors import InputError, did_you_mean
+from drake_quad.robot.legs import LEGS
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import MissionElement, MotorStrengthConfig, PushConfig, Scenario
 from drake_quad.stability.equilibrium_region import HULL
@@ -132,6 +133,9 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         raise fail(
             "gait.margin", "must be hull with body.balance dynamic, which asks for no static margin"
         )
+    for path in (f"gait.swing_speed_{way}.{leg.short}" for way in ("up", "down") for leg in LEGS):
+        if value_at(scenario, path) > 0.0 and scenario.gait.swing_speed == 0.0:
+            raise fail(path, "must be 0 where gait.swing_speed is 0: all swings last as long")
     if scenario.gait.stance_stagger >= scenario.gait.stance_width:
         raise fail("gait.stance_stagger", "must be less than gait.stance_width")
     if scenario.simulation.simulator.target_realtime_rate != 0.0:

@@ -3,22 +3,26 @@
 from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
 import pytest
 from design_rig import COUNT, RUN, designed, found
 from rig import URL, paper_robot
 
+from drake_quad.cli.check_answer import certificate_words
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import Feasibility, check_wish
+from drake_quad.feasibility import check_report
+from drake_quad.feasibility.check import Feasibility, check_flight, check_wish
+from drake_quad.feasibility.check_picture import draw_check
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import balanced_by_motion, usual_tempo
+from drake_quad.gait_design.tempo import balanced_by_motion, least_margin, usual_tempo
 from drake_quad.gait_design.tempo_search import quicken
 from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
-from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.stability.equilibrium_region import FRICTION
 from drake_quad.stability.safety import safe_margin
+from drake_quad.terrain.elements import Stairs
 
 MOVING = Wish(balance="dynamic")
 
@@ -83,13 +87,22 @@ def test_the_answer_says_how_it_is_balanced() -> None:
     assert words in told["answer"] and "static" not in told["answer"]
     assert told["plan"]["balance"] == "dynamic" and told["certificate"] is None
     assert told["pace"]["wish"]["balance"] == "dynamic"
+    times = np.linspace(0.0, 1.0, 3001)
     static = min(
-        float(evaluate(robot, plan, sample_times(plan.contacts)).margin.min())
+        min(
+            float(evaluate(robot, plan, plan.duration * times).margin.min()),
+            least_margin(robot, plan),
+        )
         for plan in quick.plan.plans
         if plan.contacts.steps
     )
-    assert told["slacks"]["margin"]["on_course"] == pytest.approx(static, abs=5e-3)
+    assert told["slacks"]["margin"]["on_course"] == pytest.approx(static, abs=5e-4)
     assert static < quick.margin
+    lines = " ".join(certificate_words(told))
+    assert ("could not stand still" in lines) == (static < 0.0)
+    figure = draw_check(quick, robot)
+    assert "zero-moment" in str(figure.get_suptitle())
+    assert figure.axes[-1].get_ylim()[0] <= min(1e3 * static, 0.0)
     assert "zero-moment" in answer._repr_html_()
 
 
@@ -101,6 +114,30 @@ def test_where_no_such_gait_is_found_the_answer_says_so() -> None:
     told = feasibility_report(check, paper_robot(), source=URL, asked=question)
     assert told["answer"].endswith("which is not what was asked for")
     assert told["plan"]["balance"] == "static"
+
+
+def test_a_speed_that_the_slow_gait_has_is_still_balanced_by_motion() -> None:
+    """What is asked for is how it is balanced, too."""
+    slow = designed()
+    quick = quicken(slow, paper_robot(), replace(MOVING, speed=0.02))
+    assert quick.plan.dynamic
+
+
+def test_no_proof_about_static_gaits_answers_a_question_about_others() -> None:
+    """A proof that no static gait climbs a wall says nothing of gaits balanced by their motion."""
+    wall = Stairs(rise=1.3, run=0.25, count=2)
+    for wish, proven in ((Wish(), True), (MOVING, False)):
+        answer = check_flight(URL, wall, wish=wish, nearest=False, robot=paper_robot())
+        assert not answer.feasible and (answer.proof is not None) is proven
+
+
+def test_a_wish_that_is_not_met_on_level_ground_is_said_so() -> None:
+    """There is no speed on a flight, but the answer's first line still says so."""
+    check = replace(found(), wish=MOVING)
+    question = {"rise": 0.12, "run": RUN, "count": COUNT}
+    told = feasibility_report(check, paper_robot(), source=URL, asked=question)
+    level = told | {"pace": told["pace"] | {"speed": None}}
+    assert check_report._answer(level).endswith("which is not what was asked for")
 
 
 def test_what_does_not_go_together_is_refused() -> None:
