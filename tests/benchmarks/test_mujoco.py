@@ -7,20 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mujoco_rig import GRAVITY, Drive, MujocoRobot, drive
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from rig import course_of, flat_course, model_layout, model_plant, paper_robot, stance_at
+from mujoco_rig import GRAVITY, Drive, MujocoRobot, drive, mujoco_runs
+from pydrake.systems.framework import Diagram
+from rig import course_of, flat_course, model_plant, paper_robot, stance_at
 
 from drake_quad.control.settings import ControlSettings
 from drake_quad.planning.mission import plan_mission
-from drake_quad.planning.motion_plan import Stance, pose_robot
+from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task, derive_mission
 from drake_quad.scenario.build import course_of as course_of_scenario, mission_of, plan_settings
 from drake_quad.scenario.load import load_scenario
 from drake_quad.systems.controller import MakeController
-from drake_quad.systems.state_estimator import StateEstimator
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.elements import Element
+
+with_estimator = mujoco_runs.with_estimator
 
 PACKAGE = Path(__file__).resolve().parents[2] / "drake_quad"
 CLIMB = PlanSettings(swing_clearance=0.04)
@@ -54,37 +55,6 @@ def make_controller(
     )
 
 
-def with_estimator(controller: Diagram, stance: Stance) -> Diagram:
-    """The controller on what a robot senses: its state comes from the estimator."""
-    builder = DiagramBuilder()
-    builder.AddSystem(controller)
-    q, _, _ = pose_robot(paper_robot(), stance.body[None], stance.feet[None])
-    estimator = builder.AddSystem(
-        StateEstimator(
-            robot=paper_robot(),
-            layout=model_layout(),
-            p_WB=stance.body[:3],
-            pitch=stance.body[3],
-            yaw=stance.body[4],
-            q=q.ravel(),
-        )
-    )
-    builder.Connect(
-        estimator.GetOutputPort("robot_state_estimated"),
-        controller.GetInputPort("robot_state_estimated"),
-    )
-    contacts = builder.ExportInput(
-        estimator.GetInputPort("contact_state_measured"), "contact_state_measured"
-    )
-    builder.ConnectInput(contacts, controller.GetInputPort("contact_state_measured"))
-    for name in ("imu_measured", "joint_state_measured"):
-        builder.ExportInput(estimator.GetInputPort(name), name)
-    for k in range(controller.num_output_ports()):
-        port = controller.get_output_port(k)
-        builder.ExportOutput(port, port.get_name())
-    return builder.Build()
-
-
 def simulate(
     course: Course,
     settings: PlanSettings,
@@ -109,7 +79,8 @@ def simulate(
     if not estimated:
         return drive(controller, robot, limit=limit, deaf=deaf)
     # The estimator's clock and the controllers' have a millisecond in common.
-    return drive(with_estimator(controller, stance), robot, limit=limit, exchange=0.001)
+    whole = with_estimator(controller, paper_robot(), model_plant(), stance)
+    return drive(whole, robot, limit=limit, exchange=0.001)
 
 
 @pytest.fixture(scope="module")
@@ -198,6 +169,21 @@ def test_no_file_of_the_project_knows_mujoco() -> None:
             if isinstance(node, ast.ImportFrom):
                 names = [node.module or ""]
             assert not any(name.split(".")[0] == "mujoco" for name in names), path
+
+
+def test_rows_of_the_table_stand_beside_each_other() -> None:
+    """A short stand in both engines: margins within a millimetre, feet alone touch, three bear."""
+    short = ["mission=[{kind: stand, duration: 0.3}]"]
+    margins = []
+    for case in (
+        mujoco_runs.Case("four steps", "whole_body", drake=True),
+        mujoco_runs.Case("four steps", "whole_body", estimated=True),
+    ):
+        row = dict(zip(mujoco_runs.HEADER, mujoco_runs.run_case(case, short), strict=True))
+        assert row["outcome"] == "goal_reached" and row["samples under 3 feet"] == "0"
+        assert row["non-foot contacts"] == "0" and float(row["peak torque / limit"]) > 0.1
+        margins.append(float(row["min margin [m]"]))
+    assert margins[0] == pytest.approx(margins[1], abs=2e-3) and margins[0] > 0.1
 
 
 @pytest.mark.slow
