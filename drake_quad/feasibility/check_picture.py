@@ -239,6 +239,7 @@ def _margin(
     ax.annotate(f"smallest, {1e3 * least:.0f} mm", (0.0, 1e3 * least), (4, -11),
                 textcoords="offset points", color=REAR)  # fmt: skip
     ax.set_xlim(0.0, mission.duration)
-    ax.set_ylim(min(1.3e3 * least, 0.0), 1.15e3 * top)
+    low = 0.0 if least >= 0.0 else least - 0.1 * top  # with room for its words
+    ax.set_ylim(1e3 * low, 1.15e3 * top)
     ax.set_xlabel("time, s (the marks are the moments above)")
     ax.set_ylabel("static margin, mm")
