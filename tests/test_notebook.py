@@ -65,10 +65,13 @@ def test_a_no_shows_the_question_and_its_reason() -> None:
 
 
 def test_a_yes_shows_what_the_plan_leaves() -> None:
-    """Its margin, its torque and how long it takes."""
-    designed: Any = SimpleNamespace(margin=0.0456, torque=0.25, plan=SimpleNamespace(duration=83.2))
-    html = Feasibility(Scenario(), designed, "", {})._repr_html_()
-    assert "yes" in html and "46 mm" in html and "25 % of the limit" in html and "83 s" in html
+    """Its margin, and what that is of; its torque and how long it takes."""
+    for dynamic, name in ((False, "static margin"), (True, "margin of the zero-moment point")):
+        plan = SimpleNamespace(duration=83.2, dynamic=dynamic)
+        designed: Any = SimpleNamespace(margin=0.0456, torque=0.25, plan=plan)
+        html = Feasibility(Scenario(), designed, "", {})._repr_html_()
+        assert "yes" in html and "46 mm" in html and "25 % of the limit" in html and "83 s" in html
+        assert f"{name} of the plan" in html
 
 
 def test_a_certificate_shows_what_is_proven_or_where_it_fails() -> None:
