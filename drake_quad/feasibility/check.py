@@ -297,11 +297,8 @@ class Feasibility:
 
 def margin_name(plan: MissionPlan | None) -> str:
     """What a plan's margin is of, in words."""
-    return (
-        "margin of the zero-moment point"
-        if plan is not None and plan.dynamic
-        else ("static margin")
-    )
+    moving = plan is not None and plan.dynamic
+    return "margin of the zero-moment point" if moving else "static margin"
 
 
 def check_wish(wish: Wish, margin: str) -> None:

@@ -1,7 +1,6 @@
 """Draws a planned climb: the robot through a gait cycle up and one down, and the margin."""
 
 from dataclasses import dataclass
-from math import inf
 
 import matplotlib
 import numpy as np
@@ -14,7 +13,7 @@ from drake_quad.feasibility.check import margin_name
 from drake_quad.feasibility.check_report import treads_in_words
 from drake_quad.feasibility.robot_picture import FRONT, INK, REAR
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import least_margin
+from drake_quad.gait_design.tempo import static_margin
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Segment, evaluate
 from drake_quad.robot.kinematics import calc_knees
@@ -215,13 +214,11 @@ def _margin(
 ) -> None:
     """The static margin over the whole mission, with the moments above marked."""
     mission = designed.plan
-    top, least = 0.0, inf
+    top = 0.0
     for plan, begun in zip(mission.plans, mission.starts, strict=True):
         times = np.linspace(0.0, plan.duration, int(np.ceil(plan.duration / PERIOD)) + 1)
         margin = evaluate(robot, plan, times).margin
         top = max(top, float(margin.max()))
-        if plan.contacts.steps:
-            least = min(least, float(margin.min()), least_margin(robot, plan))
         ax.plot(begun + times, 1e3 * margin, "-", color=INK, lw=0.9)
         ax.axvline(begun, color="#cccccc", lw=0.8, zorder=0)
     for plan, begun in zip(mission.plans, mission.starts, strict=True):
@@ -234,7 +231,7 @@ def _margin(
                    color=colour, alpha=0.18, lw=0)  # fmt: skip
         for t in stretch.times:
             ax.axvline(begun + t, color=colour, lw=0.9)
-    least = least if mission.dynamic else designed.margin
+    least = static_margin(robot, designed)
     ax.axhline(1e3 * least, color=REAR, lw=0.9, ls="--")
     ax.annotate(f"smallest, {1e3 * least:.0f} mm", (0.0, 1e3 * least), (4, -11),
                 textcoords="offset points", color=REAR)  # fmt: skip

@@ -12,7 +12,7 @@ from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.inspect_robot import all_doubts
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import least_margin, tread_way
+from drake_quad.gait_design.tempo import static_margin, tread_way
 from drake_quad.gait_design.wish import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof
@@ -248,16 +248,13 @@ def _pitches(designed: Designed) -> FloatArray:
 
 def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     """What the plan of the course itself leaves of each limit that it is measured for."""
-    joints, static = np.inf, np.inf
+    joints = np.inf
     for plan in designed.plan.plans:
         count = int(np.ceil(plan.duration / PERIOD)) + 1
-        samples = evaluate(robot, plan, np.linspace(0.0, plan.duration, count))
-        q = samples.q.reshape(-1, 12)
+        q = evaluate(robot, plan, np.linspace(0.0, plan.duration, count)).q.reshape(-1, 12)
         joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
-        if designed.plan.dynamic and plan.contacts.steps:
-            static = min(static, float(samples.margin.min()), least_margin(robot, plan))
-    static = static if designed.plan.dynamic else designed.margin
     part = "trunk" if designed.room.part == "the trunk" else "legs"
+    static = static_margin(robot, designed)
     left = {"joints": joints, "torque": designed.torque, "margin": static}
     return left | {part: designed.room.weighted}
 
@@ -297,7 +294,7 @@ def _answer(report: dict[str, Any]) -> str:
         strong = "" if torque >= 0.0 else f", if a joint gives {1.0 - torque:.0%} of its torque"
         quick = _how_quick(report["pace"])
         wanted = report["slacks"]["margin"]["wanted"]
-        short = plan["margin"] < wanted and plan["balance"] == "static"
+        short = plan["margin"] < wanted and not moving
         little = f", less than the {1e3 * wanted:.0f} mm wanted" if short else ""
         return (
             f"Yes: {report['name']} walks {stairs}{ways}{',' if moving else ''} {kept}{little}"

@@ -24,6 +24,7 @@ from drake_quad.gait_design.foot_speeds import (
 from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
 from drake_quad.gait_design.search import Design
+from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
@@ -224,6 +225,17 @@ def least_margin(robot: RobotModel, plan: MotionPlan) -> float:
     if not plan.contacts.steps or plan.margin_kind != HULL:
         return inf
     return float(evaluate(robot, plan, switch_times(plan)).margin.min())
+
+
+def static_margin(robot: RobotModel, designed: Designed) -> float:
+    """The least static margin of a gait's plan [m], also of one that is balanced by its motion."""
+    if not designed.plan.dynamic:
+        return designed.margin
+    walks = [plan for plan in designed.plan.plans if plan.contacts.steps]
+    sampled = (
+        float(evaluate(robot, plan, sample_times(plan.contacts)).margin.min()) for plan in walks
+    )
+    return min([*sampled, *(least_margin(robot, plan) for plan in walks)], default=inf)
 
 
 def least_zmp_margin(robot: RobotModel, plan: MotionPlan) -> float:

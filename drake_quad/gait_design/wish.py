@@ -23,7 +23,7 @@ class Wish:
         speed: Speed on the flights that is enough [m/s]; it then has the margin that is left.
         min_margin: Margin that the plan is to keep, instead of what `prefer` says [m].
         balance: `static`, or `dynamic`: the margin that counts is that of the zero-moment point,
-            and the robot could not stand still at every time.
+            and the robot need not be able to stand still at every time.
     """
 
     prefer: str = "margin"

@@ -15,13 +15,20 @@ from drake_quad.feasibility.check import Feasibility, check_flight, check_wish
 from drake_quad.feasibility.check_picture import draw_check
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.tempo import balanced_by_motion, least_margin, usual_tempo
+from drake_quad.gait_design.tempo import (
+    ZMP_EVERY,
+    balanced_by_motion,
+    least_margin,
+    least_zmp_margin,
+    usual_tempo,
+)
 from drake_quad.gait_design.tempo_search import quicken
 from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.stability.equilibrium_region import FRICTION
 from drake_quad.stability.safety import safe_margin
+from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.elements import Stairs
 
 MOVING = Wish(balance="dynamic")
@@ -73,6 +80,13 @@ def test_a_gait_balanced_by_its_motion_is_quicker_and_keeps_the_point_within_the
     )
     assert quick.margin >= safe_margin(robot)
     assert least - 1e-3 <= quick.margin <= least  # as a foot lifts it may be a little less
+    for plan in (p for p in quick.plan.plans if p.contacts.steps):
+        seen = sample_zmp(robot, plan.contacts, plan.body, ZMP_EVERY)
+        step = plan.contacts.steps[-1]
+        at = np.array([np.interp(step.lift_off, seen.times, z) for z in seen.zmp.T])
+        others = [leg for leg in range(4) if leg != step.leg.row]
+        feet = plan.contacts.feet_at(np.array([step.lift_off + 1e-6]))[0][0, others, :2]
+        assert least_zmp_margin(robot, plan) <= stability_margin(at, feet) + 1e-4
     bound = answer.bound
     assert bound is not None and bound.limit != "margin"
 
