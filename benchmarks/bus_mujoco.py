@@ -18,9 +18,10 @@ import numpy as np
 from benchmarks.mujoco_model import STEP
 from benchmarks.mujoco_robot import MujocoRobot
 from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.joint_map import joint_map
 from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, CommandMessage, StateMessage
 from drake_quad.bus.postures import lowest_stance
-from drake_quad.bus.processes import FIELDS, joint_map
+from drake_quad.bus.processes import FIELDS
 from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard

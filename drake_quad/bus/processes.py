@@ -1,4 +1,4 @@
-"""The two processes: a controller's and a simulated robot's, each with its clock and its bus."""
+"""The controller's process, with its clock and its bus; `robot_process.py` has the robot's."""
 
 import socket
 from collections.abc import Callable
@@ -7,24 +7,16 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from drake_quad.bus.bus_log import BusRecorder, write_bus_log
 from drake_quad.bus.control_loop import ControlLoop, Event
-from drake_quad.bus.faults import BusFaults, FaultyBus
+from drake_quad.bus.joint_map import joint_map
 from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
-from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, DRIVES_HOLD
 from drake_quad.bus.plan_process import PlanProcess
-from drake_quad.bus.real_time import NS, Clock, WallClock, real_time
+from drake_quad.bus.real_time import NS, Clock, WallClock, real_time, thread_ids
 from drake_quad.bus.robot_bus import RobotBus
-from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
-from drake_quad.bus.safety import SafetyMode
-from drake_quad.bus.unitree_messages import JointMap
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.feasibility.inspect_robot import read_mapping
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.planning.plan_job import TaskJob
-from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.precompile import kernels_for, precompiling
@@ -39,7 +31,6 @@ FIELDS = (*ESTIMATED, "controller.period=0.002")  # where no design sets the per
 # [m] by which stairs may be elsewhere than where a robot believes them: it is put down by hand, and
 # its estimate drifts. Half as much in place had a foot meet a riser on its way to the next tread.
 PLACE_ERROR, HEIGHT_ERROR = 0.03, 0.01
-DRIVES = {DRIVES_DAMP: "damping", DRIVES_FOLLOW: "following", DRIVES_HOLD: "holding"}
 
 Tell = Callable[[str], None]
 Stop = Callable[[], bool]
@@ -202,22 +193,7 @@ def open_bus(
     return LcmBus(url, clock.now_ns, hears_states=not robot, hears_commands=True)
 
 
-def joint_map(robot: RobotModel) -> JointMap:
-    """How the robot's own file means its joints and its trunk."""
-    mapping = read_mapping(robot)
-    own = [mapping.get("joints", {}).get(name, {}) for name in robot.joint_names]
-    yaw = np.deg2rad(float(mapping.get("trunk", {}).get("yaw_TB_deg", 0.0)))
-    R_TB = np.array(
-        [[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
-    )
-    return JointMap(
-        np.array([float(one.get("sign", 1.0)) for one in own]),
-        np.array([float(one.get("turn", 0.0)) for one in own]),
-        R_TB.T,
-    )
-
-
-def _each_period(clock: Clock, period: float, tick: Callable[[], bool]) -> float:
+def each_period(clock: Clock, period: float, tick: Callable[[], bool]) -> float:
     """Ticks by the clock's deadlines until told to end; how much time was given up [s]."""
     period_ns = round(period * NS)
     due, given_up = clock.now_ns(), 0
@@ -263,8 +239,9 @@ def control(
         Outcome, changes of mode, and how well time was kept: what control.json holds.
     """
     with closing(PlanProcess(_first_job(prepared))) as plans:
-        clock = WallClock(choice.rate)
+        clock, others = WallClock(choice.rate), thread_ids()
         bus = open_bus(choice, clock, prepared, robot=False)
+        receiving = thread_ids() - others  # a loop of real time on a busy machine waits for these
         recorder = None if record is None else BusRecorder(bus, clock, plans)
         loop = ControlLoop(
             prepared, recorder or bus, recorder or clock, maker=recorder or plans, silent=dry_run
@@ -298,8 +275,8 @@ def control(
             return not loop.outcome
 
         try:
-            with real_time(first=fifo) as given:
-                given_up = _each_period(clock, loop.period, tick)
+            with real_time(first=fifo, threads=receiving) as given:
+                given_up = each_period(clock, loop.period, tick)
         except BaseException:  # Ctrl-C a second time, too
             for _ in range(RELEASES):  # a bus may lose messages
                 loop.release()
@@ -335,78 +312,3 @@ def _write_log(
 def _line(event: Event) -> str:
     why = f": {event.reason}" if event.reason else ""
     return f"{event.time:8.3f} s  {event.mode.replace('_', ' ')}{why}"
-
-
-def simulate_robot(
-    prepared: PreparedScenario,
-    choice: BusChoice,
-    *,
-    faults: BusFaults,
-    seed: int,
-    duration: float | None,
-    stop: Stop,
-    tell: Tell,
-    fifo: bool = False,
-) -> dict[str, Any]:
-    """The robot's process: physics by the clock, until it is told to end.
-
-    Args:
-        prepared: Mission that `prepare_for_bus` returned.
-        choice: The bus.
-        faults: What goes wrong on it.
-        seed: Seed of the draws that decide which messages go wrong.
-        duration: How long [s]; None: until it is stopped.
-        stop: Asked whether a person wants it to end.
-        tell: Told of every change of what the drives do.
-        fifo: Whether real-time priority is asked for. A simulation that is slower than the
-            wall clock then leaves a core to nothing else.
-
-    Returns:
-        What the drives did and where the robot went: what robot.json holds.
-    """
-    clock = WallClock(choice.rate)
-    bus = open_bus(choice, clock, prepared, robot=True)
-    if faults.any:
-        bus = FaultyBus(bus, faults, clock, np.random.default_rng(seed))
-    robot = SimulatedRobot(prepared)
-    loop = RobotLoop(robot, bus, clock)
-    start = robot.base
-    changes: list[dict[str, Any]] = []
-    before = (DRIVES_DAMP, SafetyMode.DAMPING)
-    tell(f"on {choice.bus}, interface {choice.interface}, domain {choice.domain}: sending")
-
-    def tick() -> bool:
-        nonlocal before
-        loop.tick()
-        command = loop.guard.command
-        mode = SafetyMode.DAMPING if command is None else SafetyMode(command.mode)
-        if (loop.guard.drives, mode) != before:
-            before = (loop.guard.drives, mode)
-            change = {
-                "time": robot.time,
-                "wall_ns": clock.now_ns(),
-                "drives": DRIVES[loop.guard.drives],
-                "mode": mode.name.lower(),
-                "reason": loop.guard.reason if loop.guard.drives == DRIVES_DAMP else "",
-                "base": robot.base.tolist(),
-            }
-            changes.append(change)
-            tell(f"{robot.time:8.3f} s  {change['drives']} ({change['mode']}) {change['reason']}")
-        over = duration is not None and robot.time >= duration
-        return not (over or stop())
-
-    try:
-        with real_time(first=fifo) as given:
-            begun = clock.now_ns()
-            given_up = _each_period(clock, robot.period, tick)
-            wall = (clock.now_ns() - begun) / NS
-    finally:
-        bus.close()
-    return {
-        "simulated_time": robot.time,
-        "real_time_factor": robot.time / wall if wall > 0.0 else None,
-        "start": start.tolist(),
-        "end": robot.base.tolist(),
-        "drives": changes,
-        "real_time": {**given, "time_given_up": given_up, **loop.times.figures()},
-    }

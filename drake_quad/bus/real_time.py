@@ -7,8 +7,9 @@ import ctypes
 import gc
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -70,18 +71,28 @@ class ManualClock:
         self._time_ns = max(self._time_ns, time_ns)
 
 
+def thread_ids() -> set[int]:
+    """The system's numbers of this process's threads; none where /proc has none."""
+    try:
+        return {int(task.name) for task in Path("/proc/self/task").iterdir()}
+    except OSError:
+        return set()
+
+
 @contextmanager
-def real_time(*, first: bool = True) -> Iterator[dict[str, bool]]:
+def real_time(*, first: bool = True, threads: Iterable[int] = ()) -> Iterator[dict[str, bool]]:
     """Real-time priority and locked memory where they are allowed, no garbage collector.
 
     Args:
         first: Whether to ask for SCHED_FIFO and locked memory at all.
+        threads: Other threads of this process that the loop waits for, such as those that receive
+            a bus's messages, by `thread_ids`' numbers. They come before the loop itself.
 
     Yields:
         What was given: `fifo`, `memory_locked`.
     """
     given = {"fifo": False, "memory_locked": False}
-    before = None
+    before, raised = None, list[int]()
     if first and hasattr(os, "sched_setscheduler"):
         with suppress(OSError):
             before = (os.sched_getscheduler(0), os.sched_getparam(0))
@@ -89,6 +100,10 @@ def real_time(*, first: bool = True) -> Iterator[dict[str, bool]]:
             policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
             os.sched_setscheduler(0, policy, os.sched_param(PRIORITY))
             given["fifo"] = True
+            for thread in threads:
+                with suppress(OSError):  # it may have ended
+                    os.sched_setscheduler(thread, policy, os.sched_param(PRIORITY + 1))
+                    raised.append(thread)
         with suppress(OSError, AttributeError):
             given["memory_locked"] = ctypes.CDLL(None).mlockall(LOCK_ALL) == 0
     collecting = gc.isenabled()
@@ -102,6 +117,9 @@ def real_time(*, first: bool = True) -> Iterator[dict[str, bool]]:
         if given["fifo"] and before is not None:
             with suppress(OSError):
                 os.sched_setscheduler(0, *before)
+            for thread in raised:
+                with suppress(OSError):
+                    os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
         if given["memory_locked"]:
             ctypes.CDLL(None).munlockall()
 

@@ -4,6 +4,8 @@ What a robot's drives do of themselves is here as well: they hold when the comma
 20 ms, damp within 100 ms or at any fault, and stay damped until they are told to be.
 """
 
+from typing import Protocol
+
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -70,6 +72,26 @@ class DriveGuard:
         else:
             self.drives = DRIVES_HOLD if age > HOLD_AFTER else DRIVES_FOLLOW
         return self.drives
+
+
+class RobotSide(Protocol):
+    """A robot as far as its drives and its sensors: Drake's, or another engine's."""
+
+    period: float  # [s] from one `advance` to the next
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+
+    @property
+    def base(self) -> FloatArray:
+        """Where the trunk is, (3,) in W [m], the truth."""
+
+    def advance(self, drives: int, command: CommandMessage | None) -> None:
+        """Goes on by a period, the drives doing as they are told: DRIVES_DAMP and so on."""
+
+    def sense(self, session: int, sequence: int, time_ns: int, drives: int) -> StateMessage:
+        """What it senses now."""
 
 
 class SimulatedRobot:
@@ -226,7 +248,7 @@ class RobotLoop:
         clock: The loop's clock; the robot's own, in the messages, is its simulated time.
     """
 
-    def __init__(self, robot: SimulatedRobot, bus: RobotBus, clock: Clock) -> None:
+    def __init__(self, robot: RobotSide, bus: RobotBus, clock: Clock) -> None:
         self.robot, self.guard = robot, DriveGuard()
         self._bus, self._clock = bus, clock
         self._session, self._sequence = new_session(), 0

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from drake_quad.bus.joint_map import SAME, JointMap
 from drake_quad.bus.messages import CommandMessage, Received, StateMessage
 from drake_quad.bus.unitree_messages import (
-    SAME,
-    JointMap,
     decode_low_cmd,
     encode_low_cmd,
     encode_low_state,

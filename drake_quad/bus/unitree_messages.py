@@ -5,11 +5,11 @@ laid out as the maker's C structure, over which its CRC is; CDR, which goes over
 values with other gaps between them. No cyclonedds is needed here, nor the maker's package.
 """
 
-from dataclasses import dataclass
 from zlib import crc32
 
 import numpy as np
 
+from drake_quad.bus.joint_map import JointMap
 from drake_quad.bus.messages import (
     DRIVES_FOLLOW,
     CommandMessage,
@@ -17,7 +17,6 @@ from drake_quad.bus.messages import (
     StateMessage,
 )
 from drake_quad.bus.safety import SafetyMode
-from drake_quad.common import FloatArray
 
 LOW_STATE_TYPE = "unitree_go.msg.dds_.LowState_"
 LOW_CMD_TYPE = "unitree_go.msg.dds_.LowCmd_"
@@ -146,22 +145,6 @@ def unitree_crc(structure: bytes) -> int:
 # ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class JointMap:
-    """How the robot's own file means its joints and its trunk: q_own = sign (q + turn).
-
-    Attributes:
-        sign: ±1 of each joint, leg by leg (12,).
-        turn: Leg by leg (12,) [rad].
-        R_BT: Rotation from the trunk's frame in the file to B (3, 3).
-    """
-
-    sign: FloatArray
-    turn: FloatArray
-    R_BT: FloatArray
-
-
-SAME = JointMap(np.ones(JOINTS), np.zeros(JOINTS), np.eye(3))
 _STATE, _CMD = Wire(LOW_STATE), Wire(LOW_CMD)
 
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from drake_quad.bus.joint_map import JointMap
 from drake_quad.bus.messages import Received, StateMessage
 from drake_quad.bus.real_time import NS
-from drake_quad.bus.unitree_messages import JointMap, decode_low_state, has_crc
+from drake_quad.bus.unitree_messages import decode_low_state, has_crc
 from drake_quad.common import FloatArray
 
 NO_CLOCK = "LowState has no clock (tick is 0): the time stamps of DDS are taken"

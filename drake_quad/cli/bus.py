@@ -107,15 +107,24 @@ def simulate(
         float | None, typer.Option(help="When the sensors freeze, in s; never unless told.")
     ] = None,
     fault_seed: Annotated[int, typer.Option(help="Seed of the bus's faults.")] = 0,
+    mjcf: Annotated[
+        Path | None,
+        typer.Option(
+            help="MuJoCo, with this MJCF of the robot, is the robot's side in place of Drake's "
+            "physics: its masses, joint friction and feet; steps of 2 ms."
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Directory for robot.json.")] = None,
     rate: RateOption = 1.0,
     fifo: FifoOption = False,
     overrides: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Be the robot at the other end of a bus: Drake's physics, paced to the wall clock."""
+    """Be the robot at the other end of a bus: physics, paced to the wall clock."""
     from drake_quad.bus.faults import BusFaults
-    from drake_quad.bus.processes import BusChoice, check_choice, prepare_for_bus, simulate_robot
+    from drake_quad.bus.processes import BusChoice, check_choice, prepare_for_bus
+    from drake_quad.bus.robot_process import simulate_robot
+    from drake_quad.bus.robot_side import RobotSide, SimulatedRobot
 
     choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
     check_choice(choice, named=interface is not None, ready=interface is not None)
@@ -129,10 +138,17 @@ def simulate(
     if out is not None:
         claim(out)
     prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)
+    robot: RobotSide
+    if mjcf is None:
+        robot = SimulatedRobot(prepared)
+    else:
+        from drake_quad.bus.mjcf_side import MjcfSide
+
+        robot = MjcfSide(mjcf, prepared)
     faults = BusFaults(loss=loss, delay=delay, jitter=jitter, reorder=reorder, freeze_at=freeze_at)
     with interruptible(MESSAGES) as stop:
         result = simulate_robot(
-            prepared, choice, faults=faults, seed=fault_seed, duration=duration, stop=stop,
+            prepared, robot, choice, faults=faults, seed=fault_seed, duration=duration, stop=stop,
             tell=_tell, fifo=fifo,
         )  # fmt: skip
     _leave(result, out, "robot.json", as_json=as_json)

@@ -159,8 +159,8 @@ def test_same_run_in_mujoco_is_the_same_to_the_bit() -> None:
     np.testing.assert_array_equal(first.place, second.place)
 
 
-def test_no_file_of_the_project_knows_mujoco() -> None:
-    """The simulator is this test's alone: nothing in the package imports it."""
+def test_no_controller_or_plan_knows_mujoco() -> None:
+    """Of the package the robot's side of a bus alone imports the simulator."""
     paths = sorted(PACKAGE.rglob("*.py"))
     assert len(paths) > 50
     for path in paths:
@@ -168,7 +168,8 @@ def test_no_file_of_the_project_knows_mujoco() -> None:
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom):
                 names = [node.module or ""]
-            assert not any(name.split(".")[0] == "mujoco" for name in names), path
+            known = any(name.split(".")[0] == "mujoco" for name in names)
+            assert not known or path.name == "mjcf_side.py", path
 
 
 def test_rows_of_the_table_stand_beside_each_other() -> None:

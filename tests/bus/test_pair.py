@@ -43,7 +43,8 @@ def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) 
     """
     prepared, clock = short_walk(tmp_path, contacts), ManualClock()
     bus = LoopbackBus(clock.now_ns)
-    robot = RobotLoop(SimulatedRobot(prepared), bus, clock)
+    simulated = SimulatedRobot(prepared)
+    robot = RobotLoop(simulated, bus, clock)
     loop = ControlLoop(prepared, bus, clock)
     loop.limits = replace(loop.limits, fold_time=0.6, rise_time=1.0)
     low, walked = robot.robot.base[2], 0
@@ -54,7 +55,7 @@ def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) 
         clock.sleep_until(clock.now_ns() + PERIOD_NS)
         walked += loop.mode == SafetyMode.WALKING
         if loop.mode == SafetyMode.WALKING:
-            legs_lifted = max(legs_lifted, float(np.ptp(robot.robot.feet[:, 2])))
+            legs_lifted = max(legs_lifted, float(np.ptp(simulated.feet[:, 2])))
         assert not loop.outcome, loop.outcome
     assert robot.robot.base[2] > low + 0.4
     body = prepared.plan.plans[1].sample(1.8).body[0]

@@ -58,7 +58,8 @@ def test_a_robot_sits_down_where_its_walk_has_left_it(
     """
     prepared, clock = short_walk(tmp_path, overrides=QUICK), ManualClock()
     bus = LoopbackBus(clock.now_ns)
-    robot = RobotLoop(SimulatedRobot(prepared), bus, clock)
+    simulated = SimulatedRobot(prepared)
+    robot = RobotLoop(simulated, bus, clock)
     loop = ControlLoop(prepared, bus, clock)
     loop.limits = replace(loop.limits, fold_time=0.6, rise_time=1.0)
     stood, dragged, low = np.zeros((4, 3)), 0.0, np.inf
@@ -68,9 +69,9 @@ def test_a_robot_sits_down_where_its_walk_has_left_it(
         clock.sleep_until(clock.now_ns() + PERIOD_NS)
         assert loop.time < 60.0
         if loop.mode == SafetyMode.STANDING:
-            stood = robot.robot.feet
+            stood = simulated.feet
         elif loop.mode == SafetyMode.SITTING_DOWN:
-            dragged = max(dragged, float(np.abs(robot.robot.feet - stood)[:, :2].max()))
+            dragged = max(dragged, float(np.abs(simulated.feet - stood)[:, :2].max()))
             low = min(low, float(robot.robot.base[2]))
     assert loop.outcome == "goal_reached"
     assert dragged < 0.035

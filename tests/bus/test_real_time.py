@@ -4,10 +4,11 @@ import gc
 import os
 import subprocess
 import sys
+from threading import Event, Thread
 
 import pytest
 
-from drake_quad.bus.real_time import LoopTimes, real_time
+from drake_quad.bus.real_time import LoopTimes, real_time, thread_ids
 from drake_quad.cli.bus import time_kept
 
 ASK = "import os; print(os.sched_getscheduler(0))"
@@ -27,6 +28,27 @@ def test_real_time_priority_ends_with_the_loop_and_is_not_inherited() -> None:
     assert int(child.stdout) == os.SCHED_OTHER
     assert os.sched_getscheduler(0) == before
     assert gc.isenabled()
+
+
+def test_threads_that_are_waited_for_come_first() -> None:
+    """Those that receive messages have a higher priority than the loop, and are ordinary again."""
+    end, others = Event(), thread_ids()
+    receiver = Thread(target=end.wait)
+    receiver.start()
+    try:
+        (number,) = thread_ids() - others
+        with real_time(threads=[number]) as given:
+            if given["fifo"]:
+                policy = os.sched_getscheduler(number) & ~os.SCHED_RESET_ON_FORK
+                assert policy == os.SCHED_FIFO
+                own = os.sched_getparam(0).sched_priority
+                assert os.sched_getparam(number).sched_priority == own + 1
+        assert os.sched_getscheduler(number) == os.SCHED_OTHER
+        with real_time(first=False, threads=[number]):
+            assert os.sched_getscheduler(number) == os.SCHED_OTHER
+    finally:
+        end.set()
+        receiver.join()
 
 
 def test_real_time_asks_for_nothing_unless_told() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from drake_quad.bus.joint_map import SAME, JointMap, joint_map
 from drake_quad.bus.messages import (
     CommandMessage,
     Received,
@@ -17,15 +18,12 @@ from drake_quad.bus.messages import (
     encode_command,
     encode_state,
 )
-from drake_quad.bus.processes import joint_map
 from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.unitree_bus import session_of
 from drake_quad.bus.unitree_messages import (
     LOW_CMD,
     LOW_STATE,
     MOTOR_OF,
-    SAME,
-    JointMap,
     decode_low_cmd,
     decode_low_state,
     encode_low_cmd,

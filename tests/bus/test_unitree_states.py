@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from drake_quad.bus.joint_map import SAME
 from drake_quad.bus.messages import Received, StateMessage
-from drake_quad.bus.unitree_messages import LOW_STATE, SAME, Wire, encode_low_state
+from drake_quad.bus.unitree_messages import LOW_STATE, Wire, encode_low_state
 from drake_quad.bus.unitree_states import NO_CLOCK, NO_CRC, SLOW, LowStateReader
 from drake_quad.bus.watch import StateWatch
 from drake_quad.common import GRAVITY

@@ -130,6 +130,7 @@ def test_where_no_such_gait_is_found_the_answer_says_so() -> None:
     assert told["plan"]["balance"] == "static"
 
 
+@pytest.mark.long
 def test_a_speed_that_the_slow_gait_has_is_still_balanced_by_motion() -> None:
     """What is asked for is how it is balanced, too."""
     slow = designed()

@@ -126,6 +126,7 @@ def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
     assert quick.margin <= least + 1e-3  # also between the times at which plans are sampled
 
 
+@pytest.mark.long
 def test_much_speed_is_no_less_than_a_balanced_gait_has() -> None:
     """A gait for speed is sought from the balanced one on, and keeps the margin of a safe run."""
     robot, slow = paper_robot(), designed()

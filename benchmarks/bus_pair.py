@@ -1,0 +1,141 @@
+"""A controller and a simulated robot as two processes on a bus, by the wall clock: stairs.
+
+    python -m benchmarks.bus_pair go2.xml --mjcf go2.xml --bus unitree --seeds 10
+    python -m benchmarks.bus_pair go2 --bus lcm --seeds 10
+
+The robot stands up, walks 2.5 m, climbs the flight, walks over the landing, comes down and sits
+down. Its side is MuJoCo with the file of `--mjcf`, or else Drake. The state is estimated, and the
+feet are felt by the joints. Nothing else should run on the machine, which has a share in how well
+time is kept: the first line has it for a loop that does nothing.
+"""
+
+import argparse
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks.bus_mjcf import SCENARIO, STAIRS, START
+from drake_quad.bus.processes import allow_for_drift, each_period, load_for_bus
+from drake_quad.bus.real_time import LoopTimes, WallClock, real_time
+from drake_quad.scenario.load import save_scenario
+
+LIMIT = 900.0  # [s] of the wall clock, after which a run is given up
+LEAVE = 60.0  # [s] that the robot's process has for its end
+PERIOD, BARE = 0.002, 30.0  # [s] of the loop that does nothing, and how long it is measured
+COMMAND = (sys.executable, "-m", "drake_quad")
+
+
+def designed(given: argparse.Namespace, place: Path) -> Path:
+    """The scenario with its gait, as `control` would design it, so that it is done once."""
+    text = SCENARIO.format(robot=given.robot, floor=given.floor)
+    if given.count:
+        text += STAIRS.format(rise=given.rise, run=given.run, count=given.count)
+    path, filled = place / "asked.yaml", place / "walk.yaml"
+    path.write_text(text + START)
+    scenario = load_for_bus(str(path), given.set)
+    save_scenario(allow_for_drift(scenario, given.set, source=str(path)), filled)
+    return filled
+
+
+def run(scenario: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
+    """One run, from damped to damped."""
+    place = scenario.parent / str(seed)
+    place.mkdir()
+    # A domain of its own: what a killed process may have left cannot be heard.
+    fields = [f"simulation.seed={seed}", *given.set]
+    common = [str(scenario), "--bus", given.bus, "--domain", str(given.domain + seed), "--out",
+              str(place), *(f"--set={field}" for field in fields)]  # fmt: skip
+    side = ["--mjcf", str(given.mjcf.resolve())] if given.mjcf else []
+    faults = ["--loss", str(given.loss), "--delay", str(given.delay), "--jitter",
+              str(given.jitter), "--fault-seed", str(seed)]  # fmt: skip
+    with (place / "robot.txt").open("w") as says, (place / "control.txt").open("w") as words:
+        robot = subprocess.Popen(
+            [*COMMAND, "simulate", *common, *side, *faults, "--fifo"],
+            stdout=subprocess.DEVNULL,
+            stderr=says,
+        )
+        try:
+            controller = subprocess.run(
+                [*COMMAND, "control", *common, "--contacts", given.contacts],
+                stdout=subprocess.DEVNULL, stderr=words, timeout=LIMIT, check=False,
+            )  # fmt: skip
+            failed = "" if controller.returncode in (0, 1) else f"exit {controller.returncode}"
+        except subprocess.TimeoutExpired:
+            failed = f"not at the goal after {LIMIT:g} s"
+        robot.send_signal(signal.SIGINT)
+        robot.wait(LEAVE)
+    if failed:
+        return {"seed": seed, "outcome": failed, "said": (place / "control.txt").read_text()[-400:]}
+    control = json.loads((place / "control.json").read_text())
+    other = json.loads((place / "robot.json").read_text())
+    kept, paced = control["real_time"], other["real_time"]
+    return {
+        "seed": seed,
+        "outcome": control["outcome"],
+        "seconds": round(control["events"][-1]["time"], 1),
+        "real_time_factor": round(other["real_time_factor"], 4),
+        "end": [round(x, 3) for x in other["end"]],
+        "overrun_share": kept["overrun_share"],
+        "jitter_ms": kept["jitter_ms"],
+        "state_age_ms": kept["state_age_ms"],
+        "longest_ticks": kept["longest_ticks"],
+        "work_ms": kept["work_ms"],
+        "robot_overrun_share": paced["overrun_share"],
+        "robot_work_ms": paced["work_ms"],
+        "robot_longest_ticks": paced["longest_ticks"],
+        "time_given_up": [kept["time_given_up"], paced["time_given_up"]],
+        "states_lost": control["states_lost"],
+        "ticks_held": control["ticks_held"],
+        "largest_step": round(control["largest_step"], 4),
+    }
+
+
+def bare_loop(period: float, seconds: float) -> dict[str, Any]:
+    """How late ticks of a loop are that does nothing, with the same clock and priority."""
+    clock, times, left = WallClock(), LoopTimes(period), round(seconds / period)
+
+    def tick() -> bool:
+        nonlocal left
+        now = clock.now_ns()
+        times.note(now, now, -1)
+        left -= 1
+        return left > 0
+
+    with real_time() as given:
+        each_period(clock, period, tick)
+    figures = times.figures()
+    return {**given, "overrun_share": figures["overrun_share"], "jitter_ms": figures["jitter_ms"]}
+
+
+def main() -> None:
+    """Prints a line of JSON for the machine's own loop, and one a run."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("robot", help="the controller's robot: a name, or a file")
+    parser.add_argument("--mjcf", type=Path, help="the robot's side is MuJoCo with this file")
+    parser.add_argument("--bus", choices=("unitree", "lcm"), default="unitree")
+    parser.add_argument("--domain", type=int, default=70, help="of seed 0")
+    parser.add_argument("--contacts", choices=("feet", "joints"), default="joints")
+    parser.add_argument("--floor", type=float, default=3.3, help="length before the stairs [m]")
+    parser.add_argument("--rise", type=float, default=0.10)
+    parser.add_argument("--run", type=float, default=0.30)
+    parser.add_argument("--count", type=int, default=4, help="steps; 0: the floor alone")
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--loss", type=float, default=0.0, help="share of messages lost, each way")
+    parser.add_argument("--delay", type=float, default=0.0, help="of messages each way [s]")
+    parser.add_argument("--jitter", type=float, default=0.0, help="at most so much later [s]")
+    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        scenario = designed(given, Path(folder))
+        print(json.dumps({"bare_loop": bare_loop(PERIOD, BARE)}), flush=True)
+        for seed in range(given.first, given.first + given.seeds):
+            print(json.dumps(run(scenario, seed, given)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
