@@ -73,6 +73,9 @@ def print_plan(result: dict[str, Any]) -> None:
     console.print(table)
     least = f", {kind} {_metres(result[f'planned_margin_{kind}_min'])} m" if beyond else ""
     torque = result["torque_ratio_planned_max"]
+    if result["balance"] == "dynamic":
+        moving = _metres(result["planned_zmp_margin_min"])
+        least += f", balanced by its motion: zero-moment point {moving} m within its feet"
     strong = "" if torque <= 1.0 else f", if a joint gives {torque:.0%} of its torque,"
     console.print(
         f"feasible{strong}: {result['duration']:.1f} s, smallest margin "

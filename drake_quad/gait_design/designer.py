@@ -12,6 +12,7 @@ from contextlib import suppress
 from functools import partial
 from math import sqrt
 
+from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.candidates import EDGE, Staircase, flights_of, hip_length
 from drake_quad.gait_design.plan_candidates import (
@@ -37,6 +38,7 @@ from drake_quad.gait_design.search import (
     swing_clearance,
 )
 from drake_quad.gait_design.tempo_search import GaitChoice
+from drake_quad.planning.mission import HELD_BY_FRICTION
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of
@@ -154,6 +156,10 @@ def _short(value: float | int | str) -> float | int | str:
 
 
 DEEP = 1.0  # of a leg: depth of treads that may be walked as floors with curbs between them
+ASSUMED = ControlSettings().friction
+# Of the friction that standing on a slope takes, and at most of what its ground has, a designed
+# gait's controller counts on so much.
+SPARE_FRICTION, MOST_FRICTION = 1.1, 0.95
 TAKEN = 0.7  # quality with which a gait of the margin wanted is taken, and no other tried
 
 
@@ -189,6 +195,7 @@ def design_scenario(
     course = course_of(
         scenario, source=source, foot_radius=robot.foot_radius, turning_space=turning_space
     )
+    scenario = count_on_slopes(scenario, course)
     stepped = copy.deepcopy(scenario)
     stepped.gait.deep_tread = round(DEEP * leg_length(robot), 3)
     if len(flights_of(course, stepped.gait.deep_tread)) == len(flights_of(course)):
@@ -209,6 +216,20 @@ def design_scenario(
         except PlanningError as error:
             raise PlanningError(error.reason, **error.data, deep=True) from None
     return max(best, other, key=lambda d: d.quality)
+
+
+def count_on_slopes(scenario: Scenario, course: Course) -> Scenario:
+    """The scenario, its controller counting on the friction that the course's slopes take.
+
+    It counts on ASSUMED unless a person says otherwise, and never on more than the ground has.
+    """
+    takes = max(abs(box.gradient) for box in course.boxes) / HELD_BY_FRICTION
+    more = min(SPARE_FRICTION * takes, MOST_FRICTION * scenario.simulation.friction)
+    if scenario.controller.friction != ASSUMED or takes <= ASSUMED or more < takes:
+        return scenario
+    changed = copy.deepcopy(scenario)
+    changed.controller.friction = round(more, 3)
+    return changed
 
 
 def _design(

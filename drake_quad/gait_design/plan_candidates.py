@@ -21,6 +21,7 @@ from drake_quad.planning.contact_plan import swing_times
 from drake_quad.planning.mission import (
     MissionPlan,
     check_plan,
+    check_slopes,
     check_torques,
     initial_stance,
     join_plans,
@@ -113,6 +114,7 @@ def plan_design(
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
+        check_slopes(course, plan, settings.friction)
         swings = evaluate(robot, plan, swing_times(plan.contacts, PER_SWING))
         here = find_clearance(robot, shape, course, [task, task], [samples, swings])
         if here.distance <= 0.0:

@@ -21,9 +21,11 @@ from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.legs import LEGS
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.terrain.course import Course
+from drake_quad.terrain.course import Course, ground_normals
 from drake_quad.terrain.lane import Lane
 
+# Of the controller's friction, that standing on a slope may take: moving takes some, too.
+HELD_BY_FRICTION = 0.9
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
 TORQUE_EVERY = 4  # so many samples are looked at for torques, which change slowly
 
@@ -207,13 +209,16 @@ def _check_margin(plan: MotionPlan, s: PlanSamples) -> None:
         )
 
 
-def check_lift_offs(plan: MotionPlan, s: PlanSamples, least: float) -> None:
+def check_lift_offs(
+    plan: MotionPlan, s: PlanSamples, least: float, *, demanded: float = 0.0
+) -> None:
     """Checks that no foot lifts with less margin than the gait clock demands: it would stop.
 
     Args:
         plan: One task's.
         s: The plan's samples.
         least: `controller.lift_off_margin` [m].
+        demanded: `controller.margin_demanded` [m], below which the clock stops at any time.
 
     Raises:
         PlanningError: With the margin that there is, and the one that there has to be.
@@ -227,6 +232,43 @@ def check_lift_offs(plan: MotionPlan, s: PlanSamples, least: float) -> None:
             f"the static margin would be {s.margin[k]:.3f} m in '{name}', and no foot is lifted "
             f"with less than controller.lift_off_margin = {least:.3f} m",
             margin=float(s.margin[k]),
+        )
+    if s.margin[k] < demanded:
+        name = plan.segment_name(float(s.times[k]))
+        raise PlanningError(
+            f"the static margin would be {s.margin[k]:.3f} m in '{name}', and the gait clock stops "
+            f"below controller.margin_demanded = {demanded:.3f} m",
+            margin=float(s.margin[k]),
+        )
+
+
+def check_slopes(course: Course, plan: MotionPlan, friction: float) -> None:
+    """Checks that no foot stands on ground steeper than the controller's friction allows.
+
+    Static margins are those of vertical forces, which have to be within every foot's friction cone.
+
+    Args:
+        course: The ground.
+        plan: One task's.
+        friction: `controller.friction`, which the controller's forces stay within.
+
+    Raises:
+        PlanningError: With the foot, its place, and the friction that it takes.
+    """
+    steps = plan.contacts.steps
+    feet = np.stack([*plan.contacts.feet, *(step.swing.p_end for step in steps)])
+    legs = [*LEGS, *(step.leg for step in steps)]
+    normals = ground_normals(course, feet[:, :2])
+    steep = np.hypot(normals[:, 0], normals[:, 1]) / normals[:, 2]
+    k = int(np.argmax(steep))
+    if steep[k] > HELD_BY_FRICTION * friction:
+        takes = float(np.ceil(100.0 * steep[k] / HELD_BY_FRICTION) / 100.0)
+        raise PlanningError(
+            f"foot {legs[k].short} would stand on a slope of {steep[k]:.2f} at "
+            f"{feet[k, 0]:.2f}, {feet[k, 1]:.2f} m, and the controller counts on no more than "
+            f"controller.friction = {friction:g}; set that to {takes:g} or more if the ground has "
+            "it, or take a gentler slope",
+            slope=float(steep[k]),
         )
 
 

@@ -53,6 +53,8 @@ def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             text = margin_words(value)
         if key == "nonfoot_contact_samples":
             text += _deepest(summary)
+        if key == "margin_planned.minimum" and summary.get("outcome") != "goal_reached":
+            label += ", of what was walked"
         lines.append((label.format(**words), text))
         if key == "slip_max" and isinstance(tracking := summary.get("tracking"), Mapping):
             lines.append(("tolerances asked of a certificate", _tracking_words(tracking)))

@@ -14,18 +14,18 @@ from drake_quad.certificate.robust import RobustProof, prove_within
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.planning.contact_forces import torque_ratio
+from drake_quad.planning.contact_forces import SHARES, Share, min_norm_forces, torque_ratio
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
 from drake_quad.planning.stance_margin import Footing, footing_of, kind_of
+from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.model import RobotModel, leg_lengths
 from drake_quad.runs.planned_columns import plan_margin
 from drake_quad.scenario.motion_config import OF_LEG, TolerancesConfig
 from drake_quad.simulation.prepare import PreparedScenario, judge_plan
 from drake_quad.util.files import Write, write_together
 
-TORQUE_EVERY = 10  # so many of these are looked at for torques, which change slowly
 PERIOD = 0.02  # [s] between the samples that margins are taken from
 
 
@@ -35,6 +35,7 @@ def describe_plan(
     *,
     massless_legs: bool,
     footing: Footing | None = None,
+    share: Share = min_norm_forces,
 ) -> dict[str, Any]:
     """The plan's figures as plain values.
 
@@ -43,13 +44,14 @@ def describe_plan(
         plan: Plan of the mission.
         massless_legs: Whether margins are the body's centre's (the paper's) or the whole robot's.
         footing: Region that margins were asked in, if not the hull: these are added.
+        share: How the controller shares the weight among the feet.
     """
     segments, torque = [], 0.0
     for task, start in zip(plan.plans, plan.starts, strict=True):
         times = np.linspace(0.0, task.duration, int(np.ceil(task.duration / PERIOD)) + 1)
         samples = evaluate(robot, task, times)
         margin = plan_margin(samples, massless_legs=massless_legs)
-        torque = max(torque, float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max()))
+        torque = max(torque, float(torque_ratio(robot, samples, share).max()))
         beyond = _beyond(footing, task)
         for segment in task.segments:
             mine = (times >= segment.start - 1e-9) & (times <= segment.end + 1e-9)
@@ -75,11 +77,19 @@ def describe_plan(
         "duration": plan.duration,
         "planning_time": plan.planning_time,
         "planned_margin_min": min(margins),
+        "balance": "dynamic" if plan.dynamic else "static",
+        **({"planned_zmp_margin_min": _zmp_margin(robot, plan)} if plan.dynamic else {}),
         "torque_ratio_planned_max": torque,
         "margin_kind": kind,
         **({} if footing is None else {f"planned_margin_{kind}_min": least}),
         "segments": segments,
     }
+
+
+def _zmp_margin(robot: RobotModel, plan: MissionPlan) -> float:
+    """The least margin of the zero-moment point [m]."""
+    found = [sample_zmp(robot, p.contacts, p.body, ZMP_CHECK_PERIOD).margin for p in plan.plans]
+    return min(float(margin.min()) for margin in found)
 
 
 def _beyond(footing: Footing | None, task: MotionPlan) -> Callable[[Segment], dict[str, Any]]:
@@ -121,6 +131,7 @@ def judged_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | None
         p.plan,
         massless_legs=p.settings.uniform_body,
         footing=footing_of(p.robot, p.course, p.settings),
+        share=SHARES[p.scenario.controller.kind],
     )
     found["certificate"], certificate = certify_plan(p)
     return found, certificate
@@ -134,6 +145,7 @@ def describe_failure(error: PlanningError) -> dict[str, Any]:
         "duration": None,
         "planning_time": None,
         "planned_margin_min": None,
+        "balance": None,
         "torque_ratio_planned_max": None,
         "segments": [],
     }

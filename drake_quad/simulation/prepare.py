@@ -8,6 +8,7 @@ from drake_quad.gait_design.designer import design_scenario
 from drake_quad.planning.mission import (
     check_lift_offs,
     check_mission,
+    check_slopes,
     check_torques,
     initial_stance,
     plan_mission,
@@ -89,16 +90,20 @@ def judge_plan(p: PreparedScenario) -> None:
     which has no margin, is judged by neither; a dynamic one is lifted off without a static margin.
 
     Raises:
-        PlanningError: With the least margin and the clock's, or the joint and its torque; or why
-            the robot does not climb what it has seen.
+        PlanningError: With the least margin and the clock's, the joint and its torque, or a slope
+            and the friction that it takes; or why the robot does not climb what it has seen.
     """
     if p.sight is not None and p.sight.refused:
         raise PlanningError(p.sight.refused)
     if p.settings.uniform_body:
         return
+    control = p.scenario.controller
     for plan, samples in zip(p.plan.plans, check_mission(p.robot, p.plan), strict=True):
         if not p.settings.dynamic:
-            check_lift_offs(plan, samples, p.scenario.controller.lift_off_margin)
+            check_lift_offs(
+                plan, samples, control.lift_off_margin, demanded=control.margin_demanded
+            )
+        check_slopes(p.course, plan, p.settings.friction)
         check_torques(p.robot, plan, samples)
 
 

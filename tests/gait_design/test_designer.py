@@ -25,7 +25,7 @@ from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.terrain.course import Course
-from drake_quad.terrain.elements import Stairs
+from drake_quad.terrain.elements import Element, Stairs
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -175,3 +175,24 @@ def test_a_gait_with_less_margin_than_is_wanted_does_not_keep_others_from_being_
     monkeypatch.setattr(designer, "plan_design", lambda *_, **__: plans.pop(0))
     told = designer.design_scenario(found.scenario)
     assert told is (found if tried == 2 else less) and len(plans) == 2 - tried
+
+
+@pytest.mark.parametrize(
+    ("slope", "told", "counted"),
+    [(0.4, 0.5, 0.5), (0.6, 0.5, 0.733), (0.7, 0.5, 0.5), (0.6, 0.55, 0.55)],
+)
+def test_a_design_counts_on_the_friction_that_slopes_take(
+    slope: float, told: float, counted: float
+) -> None:
+    """As far as the ground has it (0.8 here), and only where nobody has said what to count on."""
+    elements = [
+        Element("floor", length=2.0),
+        Element("slope", going="up", height=2.0 * slope, length=2.0),
+        Element("floor", length=2.0),
+    ]
+    scenario = Scenario(course=elements)
+    scenario.controller.friction = told
+    ground = course_of(scenario, foot_radius=paper_robot().foot_radius)
+    asked = designer.count_on_slopes(scenario, ground)
+    assert asked.controller.friction == pytest.approx(counted, abs=1e-3)
+    assert scenario.controller.friction == told

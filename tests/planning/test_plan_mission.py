@@ -13,9 +13,11 @@ from drake_quad.errors import PlanningError
 from drake_quad.planning.body_reference import robot_stance
 from drake_quad.planning.contact_forces import find_overload, torque_ratio
 from drake_quad.planning.mission import (
+    HELD_BY_FRICTION,
     MissionPlan,
     check_lift_offs,
     check_mission,
+    check_slopes,
     check_torques,
     initial_stance,
     join_plans,
@@ -284,3 +286,33 @@ def test_a_joint_beyond_its_limits_is_told_with_the_segment_that_it_happens_in()
     with pytest.raises(PlanningError, match=f"of '{plan.segment_name(when)}'"):
         check_mission(short, join_plans([plan], 0.0))
     assert plan.segment_name(when) != plan.segments[0].name
+
+
+def test_a_plan_that_the_clock_would_stop_is_refused() -> None:
+    """What the clock demands at any time counts as what it demands at a lift-off does."""
+    mission = mission_on(90.0)[1]
+    samples = check_mission(paper_robot(), mission)
+    plan, s = min(
+        ((p, s) for p, s in zip(mission.plans, samples, strict=True) if p.contacts.steps),
+        key=lambda pair: float(pair[1].margin.min()),
+    )
+    least = float(s.margin.min())
+    check_lift_offs(plan, s, 0.0, demanded=least)
+    with pytest.raises(PlanningError, match=r"controller\.margin_demanded = "):
+        check_lift_offs(plan, s, 0.0, demanded=least + 1e-6)
+
+
+@pytest.mark.parametrize("going", ["up", "down"])
+def test_no_foot_stands_on_more_slope_than_friction_holds(going: str) -> None:
+    """A tenth of what the controller counts on is for moving; on level ground none is needed."""
+    course = course_of(
+        Element("floor", length=2.0),
+        Element("slope", going=going, height=0.45, length=1.5),
+        Element("floor", length=3.0),
+    )
+    task = Task(kind="walk", name="over it", lane=0, goal=4.25)
+    (plan,) = plan_mission(paper_robot(), course, DEFAULT, [task], stance_at(course, DEFAULT)).plans
+    check_slopes(course, plan, 0.3 / HELD_BY_FRICTION + 1e-9)
+    with pytest.raises(PlanningError, match=r"slope of 0\.30 .* set that to 0\.34 or more"):
+        check_slopes(course, plan, 0.3 / HELD_BY_FRICTION - 1e-6)
+    check_slopes(stairs_course("up"), climb(0.13).plans[0], 1e-9)

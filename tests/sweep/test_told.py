@@ -31,6 +31,7 @@ def plan(name: str, _: Console) -> None:
         "planned_margin_min": 0.1,
         "planning_time": 1.0,
         "torque_ratio_planned_max": 0.5,
+        "balance": "static",
     }
     cli_print.print_plan({"margin_kind": "hull", "segments": [segment], **figures})
 
@@ -86,6 +87,17 @@ def test_units_of_a_plans_table_are_there(monkeypatch: pytest.MonkeyPatch) -> No
     assert "from [s]" in head and "to [s]" in head and "smallest margin [m]" in head
 
 
+def test_a_dynamic_plan_is_told_as_one(capsys: pytest.CaptureFixture[str]) -> None:
+    """Beside its static margin, which may be negative, stands what keeps it up."""
+    figures = {
+        "duration": 1.0, "planned_margin_min": -0.02, "planning_time": 1.0, "segments": [],
+        "torque_ratio_planned_max": 0.5, "balance": "dynamic", "planned_zmp_margin_min": 0.07,
+    }  # fmt: skip
+    cli_print.print_plan({"margin_kind": "hull", **figures})
+    told = " ".join(capsys.readouterr().out.split())
+    assert "-0.020 m, balanced by its motion: zero-moment point 0.070 m within its feet" in told
+
+
 def test_a_run_is_told_with_its_pressures_margin_and_what_its_figures_assume() -> None:
     """Beside the static margin stands the zero-moment point's; a replay has none to tell."""
     told = {"margin": {"minimum": 0.071}, "zmp_margin": {"minimum": 0.059}}
@@ -96,6 +108,13 @@ def test_a_run_is_told_with_its_pressures_margin_and_what_its_figures_assume() -
     ]
     for absent, word in (({"zmp_margin": {"minimum": None}}, "zero-moment"), ({}, "nosing")):
         assert word not in str(summary_lines(absent))
+
+
+def test_the_margin_planned_is_of_what_was_walked() -> None:
+    """Where a run ended before its goal, the line says so: the rest of the plan has its own."""
+    for outcome, more in (("goal_reached", ""), ("fallen", ", of what was walked")):
+        told = {"outcome": outcome, "margin_planned": {"minimum": 0.191}}
+        assert ("smallest margin planned" + more, "0.191 m") in summary_lines(told)
 
 
 def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
