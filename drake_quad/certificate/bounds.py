@@ -263,16 +263,18 @@ def make_demand(*, margin: float = 0.0, foot: float = 0.0, shank: float = 0.0) -
     return demand
 
 
-def prove(problem: Problem, demand: FloatArray) -> Proof:
+def prove(problem: Problem, demand: FloatArray, *, fine: bool = True) -> Proof:
     """Finds bounds of everything for every segment of a plan.
 
     Args:
         problem: The plan, its robot and course.
         demand: What `make_demand` returned; bounds are made good enough to meet it where values do.
+        fine: Whether bounds are to be near to the values, too, for claims.
     """
     pieces = problem.pieces
     count, segments = len(pieces.start), int(pieces.segment[-1]) + 1
-    slack = np.concatenate([0.5 * TOLERANCE, np.full(COLUMNS - FIGURES, np.inf)])
+    near = 0.5 * TOLERANCE if fine else np.full(FIGURES, np.inf)
+    slack = np.concatenate([near, np.full(COLUMNS - FIGURES, np.inf)])
     best = np.full((segments, COLUMNS), np.inf)
     todo = make_cells(pieces, np.arange(count), np.zeros(count), np.ones(count))
     done: list[tuple[Cells, Bounds]] = []
@@ -308,7 +310,8 @@ def wanted(best: FloatArray, slack: FloatArray, demand: FloatArray) -> FloatArra
     As near to those as `slack`, or the demand if that is in between.
     """
     # Where no value is known yet, and any bound would do, it is the demand.
-    return np.fmax(best - slack, np.minimum(best, demand + 2.0 * ROUNDING))
+    near = np.where(np.isinf(slack), -np.inf, best - np.where(np.isinf(slack), 0.0, slack))
+    return np.fmax(near, np.minimum(best, demand + 2.0 * ROUNDING))
 
 
 def halves(problem: Problem, cells: Cells) -> Cells:

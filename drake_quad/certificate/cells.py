@@ -57,13 +57,27 @@ class Pieces:
     landing: FloatArray
 
 
-def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0) -> Pieces:
+@dataclass(frozen=True, eq=False)
+class Spans:
+    """Stretches of time: the task (n,), the begin and the end of each (n,) [s]."""
+
+    task: IntArray
+    start: FloatArray
+    end: FloatArray
+
+    def touch(self, task: int, start: float, end: float) -> bool:
+        """Whether a stretch of time has a part in any of them."""
+        return bool(np.any((self.task == task) & (self.end > start) & (self.start < end)))
+
+
+def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0, only: Spans | None = None) -> Pieces:
     """Cuts the plans of a mission's tasks into pieces.
 
     Args:
         plans: The plans.
         late: For so long after its touchdown a foot is not counted on [s], or until the next
             lift-off, before which the clock waits for it.
+        only: Times of which pieces are wanted; None: of all.
     """
     rows: list[tuple[object, ...]] = []
     segments = phases = 0
@@ -72,6 +86,10 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0) -> Pieces:
         landed: int | None = None  # row of the leg whose swing was the last
         for phase in plan.contacts.phases:
             step = phase.step
+            if only is not None and not only.touch(task, phase.start, phase.end):
+                phases += 1
+                landed = None if step is None else step.leg.row
+                continue
             cuts = [phase.start, phase.end]
             if step is not None:
                 cuts += [step.lift_off + step.swing.apex_time, step.lift_off + step.back]
@@ -81,6 +99,8 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0) -> Pieces:
             cuts += [t for t in inner if phase.start + SLIVER < t < phase.end - SLIVER]
             cuts = _with_knots(cuts, plan.body.knot)
             for a, b in pairwise(cuts):
+                if only is not None and not only.touch(task, a, b):
+                    continue
                 begin, on = _roll(roll, a, b)
                 foot = np.zeros((3, FOOT))
                 if step is not None:

@@ -5,8 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.certificate.bounds import make_demand, pose_problem, prove
-from drake_quad.certificate.cells import Pieces, cut_pieces
+from drake_quad.certificate.bounds import (
+    ROUNDING,
+    Problem,
+    Proof,
+    make_demand,
+    pose_problem,
+    prove,
+)
+from drake_quad.certificate.cells import Pieces, Spans, cut_pieces
 from drake_quad.certificate.certify import CLAIMS
 from drake_quad.certificate.clearance import LEVEL, TILTED, Obstacles, find_box_obstacles
 from drake_quad.certificate.failure import Failure, first_failure
@@ -65,33 +72,57 @@ def prove_within(
     whole = cut_pieces(plans)
     room = foothold_room(whole, obstacles, robot.foot_radius)
 
-    def within(share: float) -> tuple[dict[str, float], Failure | None]:
+    def within(share: float, only: Spans | None = None) -> tuple[Problem, Proof]:
+        """Bounds within a share of them; only as good as the demand, if of some times alone."""
         some = asked.scaled(share)
-        pieces = cut_pieces(plans, some.late)
+        pieces = cut_pieces(plans, some.late, only)
         problem = pose_problem(robot, shank, pieces, obstacles, some)
-        proof = prove(problem, make_demand())
-        held = room - some.foot - some.run
-        least = proof.claims.min(axis=0).tolist()
-        figures = dict(zip((*CLAIMS, FOOTHOLD), (*least, float(held.min())), strict=True))
-        found = [
-            f
-            for f in (first_failure(problem, proof), first_beyond_edge(whole, held))
-            if f is not None
-        ]
-        return figures, min(found, key=lambda f: (f.task, f.time), default=None)
+        return problem, prove(problem, make_demand(), fine=only is None)
 
-    figures, failure = within(1.0)
-    if failure is None:
-        return RobustProof(asked, 1.0, figures, None, None)
-    low, high, best = 0, STEPS, dict[str, float]()
+    def left(share: float) -> FloatArray:
+        return room - share * (asked.foot + asked.run)
+
+    def figures_of(proof: Proof, share: float) -> dict[str, float]:
+        least = [*proof.claims.min(axis=0).tolist(), float(left(share).min())]
+        return dict(zip((*CLAIMS, FOOTHOLD), least, strict=True))
+
+    failed, proof = within(1.0)
+    if np.all(proof.met) and left(1.0).min() > 0.0:
+        return RobustProof(asked, 1.0, figures_of(proof, 1.0), None, None)
+    # What holds within more holds within less: only the times that fail are looked at again.
+    low, high, where = 0, STEPS, first_failure(failed, proof)
+    spans = failing_spans(failed.pieces, proof, asked.late)
     while high - low > 1:
         middle = (low + high) // 2
-        figures, fails = within(middle / STEPS)
-        if fails is None:
-            low, best = middle, figures
-        else:
-            high, failure = middle, fails
-    return RobustProof(asked, low / STEPS, best, high / STEPS, failure)
+        fails = None
+        if len(spans.task):
+            problem, proof = within(middle / STEPS, spans)
+            fails = first_failure(problem, proof)
+        if fails is None and left(middle / STEPS).min() > 0.0:
+            low = middle
+            continue
+        high, where = middle, fails
+        spans = failing_spans(problem.pieces, proof, asked.late) if fails else NEVER
+    ends = (where, first_beyond_edge(whole, left(high / STEPS)))
+    failure = min((f for f in ends if f), key=lambda f: (f.task, f.time), default=None)
+    while low > 0:
+        _, proof = within(low / STEPS)
+        if np.all(proof.met):
+            return RobustProof(
+                asked, low / STEPS, figures_of(proof, low / STEPS), high / STEPS, failure
+            )
+        low -= 1  # how time is divided has a share in bounds, too
+    return RobustProof(asked, 0.0, {}, high / STEPS, failure)
+
+
+NEVER = Spans(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))
+
+
+def failing_spans(pieces: Pieces, proof: Proof, late: float) -> Spans:
+    """The pieces in which something is not proven, and what is left of a touchdown before them."""
+    open_cells = np.any(proof.bounds.low - ROUNDING < proof.demand, axis=1)
+    bad = np.unique(proof.cells.piece[open_cells])
+    return Spans(pieces.task[bad], pieces.start[bad] - late, pieces.end[bad] + late)
 
 
 def first_beyond_edge(pieces: Pieces, room: FloatArray) -> Failure | None:
