@@ -95,6 +95,7 @@ def test_charts_without_a_cell_that_works_or_of_one_cell_are_drawn() -> None:
         assert draw_chart(told).axes
 
 
+@pytest.mark.long
 def test_a_cell_is_what_check_finds(monkeypatch: pytest.MonkeyPatch) -> None:
     """The margin of a plan in full; a limit where there is none, as of treads like ladders'."""
     monkeypatch.setattr(chart_stairs_module, "check_flight", asked)
