@@ -28,6 +28,7 @@ from drake_quad.planning.mission import (
     plan_tasks,
 )
 from drake_quad.planning.motion_plan import evaluate
+from drake_quad.planning.stance_margin import slope_normals
 from drake_quad.robot.model import LinkOutline, RobotModel
 from drake_quad.scenario.build import mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
@@ -109,7 +110,7 @@ def plan_design(
     settings = plan_settings(scenario)
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
-    begun, plans = time.perf_counter(), []
+    begun, plans, ground = time.perf_counter(), [], slope_normals(course)
     room, margin, torque = Clearance(inf, inf, "", "", 0.0), inf, 1.0
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
@@ -130,9 +131,10 @@ def plan_design(
         check_thighs(robot, course, task, samples.every(THIGHS_EVERY))
         check_self_collision(robot, task, samples)
         check_self_collision(robot, task, swings)
-        here_left = 1.0 - float(torque_ratio(robot, samples.every(TORQUE_EVERY)).max())
+        seen = samples.every(TORQUE_EVERY)
+        here_left = 1.0 - float(torque_ratio(robot, seen, ground=ground).max())
         if here_left < 0.0:
-            check_torques(robot, plan, samples)
+            check_torques(robot, plan, samples, ground)
         torque = min(torque, here_left)
         plans.append(plan)
         if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:

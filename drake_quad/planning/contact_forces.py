@@ -3,9 +3,10 @@
 `distribute_wrench` is in plain floats, for it runs in the control loop.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
+from typing import Protocol
 
 import daqp
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from drake_quad.common import GRAVITY, BoolArray, FloatArray, Matrix, Vector
 from drake_quad.math.rotations import rotations, solve_rates
 from drake_quad.planning.motion_plan import PlanSamples
+from drake_quad.planning.stance_margin import Normals
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import leg_limits
 
@@ -155,11 +157,28 @@ PYRAMIDS = np.kron(
 )
 NOTHING = np.zeros((0, 12))
 RIDGE = 1e-9  # for three feet in a line
-Share = Callable[[float, FloatArray, FloatArray, BoolArray], FloatArray]
+
+
+class ShareWeight(Protocol):
+    """How feet share a robot's weight: `share_vertical_load` or `min_norm_forces`."""
+
+    def __call__(
+        self,
+        weight: float,
+        feet: FloatArray,
+        com: FloatArray,
+        who: BoolArray,
+        normals: FloatArray | None = None,
+    ) -> FloatArray:
+        """Forces on the feet (N, 4, 3) in W; see there."""
 
 
 def share_vertical_load(
-    weight: float, feet: FloatArray, com: FloatArray, who: BoolArray
+    weight: float,
+    feet: FloatArray,
+    com: FloatArray,
+    who: BoolArray,
+    normals: FloatArray | None = None,
 ) -> FloatArray:
     """Forces on the feet (N, 4, 3) in W that hold the robot still, as `IkController` shares them.
 
@@ -168,13 +187,26 @@ def share_vertical_load(
         feet: (N, 4, 3) in W [m].
         com: (N, 3) the centre of mass in W [m].
         who: (N, 4) which feet stand; three at least.
+        normals: (N, 4, 3) unit normals of the ground under the feet; None: upright.
     """
     up, still = (0.0, 0.0, weight), (0.0, 0.0, 0.0)
     arms, load = (feet - com[:, None]).tolist(), who.astype(float).tolist()
-    return np.array([distribute_wrench(up, still, *pose) for pose in zip(arms, load, strict=True)])
+    axes = [UPRIGHT] * len(arms) if normals is None else normals.tolist()
+    return np.array(
+        [
+            distribute_wrench(up, still, arm, share, normals=axis)
+            for arm, share, axis in zip(arms, load, axes, strict=True)
+        ]
+    )
 
 
-def min_norm_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolArray) -> FloatArray:
+def min_norm_forces(
+    weight: float,
+    feet: FloatArray,
+    com: FloatArray,
+    who: BoolArray,
+    normals: FloatArray | None = None,
+) -> FloatArray:
     """The same as `WholeBodyController` shares them: the sum of all forces squared is least.
 
     Feet that stand at different heights then push against each other, within friction. Where none
@@ -184,16 +216,35 @@ def min_norm_forces(weight: float, feet: FloatArray, com: FloatArray, who: BoolA
     square = flat @ flat.transpose(0, 2, 1) + RIDGE * np.eye(6)
     wanted = weight * UPWARD
     force = (flat.transpose(0, 2, 1) @ np.linalg.solve(square, wanted[:, None])).reshape(-1, 4, 3)
-    sideways = np.abs(force[..., :2]).max(axis=-1)
-    slips = np.any(sideways > SIDEWAYS * force[..., 2] + RIDGE * weight, axis=1)
+    if normals is None:
+        sideways = np.abs(force[..., :2]).max(axis=-1)
+        slips = np.any(sideways > SIDEWAYS * force[..., 2] + RIDGE * weight, axis=1)
+    else:
+        beyond = _pyramids(normals) @ force.reshape(-1, 12, 1)
+        slips = np.any(beyond[..., 0] > RIDGE * weight, axis=1)
     for n in np.flatnonzero(slips):
-        within = _least_within(flat[n], wanted, weight)
+        axes = None if normals is None else normals[n : n + 1]
+        rows = PYRAMIDS if axes is None else _pyramids(axes)[0]
+        within = _least_within(flat[n], wanted, weight, pyramids=rows)
         if within is None:
-            within = share_vertical_load(weight, feet[n : n + 1], com[n : n + 1], who[n : n + 1])[0]
+            one = feet[n : n + 1], com[n : n + 1], who[n : n + 1]
+            within = share_vertical_load(weight, *one, axes)[0]
         force[n] = within
     # What the programs leave by rounding: some 1e-15 N at a foot in the air, or pulling at another.
     force[..., 2] = np.maximum(force[..., 2], 0.0)
     return np.asarray(force * who[..., None])
+
+
+def _pyramids(normals: FloatArray) -> FloatArray:
+    """Rows (N, 16, 12) as PYRAMIDS has them, about the ground's normals (N, 4, 3)."""
+    ahead = np.array([1.0, 0.0, 0.0]) - normals[..., :1] * normals
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    aside = np.cross(normals, ahead)
+    sides = np.stack([ahead, -ahead, aside, -aside], axis=-2) - SIDEWAYS * normals[..., None, :]
+    rows = np.zeros((len(normals), 4, 4, 4, 3))
+    for k in range(4):
+        rows[:, k, :, k] = sides[:, k]
+    return rows.reshape(-1, 16, 12)
 
 
 def _grasps(arms: FloatArray, who: BoolArray) -> FloatArray:
@@ -212,7 +263,7 @@ def _grasps(arms: FloatArray, who: BoolArray) -> FloatArray:
     return np.asarray((grasp * who[:, None, :, None]).reshape(-1, 6, 12))
 
 
-SHARES: dict[str, Share] = {
+SHARES: dict[str, ShareWeight] = {
     "ik": share_vertical_load,
     "whole_body": min_norm_forces,
 }  # by controller.kind
@@ -223,13 +274,15 @@ def _least_within(
     wanted: FloatArray,
     weight: float,
     drives: tuple[FloatArray, FloatArray, FloatArray] = (NOTHING, NOTHING[:, 0], NOTHING[:, 0]),
+    *,
+    pyramids: FloatArray = PYRAMIDS,
 ) -> FloatArray | None:
     """The least forces (4, 3) that make up a wrench (6,) and do not slip; None if none do.
 
     They keep within what drives can, too: rows (m, 12), lower and upper bounds (m,) of the weight.
     """
     more, least, most = drives
-    rows = np.concatenate([grasp, PYRAMIDS, more])
+    rows = np.concatenate([grasp, pyramids, more])
     upper = np.concatenate([np.full(12, NONE), wanted / weight, np.zeros(16), most])
     lower = np.concatenate([np.full(12, -NONE), wanted / weight, np.full(16, -NONE), least])
     sense = np.zeros(len(upper), dtype=np.int32)
@@ -239,7 +292,10 @@ def _least_within(
 
 
 def static_joint_torques(
-    robot: RobotModel, samples: PlanSamples, share: Share = min_norm_forces
+    robot: RobotModel,
+    samples: PlanSamples,
+    share: ShareWeight = min_norm_forces,
+    ground: Normals | None = None,
 ) -> FloatArray:
     """Torques of the joints (N, 4, 3) that hold the robot still in the poses of a plan [Nm].
 
@@ -249,19 +305,25 @@ def static_joint_torques(
         robot: The robot.
         samples: The plan at N times.
         share: How feet share the weight.
+        ground: The ground's normals; None where all are upright.
     """
     weight = GRAVITY * robot.mass
-    force = share(weight, samples.feet, samples.com, samples.standing)
+    normals = None if ground is None else ground(samples.feet[..., :2])
+    force = share(weight, samples.feet, samples.com, samples.standing, normals)
     limits = leg_limits(robot, rotations(samples.body[:, 0]), samples.q)
     hold = 0.5 * weight * (limits.lower + limits.upper)  # see `leg_limits`
     return np.asarray(hold - (limits.rows @ force[..., None])[..., 0])
 
 
 def torque_ratio(
-    robot: RobotModel, samples: PlanSamples, share: Share = min_norm_forces
+    robot: RobotModel,
+    samples: PlanSamples,
+    share: ShareWeight = min_norm_forces,
+    ground: Normals | None = None,
 ) -> FloatArray:
     """The greatest of these over their limits, sample by sample (N,)."""
-    ratio = np.abs(static_joint_torques(robot, samples, share)) / robot.effort.reshape(4, 3)
+    torques = static_joint_torques(robot, samples, share, ground)
+    ratio = np.abs(torques) / robot.effort.reshape(4, 3)
     return np.asarray(ratio.max(axis=(1, 2)))
 
 
@@ -280,12 +342,17 @@ class Overload:
     ratio: float
 
 
-def find_overload(robot: RobotModel, samples: PlanSamples) -> Overload | None:
+def find_overload(
+    robot: RobotModel, samples: PlanSamples, ground: Normals | None = None
+) -> Overload | None:
     """The worst moment of a plan at which the robot could not stand still; None if it always can.
 
-    Forces may be shared among the feet in any way within friction (FRICTION).
+    Forces may be shared among the feet in any way within friction (FRICTION) about the normals of
+    the ground, upright if it is None.
     """
-    ratio = np.abs(static_joint_torques(robot, samples)) / robot.effort.reshape(4, 3)
+    torques = static_joint_torques(robot, samples, ground=ground)
+    ratio = np.abs(torques) / robot.effort.reshape(4, 3)
+    normals = None if ground is None else ground(samples.feet[..., :2])
     worst = ratio.reshape(-1, 12).max(axis=1)
     order = np.argsort(-worst, kind="stable")
     weight = GRAVITY * robot.mass
@@ -297,7 +364,8 @@ def find_overload(robot: RobotModel, samples: PlanSamples) -> Overload | None:
         grasp = _grasps(arms, samples.standing[n : n + 1])[0]
         standing = np.repeat(samples.standing[n], 3)
         drives = (rows.reshape(12, 12) * standing, limits.lower.ravel(), limits.upper.ravel())
-        if _least_within(grasp, weight * UPWARD, weight, drives) is None:
+        pyramids = PYRAMIDS if normals is None else _pyramids(normals[n : n + 1])[0]
+        if _least_within(grasp, weight * UPWARD, weight, drives, pyramids=pyramids) is None:
             joint = int(np.argmax(ratio[n]))
             return Overload(int(n), joint, float(worst[n]))
     return None

@@ -14,7 +14,7 @@ from drake_quad.planning.body_reference import level_pose, robot_stance
 from drake_quad.planning.contact_forces import find_overload
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.stance_margin import check_stance
+from drake_quad.planning.stance_margin import Normals, check_stance
 from drake_quad.planning.step_builder import peak_speed
 from drake_quad.planning.task import plan_task
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
@@ -272,19 +272,22 @@ def check_slopes(course: Course, plan: MotionPlan, friction: float) -> None:
         )
 
 
-def check_torques(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:
+def check_torques(
+    robot: RobotModel, plan: MotionPlan, s: PlanSamples, ground: Normals | None = None
+) -> None:
     """Checks that the robot can stand still wherever a plan has it, within what its joints can.
 
     Args:
         robot: The robot.
         plan: One task's.
         s: The plan's samples.
+        ground: The ground's normals; None where all are upright.
 
     Raises:
         PlanningError: With the joint, the time, and what it would take of its torque.
     """
     seen = s.every(TORQUE_EVERY)
-    found = find_overload(robot, seen)
+    found = find_overload(robot, seen, ground)
     if found is not None:
         t = float(seen.times[found.sample])
         raise PlanningError(

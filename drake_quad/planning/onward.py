@@ -22,11 +22,13 @@ from drake_quad.planning.footsteps import walk_start
 from drake_quad.planning.mission import (
     check_lift_offs,
     check_plan,
+    check_slopes,
     check_torques,
     plan_tasks,
 )
 from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.problem import END_CLEARANCE, PlanSettings, Task, derive_mission
+from drake_quad.planning.stance_margin import slope_normals
 from drake_quad.planning.turning_room import check_turning_width
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
@@ -201,7 +203,8 @@ def _plan(
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
         if not settings.dynamic:
             check_lift_offs(plan, samples, lift_off_margin)
-        check_torques(robot, plan, samples)
+        check_slopes(course, plan, settings.friction)
+        check_torques(robot, plan, samples, slope_normals(course))
         if task.kind == "spin":
             check_turning_width(robot, plan, course.lanes[task.lane])
         plans.append(plan)

@@ -113,6 +113,13 @@ class Footing:
         return Stances(places, normals, standing, self.friction, limits, com, hulls)
 
 
+def slope_normals(course: Course) -> Normals | None:
+    """The normals of a course with slopes; None where all ground is level."""
+    if not any(box.gradient for box in course.boxes):
+        return None
+    return partial(ground_normals, course)
+
+
 def footing_of(robot: RobotModel, course: Course, settings: PlanSettings) -> Footing | None:
     """What margins are measured from; None if it is the hull of the feet."""
     if settings.margin == HULL:

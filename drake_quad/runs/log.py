@@ -8,8 +8,9 @@ import pyarrow as pa
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.math.rotations import roll_pitch_yaw
-from drake_quad.planning.contact_forces import Share, min_norm_forces
+from drake_quad.planning.contact_forces import ShareWeight, min_norm_forces
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.stance_margin import slope_normals
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.runs.planned_columns import (
@@ -45,7 +46,7 @@ def log_table(
     plans: Sequence[MotionPlan],
     state_names: Sequence[str],
     massless_legs: bool = False,
-    share: Share = min_norm_forces,
+    share: ShareWeight = min_norm_forces,
     ground: Ground | None = None,
 ) -> pa.Table:
     """Puts the loggers' arrays into one table.
@@ -67,8 +68,9 @@ def log_table(
     values = {**logs, **_from_state(logs, layout), "t": times}
     values |= _from_clock(logs["gait_phase"], plans)
     values |= planned_figures(
-        robot, logs["gait_phase"], plans, massless_legs=massless_legs, share=share
-    )
+        robot, logs["gait_phase"], plans, massless_legs=massless_legs, share=share,
+        ground=None if ground is None else slope_normals(ground.course),
+    )  # fmt: skip
     if PHYSICS in where:
         # The monitor's own are of before this instant.
         for k, name in enumerate(("margin", "zmp_margin")):

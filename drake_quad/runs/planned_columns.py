@@ -8,8 +8,9 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.math.rotations import rotations
-from drake_quad.planning.contact_forces import Share, min_norm_forces, torque_ratio
+from drake_quad.planning.contact_forces import ShareWeight, min_norm_forces, torque_ratio
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
+from drake_quad.planning.stance_margin import Normals
 from drake_quad.robot.model import RobotModel, contact_friction
 from drake_quad.stability.equilibrium_region import (
     find_region,
@@ -59,7 +60,8 @@ def planned_figures(
     plans: Sequence[MotionPlan],
     *,
     massless_legs: bool = False,
-    share: Share = min_norm_forces,
+    share: ShareWeight = min_norm_forces,
+    ground: Normals | None = None,
 ) -> dict[str, FloatArray]:
     """What the plan had at each sample's gait time: static margin [m] and torque ratio, (N,) each.
 
@@ -69,6 +71,7 @@ def planned_figures(
         plans: Plans as `plans_by_turn` takes them.
         massless_legs: Whether legs count as massless, as in `plan_margin`.
         share: Function by which the controller shares the weight among the feet.
+        ground: The ground's normals; None where all are upright.
     """
     margin, ratio = np.full(len(phase), np.nan), np.full(len(phase), np.nan)
     followed = turns(phase)
@@ -77,7 +80,7 @@ def planned_figures(
         if np.any(mine):
             samples = evaluate(robot, plan, phase[mine, GaitPhase.TIME])
             margin[mine] = plan_margin(samples, massless_legs=massless_legs)
-            ratio[mine] = torque_ratio(robot, samples, share)
+            ratio[mine] = torque_ratio(robot, samples, share, ground)
     return {"margin_planned": margin, "torque_ratio_planned": ratio}
 
 

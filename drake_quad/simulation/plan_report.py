@@ -14,11 +14,17 @@ from drake_quad.certificate.robust import RobustProof, prove_within
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.planning.contact_forces import SHARES, Share, min_norm_forces, torque_ratio
+from drake_quad.planning.contact_forces import SHARES, ShareWeight, min_norm_forces, torque_ratio
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
-from drake_quad.planning.stance_margin import Footing, footing_of, kind_of
+from drake_quad.planning.stance_margin import (
+    Footing,
+    Normals,
+    footing_of,
+    kind_of,
+    slope_normals,
+)
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.model import RobotModel, leg_lengths
 from drake_quad.runs.planned_columns import plan_margin
@@ -35,7 +41,8 @@ def describe_plan(
     *,
     massless_legs: bool,
     footing: Footing | None = None,
-    share: Share = min_norm_forces,
+    share: ShareWeight = min_norm_forces,
+    ground: Normals | None = None,
 ) -> dict[str, Any]:
     """The plan's figures as plain values.
 
@@ -45,13 +52,14 @@ def describe_plan(
         massless_legs: Whether margins are the body's centre's (the paper's) or the whole robot's.
         footing: Region that margins were asked in, if not the hull: these are added.
         share: How the controller shares the weight among the feet.
+        ground: The ground's normals; None where all are upright.
     """
     segments, torque = [], 0.0
     for task, start in zip(plan.plans, plan.starts, strict=True):
         times = np.linspace(0.0, task.duration, int(np.ceil(task.duration / PERIOD)) + 1)
         samples = evaluate(robot, task, times)
         margin = plan_margin(samples, massless_legs=massless_legs)
-        torque = max(torque, float(torque_ratio(robot, samples, share).max()))
+        torque = max(torque, float(torque_ratio(robot, samples, share, ground).max()))
         beyond = _beyond(footing, task)
         for segment in task.segments:
             mine = (times >= segment.start - 1e-9) & (times <= segment.end + 1e-9)
@@ -132,6 +140,7 @@ def judged_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | None
         massless_legs=p.settings.uniform_body,
         footing=footing_of(p.robot, p.course, p.settings),
         share=SHARES[p.scenario.controller.kind],
+        ground=slope_normals(p.course),
     )
     found["certificate"], certificate = certify_plan(p)
     return found, certificate

@@ -16,6 +16,7 @@ from drake_quad.planning.mission import (
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.onward import why_not
 from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.stance_margin import slope_normals
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import (
     course_of,
@@ -104,7 +105,7 @@ def judge_plan(p: PreparedScenario) -> None:
                 plan, samples, control.lift_off_margin, demanded=control.margin_demanded
             )
         check_slopes(p.course, plan, p.settings.friction)
-        check_torques(p.robot, plan, samples)
+        check_torques(p.robot, plan, samples, slope_normals(p.course))
 
 
 def _values(

@@ -10,7 +10,7 @@ from drake_quad.common import FloatArray
 from drake_quad.planning.contact_forces import (
     FRICTION,
     SHARES,
-    Share,
+    ShareWeight,
     min_norm_forces,
     share_vertical_load,
     static_joint_torques,
@@ -26,7 +26,9 @@ FEW = settings(max_examples=30, deadline=None)
 @example(seed=5, count=3, share=min_norm_forces)  # its foot in the air was left 5e-15 N, downwards
 @example(seed=593, count=4, share=min_norm_forces)  # one foot pulled by 1e-14 N
 @given(SEEDS, st.sampled_from([3, 4]), st.sampled_from([share_vertical_load, min_norm_forces]))
-def test_forces_hold_the_robot_where_its_feet_can(seed: int, count: int, share: Share) -> None:
+def test_forces_hold_the_robot_where_its_feet_can(
+    seed: int, count: int, share: ShareWeight
+) -> None:
     """Over the support they make up weight and moments, and no foot pulls or hangs in the air."""
     rng = np.random.default_rng(seed)
     feet = np.array([[0.4, 0.3, 0.0], [0.4, -0.3, 0.1], [-0.4, 0.3, 0.0], [-0.4, -0.3, 0.0]])
@@ -70,6 +72,32 @@ def test_the_whole_body_controllers_forces_are_the_least(seed: int, count: int) 
         arms = np.concatenate([np.tile(np.eye(3), 4), np.hstack([_cross(p - com) for p in feet])])
         free = np.linalg.svd(arms[:, np.repeat(who, 3)])[2][6:]
         np.testing.assert_allclose(free @ force[who].ravel(), 0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("share", [min_norm_forces, share_vertical_load])
+@given(slope=st.floats(-0.4, 0.4), yaw=st.floats(0.0, 6.28), seed=st.integers(0, 99))
+@settings(max_examples=25, deadline=None)
+def test_on_a_slope_forces_are_within_friction_about_its_normal(
+    share: ShareWeight, slope: float, yaw: float, seed: int
+) -> None:
+    """They hold the robot, and none leans from the normal by more than friction lets it.
+
+    About the vertical the same forces may lean by less on one side, and by more on the other.
+    """
+    rng, who = np.random.default_rng(seed), np.ones((1, 4), dtype=bool)
+    feet = np.array([[0.4, 0.3, 0.0], [0.4, -0.3, 0.0], [-0.4, 0.3, 0.0], [-0.4, -0.3, 0.0]])
+    feet = feet + rng.uniform(-0.05, 0.05, (4, 3)) * [1.0, 1.0, 0.0]
+    ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    feet[:, 2] = slope * feet @ ahead
+    normal = np.array([0.0, 0.0, 1.0]) - slope * ahead
+    normal /= np.linalg.norm(normal)
+    com = feet.mean(axis=0) + np.array([0.03, 0.02, 0.8])
+    force = share(500.0, feet[None], com[None], who, np.tile(normal, (1, 4, 1)))[0]
+    push = force @ normal
+    along = np.linalg.norm(force - push[:, None] * normal, axis=1)
+    assert np.all(along <= FRICTION * push + 1e-4)
+    np.testing.assert_allclose(force.sum(axis=0), [0.0, 0.0, 500.0], atol=1e-4)
+    np.testing.assert_allclose(np.cross(feet - com, force).sum(axis=0), 0.0, atol=1e-4)
 
 
 def _cross(p: FloatArray) -> FloatArray:
