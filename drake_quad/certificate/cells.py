@@ -83,6 +83,7 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0, only: Spans | Non
     segments = phases = 0
     for task, plan in enumerate(plans):
         ends, roll = [s.end for s in plan.segments], plan.contacts.roll
+        inner = np.sort([*ends] if roll is None else [*ends, *roll.times])
         landed: int | None = None  # row of the leg whose swing was the last
         for phase in plan.contacts.phases:
             step = phase.step
@@ -95,8 +96,9 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0, only: Spans | Non
                 cuts += [step.lift_off + step.swing.apex_time, step.lift_off + step.back]
             firm = phase.start if landed is None or step is not None else phase.start + late
             cuts += [firm] if phase.start + SLIVER < firm < phase.end - SLIVER else []
-            inner = [*ends] if roll is None else [*ends, *roll.times]
-            cuts += [t for t in inner if phase.start + SLIVER < t < phase.end - SLIVER]
+            inside = inner[inner.searchsorted(phase.start + SLIVER, side="right") :
+                           inner.searchsorted(phase.end - SLIVER, side="left")]  # fmt: skip
+            cuts += inside.tolist()
             cuts = _with_knots(cuts, plan.body.knot)
             for a, b in pairwise(cuts):
                 if only is not None and not only.touch(task, a, b):

@@ -14,6 +14,7 @@ lesser bound of its two ends is below all of it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,6 +48,34 @@ class Obstacles:
     top: FloatArray
     face: BoolArray
 
+    @cached_property
+    def around(self) -> FloatArray:
+        """Radii of circles about the centres that hold them, seen from above (M,) [m]."""
+        flat = np.linalg.norm(self.axes[..., :2], axis=-1) * self.half  # of each axis
+        return np.asarray(np.hypot(flat[:, 0], flat[:, 1]) + flat[:, 2])
+
+    def may_be_near(
+        self, points: FloatArray, reach: FloatArray, among: IntArray | slice = slice(None)
+    ) -> tuple[IntArray, IntArray]:
+        """Pairs of a point and an obstacle that may be nearer than the point's reach.
+
+        Stairs are high boxes far apart from above: from there most are left out at once.
+
+        Args:
+            points: (K, 3) in W [m].
+            reach: (K,) [m].
+            among: Which of the obstacles are asked about.
+
+        Returns:
+            Indices of points, and of the obstacles among those asked about.
+        """
+        centre, size = self.centre[among], np.linalg.norm(self.half[among], axis=1)
+        beside = np.linalg.norm(points[:, None, :2] - centre[:, :2], axis=-1) - self.around[among]
+        point, which = np.nonzero(beside < reach[:, None])
+        apart = np.linalg.norm(points[point] - centre[which], axis=-1) - size[which]
+        near = apart < reach[point]
+        return point[near], which[near]
+
     def distance(self, points: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
         """Signed distance of points (K, 3) from obstacles `which` (K,) [m], and its gradient.
 
@@ -70,8 +99,8 @@ class Obstacles:
 def find_box_obstacles(boxes: Sequence[Box]) -> Obstacles:
     """The obstacles that a course's boxes make."""
     rows = [(b.centre, _axes(b), 0.5 * b.size, b.top, False) for b in boxes]
-    middles = np.array([box.centre[:2] for box in boxes])
-    radii = np.array([0.5 * np.linalg.norm(box.size) for box in boxes])
+    middles = np.array([box.middle for box in boxes])
+    radii = np.array([0.5 * np.linalg.norm(box.extent) for box in boxes])
     for box, middle, radius in zip(boxes, middles, radii, strict=True):
         apart = np.linalg.norm(middles - middle, axis=1) - radii - radius
         near = [boxes[int(k)] for k in np.flatnonzero(apart <= 10.0 * ASIDE)]
@@ -242,9 +271,7 @@ def enclose_foot_clearance(
     swinging = np.flatnonzero(pieces.swing[cells.piece] >= 0)
     at = cells.foot[swinging, :, 0]
     moves = np.abs(cells.foot[swinging, :, 1:]).sum(axis=(1, 2)) + radius + CAP
-    size = np.linalg.norm(obstacles.half, axis=1)
-    apart = np.linalg.norm(at[:, None] - obstacles.centre, axis=-1) - size
-    near, which = np.nonzero(apart < moves[:, None])
+    near, which = obstacles.may_be_near(at, moves)
     distance, normal = obstacles.distance(at[near], which)
     cell = swinging[near]
     powers = np.einsum("ki,kij->kj", normal, cells.foot[cell])
@@ -312,9 +339,8 @@ def enclose_shank_clearance(
     reach = np.where(np.isfinite(moves), moves + 0.5 * length, 10.0) + chain.thickest() + CAP
     boxes = np.flatnonzero(~obstacles.face)
     middle = 0.5 * (K + F)
-    size = np.linalg.norm(obstacles.half[boxes], axis=1)
-    apart = np.linalg.norm(middle[:, :, None] - obstacles.centre[boxes], axis=-1) - size
-    cell, leg, which = np.nonzero(apart < reach[..., None])
+    row, which = obstacles.may_be_near(middle.reshape(-1, 3), reach.ravel(), boxes)
+    cell, leg = np.divmod(row, middle.shape[1])
     which = boxes[which]
     distance, _ = obstacles.distance(middle[cell, leg], which)
     near = ~(distance >= reach[cell, leg])
