@@ -19,7 +19,7 @@ class Wish:
 
     Attributes:
         prefer: One of PREFER: the most margin; the quickest that keeps KEPT of that margin; or the
-            quickest that keeps the margin with which a run counts as safe.
+            quickest that keeps the margin with which a run counts as safe, and LEAST_MARGIN.
         speed: Speed on the flights that is enough [m/s]; it then has the margin that is left.
         min_margin: Margin that the plan is to keep, instead of what `prefer` says [m].
         balance: `static`, or `dynamic`: the margin that counts is that of the zero-moment point,
