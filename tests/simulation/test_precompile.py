@@ -71,7 +71,7 @@ def test_processes_compile_what_is_missing_and_say_so() -> None:
         wait()
         assert precompile._missing(["loop"]) == []
         assert other.wait() == 0
-    assert len(said) == 2 and "compiling" in said[0] and "compiled" in said[1]
+    assert len(said) == 2 and "that this needs" in said[0] and "compiled" in said[1]
     with precompile.precompiling(["loop"], said.append) as wait:
         wait()
     assert len(said) == 2
