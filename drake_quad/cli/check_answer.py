@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 import drake_quad as dq
+from drake_quad.util.numbers import whole_millimetres
 
 # What is left, in people's words, and its unit.
 WORDS = {
@@ -110,11 +111,11 @@ def certificate_words(told: dict[str, Any]) -> list[str]:
         ]
     if certificate is None or not certificate["certified"]:
         return []
-    proven = certificate["proven"]
+    names = ("margin", "foot_clearance", "shank_clearance")
+    margin, feet, shanks = (whole_millimetres(certificate["proven"][name]) for name in names)
     return [
-        f"Certified for every time: a static margin of {1e3 * proven['margin']:.0f} mm at least, "
-        f"swing feet {1e3 * proven['foot_clearance']:.0f} mm from risers and nosings, knees and "
-        f"shanks {1e3 * proven['shank_clearance']:.0f} mm from the course."
+        f"Certified for every time: a static margin of {margin} mm at least, swing feet {feet} mm "
+        f"from risers and nosings, knees and shanks {shanks} mm from the course."
     ]
 
 

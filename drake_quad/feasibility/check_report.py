@@ -21,6 +21,7 @@ from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.motion_config import OF_LEG
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import Stairs
+from drake_quad.util.numbers import whole_millimetres
 
 PERIOD = 0.05  # [s] between the samples of the plan that are looked at
 
@@ -282,9 +283,13 @@ def _answer(report: dict[str, Any]) -> str:
     if report["feasible"]:
         plan = report["plan"]
         kind = "static" if plan["margin_kind"] == HULL else plan["margin_kind"]
-        margin = f"{1e3 * plan['margin']:.0f} mm"
-        kept = f"with a {kind} margin of at least {margin}"
         moving = plan["balance"] == "dynamic"
+        certificate = report["certificate"]
+        least = plan["margin"]
+        if kind == "static" and certificate is not None and certificate["certified"]:
+            least = min(least, certificate["proven"]["margin"])  # between the samples, too
+        margin = f"{whole_millimetres(least)} mm"
+        kept = f"with a {kind} margin of at least {margin}"
         if moving:
             kept = (
                 f"balanced by its motion, its zero-moment point at least {margin} within its feet"

@@ -16,11 +16,12 @@ from rich.console import Console
 from rig import URL, paper_robot
 
 import drake_quad as dq
-from drake_quad.cli.check_answer import gait_lines, print_check, print_next
+from drake_quad.cli.check_answer import certificate_words, gait_lines, print_check, print_next
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.check_picture import draw_check, find_stretches
 from drake_quad.feasibility.check_report import (
+    _answer,
     _close,
     feasibility_report,
     limit_of,
@@ -97,6 +98,20 @@ def test_a_yes_is_certified_or_says_why_not() -> None:
     assert told["feasible"] and not told["certificate"]["certified"]
     json.dumps(told, allow_nan=False)  # also where nothing is known of a figure
     assert f"not certified: {told['certificate']['reason']}" in console.export_text()
+
+
+def test_a_yes_claims_no_more_than_is_proven() -> None:
+    """The first line has the certificate's margin; both lines are rounded down, never up."""
+    question = {"rise": RISE, "run": RUN, "count": COUNT}
+    told = feasibility_report(found(), paper_robot(), source=URL, asked=question)
+    told["plan"]["margin"] = 0.0999  # as sampled
+    told["certificate"]["proven"] |= {"margin": 0.09873, "foot_clearance": 0.0199}
+    told["certificate"]["proven"]["shank_clearance"] = 0.012
+    assert "static margin of at least 98 mm" in _answer(told)
+    (words,) = certificate_words(told)
+    assert "98 mm at least, swing feet 19 mm" in words and "shanks 12 mm" in words
+    told["certificate"]["certified"] = False  # then there are the samples alone
+    assert "static margin of at least 99 mm" in _answer(told)
 
 
 def test_little_room_is_told_beside_a_yes() -> None:

@@ -28,6 +28,7 @@ from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.stability.equilibrium_region import FRICTION
 from drake_quad.stability.safety import safe_margin
+from drake_quad.util.numbers import whole_millimetres
 from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.elements import Stairs
 
@@ -97,7 +98,7 @@ def test_the_answer_says_how_it_is_balanced() -> None:
     answer = Feasibility(quick.scenario, quick, "", {}, robot, wish=MOVING, slow=designed())
     question = {"rise": 0.12, "run": RUN, "count": COUNT}
     told = feasibility_report(answer, robot, source=URL, asked=question)
-    words = f"its zero-moment point at least {1e3 * quick.margin:.0f} mm within its feet"
+    words = f"its zero-moment point at least {whole_millimetres(quick.margin)} mm within its feet"
     assert words in told["answer"] and "static" not in told["answer"]
     assert told["plan"]["balance"] == "dynamic" and told["certificate"] is None
     assert told["pace"]["wish"]["balance"] == "dynamic"
