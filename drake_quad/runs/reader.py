@@ -22,7 +22,14 @@ from drake_quad.scenario.build import course_of, robot_of, world_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.terrain.course import Course
-from drake_quad.util.files import MOST_JSON, plain_of, read_given, read_given_table, user_path
+from drake_quad.util.files import (
+    MOST_JSON,
+    is_given,
+    plain_of,
+    read_given,
+    read_given_table,
+    user_path,
+)
 
 ObjectArray = np.ndarray[Any, np.dtype[np.object_]]
 
@@ -184,7 +191,7 @@ def load_run(directory: str | Path) -> RecordedRun:
             times are none of a run.
     """
     directory = user_path(directory)
-    if not (directory / SCENARIO).is_file():
+    if not is_given(directory / SCENARIO):  # a pipe there is told of as it is read
         there = "holds no scenario.yaml" if directory.is_dir() else "no such directory"
         raise InputError(
             source=str(directory),

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from drake_quad.runs.summary_figures import BY_FEET, look_up
+from drake_quad.runs.summary_figures import BY_FEET, SUMMARY, look_up
 from drake_quad.stability.safety import NO_SUPPORT, judge_safety, margin_words
 
 # What `drake-quad run` prints, in its order: key, label, and form.
@@ -23,20 +23,23 @@ PRINTED = (
     ("seen.place_error_max", "a nosing is off where it was seen by at most", "{:.3f} m"),
     ("seen.height_error_max", "the same of its height", "{:.3f} m"),
     ("torque_ratio_max", "largest torque, of its limit", "{:.0%}"),
-    ("torque_ratio_planned_max", "the same, planned", "{:.0%}"),
+    ("torque_ratio_planned_max", "{torque}", "{:.0%}"),
     ("simulated_time", "simulated", "{:.1f} s"),
     ("real_time_factor", "pace", "{:.1f} × real time"),
 )
 NOT_OF_EVERY_RUN = ("zmp", "seen", "swing")  # nothing is printed where there is no figure
 LEAST_TOUCH = 1.0  # [N] of a swing foot that is printed
+OF_PHYSICS = {figure.key for figure in SUMMARY if figure.physics}  # a replay measures none of them
 
 
 def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The few figures that are printed after a run: label, and value with its unit."""
     kind = str(summary.get("margin_kind", "hull"))
+    replayed = summary.get("simulation") == "kinematic"
     words = {
-        "measured": "replayed" if summary.get("simulation") == "kinematic" else "measured",
+        "measured": "replayed" if replayed else "measured",
         "kind": kind,
+        "torque": "largest torque planned, of its limit" if replayed else "the same, planned",
     }
     lines = []
     for key, label, form in PRINTED:
@@ -44,6 +47,8 @@ def summary_lines(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         if "{kind}" in key and kind == "hull":
             continue
         if key.startswith(NOT_OF_EVERY_RUN) and not math.isfinite(value):
+            continue
+        if replayed and (key in OF_PHYSICS or not math.isfinite(value)):
             continue
         if key == "swing_force_max" and value < LEAST_TOUCH:
             continue

@@ -179,7 +179,7 @@ def precompiling(parts: Iterable[str], tell: Tell | None = None) -> Iterator[Cal
     """
     begun, processes = time.monotonic(), _begin(parts)
     if processes and tell is not None:
-        tell("compiling the numeric kernels that this needs, each once for an installation: about 15 s")
+        tell("compiling the numeric kernels that this needs, each once: about 15 s")
 
     def wait() -> None:
         if not processes:

@@ -3,6 +3,7 @@
 Its ports are what a robot has; it holds a model of the robot and never sees the simulated plant.
 """
 
+import inspect
 from collections.abc import Callable, Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
@@ -140,9 +141,12 @@ def MakeController(
             growth=growth,
         ),
     )
-    follower = _make_tracking(tracking or control.kind)(
-        robot=robot, layout=layout, model=model, control=control, course=course
-    )
+    parts = {
+        "robot": robot, "layout": layout, "model": model, "control": control, "course": course
+    }  # fmt: skip
+    make = _make_tracking(tracking or control.kind)
+    _check_keywords(make, tuple(parts))
+    follower = make(**parts)
     _check_ports(follower)
     builder.AddNamedSystem("tracking_controller", follower)
     _Wire(builder, scheduler, planner, follower)
@@ -218,6 +222,27 @@ def _make_tracking(tracking: str | MakeTracking) -> MakeTracking:
         remedy = f"no such controller; give {' or '.join(KINDS)}, or what makes one of your own"
         raise InputError(source="controller", field="tracking", value=tracking, remedy=remedy)
     return KINDS[tracking]
+
+
+def _check_keywords(make: MakeTracking, names: Sequence[str]) -> None:
+    """Sees that what makes a controller can be called with these keywords.
+
+    Raises:
+        InputError: It cannot; what it raises by itself is left as it is.
+    """
+    try:
+        signature = inspect.signature(make)
+    except (TypeError, ValueError):  # of what is not written in Python nothing is known before
+        return
+    try:
+        signature.bind(**dict.fromkeys(names))
+    except TypeError as problem:
+        remedy = (
+            f"it is called with the keywords {', '.join(names[:-1])} and {names[-1]}, and cannot "
+            f"be: {problem}"
+        )
+        name = getattr(make, "__qualname__", type(make).__name__)
+        raise InputError(source="controller", field="tracking", value=name, remedy=remedy) from None
 
 
 def _check_ports(system: LeafSystem) -> None:

@@ -28,9 +28,9 @@ from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.stability.equilibrium_region import FRICTION
 from drake_quad.stability.safety import safe_margin
-from drake_quad.util.numbers import whole_millimetres
 from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.elements import Stairs
+from drake_quad.util.numbers import whole_millimetres
 
 MOVING = Wish(balance="dynamic")
 

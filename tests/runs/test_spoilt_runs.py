@@ -1,5 +1,6 @@
 """Runs that are spoilt and can be read all the same: one clear line."""
 
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -86,6 +87,17 @@ def test_a_summary_that_nothing_can_be_made_of(ran: Path, text: str) -> None:
     line_of(caught.value, "summary.json", "in JSON")
     run = load_run(ran)
     assert run.summary == {} and any("summary.json" in notice for notice in run.notices)
+
+
+def test_a_pipe_in_the_scenarios_place_is_told_of(ran: Path) -> None:
+    """It is not waited for, and nobody is told that nothing is there."""
+    (ran / "scenario.yaml").unlink()
+    os.mkfifo(ran / "scenario.yaml")
+    line = refused(drake_quad("report", "run", cwd=ran.parent))
+    assert "scenario.yaml" in line and "it is a pipe" in line and "holds no" not in line
+    (ran / "scenario.yaml").unlink()
+    line = refused(drake_quad("report", "run", cwd=ran.parent))
+    assert "holds no scenario.yaml" in line
 
 
 @pytest.mark.parametrize("name", ["t", "margin"])

@@ -90,6 +90,11 @@ def test_what_is_no_controller_is_refused_in_a_line() -> None:
     with pytest.raises(InputError, match=r"motion_plan.*needs an input port"):
         make_climb(tracking=lambda **_: LeafSystem())
 
+    with pytest.raises(InputError, match=r"tracking = .*keywords robot, .* and course.*'layout'"):
+        make_climb(tracking=lambda robot: LeafSystem())
+    with pytest.raises(InputError, match=r"tracking = .*cannot be: missing.*'gain'"):
+        make_climb(tracking=lambda gain, **_: LeafSystem())
+
     def short(**parts: Any) -> LeafSystem:
         class Short(IkController):
             """Its last output is one value short."""

@@ -117,6 +117,30 @@ def test_the_margin_planned_is_of_what_was_walked() -> None:
         assert ("smallest margin planned" + more, "0.191 m") in summary_lines(told)
 
 
+def test_a_replay_is_told_without_what_it_does_not_measure() -> None:
+    """No slip, no tolerances kept, no friction: it is where its plan has it, without forces."""
+    told = {
+        "simulation": "kinematic",
+        "margin": {"minimum": 0.071},
+        "base_error_max": 0.0,
+        "slip_max": 0.0,
+        "tracking": {"left": [], "share": 0.0},
+        "contact_friction": None,
+        "torque_ratio_max": None,
+        "torque_ratio_planned_max": 0.5,
+        "nonfoot_contact_samples": 0,
+        "simulated_time": 3.0,
+    }
+    lines = summary_lines(told)
+    assert [label for label, _ in lines] == [
+        "smallest margin replayed", "contacts of anything but feet",
+        "largest torque planned, of its limit", "simulated",
+    ]  # fmt: skip
+    run = str(summary_lines(told | {"simulation": "physics"}))
+    for word in ("slipped", "off its plan", "kept, 0.00 used", "friction"):
+        assert word in run and word not in str(lines)
+
+
 def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     """True state or an estimate, by the scenario; and perfect contact flags with either."""
     console = Console(width=200, record=True, file=io.StringIO())
