@@ -88,8 +88,8 @@ SUMMARY = (
            "0.030 m of the shipped robot"),
     Figure("safety.lacks", "", "What was not as `safety.safe` wants it, a few words each", "list"),
     Figure("simulation", "", "`physics` or `kinematic`", "text"),
-    Figure("assumes", "", "What all figures take for granted, in a line: how the controller "
-           "knows which feet bear, and whose state it has", "text"),
+    Figure("assumes", "", "What all figures take for granted, in a line: whether the map is "
+           "exact, how the controller knows which feet bear, and whose state it has", "text"),
     Figure("simulated_time", "s", "Time simulated"),
     Figure("wall_time", "s", "Time that the simulation took", wall_clock=True),
     Figure("real_time_factor", "", "`simulated_time` over `wall_time`, planning inside the run "

@@ -127,6 +127,8 @@ def assumptions_of(scenario: Scenario) -> str:
         flags = "joints without friction, which feel the feet's contacts"
     if scenario.perception.map == "seen":
         flags = f"a start whose place is known, a level landing that is told, {flags}"
+    elif not any(value for name, value in vars(scenario.world).items() if name != "random"):
+        flags = f"an exact map, {flags}"
     if scenario.estimator.kind == "truth":
         return f"{flags}, and a controller that is told the robot's true state"
     return f"{flags}; the controller estimates its state from its sensors"

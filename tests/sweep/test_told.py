@@ -142,7 +142,7 @@ def test_a_replay_is_told_without_what_it_does_not_measure() -> None:
 
 
 def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    """True state or an estimate, by the scenario; and perfect contact flags with either."""
+    """True state or an estimate, by the scenario; perfect contact flags and map with either."""
     console = Console(width=200, record=True, file=io.StringIO())
     monkeypatch.setattr(cli_print, "Console", lambda: console)
     told = [
@@ -151,5 +151,13 @@ def test_what_figures_assume_is_printed_in_a_line(monkeypatch: pytest.MonkeyPatc
     assert "true state" in told[0] and "estimates its state" in told[1]
     assert all("contact flags without error" in text for text in told[:2])
     assert "nothing was measured" in told[2]
+    assert all("an exact map" in text for text in told[:2])
+    for name, more in (
+        ("case_study", ["world.tread_error=0.001"]),
+        ("case_study", ["world.position_error=-0.01", "world.random=true"]),
+        ("unmapped", []),  # its map is made of what it sees
+    ):
+        assert "exact map" not in assumptions_of(load_scenario(name, more))
+    assert "an exact map" in assumptions_of(load_scenario("case_study", ["world.random=true"]))
     cli_print.print_summary({"assumes": told[0]}, Path("run"), report=False)
     assert f"these figures assume {told[0]}" in console.export_text()
