@@ -27,7 +27,7 @@ from drake_quad.sweep.sampling import (
 )
 from drake_quad.sweep.study import Base, Gate, Limits, Study, SuccessBound, Vary, find_base
 from drake_quad.util.files import MOST_YAML, read_given_text, user_path
-from drake_quad.util.yaml_io import conform, parse_yaml
+from drake_quad.util.yaml_io import bare_as_numbers, conform, parse_yaml
 
 MOST_BANDS = 50
 LONGEST_AXIS = 10_000
@@ -407,7 +407,7 @@ def _take_free(data: dict[str, Any], *, source: str) -> list[dict[str, Any]]:
     for k, vary in enumerate(varies):
         own = {}
         if isinstance(vary, dict):
-            own = {name: vary[name] for name in FREE if vary.get(name) is not None}
+            own = {n: bare_as_numbers(vary[n]) for n in FREE if vary.get(n) is not None}
             varies[k] = {name: value for name, value in vary.items() if name not in FREE}
         for name, value in own.items():
             path = f"vary[{k}].{name}"

@@ -10,7 +10,6 @@ import typing
 from typing import Any
 
 import yaml
-from pydrake.common.yaml import yaml_load_data
 
 from drake_quad.errors import InputError, brief, did_you_mean
 
@@ -20,6 +19,25 @@ CONVERTED = {f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "t
 # Numbers of YAML 1.1 that people write for other numbers: 010 is 8 there, and 1:30 is 90.
 AMBIGUOUS = re.compile(r"[-+]?(0[0-9_]+|[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?)")
 CONVERSION_ERRORS = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
+
+class BareNumber(str):
+    """A number without quotes that YAML 1.1 takes for text, such as 1e8: it may be either."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Tells a number that YAML 1.1 takes for text from text in quotes; a tag is a field `_tag`."""
+
+    def tagged(self, tag: str, node: Any) -> dict[Any, Any]:
+        """A mapping with a tag, as Drake's own loader gives it; no schema here has such a field."""
+        return {**self.construct_mapping(node), "_tag": tag}
+
+
+_Loader.add_multi_constructor("", _Loader.tagged)
+_BARE = "tag:drake_quad,2026:number"
+_Loader.add_implicit_resolver(_BARE, re.compile(rf"(?:{_NUMBER.pattern})\Z"), [*"+-.0123456789"])
+_Loader.add_constructor(_BARE, lambda _, node: BareNumber(node.value))
 
 
 def parse_yaml(text: str, *, source: str, needs: str = "course: [...]") -> dict[str, Any]:
@@ -43,7 +61,7 @@ def parse_yaml(text: str, *, source: str, needs: str = "course: [...]") -> dict[
     try:
         loader = yaml.SafeLoader("")
         _count_values(yaml.compose(text, Loader=yaml.SafeLoader), {}, loader)
-        data = yaml_load_data(text, private=True)
+        data = yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as problem:
         mark = problem.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "somewhere"
@@ -68,9 +86,18 @@ def parse_value(text: str) -> Any:
     """
     try:
         _count_values(yaml.compose(text, Loader=yaml.SafeLoader), {}, yaml.SafeLoader(""))
-        return _unshared(yaml.safe_load(text))
+        return _unshared(yaml.load(text, Loader=_Loader))
     except CONVERSION_ERRORS as problem:
         raise yaml.YAMLError(str(problem)) from None
+
+
+def bare_as_numbers(value: Any) -> Any:
+    """The value with every BareNumber in it as the number: where there is no schema to decide."""
+    if isinstance(value, dict):
+        return {key: bare_as_numbers(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [bare_as_numbers(item) for item in value]
+    return float(value) if isinstance(value, BareNumber) else value
 
 
 def _unshared(value: Any) -> Any:
@@ -153,7 +180,6 @@ def _check_scalar(node: yaml.ScalarNode, loader: yaml.SafeLoader) -> None:
         raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark) from None
 
 
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _NAMES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
 
 
@@ -227,7 +253,8 @@ def conform(data: Any, schema: Any, *, path: str, source: str) -> Any:
         ]
     value = _scalar(data, schema)
     if value is None:
-        raise error(f"must be {_NAMES[schema]}")
+        quoted = schema in (float, int) and isinstance(data, str) and _NUMBER.fullmatch(data)
+        raise error(f"must be {_NAMES[schema]}{', without quotes' if quoted else ''}")
     if isinstance(value, float) and not math.isfinite(value):
         raise error("must be finite")
     return value
@@ -256,9 +283,9 @@ def _check_choices(data: dict[Any, Any], schema: Any, *, path: str, source: str)
 
 def _scalar(data: Any, schema: type) -> Any:
     """`data` as a `schema` (float, int, str or bool), or None where it is not one."""
+    if isinstance(data, BareNumber):
+        return float(data) if schema is float else str(data) if schema is str else None
     if schema is float:
-        if isinstance(data, str) and _NUMBER.fullmatch(data):  # YAML 1.1 reads 1e-3 as text
-            return float(data)
         if isinstance(data, float) or type(data) is int:
             return float(data) if abs(data) <= sys.float_info.max else math.inf
         return None

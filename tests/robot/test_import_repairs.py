@@ -245,6 +245,7 @@ def test_collision_meshes_become_primitives_that_hold_them(tmp_path: Path) -> No
     ("field", "check"),
     [
         ("foot_radius: 0.04", lambda r: r.foot_radius == 0.04),
+        ("foot_radius: 4e-2", lambda r: r.foot_radius == 0.04),  # text by YAML 1.1
         ("effort: [11, 12, 13]", lambda r: r.effort[:3].tolist() == [11, 12, 13]),
         ("speed: [1, 2, 3]", lambda r: r.speed[-3:].tolist() == [1, 2, 3]),
         ("abduction: [-0.2, 0.5]", lambda r: r.q_lower[[0, 3]].tolist() == [-0.2, -0.5]),

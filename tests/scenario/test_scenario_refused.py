@@ -7,7 +7,7 @@ from scenario_rig import leaves, refused
 
 from drake_quad.errors import InputError
 from drake_quad.scenario.config import Scenario
-from drake_quad.scenario.load import load_scenario, parse_scenario
+from drake_quad.scenario.load import load_scenario, parse_scenario, scenario_text
 
 FLOOR = "course: [{kind: floor, length: 6.0}]\n"
 
@@ -274,6 +274,29 @@ def test_yaml_one_point_one_reads_exponents_as_text_and_still_loads() -> None:
     """1e-3, which YAML 1.1 takes for text, is the number that the person meant."""
     scenario = parse_scenario(FLOOR + "gait: {stride: 1e-1}", source="text")
     assert scenario.gait.stride == 0.1
+
+
+@pytest.mark.parametrize("value", ["'0.5'", '"3"', "'1e-1'"])
+def test_a_number_in_quotes_is_text(value: str) -> None:
+    """It is refused in a line that names the field, in a file and in an override alike."""
+    with pytest.raises(InputError, match=r"text: gait\.stride = '.*must be a number, without quo"):
+        parse_scenario(f"{FLOOR}gait: {{stride: {value}}}", source="text")
+    with pytest.raises(InputError, match=r"simulation\.friction = '.*a number, without quotes"):
+        load_scenario("flat_walk", [f"simulation.friction={value}"])
+    with pytest.raises(InputError, match=r"course\[0\]\.length = '.*a number, without quotes"):
+        load_scenario("flat_walk", [f"course=[{{kind: floor, length: {value}}}]"])
+    with pytest.raises(InputError, match=r"simulation\.seed = '.*a whole number, without quotes"):
+        load_scenario("flat_walk", ["simulation.seed='3'"])
+
+
+@pytest.mark.parametrize(("text", "number"), [("5e-1", 0.5), ("+.5", 0.5), (".5", 0.5), ("1e0", 1)])
+def test_a_number_without_quotes_is_one_however_it_is_written(text: str, number: float) -> None:
+    """In a file and in an override; where text is wanted the same is text."""
+    scenario = load_scenario("flat_walk", [f"simulation.friction={text}", "description=1e5"])
+    assert scenario.simulation.friction == number and scenario.description == "1e5"
+    assert parse_scenario(scenario_text(scenario), source="text").description == "1e5"
+    read = parse_scenario(f"{FLOOR}gait: {{stride: {text}}}\ndescription: 1e5", source="text")
+    assert read.gait.stride == number and type(read.description) is str
 
 
 def test_keys_with_an_underscore_hold_anchors() -> None:

@@ -204,6 +204,17 @@ def test_parse_study_fills_in_defaults() -> None:
     assert load_scenario("flat_walk").simulation.friction == 0.8
 
 
+def test_numbers_that_yaml_takes_for_text_vary_as_numbers(tmp_path: Path) -> None:
+    """1e-1 in a list of values is 0.1; the same in quotes is refused as a friction."""
+    text = HEAD + "vary: [{path: simulation.friction, values: [1e-1, 2.0e-1, 5e-1]}]\n"
+    (tmp_path / "study.yaml").write_text(text)
+    study, _ = load_study_and_base(tmp_path / "study.yaml")
+    assert study.vary[0].values == [0.1, 0.2, 0.5]
+    (tmp_path / "study.yaml").write_text(text.replace("1e-1", "'1e-1'"))
+    with pytest.raises(InputError, match=r"simulation\.friction = '1e-1'.*without quotes"):
+        load_study_and_base(tmp_path / "study.yaml")
+
+
 def test_a_long_list_is_tried_in_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A study of 10 000 values is read in seconds: its ends are tried, and some between."""
     tried: list[list[str]] = []

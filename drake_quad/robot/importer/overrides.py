@@ -13,7 +13,7 @@ from drake_quad.errors import InputError
 from drake_quad.robot.importer.raw_robot import JointLimits
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.util.files import MOST_YAML, read_given_text
-from drake_quad.util.yaml_io import parse_yaml
+from drake_quad.util.yaml_io import bare_as_numbers, parse_yaml
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def read_overrides(path: Path) -> Overrides:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else f"not text in UTF-8 ({error})"
         raise refuse("robot.model", str(path), f"cannot be read: {reason}") from None
-    data = parse_yaml(text, source=source, needs="model: my_robot.urdf")
+    data = bare_as_numbers(parse_yaml(text, source=source, needs="model: my_robot.urdf"))
     model = data.get("model")
     if not isinstance(model, str) or not model.strip():
         raise refuse("model", model, "the file must name the robot's own file as `model`")
