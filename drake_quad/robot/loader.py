@@ -14,10 +14,11 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 
-from drake_quad.common import read_only
+from drake_quad.common import GRAVITY, read_only
 from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
 from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
 from drake_quad.robot.importer.meshes import files_of_mesh
+from drake_quad.robot.importer.normal_form import TOO_STRONG, beyond_turns
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
 from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
@@ -159,6 +160,11 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
         "inertia" in line for line in warnings
     ):  # Drake puts another in the place of a wrong one
         return False
+    strongest = TOO_STRONG * GRAVITY * robot.mass * robot.geometry.reach
+    if np.any(robot.effort.reshape(4, 3) > strongest[:, None]):
+        return False  # the importer takes another, and reports it
+    if any(map(beyond_turns, robot.q_lower, robot.q_upper)):
+        return False  # likewise
     limits = (robot.q_lower, robot.q_upper, robot.effort, robot.speed)
     return bool(np.all(np.isfinite(limits)) and np.all(robot.speed > 0.0))
 

@@ -21,6 +21,7 @@ from drake_quad.robot.importer.legs import (
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.raw_robot import (
     ASSUMED,
+    DOUBTFUL,
     REPAIRED,
     GeometryInstance,
     JointLimits,
@@ -38,6 +39,8 @@ KNEE_LEAST, KNEE_MOST = 0.05, 2.7  # [rad] bent, where the file gives no limit
 SPEED = 10.0  # [rad/s]
 EFFORT_SHARE = 0.4  # of the robot's weight times the leg's length
 TOO_STRONG = 2.5  # times weight and length: no drive, but a file's way to say nothing
+# And so many times: no such way, but another unit. Solo12's file says nothing with 127 times.
+OTHER_UNIT = 200.0
 TOO_FAST = 100.0  # [rad/s], likewise
 # [rad] Limits from one to two turns wide, and huge ones, are a file's way to say nothing; those
 # between are a mistake, and most likely in degrees.
@@ -223,10 +226,14 @@ def limit_leg(
             shift = 2.0 * np.pi * np.round(0.5 * (ends[0] + ends[1]) / (2.0 * np.pi))
             turns[k] += shift
             lower[k], upper[k] = ends[0] - shift, ends[1] - shift
+            if beyond_turns(hinge.lower, hinge.upper):
+                text = f"{_limits_in_file(hinge)}, more than a turn from zero {IN_DEGREES}"
+                notes.append(Note(DOUBTFUL, f"{hinge.name}: {text}"))
         elif k < 2:
             most = (ABDUCTION, HIP)[k]
             lower[k], upper[k] = -most, most
-            notes.append(Note(ASSUMED, f"{hinge.name}: {_without(hinge)}; ±{most:g} rad"))
+            text = f"{hinge.name}: {_without(hinge)}; ±{most:g} rad"
+            notes.append(Note(_kind_without(hinge), text))
         if k == 2:
             limits = (float(lower[k]), float(upper[k])) if given else None
             pose = reference.get(hinge.name)
@@ -238,9 +245,14 @@ def limit_leg(
     for k, hinge in enumerate(hinges):
         if not 0.0 < effort[k] <= TOO_STRONG * weight * reach:
             given = "none" if not np.isfinite(effort[k]) else f"{effort[k]:g} Nm"
+            absurd = OTHER_UNIT * weight * reach < effort[k] < np.inf
             effort[k] = EFFORT_SHARE * weight * reach
             rule = f"{effort[k]:.3g} Nm, {EFFORT_SHARE:g} of the weight times the leg's length"
-            notes.append(Note(ASSUMED, f"{hinge.name}: effort {given} in the file; {rule}"))
+            kind = ASSUMED
+            if absurd:
+                kind, given = DOUBTFUL, f"{given} (is it in Nm? no drive has so much)"
+                rule = f"assumed are {rule}"
+            notes.append(Note(kind, f"{hinge.name}: effort {given} in the file; {rule}"))
         if not 0.0 < speed[k] <= TOO_FAST:
             given = "none" if not np.isfinite(speed[k]) else f"{speed[k]:g} rad/s"
             speed[k] = SPEED
@@ -287,17 +299,37 @@ def _knee(
     way = "forward" if side > 0.0 else "backward"
     text = f"{hinge.name}: {found}; points {way} {why}, bent by {KNEE_LEAST:g} to {most:.3g} rad"
     ends = sorted((side * KNEE_LEAST, side * most))
-    return (ends[0], ends[1]), [Note(REPAIRED if given else ASSUMED, text)]
+    return (ends[0], ends[1]), [Note(REPAIRED if given else _kind_without(hinge), text)]
+
+
+def beyond_turns(lower: float, upper: float) -> bool:
+    """Whether limits [rad] are farther from zero than a turn, and do not say that there are none.
+
+    Huge ones do, and up to two turns to either side: ANYmal B's and Solo12's files have such.
+    """
+    most = max(abs(lower), abs(upper))
+    none = not upper - lower < HUGE or (lower == -upper and most <= 4.0 * np.pi)
+    return bool(most > 2.0 * np.pi and not none)
+
+
+IN_DEGREES = "(in degrees? a URDF has radians)"
 
 
 def _without(hinge: RevoluteJoint) -> str:
     """Words for limits that count as none: that there are none, or what they are and why."""
-    if not TWO_TURNS < hinge.upper - hinge.lower < HUGE:
+    wide = TWO_TURNS < hinge.upper - hinge.lower < HUGE
+    if not wide and not beyond_turns(hinge.lower, hinge.upper):
         return "no limits"
-    return (
-        f"limits {hinge.lower:g} to {hinge.upper:g} rad in the file, wider than a turn, count as "
-        "none (in degrees? a URDF has radians)"
-    )
+    return f"{_limits_in_file(hinge)}, wider than a turn, count as none {IN_DEGREES}"
+
+
+def _limits_in_file(hinge: RevoluteJoint) -> str:
+    return f"limits {hinge.lower:g} to {hinge.upper:g} rad in the file"
+
+
+def _kind_without(hinge: RevoluteJoint) -> str:
+    """Kind of the note of limits that count as none."""
+    return DOUBTFUL if beyond_turns(hinge.lower, hinge.upper) else ASSUMED
 
 
 def _wrapped(angle: float) -> float:
