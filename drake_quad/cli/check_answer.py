@@ -47,6 +47,8 @@ def print_check(told: dict[str, Any], console: Console) -> None:
             console.print(Text.assemble(("little room", "bold yellow"), line), soft_wrap=True)
     for doubt in told["doubts"]:
         console.print(Text.assemble(("doubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
+    for note in told.get("notes", []):
+        console.print(Text.assemble((note["kind"], "bold"), f": {note['text']}"), soft_wrap=True)
     if told["slacks"]:
         console.print()
         console.print(_table(told), highlight=False)

@@ -9,7 +9,7 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check import Feasibility
-from drake_quad.feasibility.inspect_robot import all_doubts
+from drake_quad.feasibility.inspect_robot import all_doubts, assumed_of_drives_and_inertias
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.tempo import static_margin, tread_way
@@ -94,6 +94,7 @@ def feasibility_report(
         "sought": False,
         "changes": None,
         "doubts": all_doubts(robot),
+        "notes": assumed_of_drives_and_inertias(robot),
         "slacks": {
             name: {
                 "left": left[name],

@@ -9,24 +9,17 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.errors import InputError
+from drake_quad.feasibility.robot_doubts import doubts
 from drake_quad.robot.importer.pipeline import MAPPING
-from drake_quad.robot.importer.raw_robot import DOUBTFUL
-from drake_quad.robot.legs import LEGS, SHORT_NAMES
+from drake_quad.robot.importer.raw_robot import ASSUMED, DOUBTFUL, REPAIRED
+from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import SimulationConfig
 from drake_quad.util.files import MOST_YAML, read_given_text
 from drake_quad.util.yaml_io import parse_yaml
 
-WEAK = 0.2  # share of the weight: knees that hold less on stretched legs have a wrong unit
-LIGHTEST = 1e-3  # share of the robot's mass: a lighter thigh or shank has lost its mass
-UNLIKE = 2.0  # ratio of masses from which on left and right link are unlike
-SAME = 0.02  # [rad] difference up to which limits of two joints are alike
-APART = 0.1  # [rad] difference from which on they are unlike: Spot's differ by half of that
 ROLES = ("abduction", "hip", "knee")
-LINKS = ("hip", "thigh", "shank")
-SIDES = ((0, 1), (2, 3))  # rows of legs that are each other's mirror
 
 KINDS: dict[tuple[int, ...], str] = {
     (-1, -1, -1, -1): "all knees backward",
@@ -88,17 +81,39 @@ def _numbers(values: Any, count: int) -> bool:
     )
 
 
-def doubts(robot: RobotModel) -> list[str]:
-    """Lines that say what is doubtful and may be wrong; none for a plausible robot."""
-    return [*_weak_knees(robot), *_lost_masses(robot), *_unlike_limits(robot)]
-
-
 def all_doubts(robot: RobotModel) -> list[str]:
     """Lines of `doubts`, and of what the importer found doubtful in the robot's own file."""
     mapping = read_mapping(robot)
-    notes = [n["text"] for n in mapping.get("notes", []) if n["kind"] == DOUBTFUL]
+    notes = [note for note in mapping.get("notes", []) if note["kind"] == DOUBTFUL]
     found = doubts(robot)
-    return [*found, *_odd_axes(robot, mapping.get("joints", {}), found), *notes]
+    odd = _odd_axes(robot, mapping.get("joints", {}), found)
+    return [*found, *odd, *(note["text"] for note in shared_notes(notes))]
+
+
+def assumed_of_drives_and_inertias(robot: RobotModel) -> list[dict[str, str]]:
+    """Notes of efforts and inertias that the importer assumed or repaired, as `shared_notes`."""
+    notes = [
+        note
+        for note in read_mapping(robot).get("notes", [])
+        if note["kind"] in (ASSUMED, REPAIRED)
+        and any(word in note["text"].partition(": ")[2] for word in ("effort", "inertia"))
+    ]
+    return shared_notes(notes)
+
+
+def shared_notes(notes: list[dict[str, str]]) -> list[dict[str, str]]:
+    """Notes of which those that say the same, of joints or links alike, are one."""
+    shared: dict[tuple[str, str], list[str]] = {}
+    for note in notes:
+        subject, separator, text = note["text"].partition(": ")
+        shared.setdefault((note["kind"], text if separator else note["text"]), []).append(
+            subject if separator else ""
+        )
+    told = []
+    for (kind, text), subjects in shared.items():
+        who = ", ".join(s for s in subjects if s)
+        told.append({"kind": kind, "text": f"{who + ': ' if who else ''}{text}"})
+    return told
 
 
 def _odd_axes(robot: RobotModel, joints: dict[str, Any], known: list[str]) -> list[str]:
@@ -113,76 +128,6 @@ def _odd_axes(robot: RobotModel, joints: dict[str, Any], known: list[str]) -> li
                     f"{name}: its axis points the other way than those of the three other legs"
                 )
     return lines
-
-
-def _weak_knees(robot: RobotModel) -> list[str]:
-    """Knees that are far from being able to hold the robot."""
-    knees = robot.effort.reshape(4, 3)[:, 2]
-    held, weight = float(np.sum(knees / robot.geometry.reach)), GRAVITY * robot.mass
-    if held >= WEAK * weight:
-        return []
-    return [
-        f"all four knees' efforts, each at the end of its leg, hold {held:.3g} N, and the robot "
-        f"weighs {weight:.3g} N: are masses in grams, or efforts not in Nm?"
-    ]
-
-
-def _lost_masses(robot: RobotModel) -> list[str]:
-    """Thighs and shanks without mass, and links that are not as heavy as their mirror."""
-    lines = []
-    mass = robot.link_mass
-    lost = mass < LIGHTEST * robot.mass
-    lost[:, 0] = False  # some files count the hips with the trunk
-    if np.any(lost):
-        names = ", ".join(
-            f"{LEGS[row].short}'s {LINKS[link]}" for row, link in np.argwhere(lost).tolist()
-        )
-        lines.append(f"{names}: has hardly any mass; does its link lack <inertial>?")
-    for left, right in SIDES:
-        for link, name in enumerate(LINKS):
-            a, b = float(mass[left, link]), float(mass[right, link])
-            if max(a, b) > UNLIKE * min(a, b) and not (lost[left, link] or lost[right, link]):
-                lines.append(
-                    f"{LEGS[left].short}'s {name} has {a:.3g} kg, {LEGS[right].short}'s "
-                    f"{b:.3g} kg: left and right are alike in most robots"
-                )
-    return lines
-
-
-def _unlike_limits(robot: RobotModel) -> list[str]:
-    """Joints whose limits are not their mirror's, and whether a reversed axis would explain it."""
-    lower, upper = robot.q_lower.reshape(4, 3), robot.q_upper.reshape(4, 3)
-    lines = []
-    for left, right in SIDES:
-        unlike: list[int] = []
-        reversed_: list[int] = []
-        for joint in range(3):
-            own = np.array([lower[left, joint], upper[left, joint]])
-            other = np.array([lower[right, joint], upper[right, joint]])
-            other = _reversed(other) if joint == 0 else other  # abduction is outwards on both sides
-            if np.max(np.abs(own - other)) <= SAME:
-                continue
-            if np.max(np.abs(_reversed(own) - other)) <= SAME:
-                reversed_.append(joint)
-            elif np.max(np.abs(own - other)) > APART:
-                unlike.append(joint)
-        pair = [LEGS[left].short, LEGS[right].short]
-        for joints, words in (
-            (reversed_, "are each other's reversed: is an axis of one leg the wrong way round?"),
-            (unlike, "differ: left and right are alike in most robots"),
-        ):
-            if joints:
-                names = [
-                    " and ".join(robot.joint_names[3 * row + joint] for row in (left, right))
-                    for joint in joints
-                ]
-                lines.append(f"{' to '.join(pair)}: limits of {', of '.join(names)} {words}")
-    return lines
-
-
-def _reversed(limits: FloatArray) -> FloatArray:
-    """Limits (2,) about the axis the other way round."""
-    return -limits[::-1]
 
 
 def describe_robot(robot: RobotModel, *, source: str) -> dict[str, Any]:
@@ -359,12 +304,5 @@ def _print_notes(notes: list[dict[str, str]], console: Console) -> None:
     if not notes:
         return
     console.print("\n[bold]differs from the file[/] (* above)", highlight=False)
-    shared: dict[tuple[str, str], list[str]] = {}
-    for note in notes:
-        subject, separator, text = note["text"].partition(": ")
-        shared.setdefault((note["kind"], text if separator else note["text"]), []).append(
-            subject if separator else ""
-        )
-    for (kind, text), subjects in shared.items():
-        who = ", ".join(s for s in subjects if s)
-        console.print(Text(f"  {kind}: {who + ': ' if who else ''}{text}"))
+    for note in shared_notes(notes):
+        console.print(Text(f"  {note['kind']}: {note['text']}"))
