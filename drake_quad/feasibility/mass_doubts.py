@@ -24,12 +24,12 @@ LIGHTEST_TRUNK = 0.2  # share of all legs: a lighter trunk has (0.69 and more)
 UNLIKE = 1.1  # ratio of masses from which on left and right link are unlike (up to 1.001)
 # Bounds of a link's principal moments of inertia together, in its mass times its scale squared
 # (0.004 to 0.5).
-LEAST_INERTIA, MOST_INERTIA = 2e-5, 2.0
+LEAST_INERTIA, MOST_INERTIA = 3e-4, 2.0
 POINT = 1e-10  # [m²] of inertia per mass: none at all, of which the importer tells
 # How far the centre of mass may be from the box that a link's joints span, in its scale: of trunk
 # and hips (up to 0.25), and of thighs and shanks (up to 0.14).
 FAR, FAR_IN_LEG = 0.5, 0.3
-MIRRORED = 0.08  # of the leg: between a centre of mass and its mirror's (up to 0.03)
+MIRRORED = 0.08  # of the leg: between a centre of mass and its mirror's (up to 0.04)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,7 @@ from drake_quad.robot.model import RobotModel
 WEAK = 0.2  # share of the weight: knees that hold less on stretched legs have a wrong unit
 SAME = 0.02  # [rad] difference up to which limits of two joints are alike
 APART = 0.1  # [rad] difference from which on they are unlike: Spot's differ by half of that
-# Share by which lengths of left and right may differ. Robots that are known by name differ by less
-# than a hundredth of it.
-LENGTHS = 0.02
+LENGTHS = 0.02  # share by which lengths of left and right may differ; those of known robots agree
 FEET = 0.25  # share of the thicker foot by which the other may be thinner: HyQReal1's are by 0.11
 DRIVES = 0.05  # share by which efforts and speeds of left and right may differ
 
