@@ -44,7 +44,7 @@ def designed(given: argparse.Namespace, place: Path) -> Path:
 def run(scenario: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
     """One run, from damped to damped."""
     place = scenario.parent / str(seed)
-    place.mkdir()
+    place.mkdir(exist_ok=True)
     # A domain of its own: what a killed process may have left cannot be heard.
     fields = [f"simulation.seed={seed}", *given.set]
     common = [str(scenario), "--bus", given.bus, "--domain", str(given.domain + seed), "--out",
@@ -59,8 +59,9 @@ def run(scenario: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
             stderr=says,
         )
         try:
+            kept = ["--record", str(place / "bus.mcap")] if given.keep else []
             controller = subprocess.run(
-                [*COMMAND, "control", *common, "--contacts", given.contacts],
+                [*COMMAND, "control", *common, "--contacts", given.contacts, *kept],
                 stdout=subprocess.DEVNULL, stderr=words, timeout=LIMIT, check=False,
             )  # fmt: skip
             failed = "" if controller.returncode in (0, 1) else f"exit {controller.returncode}"
@@ -125,13 +126,20 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=4, help="steps; 0: the floor alone")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument(
+        "--keep",
+        type=Path,
+        help="folder for files and messages of the runs",
+    )
     parser.add_argument("--loss", type=float, default=0.0, help="share of messages lost, each way")
     parser.add_argument("--delay", type=float, default=0.0, help="of messages each way [s]")
     parser.add_argument("--jitter", type=float, default=0.0, help="at most so much later [s]")
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        scenario = designed(given, Path(folder))
+        place = given.keep or Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        scenario = designed(given, place)
         print(json.dumps({"bare_loop": bare_loop(PERIOD, BARE)}), flush=True)
         for seed in range(given.first, given.first + given.seeds):
             print(json.dumps(run(scenario, seed, given)), flush=True)

@@ -35,6 +35,27 @@ MOST_MJCF = 64_000_000  # bytes; a maker's has 20 000
 SAME_FOOT = 0.05  # [m] from where our model has the middle of a foot, within which its shape is
 
 
+def check_mjcf(path: Path) -> Any:
+    """Checks what can be checked of a file before anything is planned.
+
+    Returns:
+        The package `mujoco`.
+
+    Raises:
+        InputError: The package is not installed, or the file cannot be read.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        remedy = "needs the package mujoco: pip install mujoco"
+        raise InputError(source="--mjcf", field="mjcf", value=str(path), remedy=remedy) from None
+    try:
+        check_given(path, most=MOST_MJCF)
+    except OSError as error:
+        raise _wrong(path, "mjcf", str(path), f"cannot be read: {error}") from None
+    return mujoco
+
+
 class MjcfSide:
     """The robot as far as its drives and its sensors, with the sensors' noise of the scenario.
 
@@ -64,14 +85,7 @@ class MjcfSide:
         step: float = STEP,
         friction: float | None = None,
     ) -> None:
-        try:
-            import mujoco
-        except ImportError:
-            remedy = "needs the package mujoco: pip install mujoco"
-            raise InputError(
-                source="--mjcf", field="mjcf", value=str(path), remedy=remedy
-            ) from None
-        self._mujoco: Any = mujoco
+        self._mujoco = mujoco = check_mjcf(path)
         scenario, robot = prepared.scenario, prepared.robot
         if prepared.disturbances != Disturbances():
             raise InputError(
@@ -234,10 +248,6 @@ def _build(
     Raises:
         InputError: The file cannot be read, or is not of this robot.
     """
-    try:
-        check_given(path, most=MOST_MJCF)
-    except OSError as error:
-        raise _wrong(path, "mjcf", str(path), f"cannot be read: {error}") from None
     robot, control = prepared.robot, prepared.scenario.controller
     effort = dict(zip(robot.joint_names, robot.effort, strict=True))
     try:

@@ -135,16 +135,14 @@ def simulate(
                        ("freeze-at", freeze_at)):  # fmt: skip
         if time is not None and not 0.0 <= time < 1e6:
             raise _wrong(name, time, "give seconds, from 0 to a million")
+    if mjcf is not None:
+        from drake_quad.bus.mjcf_side import MjcfSide, check_mjcf
+
+        check_mjcf(mjcf)
     if out is not None:
         claim(out)
     prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)
-    robot: RobotSide
-    if mjcf is None:
-        robot = SimulatedRobot(prepared)
-    else:
-        from drake_quad.bus.mjcf_side import MjcfSide
-
-        robot = MjcfSide(mjcf, prepared)
+    robot: RobotSide = SimulatedRobot(prepared) if mjcf is None else MjcfSide(mjcf, prepared)
     faults = BusFaults(loss=loss, delay=delay, jitter=jitter, reorder=reorder, freeze_at=freeze_at)
     with interruptible(MESSAGES) as stop:
         result = simulate_robot(
