@@ -223,7 +223,8 @@ def count_on_slopes(scenario: Scenario, course: Course) -> Scenario:
 
     It counts on ASSUMED unless a person says otherwise, and never on more than the ground has.
     """
-    takes = max(abs(box.gradient) for box in course.boxes) / HELD_BY_FRICTION
+    steepest = max((abs(box.gradient) for box in course.boxes), default=0.0)
+    takes = steepest / HELD_BY_FRICTION
     more = min(SPARE_FRICTION * takes, MOST_FRICTION * scenario.simulation.friction)
     if scenario.controller.friction != ASSUMED or takes <= ASSUMED or more < takes:
         return scenario
