@@ -1,5 +1,6 @@
 """The controller's process, with its clock and its bus; `robot_process.py` has the robot's."""
 
+import copy
 import socket
 from collections.abc import Callable
 from contextlib import closing
@@ -20,7 +21,7 @@ from drake_quad.planning.plan_job import TaskJob
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.precompile import kernels_for, precompiling
-from drake_quad.simulation.prepare import PreparedScenario, prepare
+from drake_quad.simulation.prepare import PreparedScenario, judge_plan, prepare
 from drake_quad.terrain.elements import LEVEL
 
 BUSES = ("lcm", "unitree")
@@ -31,6 +32,9 @@ FIELDS = (*ESTIMATED, "controller.period=0.002")  # where no design sets the per
 # [m] by which stairs may be elsewhere than where a robot believes them: it is put down by hand, and
 # its estimate drifts. Half as much in place had a foot meet a riser on its way to the next tread.
 PLACE_ERROR, HEIGHT_ERROR = 0.03, 0.01
+# Shares of how far from treads' middles feet are set down, that are tried, and of the margin that
+# has to be left by them.
+CENTRED, MARGIN_KEPT = (0.0, 0.25, 0.5), 0.9
 
 Tell = Callable[[str], None]
 Stop = Callable[[], bool]
@@ -100,8 +104,9 @@ def load_for_bus(name: str, fields: list[str]) -> Scenario:
 def allow_for_drift(scenario: Scenario, fields: list[str], *, source: str) -> Scenario:
     """A scenario to be designed on stairs, designed, its swings allowing for drift.
 
-    The gait is the one for stairs that are known exactly: one that keeps shanks so much farther off
-    is not found for every robot, or not soon.
+    Its feet are set down nearer to the treads' middles, see `centre_footholds`. Else the gait is
+    the one for stairs that are known exactly: one that keeps shanks so much farther off is not
+    found for every robot, or not soon.
 
     Args:
         scenario: Scenario as `load_for_bus` returns it.
@@ -122,7 +127,41 @@ def allow_for_drift(scenario: Scenario, fields: list[str], *, source: str) -> Sc
         return scenario
     filled = design_scenario(scenario, source=source).scenario
     filled.gait.map_error_place, filled.gait.map_error_height = PLACE_ERROR, HEIGHT_ERROR
-    return filled
+    return centre_footholds(filled, source=source)
+
+
+def centre_footholds(scenario: Scenario, *, source: str) -> Scenario:
+    """The scenario with its footholds nearer to the treads' middles, if its plan allows for it.
+
+    A designed gait sets feet down where its margin is largest, which may be near a nosing: a Go2's
+    stood 33 mm from the edges going down, and slid off where its estimate was as far ahead.
+
+    Args:
+        scenario: Scenario with a gait.
+        source: What an error names.
+
+    Returns:
+        The scenario with the least of CENTRED's shares of its phases that leaves MARGIN_KEPT of
+        the plan's margin; the given one if none does, or it has no plan.
+    """
+    least = _planned_margin(scenario, source)
+    for share in CENTRED:
+        nearer = copy.deepcopy(scenario)
+        nearer.gait.tread_phase_up *= share
+        nearer.gait.tread_phase_down *= share
+        if least is not None and (_planned_margin(nearer, source) or 0.0) >= MARGIN_KEPT * least:
+            return nearer
+    return scenario
+
+
+def _planned_margin(scenario: Scenario, source: str) -> float | None:
+    """The least margin of a scenario's plan [m]; None if it has none that can be carried out."""
+    try:
+        prepared = prepare(scenario, source=source)
+        judge_plan(prepared)
+    except PlanningError:
+        return None
+    return min(plan.margin for plan in prepared.plan.plans if plan.contacts.steps)
 
 
 def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> PreparedScenario:

@@ -72,6 +72,8 @@ def test_a_gait_designed_for_stairs_allows_for_drift(tmp_path: Path) -> None:
     assert (found.gait.map_error_place, found.gait.map_error_height) == (0.03, 0.01)
     assert found.design == "given" and found.estimator.kind == "ekf"
     assert min(plan.margin for plan in prepare(found).plan.plans[1:-1]) > 0.03
+    ahead = found.gait.tread_phase_up, found.gait.tread_phase_down
+    assert ahead == (0.0, 0.0)  # feet are in the treads' middles
     for course, fields in ((floor, ()), (floor + stairs + floor, ("gait.map_error_place=0",))):
         left = allowing(course, *fields)
         assert left.design == "auto" and left.gait.map_error_place == 0.0
