@@ -155,13 +155,13 @@ def centre_footholds(scenario: Scenario, *, source: str) -> Scenario:
 
 
 def _planned_margin(scenario: Scenario, source: str) -> float | None:
-    """The least margin of a scenario's plan [m]; None if it has none that can be carried out."""
+    """The least margin of a scenario's plan [m]; None without steps, or if it cannot be done."""
     try:
         prepared = prepare(scenario, source=source)
         judge_plan(prepared)
-    except PlanningError:
+    except (InputError, PlanningError):  # out of a leg's reach is the former
         return None
-    return min(plan.margin for plan in prepared.plan.plans if plan.contacts.steps)
+    return min((p.margin for p in prepared.plan.plans if p.contacts.steps), default=None)
 
 
 def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> PreparedScenario:
@@ -198,7 +198,7 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
         allowing = allow_for_drift(scenario, fields, source=name)
         try:
             prepared = prepare(allowing, source=name)
-        except PlanningError:
+        except (InputError, PlanningError):
             if allowing is scenario:
                 raise
             if tell is not None:

@@ -1,6 +1,7 @@
 """What `drake-quad control` makes of its options, up to the loop that it begins."""
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,8 +12,12 @@ from command import drake_quad, refused
 from drake_quad.bus import processes
 from drake_quad.cli.bus import control
 from drake_quad.errors import InputError, PlanningError
+from drake_quad.planning.mission import join_plans
 from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
+
+OUT_OF_REACH = InputError(source="test", field="course[1].rise", value=0.3, remedy="lower")
 
 
 @pytest.mark.parametrize(
@@ -77,6 +82,28 @@ def test_a_gait_designed_for_stairs_allows_for_drift(tmp_path: Path) -> None:
     for course, fields in ((floor, ()), (floor + stairs + floor, ("gait.map_error_place=0",))):
         left = allowing(course, *fields)
         assert left.design == "auto" and left.gait.map_error_place == 0.0
+
+
+@pytest.mark.parametrize("problem", [PlanningError("no plan"), OUT_OF_REACH])
+def test_footholds_stay_where_no_others_can_be_planned(
+    monkeypatch: pytest.MonkeyPatch, problem: Exception
+) -> None:
+    """Neither a plan that there is not, nor a foot out of reach, nor a robot that only stands."""
+    given = Scenario()
+    given.gait.tread_phase_down = 0.1
+
+    def planned(scenario: Scenario, **_: str) -> PreparedScenario:
+        if scenario.gait.tread_phase_down != 0.1:
+            raise problem
+        return whole
+
+    whole = prepare(load_scenario("quick", []))
+    monkeypatch.setattr(processes, "prepare", planned)
+    assert processes.centre_footholds(given, source="test") is given
+    standing = replace(whole, plan=join_plans(whole.plan.plans[:1], 0.0))
+    assert not standing.plan.plans[0].contacts.steps
+    monkeypatch.setattr(processes, "prepare", lambda *_, **__: standing)
+    assert processes.centre_footholds(given, source="test") is given
 
 
 def test_a_gait_that_cannot_allow_for_drift_is_planned_without(
