@@ -28,7 +28,7 @@ from drake_quad.planning.mission import (
     plan_tasks,
 )
 from drake_quad.planning.motion_plan import evaluate
-from drake_quad.planning.stance_margin import slope_normals
+from drake_quad.planning.stance_margin import slopes_of
 from drake_quad.robot.model import LinkOutline, RobotModel
 from drake_quad.scenario.build import mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
@@ -110,7 +110,7 @@ def plan_design(
     settings = plan_settings(scenario)
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
-    begun, plans, ground = time.perf_counter(), [], slope_normals(course)
+    begun, plans, ground = time.perf_counter(), [], slopes_of(course, settings.friction)
     room, margin, torque = Clearance(inf, inf, "", "", 0.0), inf, 1.0
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]

@@ -14,9 +14,9 @@ import numpy as np
 from drake_quad.common import GRAVITY, BoolArray, FloatArray, Matrix, Vector
 from drake_quad.math.rotations import rotations, solve_rates
 from drake_quad.planning.motion_plan import PlanSamples
-from drake_quad.planning.stance_margin import Normals
+from drake_quad.planning.stance_margin import Slopes
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.equilibrium_region import leg_limits
+from drake_quad.stability.equilibrium_region import LEVEL, leg_limits
 
 UPRIGHT: tuple[Vector, ...] = ((0.0, 0.0, 1.0),) * 4
 _OTHERS = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
@@ -159,6 +159,48 @@ NOTHING = np.zeros((0, 12))
 RIDGE = 1e-9  # for three feet in a line
 
 
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """The friction cones under the feet of a robot in many poses.
+
+    Attributes:
+        normals: (N, 4, 3) unit normals of the ground.
+        friction: Coefficient that the controller's forces stay within.
+    """
+
+    normals: FloatArray
+    friction: float
+
+    def pyramids(self) -> FloatArray:
+        """Rows (N, 32, 12) that pyramids within the cones keep at 0 or below.
+
+        As the whole-body controller has them: eight sides on a slope, with an edge straight down
+        it, and on level ground four, which are here twice.
+        """
+        n = self.normals
+        level = n[..., 2] >= 1.0 - LEVEL
+        down = np.where(level[..., None], [1.0, 0.0, 0.0], n * [1.0, 1.0, 0.0])
+        down = down - np.sum(down * n, axis=-1, keepdims=True) * n
+        down /= np.linalg.norm(down, axis=-1, keepdims=True)
+        aside = np.cross(n, down)
+        side = np.arange(8, dtype=float)
+        turn = np.pi * side
+        angle = np.where(level[..., None], 0.5 * turn, 0.25 * (turn + 0.5 * np.pi))
+        most = np.full(level.shape, self.friction * np.cos(np.pi / 8.0))
+        most[level] = self.friction * np.sqrt(0.5)
+        sides = np.cos(angle)[..., None] * down[..., None, :]
+        sides = sides + np.sin(angle)[..., None] * aside[..., None, :]
+        sides = sides - most[..., None, None] * n[..., None, :]
+        rows = np.zeros((len(n), 4, 8, 4, 3))
+        for leg in range(4):
+            rows[:, leg, :, leg] = sides[:, leg]
+        return rows.reshape(-1, 32, 12)
+
+    def of(self, n: int) -> "Cones":
+        """Those of one pose."""
+        return Cones(self.normals[n : n + 1], self.friction)
+
+
 class ShareWeight(Protocol):
     """How feet share a robot's weight: `share_vertical_load` or `min_norm_forces`."""
 
@@ -168,7 +210,7 @@ class ShareWeight(Protocol):
         feet: FloatArray,
         com: FloatArray,
         who: BoolArray,
-        normals: FloatArray | None = None,
+        cones: Cones | None = None,
     ) -> FloatArray:
         """Forces on the feet (N, 4, 3) in W; see there."""
 
@@ -178,7 +220,7 @@ def share_vertical_load(
     feet: FloatArray,
     com: FloatArray,
     who: BoolArray,
-    normals: FloatArray | None = None,
+    cones: Cones | None = None,
 ) -> FloatArray:
     """Forces on the feet (N, 4, 3) in W that hold the robot still, as `IkController` shares them.
 
@@ -187,14 +229,15 @@ def share_vertical_load(
         feet: (N, 4, 3) in W [m].
         com: (N, 3) the centre of mass in W [m].
         who: (N, 4) which feet stand; three at least.
-        normals: (N, 4, 3) unit normals of the ground under the feet; None: upright.
+        cones: Of the N poses; None: about the vertical, FRICTION wide.
     """
     up, still = (0.0, 0.0, weight), (0.0, 0.0, 0.0)
     arms, load = (feet - com[:, None]).tolist(), who.astype(float).tolist()
-    axes = [UPRIGHT] * len(arms) if normals is None else normals.tolist()
+    axes = [UPRIGHT] * len(arms) if cones is None else cones.normals.tolist()
+    friction = FRICTION if cones is None else cones.friction
     return np.array(
         [
-            distribute_wrench(up, still, arm, share, normals=axis)
+            distribute_wrench(up, still, arm, share, friction=friction, normals=axis)
             for arm, share, axis in zip(arms, load, axes, strict=True)
         ]
     )
@@ -205,7 +248,7 @@ def min_norm_forces(
     feet: FloatArray,
     com: FloatArray,
     who: BoolArray,
-    normals: FloatArray | None = None,
+    cones: Cones | None = None,
 ) -> FloatArray:
     """The same as `WholeBodyController` shares them: the sum of all forces squared is least.
 
@@ -216,35 +259,23 @@ def min_norm_forces(
     square = flat @ flat.transpose(0, 2, 1) + RIDGE * np.eye(6)
     wanted = weight * UPWARD
     force = (flat.transpose(0, 2, 1) @ np.linalg.solve(square, wanted[:, None])).reshape(-1, 4, 3)
-    if normals is None:
+    if cones is None:
         sideways = np.abs(force[..., :2]).max(axis=-1)
         slips = np.any(sideways > SIDEWAYS * force[..., 2] + RIDGE * weight, axis=1)
     else:
-        beyond = _pyramids(normals) @ force.reshape(-1, 12, 1)
+        beyond = cones.pyramids() @ force.reshape(-1, 12, 1)
         slips = np.any(beyond[..., 0] > RIDGE * weight, axis=1)
     for n in np.flatnonzero(slips):
-        axes = None if normals is None else normals[n : n + 1]
-        rows = PYRAMIDS if axes is None else _pyramids(axes)[0]
+        mine = None if cones is None else cones.of(int(n))
+        rows = PYRAMIDS if mine is None else mine.pyramids()[0]
         within = _least_within(flat[n], wanted, weight, pyramids=rows)
         if within is None:
             one = feet[n : n + 1], com[n : n + 1], who[n : n + 1]
-            within = share_vertical_load(weight, *one, axes)[0]
+            within = share_vertical_load(weight, *one, mine)[0]
         force[n] = within
     # What the programs leave by rounding: some 1e-15 N at a foot in the air, or pulling at another.
     force[..., 2] = np.maximum(force[..., 2], 0.0)
     return np.asarray(force * who[..., None])
-
-
-def _pyramids(normals: FloatArray) -> FloatArray:
-    """Rows (N, 16, 12) as PYRAMIDS has them, about the ground's normals (N, 4, 3)."""
-    ahead = np.array([1.0, 0.0, 0.0]) - normals[..., :1] * normals
-    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
-    aside = np.cross(normals, ahead)
-    sides = np.stack([ahead, -ahead, aside, -aside], axis=-2) - SIDEWAYS * normals[..., None, :]
-    rows = np.zeros((len(normals), 4, 4, 4, 3))
-    for k in range(4):
-        rows[:, k, :, k] = sides[:, k]
-    return rows.reshape(-1, 16, 12)
 
 
 def _grasps(arms: FloatArray, who: BoolArray) -> FloatArray:
@@ -283,19 +314,27 @@ def _least_within(
     """
     more, least, most = drives
     rows = np.concatenate([grasp, pyramids, more])
-    upper = np.concatenate([np.full(12, NONE), wanted / weight, np.zeros(16), most])
-    lower = np.concatenate([np.full(12, -NONE), wanted / weight, np.full(16, -NONE), least])
+    sides = len(pyramids)
+    upper = np.concatenate([np.full(12, NONE), wanted / weight, np.zeros(sides), most])
+    lower = np.concatenate([np.full(12, -NONE), wanted / weight, np.full(sides, -NONE), least])
     sense = np.zeros(len(upper), dtype=np.int32)
     sense[12:18] = EQUAL
     force, _, status, _ = daqp.solve(np.eye(12), np.zeros(12), rows, upper, lower, sense)
     return weight * np.asarray(force).reshape(4, 3) if status in SOLVED else None
 
 
+def cones_under(samples: PlanSamples, ground: Slopes | None) -> Cones | None:
+    """The friction cones under a plan's feet; None on level ground."""
+    if ground is None:
+        return None
+    return Cones(ground.normals(samples.feet[..., :2]), ground.friction)
+
+
 def static_joint_torques(
     robot: RobotModel,
     samples: PlanSamples,
     share: ShareWeight = min_norm_forces,
-    ground: Normals | None = None,
+    ground: Slopes | None = None,
 ) -> FloatArray:
     """Torques of the joints (N, 4, 3) that hold the robot still in the poses of a plan [Nm].
 
@@ -305,11 +344,11 @@ def static_joint_torques(
         robot: The robot.
         samples: The plan at N times.
         share: How feet share the weight.
-        ground: The ground's normals; None where all are upright.
+        ground: Ground with slopes; None where all is level.
     """
     weight = GRAVITY * robot.mass
-    normals = None if ground is None else ground(samples.feet[..., :2])
-    force = share(weight, samples.feet, samples.com, samples.standing, normals)
+    cones = cones_under(samples, ground)
+    force = share(weight, samples.feet, samples.com, samples.standing, cones)
     limits = leg_limits(robot, rotations(samples.body[:, 0]), samples.q)
     hold = 0.5 * weight * (limits.lower + limits.upper)  # see `leg_limits`
     return np.asarray(hold - (limits.rows @ force[..., None])[..., 0])
@@ -319,7 +358,7 @@ def torque_ratio(
     robot: RobotModel,
     samples: PlanSamples,
     share: ShareWeight = min_norm_forces,
-    ground: Normals | None = None,
+    ground: Slopes | None = None,
 ) -> FloatArray:
     """The greatest of these over their limits, sample by sample (N,)."""
     torques = static_joint_torques(robot, samples, share, ground)
@@ -343,16 +382,16 @@ class Overload:
 
 
 def find_overload(
-    robot: RobotModel, samples: PlanSamples, ground: Normals | None = None
+    robot: RobotModel, samples: PlanSamples, ground: Slopes | None = None
 ) -> Overload | None:
     """The worst moment of a plan at which the robot could not stand still; None if it always can.
 
-    Forces may be shared among the feet in any way within friction (FRICTION) about the normals of
-    the ground, upright if it is None.
+    Forces may be shared among the feet in any way within friction: that of the ground with slopes,
+    or on level ground, if it is None, FRICTION.
     """
     torques = static_joint_torques(robot, samples, ground=ground)
     ratio = np.abs(torques) / robot.effort.reshape(4, 3)
-    normals = None if ground is None else ground(samples.feet[..., :2])
+    cones = cones_under(samples, ground)
     worst = ratio.reshape(-1, 12).max(axis=1)
     order = np.argsort(-worst, kind="stable")
     weight = GRAVITY * robot.mass
@@ -364,7 +403,7 @@ def find_overload(
         grasp = _grasps(arms, samples.standing[n : n + 1])[0]
         standing = np.repeat(samples.standing[n], 3)
         drives = (rows.reshape(12, 12) * standing, limits.lower.ravel(), limits.upper.ravel())
-        pyramids = PYRAMIDS if normals is None else _pyramids(normals[n : n + 1])[0]
+        pyramids = PYRAMIDS if cones is None else cones.of(int(n)).pyramids()[0]
         if _least_within(grasp, weight * UPWARD, weight, drives, pyramids=pyramids) is None:
             joint = int(np.argmax(ratio[n]))
             return Overload(int(n), joint, float(worst[n]))

@@ -14,7 +14,7 @@ from drake_quad.planning.body_reference import level_pose, robot_stance
 from drake_quad.planning.contact_forces import find_overload
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Stance, evaluate
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.stance_margin import Normals, check_stance
+from drake_quad.planning.stance_margin import Slopes, check_stance
 from drake_quad.planning.step_builder import peak_speed
 from drake_quad.planning.task import plan_task
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
@@ -273,7 +273,7 @@ def check_slopes(course: Course, plan: MotionPlan, friction: float) -> None:
 
 
 def check_torques(
-    robot: RobotModel, plan: MotionPlan, s: PlanSamples, ground: Normals | None = None
+    robot: RobotModel, plan: MotionPlan, s: PlanSamples, ground: Slopes | None = None
 ) -> None:
     """Checks that the robot can stand still wherever a plan has it, within what its joints can.
 
@@ -281,7 +281,7 @@ def check_torques(
         robot: The robot.
         plan: One task's.
         s: The plan's samples.
-        ground: The ground's normals; None where all are upright.
+        ground: Ground with slopes; None where all is level.
 
     Raises:
         PlanningError: With the joint, the time, and what it would take of its torque.

@@ -28,7 +28,7 @@ from drake_quad.planning.mission import (
 )
 from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.problem import END_CLEARANCE, PlanSettings, Task, derive_mission
-from drake_quad.planning.stance_margin import slope_normals
+from drake_quad.planning.stance_margin import slopes_of
 from drake_quad.planning.turning_room import check_turning_width
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
@@ -204,7 +204,7 @@ def _plan(
         if not settings.dynamic:
             check_lift_offs(plan, samples, lift_off_margin)
         check_slopes(course, plan, settings.friction)
-        check_torques(robot, plan, samples, slope_normals(course))
+        check_torques(robot, plan, samples, slopes_of(course, settings.friction))
         if task.kind == "spin":
             check_turning_width(robot, plan, course.lanes[task.lane])
         plans.append(plan)

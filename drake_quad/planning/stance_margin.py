@@ -113,11 +113,24 @@ class Footing:
         return Stances(places, normals, standing, self.friction, limits, com, hulls)
 
 
-def slope_normals(course: Course) -> Normals | None:
-    """The normals of a course with slopes; None where all ground is level."""
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """Ground with slopes, as a controller counts on it.
+
+    Attributes:
+        normals: The ground's unit normals (..., 3) in W at places (..., 2) [m].
+        friction: `controller.friction`, which its forces stay within.
+    """
+
+    normals: Normals
+    friction: float
+
+
+def slopes_of(course: Course, friction: float) -> Slopes | None:
+    """The ground of a course with slopes; None where all of it is level."""
     if not any(box.gradient for box in course.boxes):
         return None
-    return partial(ground_normals, course)
+    return Slopes(partial(ground_normals, course), friction)
 
 
 def footing_of(robot: RobotModel, course: Course, settings: PlanSettings) -> Footing | None:

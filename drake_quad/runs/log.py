@@ -10,7 +10,7 @@ from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.math.rotations import roll_pitch_yaw
 from drake_quad.planning.contact_forces import ShareWeight, min_norm_forces
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.planning.stance_margin import slope_normals
+from drake_quad.planning.stance_margin import Slopes
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.runs.planned_columns import (
@@ -48,6 +48,7 @@ def log_table(
     massless_legs: bool = False,
     share: ShareWeight = min_norm_forces,
     ground: Ground | None = None,
+    slopes: Slopes | None = None,
 ) -> pa.Table:
     """Puts the loggers' arrays into one table.
 
@@ -63,13 +64,14 @@ def log_table(
             plan), or the whole robot's.
         share: Function by which the controller shares the weight among the feet.
         ground: Ground that the plans count on, for their margins beyond the hull's.
+        slopes: Ground with slopes as the controller counts on it; None where all is level.
     """
     where = _groups(logs)
     values = {**logs, **_from_state(logs, layout), "t": times}
     values |= _from_clock(logs["gait_phase"], plans)
     values |= planned_figures(
         robot, logs["gait_phase"], plans, massless_legs=massless_legs, share=share,
-        ground=None if ground is None else slope_normals(ground.course),
+        ground=slopes,
     )  # fmt: skip
     if PHYSICS in where:
         # The monitor's own are of before this instant.

@@ -10,7 +10,7 @@ from drake_quad.control.ports import GaitPhase, Mode
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_forces import ShareWeight, min_norm_forces, torque_ratio
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate
-from drake_quad.planning.stance_margin import Normals
+from drake_quad.planning.stance_margin import Slopes
 from drake_quad.robot.model import RobotModel, contact_friction
 from drake_quad.stability.equilibrium_region import (
     find_region,
@@ -61,7 +61,7 @@ def planned_figures(
     *,
     massless_legs: bool = False,
     share: ShareWeight = min_norm_forces,
-    ground: Normals | None = None,
+    ground: Slopes | None = None,
 ) -> dict[str, FloatArray]:
     """What the plan had at each sample's gait time: static margin [m] and torque ratio, (N,) each.
 
@@ -71,7 +71,7 @@ def planned_figures(
         plans: Plans as `plans_by_turn` takes them.
         massless_legs: Whether legs count as massless, as in `plan_margin`.
         share: Function by which the controller shares the weight among the feet.
-        ground: The ground's normals; None where all are upright.
+        ground: Ground with slopes; None where all is level.
     """
     margin, ratio = np.full(len(phase), np.nan), np.full(len(phase), np.nan)
     followed = turns(phase)

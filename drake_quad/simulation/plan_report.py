@@ -20,10 +20,10 @@ from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import MotionPlan, Segment, evaluate
 from drake_quad.planning.stance_margin import (
     Footing,
-    Normals,
+    Slopes,
     footing_of,
     kind_of,
-    slope_normals,
+    slopes_of,
 )
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.model import RobotModel, leg_lengths
@@ -42,7 +42,7 @@ def describe_plan(
     massless_legs: bool,
     footing: Footing | None = None,
     share: ShareWeight = min_norm_forces,
-    ground: Normals | None = None,
+    ground: Slopes | None = None,
 ) -> dict[str, Any]:
     """The plan's figures as plain values.
 
@@ -52,7 +52,7 @@ def describe_plan(
         massless_legs: Whether margins are the body's centre's (the paper's) or the whole robot's.
         footing: Region that margins were asked in, if not the hull: these are added.
         share: How the controller shares the weight among the feet.
-        ground: The ground's normals; None where all are upright.
+        ground: Ground with slopes; None where all is level.
     """
     segments, torque = [], 0.0
     for task, start in zip(plan.plans, plan.starts, strict=True):
@@ -140,7 +140,7 @@ def judged_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | None
         massless_legs=p.settings.uniform_body,
         footing=footing_of(p.robot, p.course, p.settings),
         share=SHARES[p.scenario.controller.kind],
-        ground=slope_normals(p.course),
+        ground=slopes_of(p.course, p.settings.friction),
     )
     found["certificate"], certificate = certify_plan(p)
     return found, certificate

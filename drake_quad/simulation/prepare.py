@@ -16,7 +16,7 @@ from drake_quad.planning.mission import (
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.onward import why_not
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.planning.stance_margin import slope_normals
+from drake_quad.planning.stance_margin import slopes_of
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import (
     course_of,
@@ -105,7 +105,7 @@ def judge_plan(p: PreparedScenario) -> None:
                 plan, samples, control.lift_off_margin, demanded=control.margin_demanded
             )
         check_slopes(p.course, plan, p.settings.friction)
-        check_torques(p.robot, plan, samples, slope_normals(p.course))
+        check_torques(p.robot, plan, samples, slopes_of(p.course, p.settings.friction))
 
 
 def _values(

@@ -20,6 +20,7 @@ from drake_quad.errors import DrakeQuadError
 from drake_quad.perception.sight import with_reason
 from drake_quad.planning.contact_forces import SHARES
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.stance_margin import slopes_of
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import contact_friction
 from drake_quad.robot.state import make_layout
@@ -184,6 +185,7 @@ def replay_plan(p: PreparedScenario) -> RunResult:
         state_names=state_names(plant.GetPositionNames(), plant.GetVelocityNames()),
         massless_legs=p.settings.uniform_body,
         share=SHARES[p.scenario.controller.kind],
+        slopes=slopes_of(p.course, p.settings.friction),
     )
     wall = time.perf_counter() - begun
     outcome = "goal_reached"
@@ -357,6 +359,7 @@ def _collect(p: PreparedScenario, climb: StairClimb, context: Any) -> pa.Table:
         logs={name: log.data().T[first:count] for name, log in logs.items()},
         plans=plans,
         share=SHARES[p.scenario.controller.kind],
+        slopes=slopes_of(p.course, p.settings.friction),
         ground=Ground(p.course, p.scenario.simulation.friction),
         state_names=state_names(climb.plant.GetPositionNames(), climb.plant.GetVelocityNames()),
     )

@@ -10,6 +10,7 @@ from drake_quad.common import FloatArray
 from drake_quad.planning.contact_forces import (
     FRICTION,
     SHARES,
+    Cones,
     ShareWeight,
     min_norm_forces,
     share_vertical_load,
@@ -75,7 +76,7 @@ def test_the_whole_body_controllers_forces_are_the_least(seed: int, count: int) 
 
 
 @pytest.mark.parametrize("share", [min_norm_forces, share_vertical_load])
-@given(slope=st.floats(-0.4, 0.4), yaw=st.floats(0.0, 6.28), seed=st.integers(0, 99))
+@given(slope=st.floats(-FRICTION, FRICTION), yaw=st.floats(0.0, 6.28), seed=st.integers(0, 99))
 @settings(max_examples=25, deadline=None)
 def test_on_a_slope_forces_are_within_friction_about_its_normal(
     share: ShareWeight, slope: float, yaw: float, seed: int
@@ -92,7 +93,11 @@ def test_on_a_slope_forces_are_within_friction_about_its_normal(
     normal = np.array([0.0, 0.0, 1.0]) - slope * ahead
     normal /= np.linalg.norm(normal)
     com = feet.mean(axis=0) + np.array([0.03, 0.02, 0.8])
-    force = share(500.0, feet[None], com[None], who, np.tile(normal, (1, 4, 1)))[0]
+    cones = Cones(np.tile(normal, (1, 4, 1)), FRICTION)
+    # Up to the friction itself vertical forces are within the pyramids, which are edged downhill.
+    vertical = np.tile([0.0, 0.0, 125.0], 4)
+    assert np.all(cones.pyramids()[0] @ vertical <= 1e-9)
+    force = share(500.0, feet[None], com[None], who, cones)[0]
     push = force @ normal
     along = np.linalg.norm(force - push[:, None] * normal, axis=1)
     assert np.all(along <= FRICTION * push + 1e-4)
