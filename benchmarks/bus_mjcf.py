@@ -131,11 +131,8 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
     }
 
 
-def main() -> None:
-    """Prints a line of JSON a run."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("robot", help="robot by its name, as drake_quad knows it")
-    parser.add_argument("--mjcf", type=Path, required=True, help="the robot's own MJCF")
+def add_course_options(parser: argparse.ArgumentParser) -> None:
+    """Options of the course, of what is drawn, and of what goes wrong on the bus."""
     parser.add_argument("--floor", type=float, default=3.3, help="length before the stairs [m]")
     parser.add_argument("--rise", type=float, default=0.10)
     parser.add_argument("--run", type=float, default=0.30)
@@ -143,10 +140,27 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--contacts", choices=("feet", "joints"), default="joints")
-    parser.add_argument("--friction", type=float, default=0.6)
     parser.add_argument("--loss", type=float, default=0.0, help="share of messages lost, each way")
     parser.add_argument("--delay", type=float, default=0.0, help="of messages each way [s]")
     parser.add_argument("--jitter", type=float, default=0.0, help="at most so much later [s]")
+    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
+
+
+def course_text(given: argparse.Namespace) -> str:
+    """The scenario that is asked for."""
+    text = SCENARIO.format(robot=given.robot, floor=given.floor)
+    if given.count:
+        text += STAIRS.format(rise=given.rise, run=given.run, count=given.count)
+    return text + START
+
+
+def main() -> None:
+    """Prints a line of JSON a run."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("robot", help="robot by its name, as drake_quad knows it")
+    parser.add_argument("--mjcf", type=Path, required=True, help="the robot's own MJCF")
+    add_course_options(parser)
+    parser.add_argument("--friction", type=float, default=0.6)
     parser.add_argument(
         "--pace",
         type=float,
@@ -154,12 +168,8 @@ def main() -> None:
         help="seconds of the robot's side in one of the time stamps; it then sends no clock",
     )
     parser.add_argument("--limit", type=float, default=900.0)
-    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
     given = parser.parse_args()
-    text = SCENARIO.format(robot=given.robot, floor=given.floor)
-    if given.count:
-        text += STAIRS.format(rise=given.rise, run=given.run, count=given.count)
-    text += START
+    text = course_text(given)
     for seed in range(given.first, given.first + given.seeds):
         print(json.dumps(run(text, given.mjcf, seed, given)), flush=True)
 

@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from benchmarks.bus_mjcf import SCENARIO, STAIRS, START
+from benchmarks.bus_mjcf import add_course_options, course_text
 from drake_quad.bus.processes import allow_for_drift, each_period, load_for_bus
 from drake_quad.bus.real_time import LoopTimes, WallClock, real_time
 from drake_quad.scenario.load import save_scenario
@@ -31,11 +31,8 @@ COMMAND = (sys.executable, "-m", "drake_quad")
 
 def designed(given: argparse.Namespace, place: Path) -> Path:
     """The scenario with its gait, as `control` would design it, so that it is done once."""
-    text = SCENARIO.format(robot=given.robot, floor=given.floor)
-    if given.count:
-        text += STAIRS.format(rise=given.rise, run=given.run, count=given.count)
     path, filled = place / "asked.yaml", place / "walk.yaml"
-    path.write_text(text + START)
+    path.write_text(course_text(given))
     scenario = load_for_bus(str(path), given.set)
     save_scenario(allow_for_drift(scenario, given.set, source=str(path)), filled)
     return filled
@@ -119,22 +116,12 @@ def main() -> None:
     parser.add_argument("--mjcf", type=Path, help="the robot's side is MuJoCo with this file")
     parser.add_argument("--bus", choices=("unitree", "lcm"), default="unitree")
     parser.add_argument("--domain", type=int, default=70, help="of seed 0")
-    parser.add_argument("--contacts", choices=("feet", "joints"), default="joints")
-    parser.add_argument("--floor", type=float, default=3.3, help="length before the stairs [m]")
-    parser.add_argument("--rise", type=float, default=0.10)
-    parser.add_argument("--run", type=float, default=0.30)
-    parser.add_argument("--count", type=int, default=4, help="steps; 0: the floor alone")
-    parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0)
+    add_course_options(parser)
     parser.add_argument(
         "--keep",
         type=Path,
         help="folder for files and messages of the runs",
     )
-    parser.add_argument("--loss", type=float, default=0.0, help="share of messages lost, each way")
-    parser.add_argument("--delay", type=float, default=0.0, help="of messages each way [s]")
-    parser.add_argument("--jitter", type=float, default=0.0, help="at most so much later [s]")
-    parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         place = given.keep or Path(folder)

@@ -14,17 +14,12 @@ from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, CommandMessage, 
 from drake_quad.bus.postures import lowest_stance
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.errors import InputError
-from drake_quad.estimation.sensor_models import (
-    IDEAL_IMU,
-    IDEAL_JOINTS,
-    SensorErrors,
-    draw_joint_errors,
-)
+from drake_quad.estimation.sensor_models import draw_joint_errors
 from drake_quad.feasibility.inspect_robot import read_mapping
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.legs import LEGS
-from drake_quad.scenario.build import generator_of, sensor_errors
+from drake_quad.scenario.build import sensor_errors
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.disturbances import Disturbances
 from drake_quad.util.files import check_given
@@ -105,11 +100,8 @@ class MjcfSide:
         self._drive = np.array([drives[joint.id] for joint in joints])
         trunk = read_mapping(robot).get("trunk", {})
         self._p_TB = np.array(trunk.get("p_TB", (0.0, 0.0, 0.0)), dtype=float)
-        errors = sensor_errors(scenario) or SensorErrors(
-            imu=IDEAL_IMU, joints=IDEAL_JOINTS,
-            imu_generator=generator_of(scenario, "imu"),
-            joint_generator=generator_of(scenario, "joint_sensor"),
-        )  # fmt: skip
+        errors = sensor_errors(scenario)
+        assert errors is not None  # on a bus the state is estimated, see `prepare_for_bus`
         self._imu, self._rng = errors.imu, errors.imu_generator
         self._bias = self._rng.normal(size=6) * np.repeat(
             [self._imu.gyro_turn_on, self._imu.accel_turn_on], 3

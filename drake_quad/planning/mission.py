@@ -226,20 +226,17 @@ def check_lift_offs(
     if not plan.contacts.steps:
         return
     k = int(np.argmin(s.margin))
-    if s.margin[k] < least:
-        name = plan.segment_name(float(s.times[k]))
-        raise PlanningError(
-            f"the static margin would be {s.margin[k]:.3f} m in '{name}', and no foot is lifted "
-            f"with less than controller.lift_off_margin = {least:.3f} m",
-            margin=float(s.margin[k]),
-        )
-    if s.margin[k] < demanded:
-        name = plan.segment_name(float(s.times[k]))
-        raise PlanningError(
-            f"the static margin would be {s.margin[k]:.3f} m in '{name}', and the gait clock stops "
-            f"below controller.margin_demanded = {demanded:.3f} m",
-            margin=float(s.margin[k]),
-        )
+    for asked, words in (
+        (least, "no foot is lifted with less than controller.lift_off_margin"),
+        (demanded, "the gait clock stops below controller.margin_demanded"),
+    ):
+        if s.margin[k] < asked:
+            name = plan.segment_name(float(s.times[k]))
+            raise PlanningError(
+                f"the static margin would be {s.margin[k]:.3f} m in '{name}', and {words} = "
+                f"{asked:.3f} m",
+                margin=float(s.margin[k]),
+            )
 
 
 def check_slopes(course: Course, plan: MotionPlan, friction: float) -> None:

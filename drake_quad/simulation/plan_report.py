@@ -14,6 +14,7 @@ from drake_quad.certificate.robust import RobustProof, prove_within
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
+from drake_quad.gait_design.tempo import least_zmp_margin
 from drake_quad.planning.contact_forces import SHARES, ShareWeight, min_norm_forces, torque_ratio
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import MissionPlan
@@ -25,7 +26,6 @@ from drake_quad.planning.stance_margin import (
     kind_of,
     slopes_of,
 )
-from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.model import RobotModel, leg_lengths
 from drake_quad.runs.planned_columns import plan_margin
 from drake_quad.scenario.motion_config import OF_LEG, TolerancesConfig
@@ -79,6 +79,7 @@ def describe_plan(
     kind = kind_of(footing)
     others = [s.get(f"margin_{kind}_min") for s in segments]
     least = min((m for m in others if m is not None), default=None)
+    moving = min(least_zmp_margin(robot, task) for task in plan.plans) if plan.dynamic else None
     return {
         "feasible": True,
         "reason": "",
@@ -86,18 +87,12 @@ def describe_plan(
         "planning_time": plan.planning_time,
         "planned_margin_min": min(margins),
         "balance": "dynamic" if plan.dynamic else "static",
-        **({"planned_zmp_margin_min": _zmp_margin(robot, plan)} if plan.dynamic else {}),
+        **({"planned_zmp_margin_min": moving} if plan.dynamic else {}),
         "torque_ratio_planned_max": torque,
         "margin_kind": kind,
         **({} if footing is None else {f"planned_margin_{kind}_min": least}),
         "segments": segments,
     }
-
-
-def _zmp_margin(robot: RobotModel, plan: MissionPlan) -> float:
-    """The least margin of the zero-moment point [m]."""
-    found = [sample_zmp(robot, p.contacts, p.body, ZMP_CHECK_PERIOD).margin for p in plan.plans]
-    return min(float(margin.min()) for margin in found)
 
 
 def _beyond(footing: Footing | None, task: MotionPlan) -> Callable[[Segment], dict[str, Any]]:
