@@ -3,13 +3,17 @@
 import copy
 from dataclasses import replace
 from pathlib import Path
+from threading import Event, Thread
 from types import SimpleNamespace
+from typing import Any, NoReturn
 
+import numpy as np
 import pytest
-from bus_rig import SHORT_WALK
+from bus_rig import SHORT_WALK, short_walk
 from command import drake_quad, refused
 
-from drake_quad.bus import processes
+from drake_quad.bus import processes, robot_process
+from drake_quad.bus.faults import BusFaults
 from drake_quad.cli.bus import control
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.planning.mission import join_plans
@@ -48,6 +52,46 @@ def test_the_loop_gets_what_tells_contacts(
     with pytest.raises(Begun):
         control(str(path), contacts=option)
     assert begun == [expected, "closed"]
+
+
+def test_threads_that_a_bus_begins_come_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both sides wait for them in real time: they are told which, and no others."""
+    end, given = Event(), list[set[int]]()
+    begun: list[Thread] = []
+
+    def opened(*_: object, **__: object) -> SimpleNamespace:
+        begun.append(Thread(target=end.wait))
+        begun[-1].start()
+        return SimpleNamespace(close=lambda: None)
+
+    def real_time(*, threads: set[int], **_: object) -> NoReturn:
+        given.append(threads)
+        raise Begun
+
+    class Begun(Exception):  # noqa: N818  nothing went wrong
+        """The loop was about to begin."""
+
+    prepared, choice = short_walk(tmp_path), processes.BusChoice()
+    known: dict[str, Any] = {"stop": lambda: False, "tell": lambda _: None}
+    loop = SimpleNamespace(period=0.002, release=lambda: None)
+    for side in (processes, robot_process):
+        monkeypatch.setattr(side, "open_bus", opened)
+        monkeypatch.setattr(side, "real_time", real_time)
+    monkeypatch.setattr(processes, "ControlLoop", lambda *_, **__: loop)
+    monkeypatch.setattr(processes, "PlanProcess", lambda _: SimpleNamespace(close=lambda: None))
+    robot: Any = SimpleNamespace(base=np.zeros(3), period=0.002, time=0.0)
+    try:
+        with pytest.raises(Begun):
+            processes.control(prepared, choice, **known)
+        with pytest.raises(Begun):
+            robot_process.simulate_robot(
+                prepared, robot, choice, faults=BusFaults(), seed=0, duration=None, **known
+            )
+    finally:
+        end.set()
+    assert given == [{thread.native_id} for thread in begun] and len(begun) == 2
 
 
 @pytest.mark.parametrize("design", ["auto", "given"])

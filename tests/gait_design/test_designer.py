@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from drake_quad.planning.mission import (
     plan_mission,
     plan_tasks,
 )
+from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import Scenario
@@ -71,6 +73,20 @@ def test_a_plan_at_which_the_clock_would_stop_is_refused() -> None:
     with pytest.raises(PlanningError, match="no foot is lifted with less than") as caught:
         plan(strict, beat=None)
     assert found.margin <= caught.value.data["margin"] < 1.1 * 1.01 * found.margin
+
+
+def test_a_design_is_refused_on_slopes_that_friction_does_not_hold(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its plans are looked at with the friction that its controller counts on."""
+
+    def refuse(ground: Course, plan: MotionPlan, friction: float) -> NoReturn:
+        assert friction == designed().scenario.controller.friction
+        raise PlanningError("a slope")
+
+    monkeypatch.setattr(designer_lower, "check_slopes", refuse)
+    with pytest.raises(PlanningError, match="a slope"):
+        tried_against(None)
 
 
 def test_hopeless_stairs_are_told_without_what_would_work_if_not_asked() -> None:

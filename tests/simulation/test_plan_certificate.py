@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from certificate_rig import SCRIPTS
 from command import drake_quad, refused
 
@@ -58,12 +59,34 @@ def test_no_plan_leaves_no_certificate_of_another(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
 
 
-def test_a_plan_below_its_own_lift_off_margin_is_not_feasible(tmp_path: Path) -> None:
+@pytest.mark.parametrize("field", ["controller.lift_off_margin", "controller.margin_demanded"])
+def test_a_plan_below_its_own_lift_off_margin_is_not_feasible(tmp_path: Path, field: str) -> None:
     """The clock would stop at the first lift-off: exit status 1, and both margins are told."""
-    override = "controller.lift_off_margin=0.12"
-    done = drake_quad("plan", "flat_walk", "--set", override, "--out", ".", cwd=tmp_path)
-    assert done.returncode == 1 and "controller.lift_off_margin = 0.120 m" in done.stderr
+    done = drake_quad("plan", "flat_walk", "--set", f"{field}=0.12", "--out", ".", cwd=tmp_path)
+    assert done.returncode == 1 and f"{field} = 0.120 m" in done.stderr
     assert json.loads((tmp_path / "plan.json").read_text())["feasible"] is False
+
+
+SLOPE = """
+description: Up a slope of 0.3
+course:
+  - {kind: floor, length: 2.0}
+  - {kind: slope, going: up, height: 0.45, length: 1.5}
+  - {kind: floor, length: 2.5}
+controller: {kind: whole_body, period: 0.002}
+mission:
+  - {kind: walk, distance: 3.5}
+"""
+
+
+def test_a_plan_on_more_slope_than_friction_holds_is_not_feasible(tmp_path: Path) -> None:
+    """It was called feasible and certified, and the robot slid down."""
+    (tmp_path / "slope.yaml").write_text(SLOPE)
+    for friction, status in ((0.3, 1), (0.4, 0)):
+        override = f"controller.friction={friction}"
+        done = drake_quad("plan", "slope.yaml", "--set", override, cwd=tmp_path)
+        assert done.returncode == status, done.stderr
+        assert ("slope of 0.30" in done.stderr) == (status == 1)
 
 
 def test_a_negative_demand_is_refused(tmp_path: Path) -> None:
