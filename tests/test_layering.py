@@ -68,8 +68,9 @@ FORBIDDEN = {
     ("report", "control"),
     # The controller goes on a robot: it knows no course as it really is, only its map.
     *(
-        (package, "terrain.as_built")
+        (package, module)
         for package in ("robot", "planning", "control", "estimation", "stability")
+        for module in ("terrain.as_built", "terrain.moved_risers")
     ),
 }
 

@@ -192,6 +192,11 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
             source=name, field="perception.map", value=scenario.perception.map,
             remedy="no camera's images are on the bus: give told",
         )  # fmt: skip
+    if scenario.sensors.ground_normal != "map":
+        raise InputError(
+            source=name, field="sensors.ground_normal", value=scenario.sensors.ground_normal,
+            remedy="no foot's normals are on the bus: give map",
+        )  # fmt: skip
     with precompiling(
         kernels_for(scenario.controller.kind, "ekf", scenario.sensors.contacts), tell
     ) as wait:

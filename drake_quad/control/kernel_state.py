@@ -42,7 +42,7 @@ FEET = record_type(
         "drift": (4, 3),  # acceleration while base and joints have none [m/s^2]
         "jacobian": (4, 3, 3),  # of the centres by each leg's joints [m/rad]
         "contact_jacobian": (4, 3, 3),  # [m/rad]
-        "normal": (4, 3),  # unit normals of the ground under them, by the map
+        "normal": (4, 3),  # unit normals of the ground under them, as felt or by the map
     }
 )
 # The fields of RobotMeasurement, see there.

@@ -1,5 +1,6 @@
 """The robot as measured: base, joints, feet with their Jacobians, and the ground under them."""
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -19,13 +20,14 @@ from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row
 from drake_quad.robot.state import StateLayout
 from drake_quad.terrain.course import Course, box_tops, top_at
+from drake_quad.terrain.elements import STEEPEST
 
 
 def ground_table(course: Course | None) -> FloatArray:
     """A course's `box_tops`; none (0, 10) if all of them are level.
 
     Contact sensors say whether a foot bears, not which way it is pushed, so the ground's
-    tilt is the map's.
+    tilt is the map's, unless the feet feel it: see `normal_under`.
     """
     if course is None or not any(box.gradient for box in course.boxes):
         return np.zeros((0, 10))
@@ -48,11 +50,40 @@ def normal_at(ground: FloatArray, x: float, y: float) -> tuple[float, float, flo
     return -gx / length, -gy / length, 1.0 / length
 
 
+# A normal's z below which it is of an edge or a riser, not of ground to stand on: see STEEPEST.
+UPRIGHT = 1.0 / sqrt(1.0 + STEEPEST**2)
+
+
+@jit
+def normal_under(
+    felt: FloatArray, R: FloatArray, ground: FloatArray, x: float, y: float
+) -> tuple[float, float, float]:
+    """The unit normal in W of what a foot stands on: as it feels it, else the map's.
+
+    Args:
+        felt: Normal in B that its sensor shows (3,); zeros if it touches nothing, or has none.
+        R: R_WB (3, 3).
+        ground: The map's ground, see `ground_table`.
+        x: The foot's place in W [m].
+        y: The foot's place in W [m].
+    """
+    a, b, c = felt[0], felt[1], felt[2]
+    if a != 0.0 or b != 0.0 or c != 0.0:
+        nz = R[2, 0] * a + R[2, 1] * b + R[2, 2] * c
+        if nz > UPRIGHT:
+            nx = R[0, 0] * a + R[0, 1] * b + R[0, 2] * c
+            ny = R[1, 0] * a + R[1, 1] * b + R[1, 2] * c
+            return nx, ny, nz
+    return normal_at(ground, x, y)
+
+
 STEP = 1e-5  # [s] of the central difference that gives the Jacobian's rate
 
 
 @jit
-def measure_feet(measured: Record, legs: FloatArray, radius: float, ground: FloatArray) -> None:
+def measure_feet(
+    measured: Record, legs: FloatArray, radius: float, ground: FloatArray, felt: FloatArray
+) -> None:
     """Writes the feet of a state.
 
     Args:
@@ -60,6 +91,7 @@ def measure_feet(measured: Record, legs: FloatArray, radius: float, ground: Floa
         legs: Leg lengths, see `robot.kinematics.leg_array`.
         radius: Radius of the foot spheres [m].
         ground: The map's ground, see `ground_table`.
+        felt: Normals of the ground in B that the feet feel, leg by leg (12,), see `normal_under`.
     """
     p, R, w, v, q, qd = measured.p, measured.R, measured.w, measured.v, measured.q, measured.qd
     place, velocity, drift = measured.feet.place, measured.feet.velocity, measured.feet.drift
@@ -99,7 +131,8 @@ def measure_feet(measured: Record, legs: FloatArray, radius: float, ground: Floa
         velocity[k, 2] = v[2] + s2 + u2
         for i in range(3):
             place[k, i] += p[i]
-        nx, ny, nz = normal_at(ground, place[k, 0], place[k, 1])
+        own = felt[3 * k : 3 * k + 3]
+        nx, ny, nz = normal_under(own, R, ground, place[k, 0], place[k, 1])
         normal[k, 0], normal[k, 1], normal[k, 2] = nx, ny, nz
         # The joints' axes: x of B, then y of B turned about it by the abduction, twice. The point
         # of the sphere that touches moves by axis x (-radius normal) more than the centre.
@@ -150,6 +183,7 @@ def measure_into(
     legs: FloatArray,
     radius: float,
     ground: FloatArray,
+    felt: FloatArray,
 ) -> None:
     """Takes a state apart, and measures its feet.
 
@@ -162,6 +196,7 @@ def measure_into(
         legs: Leg lengths, see `leg_array`.
         radius: Radius of the foot spheres [m].
         ground: The map's ground, see `ground_table`.
+        felt: Normals that the feet feel, see `measure_feet`.
     """
     total = 0.0
     for i in range(len(estimated)):
@@ -178,7 +213,7 @@ def measure_into(
         measured.p[a], measured.w[a], measured.v[a] = last[i + 4 + a], last[j + a], last[j + 3 + a]
     for a in range(12):
         measured.q[a], measured.qd[a] = last[places[2 + a]], last[places[14 + a]]
-    measure_feet(measured, legs, radius, ground)
+    measure_feet(measured, legs, radius, ground, felt)
 
 
 def measure(
@@ -217,4 +252,5 @@ def _measure_one(
     radius: float,
     ground: FloatArray,
 ) -> None:
-    measure_into(record[0], estimated, last, robot[0].places, robot[0].legs, radius, ground)
+    felt = np.zeros(12)
+    measure_into(record[0], estimated, last, robot[0].places, robot[0].legs, radius, ground, felt)

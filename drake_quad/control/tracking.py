@@ -172,12 +172,15 @@ class Inputs(NamedTuple):
         catch: A foot that catches a push, see Catch.
         bearing: 1 where a foot is sensed to bear (4,).
         estimated: The robot's state [q; v].
+        normals: Normals of the ground that the feet feel, in B, leg by leg (12,); zeros where
+            nothing is felt.
     """
 
     phase: FloatArray
     catch: FloatArray
     bearing: FloatArray
     estimated: FloatArray
+    normals: FloatArray
 
 
 @jit
@@ -206,7 +209,9 @@ def compute_targets(
     """
     c, found = constants[0], work[0]
     phase, catch, bearing = inputs.phase, inputs.catch, inputs.bearing
-    measure_into(found.measured, inputs.estimated, last, c.places, c.legs, c.radius, ground)
+    measure_into(
+        found.measured, inputs.estimated, last, c.places, c.legs, c.radius, ground, inputs.normals
+    )
     t = phase[TIME] if int(phase[TASK]) == plan.task else plan.duration
     rate, running = phase[RATE], int(phase[MODE]) == RUN
     if int(phase[MODE]) == REPLAN and int(phase[REVISION]) == plan.revision:

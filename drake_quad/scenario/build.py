@@ -242,6 +242,7 @@ def world_of(scenario: Scenario, course: Course, *, source: str = "scenario") ->
         position=world.position_error,
         yaw=math.radians(world.yaw_error_deg),
         tread=world.tread_error,
+        tilt=world.tread_tilt,
         random=world.random,
     )
     return build_as_built(course, errors, generator=generator_of(scenario, "world"), source=source)

@@ -16,14 +16,12 @@ from drake_quad.control.settings import FRICTION_MOST, ControlSettings
 from drake_quad.scenario.motion_config import (
     BodyConfig,
     CertifyConfig,
-    EstimatorConfig,
     GaitConfig,
-    MonitorConfig,
-    SensorsConfig,
     SpinConfig,
     TransitionConfig,
 )
 from drake_quad.scenario.perception_config import PerceptionConfig
+from drake_quad.scenario.sensing_config import EstimatorConfig, MonitorConfig, SensorsConfig
 from drake_quad.terrain.elements import Element
 from drake_quad.util.schema import (
     TEXT,
@@ -224,11 +222,17 @@ class WorldConfig:
     tread_error: float = number(
         0.0, "m", "Each tread is higher or lower by up to this, by the seed", within(0.0, 0.1)
     )
+    tread_tilt: float = number(
+        0.0,
+        "m/m",
+        "How much each tread falls towards its nosing, as worn ones do; a flight's last is level",
+        within(-0.5, 0.5),
+    )
     random: bool = number(
         False,
         "",
-        "Whether the first four are drawn by the seed, evenly between minus and plus the value: "
-        "rise and run once, place and yaw for each flight",
+        "Whether all but `tread_error` are drawn by the seed, evenly between minus and plus the "
+        "value: rise and run once, place and yaw for each flight, tilt for each tread",
     )
 
 

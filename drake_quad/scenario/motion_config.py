@@ -1,4 +1,4 @@
-"""A scenario's motion as YAML fills it: gait, spin, transition, body, sensors, what is measured.
+"""A scenario's motion as YAML fills it: gait, spin, transition, body, and what is proven of it.
 
 Plain dataclasses with unpostponed annotations, as those of `config.py`.
 """
@@ -304,72 +304,6 @@ class BodyConfig:
         "the three other feet; not with `balance: dynamic`",
         not_negative(),
         within(0.0, 2.0),
-    )
-
-
-@dataclass
-class EstimatorConfig:
-    """Where the controller has the robot's state from."""
-
-    kind: str = choice(
-        "truth",
-        ("truth", "ekf"),
-        "`truth`: the controller has the simulated state itself; `ekf`: what it estimates from its "
-        "sensors",
-    )
-    foot_give: float = number(
-        0.0,
-        "m",
-        "How much foot and ground give under load, as `ekf` knows it: a foot rolls as one whose "
-        "radius is smaller by that. Unknown, 4 mm of 22 mm are 1 % of the way",
-        not_negative(),
-        within(0.0, 0.02),
-    )
-
-
-@dataclass
-class SensorsConfig:
-    """The sensors that an estimator reads, and those that tell which feet bear."""
-
-    noise: str = choice(
-        "realistic",
-        ("none", "realistic"),
-        "Noise of the sensors: that of real units, drawn by the seed",
-    )
-    contacts: str = choice(
-        "feet",
-        ("feet", "joints"),
-        "What tells the controller which feet bear: `feet`, sensors in them, without error; "
-        "`joints`, the drives' torques, by a momentum observer, for robots whose feet have no "
-        "sensors or unreliable ones ([how](bus.md#feet-felt-by-the-joints))",
-    )
-    touch_load: float = number(
-        0.02,
-        "of the weight",
-        "With `contacts: joints`: load that has to be felt on a foot before it counts as bearing; "
-        "with less than a quarter of it a foot has lifted. On a bus what the joints' friction may "
-        "feign, as the robot's file states it, is added to it",
-        within(0.005, 0.2),
-    )
-    torque_noise: float = number(
-        0.005,
-        "of the limit",
-        "With `contacts: joints` and realistic noise: standard deviation of each measured torque, "
-        "a share of its joint's torque limit",
-        within(0.0, 0.2),
-    )
-
-
-@dataclass
-class MonitorConfig:
-    """What is measured beside the static margin over the hull of the feet."""
-
-    margins: str = choice(
-        "friction",
-        KINDS,
-        "What is measured beside the margin over the feet's hull, at 10 Hz: `hull`, nothing; "
-        "`friction`, the region that friction leaves, capture point and push budget; `feasible`, "
-        "the joints' torque limits too ([margins](margins.md))",
     )
 
 

@@ -32,6 +32,7 @@ from drake_quad.runs.schema import sources_of
 from drake_quad.scenario.build import sensor_errors, torque_errors, touch_settings
 from drake_quad.simulation.eyes import AddGrowingMap
 from drake_quad.simulation.instruments import (
+    AddGroundNormalSensor,
     AddLoggers,
     AddMonitors,
     AddPushes,
@@ -185,6 +186,7 @@ def MakeStairClimb(
     disturbances: Disturbances | None = None,
     sensors: SensorErrors | None = None,
     feel: TouchSettings | None = None,
+    feel_normals: bool = False,
     torques: TorqueErrors | None = None,
     foot_give: float = 0.0,
     visualize: Visualize | None = None,
@@ -209,6 +211,7 @@ def MakeStairClimb(
         sensors: Sensors from which the controller estimates its state; it is told its state if
             None.
         feel: How the controller feels which feet bear; it is told by sensors in them if None.
+        feel_normals: Whether sensors in the feet tell it how the ground is tilted; else the map.
         torques: Errors of the torques by which it feels that; wanted if `feel` is given.
         foot_give: How much foot and ground give under load, as the estimator knows it [m].
         visualize: Function that adds viewers to the Diagram.
@@ -242,6 +245,7 @@ def MakeStairClimb(
             start=None if sensors is None else stance,
             tracking=tracking,
             feel=feel,
+            feel_normals=feel_normals,
             foot_give=foot_give,
             growth=growth,
         ),
@@ -281,6 +285,11 @@ def MakeStairClimb(
         initial["joint_torque_measured"] = standing
         senses["joint_torque_measured"] = AddTorqueSensor(
             builder, simulated, errors=torques, initial=standing, period=control.period
+        )
+    if feel_normals:
+        initial["ground_normal_measured"] = np.zeros(12)
+        senses["ground_normal_measured"] = AddGroundNormalSensor(
+            builder, simulated, monitors.contact, robot=robot, period=control.period
         )
     ConnectSenses(
         builder,
@@ -367,6 +376,7 @@ def stair_climb_of(
         disturbances=preparation.disturbances,
         sensors=sensor_errors(scenario),
         feel=touch_settings(scenario),
+        feel_normals=scenario.sensors.ground_normal == "feet",
         torques=torque_errors(scenario, preparation.robot),
         foot_give=scenario.estimator.foot_give,
         visualize=visualize if preparation.growth is None else add_eyes,

@@ -27,7 +27,7 @@ from drake_quad.stability.margins import MarginEstimator
 from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.systems.disturbances import Disturbances, PushSource
 from drake_quad.systems.leaf_system import Parts
-from drake_quad.systems.sensors import Imu, JointSensor, TorqueSensor
+from drake_quad.systems.sensors import GroundNormalSensor, Imu, JointSensor, TorqueSensor
 from drake_quad.systems.stability_monitor import FIRST, NO_SUPPORT, StabilityMonitor
 
 GAUGE_PERIOD = 0.1  # [s] between measurements of the margins that take longer
@@ -195,6 +195,37 @@ def AddTorqueSensor(
         sensor.GetInputPort("net_actuation"),
     )
     port: OutputPort = sensor.GetOutputPort("joint_torque_measured")
+    return port
+
+
+def AddGroundNormalSensor(
+    builder: DiagramBuilder,
+    simulated: SimulatedPlant,
+    contact: ContactMonitor,
+    *,
+    robot: RobotModel,
+    period: float,
+) -> OutputPort:
+    """Adds the sensors in the feet that tell which way the ground is tilted.
+
+    Args:
+        builder: Builder that holds the plant.
+        simulated: The plant.
+        contact: The monitor of its contacts.
+        robot: The robot.
+        period: Period of the samples [s].
+
+    Returns:
+        Their output.
+    """
+    sensor = builder.AddNamedSystem(
+        "ground_normal_sensor",
+        GroundNormalSensor(robot=robot, layout=simulated.layout, period=period),
+    )
+    builder.Connect(simulated.plant.get_state_output_port(), sensor.GetInputPort("robot_state"))
+    for name in ("contact_state", "foot_contact_position"):
+        builder.Connect(contact.GetOutputPort(name), sensor.GetInputPort(name))
+    port: OutputPort = sensor.GetOutputPort("ground_normal_measured")
     return port
 
 

@@ -61,7 +61,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
                 measured, _V, _V, typeof(np.zeros(1, ROBOT)), _F, _M,
             ),
             "control.tracking.compute_targets": (
-                plan, _named(Inputs, _V, _V, _V, _V), constants, _V, _V, work, _M,
+                plan, _named(Inputs, _V, _V, _V, _V, _V), constants, _V, _V, work, _M,
             ),
             "control.tracking.compute_commands": (
                 _V, _V, constants, work, _named(Commands, _V, _V, _V, _V, _V),

@@ -126,6 +126,8 @@ def assumptions_of(scenario: Scenario) -> str:
     flags = "contact flags without error"
     if scenario.sensors.contacts == "joints":
         flags = "joints without friction, which feel the feet's contacts"
+    if scenario.sensors.ground_normal == "feet":
+        flags += ", feet that feel the ground's tilt without error"
     if scenario.perception.map == "seen":
         flags = f"a start whose place is known, a level landing that is told, {flags}"
     elif not any(value for name, value in vars(scenario.world).items() if name != "random"):

@@ -72,6 +72,7 @@ def MakeController(
     planned: Sequence[MotionPlan] = (),
     maker: PlanMaker | None = None,
     feel: TouchSettings | None = None,
+    feel_normals: bool = False,
     foot_give: float = 0.0,
     growth: Growth | None = None,
 ) -> Diagram:
@@ -91,6 +92,7 @@ def MakeController(
         planned: The mission's plans, made beforehand, as TransitionPlanner takes them.
         maker: Who makes plans while the robot stands, as TransitionPlanner takes it.
         feel: How it feels by the joints' torques which feet bear; it is told that if None.
+        feel_normals: Whether sensors in the feet tell it how the ground is tilted; else the map.
         foot_give: How much foot and ground give under load, as its estimator knows it [m].
         growth: How to plan on where the map grows; None: it does not.
 
@@ -100,6 +102,7 @@ def MakeController(
     Input ports:
         contact_state_measured: (4,) 1 where a foot bears, unless it feels that.
         joint_torque_measured: (12,) of the TorqueSensor, if it feels which feet bear.
+        ground_normal_measured: (12,) of the GroundNormalSensor, if `feel_normals`.
         imu_measured: (6,) of the Imu, if there is a `start`.
         joint_state_measured: (24,) of the JointSensor, if there is a `start`.
         robot_state_estimated: [q; v] in the order of `model`, if there is no `start`.
@@ -150,6 +153,8 @@ def MakeController(
     _check_ports(follower)
     builder.AddNamedSystem("tracking_controller", follower)
     _Wire(builder, scheduler, planner, follower)
+    if feel_normals:
+        _ExportNormals(builder, follower)
     contact_users: list[LeafSystem] = [scheduler, follower]
     state_users: list[LeafSystem] = [planner, follower]
     if feel is not None:
@@ -286,6 +291,24 @@ def _Wire(
     ):
         for sink in sinks:
             builder.Connect(source.GetOutputPort(name), sink.GetInputPort(name))
+
+
+def _ExportNormals(builder: DiagramBuilder, follower: LeafSystem) -> None:
+    """The controller's input for normals that the feet feel.
+
+    Raises:
+        InputError: A controller of one's own that has none.
+    """
+    port = "ground_normal_measured"
+    if not follower.HasInputPort(port):
+        raise InputError(
+            source=type(follower).__name__,
+            field=port,
+            value=type(follower).__name__,
+            remedy="needs an input port of that name (12,) with sensors.ground_normal: feet; "
+            "or leave that at `map`",
+        )
+    _ExportInput(builder, port, (follower,))
 
 
 def _ExportInput(builder: DiagramBuilder, name: str, systems: Sequence[LeafSystem]) -> None:

@@ -1,9 +1,10 @@
-"""The sensors: an IMU on the trunk, the joints' encoders, and the torques of their drives."""
+"""The sensors: an IMU on the trunk, encoders and torques of the joints, and tilt under the feet."""
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
 from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.estimation.ground_normals import feel_normals
 from drake_quad.estimation.sensor_models import (
     IDEAL_IMU,
     IDEAL_JOINTS,
@@ -17,6 +18,9 @@ from drake_quad.estimation.sensor_models import (
     sense_imu,
     sense_joints,
 )
+from drake_quad.math.rotations import quaternion_matrix
+from drake_quad.robot.kinematics import leg_constants
+from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.leaf_system import DeclareStateOutput
 
@@ -153,3 +157,39 @@ class TorqueSensor(LeafSystem):
         tick = round(context.get_time() / self._period)
         torque = self._input.Eval(context)[self._order]
         state.set_value(self._measured, self._errors.apply(torque, tick))
+
+
+class GroundNormalSensor(LeafSystem):
+    """Which way the ground under each foot is tilted, without error: see `feel_normals`.
+
+    Input ports:
+        robot_state: [q; v] of the robot, the truth.
+        contact_state: (4,) 1 where a foot bears.
+        foot_contact_position: (12,) where the force on each foot acts, in W [m].
+    Output ports:
+        ground_normal_measured: (12,) unit normals in B, leg by leg; zeros for a foot that does not
+            bear.
+    """
+
+    def __init__(self, *, robot: RobotModel, layout: StateLayout, period: float = 0.002) -> None:
+        super().__init__()
+        self.set_name("ground_normal_sensor")
+        self._legs, self._layout = leg_constants(robot.geometry), layout
+        self._state = self.DeclareVectorInputPort("robot_state", layout.size)
+        self._bearing = self.DeclareVectorInputPort("contact_state", 4)
+        self._places = self.DeclareVectorInputPort("foot_contact_position", 12)
+        self._measured = DeclareStateOutput(self, "ground_normal_measured", 12)
+        # As in ContactMonitor: before the plant's step, so that places and state are of one time.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context: Context, state: State) -> None:
+        x, base = self._state.Eval(context), int(self._layout.q_base)
+        normals = feel_normals(
+            self._legs,
+            x[base + 4 : base + 7],
+            quaternion_matrix(x[base : base + 4]),
+            x[self._layout.q_joints],
+            self._places.Eval(context),
+            self._bearing.Eval(context),
+        )
+        state.get_mutable_discrete_state().set_value(self._measured, normals)

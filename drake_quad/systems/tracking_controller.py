@@ -52,6 +52,9 @@ BODY, FEET, QP = slice(0, 5), slice(5, 17), slice(17, 19)
 PAYLOAD, FRICTION = slice(19, 22), slice(22, 26)
 
 
+UNFELT = np.zeros(12)  # normals of the ground where the feet do not feel them
+
+
 class Tick(NamedTuple):
     """What a tick has found when the torques are asked for.
 
@@ -95,6 +98,8 @@ class TrackingController(LeafSystem):
         catch: See Catch.
         robot_state_estimated: [q; v] of the robot.
         contact_state_measured: (4,) 1 where a foot bears.
+        ground_normal_measured: (12,) see GroundNormalSensor; need not be connected: the ground's
+            tilt is then the map's.
     Output ports:
         joint_state_desired: (24,) joint angles, then speeds, in the plant's actuator order.
         joint_torque_feedforward: (12,) in the plant's actuator order [Nm].
@@ -141,6 +146,7 @@ class TrackingController(LeafSystem):
         self._catch_port = self.DeclareVectorInputPort("catch", CATCH_SIZE)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._contact_port = self.DeclareVectorInputPort("contact_state_measured", 4)
+        self._normal_port = self.DeclareVectorInputPort("ground_normal_measured", 12)
         self._target = DeclareStateOutput(self, "joint_state_desired", 24)
         self._torque = DeclareStateOutput(self, "joint_torque_feedforward", 12)
         self._balance = DeclareStateOutput(self, "balance_estimated", BALANCE_SIZE)
@@ -187,9 +193,11 @@ class TrackingController(LeafSystem):
     def _update(self, context: Context, state: DiscreteValues) -> None:
         plan: MotionPlan = self._plan_port.Eval(context)
         scratch, work = EvalModelContext(self._scratch, context)
+        feel = self._normal_port.HasValue(context)
         inputs = Inputs(
             self._phase_port.Eval(context), self._catch_port.Eval(context),
             self._contact_port.Eval(context), self._state_port.Eval(context),
+            self._normal_port.Eval(context) if feel else UNFELT,
         )  # fmt: skip
         # `state` begins as a copy of the Context's values: the kernels go on from it in place.
         value = state.get_mutable_value

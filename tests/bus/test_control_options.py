@@ -191,3 +191,11 @@ def test_a_log_that_could_not_be_written_is_refused_before_a_robot_moves(
     with pytest.raises(InputError, match="pip install mcap"):
         control("flat_walk", record=tmp_path / "bus.mcap")
     assert not (tmp_path / "bus.mcap").exists()
+
+
+def test_a_bus_has_no_normals_of_the_ground(tmp_path: Path) -> None:
+    """A scenario whose feet feel the ground's tilt is refused before anything is planned."""
+    path = tmp_path / "walk.yaml"
+    path.write_text(SHORT_WALK + "robot: {model: paper_quadruped}\n")
+    with pytest.raises(InputError, match=r"ground_normal = 'feet'.*give map"):
+        processes.prepare_for_bus(str(path), ["sensors.ground_normal=feet"])

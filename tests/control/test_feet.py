@@ -89,7 +89,7 @@ def test_compiled_and_plain_are_the_same() -> None:
         for name in ("p", "R", "w", "v", "q", "qd"):
             getattr(one, name)[...] = getattr(compiled, name)
         plain = measure_feet.py_func  # type: ignore[attr-defined]
-        plain(one, legs, robot.foot_radius, ground_table(None))
+        plain(one, legs, robot.foot_radius, ground_table(None), np.zeros(12))
         for name in FEET.names or ():
             np.testing.assert_allclose(compiled.feet[name], one.feet[name], atol=1e-9)
             assert np.any(one.feet[name])

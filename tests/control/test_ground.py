@@ -7,7 +7,8 @@ from rig import course_of, flat_course, model_layout, paper_robot, state_of
 
 from drake_quad.common import FloatArray
 from drake_quad.control.inverse_dynamics import contact_axes
-from drake_quad.control.measurement import ground_table, measure, normal_at
+from drake_quad.control.measurement import UPRIGHT, ground_table, measure, normal_at, normal_under
+from drake_quad.math.rotations import yaw_pitch_rotation
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.terrain.course import Course, ground_normals
 from drake_quad.terrain.elements import Element
@@ -90,3 +91,17 @@ def test_ground_pushes_where_the_sphere_touches_it() -> None:
             assert abs(more @ off) < 1e-12
             assert np.linalg.norm(more) <= np.linalg.norm(off) + 1e-12
     assert np.abs(J - level).max() > 1e-4
+
+
+@given(seeds)
+def test_what_a_foot_feels_goes_before_the_map(seed: int) -> None:
+    """A felt normal is turned into W; the map's serves where nothing, or no ground, is felt."""
+    rng, table = np.random.default_rng(seed), ground_table(ramp())
+    R = np.array(yaw_pitch_rotation(*rng.uniform(-0.4, 0.4, 2)))
+    x, y = rng.uniform([2.0, -0.5], [5.0, 0.5])
+    tilted = np.array([*rng.uniform(-1.0, 1.0, 2), 1.0])
+    tilted /= np.linalg.norm(tilted)
+    by_map = normal_at(table, x, y)
+    felt = normal_under(R.T @ tilted, R, table, x, y)
+    np.testing.assert_allclose(felt, tilted if tilted[2] > UPRIGHT else by_map, atol=1e-12)
+    assert normal_under(np.zeros(3), R, table, x, y) == by_map

@@ -19,7 +19,7 @@ from drake_quad.report.overlay import Regions
 from drake_quad.report.page import write_report
 from drake_quad.report.replay import bar_data
 from drake_quad.runs.reader import RecordedRun, RunLog, load_run
-from drake_quad.scenario.motion_config import MonitorConfig
+from drake_quad.scenario.sensing_config import MonitorConfig
 from drake_quad.stability.support_polygon import stability_margin
 
 

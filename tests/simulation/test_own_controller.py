@@ -90,6 +90,19 @@ def test_what_is_no_controller_is_refused_in_a_line() -> None:
     with pytest.raises(InputError, match=r"motion_plan.*needs an input port"):
         make_climb(tracking=lambda **_: LeafSystem())
 
+    def deaf(**parts: Any) -> LeafSystem:
+        class Deaf(IkController):
+            """It has no input for what the feet feel."""
+
+            def HasInputPort(self, name: str) -> bool:
+                return name != "ground_normal_measured" and bool(super().HasInputPort(name))
+
+        return Deaf(**parts)
+
+    make_climb(tracking=deaf)
+    with pytest.raises(InputError, match=r"ground_normal_measured = 'Deaf'.*leave that at `map`"):
+        make_climb(tracking=deaf, feel_normals=True)
+
     with pytest.raises(InputError, match=r"tracking = .*keywords robot, .* and course.*'layout'"):
         make_climb(tracking=lambda robot: LeafSystem())
     with pytest.raises(InputError, match=r"tracking = .*cannot be: missing.*'gain'"):

@@ -23,6 +23,7 @@ from drake_quad.planning.motion_plan import MotionPlan, PlanSample
 from drake_quad.robot.kinematics import calc_feet, calc_jacobians
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.tracking_controller import TrackingController
+from drake_quad.terrain.course import Course
 
 TICK = ControlSettings().period
 
@@ -72,11 +73,13 @@ class Controller:
         t: float = 0.0,
         rate: float = 1.0,
         layout: StateLayout | None = None,
+        course: Course | None = None,
     ) -> None:
         self.layout = layout or model_layout()
         self.system = kind(
-            robot=paper_robot(), layout=self.layout, model=model_plant(), control=control
-        )
+            robot=paper_robot(), layout=self.layout, model=model_plant(), control=control,
+            course=course,
+        )  # fmt: skip
         self.simulator = Simulator(self.system)
         self.context: Context = self.simulator.get_mutable_context()
         self._period = control.period

@@ -11,6 +11,7 @@ from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.state import StateLayout
 from drake_quad.systems.tracking_controller import WholeBodyController
+from drake_quad.terrain.course import Course
 
 CONTROL = ControlSettings(kind="whole_body")
 MASS = paper_robot().mass
@@ -24,9 +25,12 @@ def controller_of(
     rate: float = 1.0,
     layout: StateLayout | None = None,
     control: ControlSettings = CONTROL,
+    course: Course | None = None,
 ) -> Controller:
     kind = WholeBodyController
-    return Controller(kind, plan, state, control=control, t=t, rate=rate, layout=layout)
+    return Controller(
+        kind, plan, state, control=control, t=t, rate=rate, layout=layout, course=course
+    )
 
 
 def ground_forces(torque: FloatArray, state: FloatArray) -> FloatArray:

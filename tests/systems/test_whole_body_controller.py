@@ -9,6 +9,8 @@ from hypothesis import given, settings, strategies as st
 from pydrake.systems.analysis import Simulator
 from rig import (
     GRAVITY,
+    course_of,
+    feet_of,
     fix_inputs,
     flat_walk,
     model_layout,
@@ -20,8 +22,11 @@ from rig import (
 from whole_body_rig import CONTROL, MASS, controller_of, ground_forces, nan_state, wrench_of
 
 from drake_quad.control.ports import CATCH_SIZE
+from drake_quad.math.rotations import quaternion_matrix
 from drake_quad.robot.from_plant import joint_damping
 from drake_quad.systems import tracking_controller
+from drake_quad.terrain.course import ground_normals
+from drake_quad.terrain.elements import Element
 
 
 @pytest.mark.parametrize("in_air", [True, False])
@@ -117,3 +122,21 @@ def test_outputs_are_held_state() -> None:
     """No input reaches a command but by a tick."""
     plan = stand_plan()
     assert not controller_of(plan, state_on(plan, 0.0)).system.HasAnyDirectFeedthrough()
+
+
+@pytest.mark.parametrize("tilt", [0.2, -0.3])
+def test_feet_that_feel_a_slope_make_forces_as_a_map_of_it_does(tilt: float) -> None:
+    """On ground that the map has level and feet feel tilted, torques are those of a true map."""
+    plan = stand_plan()
+    state = state_on(plan, 0.0)
+    going, height = ("up", tilt) if tilt > 0.0 else ("down", -tilt)
+    slope = Element("slope", going=going, height=6.0 * height, length=6.0)
+    course = course_of(Element("floor", length=0.4), slope, Element("floor", length=2.0))
+    told = controller_of(plan, state, course=course).tick(3).torque
+    feels = controller_of(plan, state)
+    base = int(model_layout().q_base)
+    normals = ground_normals(course, feet_of(state)[:, :2])
+    in_body = normals @ quaternion_matrix(state[base : base + 4])
+    feels.also(ground_normal_measured=in_body.ravel())
+    np.testing.assert_allclose(feels.tick(3).torque, told, atol=1e-6)
+    assert np.max(np.abs(told - controller_of(plan, state).tick(3).torque)) > 0.5

@@ -272,6 +272,7 @@ def test_an_oblique_turn_is_no_obstacle() -> None:
     [
         ({"rise": -0.13}, "world.rise_error"),
         ({"tread": 0.3}, "world.tread_error"),
+        ({"tilt": 0.3}, "world.tread_tilt"),
         ({"run": -0.45}, "world.run_error"),
         ({"position": 2.3}, "world.position_error"),
         ({"position": -2.8}, "world.position_error"),
@@ -284,3 +285,32 @@ def test_a_world_that_cannot_be_is_refused(errors: dict[str, Any], field: str) -
     with pytest.raises(InputError) as caught:
         real(straight(), **errors)
     assert caught.value.field == field and caught.value.remedy
+
+
+@given(st.sampled_from(["up", "down"]), st.floats(-0.2, 0.2), st.floats(-0.05, 0.05))
+def test_treads_fall_towards_their_nosings_about_their_middles(
+    going: str, tilt: float, yaw: float
+) -> None:
+    """Ahead of its middle a tread is higher going up, lower going down; the last is level."""
+    course = straight(going=going)
+    flat, world = real(course, yaw=yaw), real(course, yaw=yaw, tilt=tilt)
+    np.testing.assert_allclose(treads(world)[:, 2], treads(flat)[:, 2], atol=1e-9)
+    lane = world.outward[0]
+    for flight in lane.flights:
+        for k in range(flight.first, flight.last + 1):
+            middle = 0.5 * (lane.breaks[k] + lane.breaks[k + 1])
+            x, y = lane.point(np.array([middle - 0.1, middle, middle + 0.1])).T
+            rise = tilt * 0.1 * np.cos(yaw) * (1.0 if flight.going == "up" else -1.0)
+            last = k == flight.last
+            there = flat.height(x, y) + np.array([-rise, 0.0, rise]) * (not last)
+            np.testing.assert_allclose(world.height(x, y), there, atol=1e-9)
+
+
+def test_tilts_are_drawn_after_all_else_and_tread_by_tread() -> None:
+    """By the seed, between minus and plus; what else is drawn stays as it was without tilt."""
+    errors = {"rise": 0.01, "tread": 0.005, "random": True}
+    flat, world = real(turning(), 3, **errors), real(turning(), 3, tilt=0.1, **errors)
+    np.testing.assert_array_equal(treads(world)[:, 2], treads(flat)[:, 2])
+    tilts = np.array([box.gradient for box in world.boxes if "_tread_" in box.name])
+    assert np.all(np.abs(tilts) <= 0.1) and len(np.unique(np.abs(tilts))) == 7
+    assert tilts[3] == tilts[7] == 0.0
