@@ -20,8 +20,9 @@ SHANK_RADIUS, SHIN_END = 0.018, 0.05  # [m]; the shank's shape ends this far abo
 TRUNK_SIZE, TRUNK_MASS = (0.86, 0.26, 0.16), 38.0
 HIP_MASS, THIGH_MASS, SHANK_MASS = 1.8, 2.4, 1.3  # 5.5 kg a leg, 22 kg of 60 kg
 ROTOR_INERTIA, GEAR_RATIO = 1.0e-4, 50.0  # 0.25 kg m^2 at the joint
-# Torque and speed are within those of a robot that one can buy, the Unitree B2 (about 60 kg by its
-# user guide): 200, 200 and 320 Nm, 23, 23 and 14 rad/s by the URDF that its maker publishes.
+# Torque and speed are within those of drives that one can buy, by their maker's table: RMD-X12-320
+# at abduction and hip (320 Nm at most, 85 Nm rated, at 100 rpm), RMD-X15-450 at the knee (450 Nm,
+# 145 Nm, 98 rpm); and of a robot, the Unitree B2: 200, 200 and 320 Nm, 23, 23 and 14 rad/s.
 #         lower, upper [rad], effort [Nm], velocity [rad/s]
 LIMITS = {
     "abduction": (-1.0, 1.0, 200.0, 8.0),

@@ -22,6 +22,7 @@ from drake_quad.errors import DrakeQuadError
 from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings, observe
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_job import PlanMaker
+from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
@@ -31,6 +32,7 @@ from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 
+SUNK = 0.6  # of its planned height over the feet: a trunk that is lower is not borne any more
 MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
 BEARS = 0.01  # of the robot's weight: a foot that bears as much has contact
 PORTS = ("imu_measured", "joint_state_measured", "contact_state_measured")
@@ -41,10 +43,12 @@ class Walker(Protocol):
 
     Attributes:
         ended: Why it does no more, or empty.
+        fault: Why the drives are to damp, or empty.
         bearing: Torques (12,) that bear the robot as it stands before it walks [Nm].
     """
 
     ended: str
+    fault: str
     bearing: FloatArray
 
     def take(self, state: StateMessage) -> None: ...  # noqa: D102
@@ -62,6 +66,7 @@ class BusController:
     Attributes:
         bearing: Torques (12,) that bear the robot as it stands before it walks [Nm].
         ended: Why it does no more, or empty.
+        fault: Why the drives are to damp, or empty.
         ticks: How many of its own ticks it has taken.
     """
 
@@ -71,6 +76,7 @@ class BusController:
         robot = prepared.robot
         model = MakeModelPlant(robot.url)
         layout = make_layout(model, robot)
+        self._layout, self._geometry = layout, robot.geometry
         self._leg_order = layout.actuators  # of the ports' rows, leg by leg
         self._control, self._least = control, BEARS * robot.mass * GRAVITY
         self._period_ns = round(control.period * NS)
@@ -111,7 +117,8 @@ class BusController:
         ]
         self._simulator.Initialize()
         self._estimate = self._diagram.GetOutputPort("robot_state_estimated")
-        self.ticks, self._due_ns, self.ended = 0, 0, ""
+        self._desired = [self._diagram.GetOutputPort(n) for n in ("body_desired", "feet_desired")]
+        self.ticks, self._due_ns, self.ended, self.fault = 0, 0, "", ""
 
     def _rehearse(self) -> None:
         """Some ticks on the spot, so that all is compiled and in memory before it counts.
@@ -148,6 +155,22 @@ class BusController:
         if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             found = re.search(r'message: "(.*)"', status.FormatMessage(), re.DOTALL)
             self.ended = found.group(1) if found else status.FormatMessage()
+        self.fault = self._sunk()
+
+    def _sunk(self) -> str:
+        """Says that the trunk is far below its plan; empty if it is not.
+
+        Drives that do not give what they are told let the robot sink, and its feet stay where
+        they are to be: the gait's clock would wait for them.
+        """
+        read = self._layout.read(self._estimate.Eval(self._context))
+        feet = read.p_WB + calc_feet(self._geometry, read.q) @ read.R_WB.T
+        body, places = (port.Eval(self._context) for port in self._desired)
+        planned = float(body[2] - places[2::3].mean())
+        height = float(read.p_WB[2] - feet[:, 2].mean())
+        if height >= SUNK * planned:
+            return ""
+        return f"the trunk is {height:.2f} m above its feet, planned is {planned:.2f} m"
 
     def wanted(self) -> Drives:
         """What it wants of the drives now, leg by leg."""

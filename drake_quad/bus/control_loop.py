@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_quad.bus.bus_controller import BusController, Walker
-from drake_quad.bus.messages import CommandMessage, StateMessage
+from drake_quad.bus.messages import DRIVES_DAMP, CommandMessage, StateMessage
 from drake_quad.bus.postures import lower, safety_limits, sit_to_stand
 from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
 from drake_quad.bus.safety import (
+    DAMP_AFTER,
     Drives,
     Known,
     Request,
@@ -92,6 +93,7 @@ class ControlLoop:
         self.times = LoopTimes(self.period)
         self.largest_step = 0.0
         self.holds = 0
+        self._obeyed = 0.0  # when the drives last did as they were told [s]
         self._stop = ""
 
     @property
@@ -129,6 +131,7 @@ class ControlLoop:
         fault = fault or self._commands.take(self._bus.receive_commands())
         newest = self._states.newest
         memory, now = self._memory, (begun - self._start_ns) / NS
+        fault = fault or self._deserted(newest, memory.mode, now)
         wanted = None
         if memory.mode == SafetyMode.WALKING:
             wanted, failed = self._walk(fresh)
@@ -162,6 +165,17 @@ class ControlLoop:
         self.times.note(begun, ended, age)
         self._tell(memory.mode, now)
 
+    def _deserted(self, newest: StateMessage | None, mode: SafetyMode, now: float) -> str:
+        """Says that the drives damp although they are told something else; empty if they do not.
+
+        They do so by themselves where commands came late, and until they are told to damp.
+        """
+        damp = newest is not None and newest.drives == DRIVES_DAMP
+        if mode == SafetyMode.DAMPING or not damp or self._silent:
+            self._obeyed = now
+        late = now - self._obeyed > DAMP_AFTER
+        return "the robot's drives damp, whatever they are told" if late else ""
+
     def _walk(self, fresh: Sequence[StateMessage]) -> tuple[Drives | None, str]:
         """What the controller wants after new states, and what went wrong in it, which damps.
 
@@ -170,7 +184,7 @@ class ControlLoop:
         try:
             for state in fresh:
                 self.controller.take(state)
-            return self.controller.wanted() if fresh else None, ""
+            return self.controller.wanted() if fresh else None, self.controller.fault
         except Exception as problem:
             said = str(problem).splitlines()[:1]
             return None, ": ".join(["the controller failed", type(problem).__name__, *said])

@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_quad.bus.joint_map import JointMap
 from drake_quad.bus.messages import (
+    DRIVES_DAMP,
     DRIVES_FOLLOW,
     CommandMessage,
     Received,
@@ -156,7 +157,7 @@ def encode_low_state(state: StateMessage, joints: JointMap) -> bytes:
     imu, motors = row["imu_state"], row["motor_state"]
     imu["gyroscope"] = joints.R_BT.T @ state.angular_rate
     imu["accelerometer"] = joints.R_BT.T @ state.specific_force
-    motors["mode"][MOTOR_OF] = DRIVEN
+    motors["mode"][MOTOR_OF] = 0 if state.drives == DRIVES_DAMP else DRIVEN
     motors["q"][MOTOR_OF] = joints.sign * (state.position + joints.turn)
     motors["dq"][MOTOR_OF] = joints.sign * state.velocity
     motors["tau_est"][MOTOR_OF] = joints.sign * state.effort
@@ -174,6 +175,9 @@ def decode_low_state(
 ) -> Received[StateMessage]:
     """A LowState as a state. Its clock and its number are both its tick, in whole ms.
 
+    Its drives damp if no motor is driven, as far as one message tells: a sender may leave the
+    motors' mode at zero always.
+
     Args:
         data: As it came.
         time_ns: When, by the receiver's clock [ns].
@@ -185,8 +189,9 @@ def decode_low_state(
         return Received(None, time_ns, fault)
     motors, imu = row["motor_state"], row["imu_state"]
     tick = int(row["tick"])
+    drives = DRIVES_FOLLOW if motors["mode"][MOTOR_OF].any() else DRIVES_DAMP
     state = StateMessage(
-        0, tick, tick * 1_000_000, DRIVES_FOLLOW,
+        0, tick, tick * 1_000_000, drives,
         joints.sign * motors["q"][MOTOR_OF] - joints.turn,
         joints.sign * motors["dq"][MOTOR_OF],
         joints.sign * motors["tau_est"][MOTOR_OF],

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drake_quad.bus.joint_map import JointMap
-from drake_quad.bus.messages import Received, StateMessage
+from drake_quad.bus.messages import DRIVES_FOLLOW, Received, StateMessage
 from drake_quad.bus.real_time import NS
 from drake_quad.bus.unitree_messages import decode_low_state, has_crc
 from drake_quad.common import FloatArray
@@ -78,6 +78,7 @@ class _Sender:
     Attributes:
         count: How many sound messages have come of it.
         crc: Whether one of them had a CRC.
+        driven: Whether one of them had a motor that is driven.
         ticking: Whether one of them had a tick.
         time_ns: What its clock is ahead of its ticks [ns].
         sequence: What its sequence is ahead of its ticks.
@@ -86,6 +87,7 @@ class _Sender:
 
     count: int = 0
     crc: bool = False
+    driven: bool = False
     ticking: bool = False
     time_ns: int = 0
     sequence: int = 0
@@ -123,6 +125,9 @@ class LowStateReader:
             return replace(come, message=None if state is None else replace(state, session=sender))
         known.count += 1
         known.crc = known.crc or has_crc(data)
+        known.driven = known.driven or state.drives == DRIVES_FOLLOW
+        if not known.driven:  # it may never tell
+            state = replace(state, drives=DRIVES_FOLLOW)
         tick = state.sequence
         if tick and not known.ticking:
             known.ticking = True

@@ -133,6 +133,7 @@ def summarize(table: pa.Table, robot: RobotModel, *, mass: float) -> dict[str, A
         "slip_max": float(max(slip)),
         "foot_roll_max": float(max(roll)),
         "torque_ratio_max": _largest(np.abs(tau) / robot.effort),
+        "torque_ratio_rms": float(np.sqrt(np.max(np.mean((tau / robot.effort) ** 2, axis=0)))),
         "torque_ratio_planned_max": _largest(c["torque_ratio_planned"]),
         "speed_ratio_max": _largest(np.abs(qd) / robot.speed),
         "position_ratio_max": _largest(np.abs(q - middle) / half),

@@ -146,6 +146,9 @@ SUMMARY = (
     Figure("swing_force_max", "N", "The greatest force in these contacts"),
     Figure("torque_ratio_max", "of the limit", "The greatest torque of any joint",
            shown=Shown("Greatest joint torque, of its limit", 0, "%"), at_most=1.0),
+    Figure("torque_ratio_rms", "of the limit", "The root mean square of a joint's torque over the "
+           "run, of the joint that has the greatest: it heats the drive, so compare it with what "
+           "the drive's maker rates as continuous"),
     Figure("torque_ratio_planned_max", "of the limit", "The greatest `torque_ratio_planned`",
            shown=Shown("The same of the plan, standing still", 0, "%")),
     Figure("speed_ratio_max", "of the limit", "The greatest speed of any joint",

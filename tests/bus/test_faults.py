@@ -1,5 +1,6 @@
 """Faults of a bus: each damps the robot at once, from either side, without a jump."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,19 +8,23 @@ import numpy as np
 import pytest
 from bus_rig import PERIOD_NS, PuppetShow, short_walk
 
+from drake_quad.bus.bus_controller import BusController
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.messages import (
     DRIVES_DAMP,
     DRIVES_FOLLOW,
     DRIVES_HOLD,
     CommandMessage,
+    StateMessage,
     encode_command,
     encode_state,
 )
+from drake_quad.bus.postures import sit_to_stand
 from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard
 from drake_quad.bus.safety import SafetyMode
+from drake_quad.common import GRAVITY
 
 FAULTS = (
     "nan",
@@ -143,6 +148,38 @@ def test_an_error_of_the_controller_damps_the_robot(
     while not show.loop.outcome:
         show.tick()
     assert show.loop.outcome == "damped: the controller failed: IndexError: leg 5 is none"
+
+
+def test_drives_that_damp_by_themselves_end_the_walk(tmp_path: Path) -> None:
+    """They do so where commands came late: the loop damps within 0.1 s."""
+    show = walking_show(tmp_path)
+    for _ in range(20):  # a moment of it is borne: commands and states take their time
+        show.tick()
+    show.puppet.drives, begun = DRIVES_DAMP, show.loop.time
+    while not show.loop.outcome:
+        show.tick()
+    assert show.loop.events[-1].time - begun <= 0.1 and show.loop.events[-1].mode == "damping"
+    assert show.loop.outcome == "damped: the robot's drives damp, whatever they are told"
+
+
+def test_a_trunk_that_sinks_ends_the_walk(tmp_path: Path) -> None:
+    """A robot whose legs fold under it in a walk is damped, by half its height at the latest."""
+    prepared = short_walk(tmp_path)
+    controller = BusController(prepared, prepared.scenario.controller)
+    postures = sit_to_stand(prepared.robot, prepared.stance)[::-1]
+    fine = 0  # ticks without a fault
+    for k in range(6 * len(postures)):
+        q = postures[max(0, min(k // 4 - 10, len(postures) - 1))]
+        state = StateMessage(
+            1, k + 1, (k + 1) * PERIOD_NS, DRIVES_FOLLOW, q, np.zeros(12), np.zeros(12),
+            np.zeros(3), np.array([0.0, 0.0, GRAVITY]), np.full(4, 150.0),
+        )  # fmt: skip
+        controller.take(state)
+        if controller.fault:
+            break
+        fine += 1
+    assert fine > 60  # as long as it stands, and a while on, nothing is wrong
+    assert re.fullmatch(r"the trunk is 0\.\d+ m above its feet, planned is .* m", controller.fault)
 
 
 def test_a_loop_that_cannot_go_on_tells_the_drives_to_damp(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from drake_quad.bus.joint_map import SAME
-from drake_quad.bus.messages import Received, StateMessage
+from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, Received, StateMessage
 from drake_quad.bus.unitree_messages import LOW_STATE, Wire, encode_low_state
 from drake_quad.bus.unitree_states import NO_CLOCK, NO_CRC, SLOW, LowStateReader
 from drake_quad.bus.watch import StateWatch
@@ -149,3 +149,19 @@ def test_two_robots_on_one_topic_are_a_fault() -> None:
     assert not fault
     _, fault = watch.take([read(reader, low_state(25), 1, sender=8)])
     assert fault == "two robots' states"
+
+
+def test_who_has_driven_motors_and_drives_none_damps() -> None:
+    """A sender that leaves the motors' mode at zero always is not taken to."""
+    damped = StateMessage(
+        0, 0, 5 * MS, DRIVES_DAMP, np.full(12, 0.1), np.zeros(12), np.zeros(12), np.zeros(3),
+        np.array([0.0, 0.0, GRAVITY]), np.zeros(4),
+    )  # fmt: skip
+    reader, seen = LowStateReader(SAME), []
+    for k, data in enumerate(
+        [encode_low_state(damped, SAME), low_state(10), encode_low_state(damped, SAME)]
+    ):
+        message = read(reader, data, k).message
+        assert message is not None
+        seen.append(message.drives)
+    assert seen == [DRIVES_FOLLOW, DRIVES_FOLLOW, DRIVES_DAMP]

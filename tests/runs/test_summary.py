@@ -116,6 +116,9 @@ def test_ratios_are_of_the_joints_own_limits() -> None:
     tau = np.zeros(n)
     tau[40] = -0.7 * robot.effort[k]
     assert summary(changed(**{f"tau_{joint}": tau}))["torque_ratio_max"] == pytest.approx(0.7)
+    tau = np.where(np.arange(n) < n // 2, 0.6, -0.8) * robot.effort[k]
+    rms = summary(changed(**{f"tau_{joint}": tau}))["torque_ratio_rms"]
+    assert rms == pytest.approx(np.sqrt(0.5 * (0.36 + 0.64)), abs=0.01)
     speed = values(f"v_{robot.name}_{joint}_w")
     speed[41] = -0.9 * robot.speed[k]
     found = summary(changed(**{f"v_{robot.name}_{joint}_w": speed}))

@@ -58,7 +58,7 @@ class Pacing:
     """A walker that moves the joints to and fro a little, and ends after a second."""
 
     def __init__(self, stance: FloatArray) -> None:
-        self.ended, self._stance, self._ticks = "", stance, 0
+        self.ended, self.fault, self._stance, self._ticks = "", "", stance, 0
         self.bearing = np.full(12, 20.0)
 
     def take(self, state: StateMessage) -> None:
@@ -79,7 +79,7 @@ class Puppet:
     def __init__(self, q: FloatArray, bus: LoopbackBus, clock: ManualClock) -> None:
         self.q, self.bus, self.clock = np.array(q), bus, clock
         self.sequence, self.session = 0, 11
-        self.up = np.array([0.0, 0.0, 1.0])
+        self.up, self.drives = np.array([0.0, 0.0, 1.0]), DRIVES_FOLLOW
         self.commands: list[CommandMessage] = []
 
     def state(self) -> StateMessage:
@@ -87,7 +87,7 @@ class Puppet:
         self.sequence += 1
         shake = 1e-3 * np.sin(self.sequence)  # sensors never show the same
         return StateMessage(
-            self.session, self.sequence, self.clock.now_ns(), DRIVES_FOLLOW, self.q.copy(),
+            self.session, self.sequence, self.clock.now_ns(), self.drives, self.q.copy(),
             np.zeros(12), np.zeros(12), np.full(3, shake), GRAVITY * self.up + shake,
             np.full(4, 150.0),
         )  # fmt: skip
