@@ -12,12 +12,11 @@ import numpy as np
 from drake_quad.certificate.cells import Cells, Pieces, join_cells, make_cells, pick
 from drake_quad.certificate.clearance import (
     CAP,
-    MOST_PAIRS,
+    Footholds,
     Obstacles,
-    SwingRule,
     enclose_foot_clearance,
     enclose_shank_clearance,
-    find_swing_rule,
+    find_footholds,
 )
 from drake_quad.certificate.kinematics import (
     Legs,
@@ -52,7 +51,7 @@ class Problem:
         shank: Its shanks.
         pieces: The plan.
         obstacles: The course.
-        rule: What a swing owes the obstacles.
+        footholds: Where the swings begin and end.
         within: How far all may be from the plan.
     """
 
@@ -60,7 +59,7 @@ class Problem:
     shank: ShankProfile
     pieces: Pieces
     obstacles: Obstacles
-    rule: SwingRule
+    footholds: Footholds
     within: Tolerances = NONE
 
 
@@ -77,7 +76,7 @@ def pose_problem(
         shank=shank,
         pieces=pieces,
         obstacles=obstacles,
-        rule=find_swing_rule(pieces, obstacles, robot.foot_radius),
+        footholds=find_footholds(pieces, obstacles, robot.foot_radius),
         within=within,
     )
 
@@ -116,7 +115,7 @@ def bound_cells(
         tolerance: How far below those bounds may be (COLUMNS,).
         demand: Demanded values (COLUMNS,).
     """
-    size = max(1, min(MOST_CELLS, MOST_PAIRS // len(problem.obstacles.top)))
+    size = MOST_CELLS
     parts = []
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for first in range(0, len(cells.half), size):
@@ -168,7 +167,7 @@ def _bound(
     shares = statics.shares
     put(SHARES, np.where(stands, shares.lower, 1.0), np.where(stands, shares.lower_here, 1.0))
     foot = enclose_foot_clearance(
-        pieces, cells, problem.obstacles, problem.rule, robot.foot_radius,
+        pieces, cells, problem.obstacles, problem.footholds, robot.foot_radius,
         within.swing + within.stairs,
     )  # fmt: skip
     low[:, FOOT], sample[:, FOOT], where[:, FOOT] = foot.low, foot.sample, foot.obstacle

@@ -26,7 +26,7 @@ from drake_quad.terrain.boxes import Box
 
 CAP = 0.1  # [m]; larger clearances are reported as this
 LEVEL = 1e-6  # [m] of height within which ground goes on
-MOST_PAIRS = 1_000_000  # of cells, or points, with obstacles in one go: some 100 MB
+IN_A_ROW = 256  # points that are asked about together
 ASIDE = 1e-4  # [m] before a side, where it is asked what ground there is
 
 
@@ -59,7 +59,8 @@ class Obstacles:
     ) -> tuple[IntArray, IntArray]:
         """Pairs of a point and an obstacle that may be nearer than the point's reach.
 
-        Stairs are high boxes far apart from above: from there most are left out at once.
+        Stairs are high boxes far apart from above: from there most are left out at once. Points
+        that follow each other are near each other: so many in a row are asked about together.
 
         Args:
             points: (K, 3) in W [m].
@@ -69,12 +70,23 @@ class Obstacles:
         Returns:
             Indices of points, and of the obstacles among those asked about.
         """
-        centre, size = self.centre[among], np.linalg.norm(self.half[among], axis=1)
-        beside = np.linalg.norm(points[:, None, :2] - centre[:, :2], axis=-1) - self.around[among]
-        point, which = np.nonzero(beside < reach[:, None])
-        apart = np.linalg.norm(points[point] - centre[which], axis=-1) - size[which]
-        near = apart < reach[point]
-        return point[near], which[near]
+        centre, around = self.centre[among], self.around[among]
+        size = np.linalg.norm(self.half[among], axis=1)
+        pairs = [(np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp))]
+        for first in range(0, len(points), IN_A_ROW):
+            some, far = points[first : first + IN_A_ROW], reach[first : first + IN_A_ROW]
+            room = np.max(far) + around[:, None]
+            low, high = some[:, :2].min(axis=0), some[:, :2].max(axis=0)
+            beside = (centre[:, :2] > low - room) & (centre[:, :2] < high + room)
+            there = np.flatnonzero(beside.all(axis=1))
+            flat = np.linalg.norm(some[:, None, :2] - centre[there, :2], axis=-1) - around[there]
+            point, column = np.nonzero(flat < far[:, None])
+            which = there[column]
+            apart = np.linalg.norm(some[point] - centre[which], axis=-1) - size[which]
+            near = apart < far[point]
+            pairs.append((point[near] + first, which[near]))
+        found, obstacle = (np.concatenate(column) for column in zip(*pairs, strict=True))
+        return found, obstacle
 
     def distance(self, points: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
         """Signed distance of points (K, 3) from obstacles `which` (K,) [m], and its gradient.
@@ -172,14 +184,14 @@ _BERNSTEIN = bernstein(FOOT - 1)
 
 @dataclass(frozen=True, eq=False)
 class SwingRule:
-    """What a swing owes each obstacle.
+    """What a swing owes each obstacle: of K pairs of a swing and an obstacle.
 
     Attributes:
-        own: Boxes that it steps from or onto, or that are level with those (phases, M).
-        least: Least distance from those (phases, M) [m]: 0, or as deep as it stands in a slope.
-        half: Half the distance that its two footholds have from the rest (phases, M) [m]: in a
-            swing the foot need not be farther from it.
-        edge: Faces that end at the level of one of its footholds (phases, M).
+        own: Boxes that it steps from or onto, or that are level with those (K,).
+        least: Least distance from those (K,) [m]: 0, or as deep as it stands in a slope.
+        half: Half the distance that its two footholds have from the rest (K,) [m]: in a swing
+            the foot need not be farther from it.
+        edge: Faces that end at the level of one of its footholds (K,).
     """
 
     own: BoolArray
@@ -188,36 +200,51 @@ class SwingRule:
     half: FloatArray
 
 
-def find_swing_rule(pieces: Pieces, obstacles: Obstacles, radius: float) -> SwingRule:
-    """The rule of every contact phase; of those without a swing it means nothing."""
-    phases, count = int(pieces.phase[-1]) + 1, len(obstacles.top)
+@dataclass(frozen=True, eq=False)
+class Footholds:
+    """Where swings begin and end; what they owe is found when it is asked for.
+
+    A table of all phases and obstacles would grow with the square of a course's length.
+
+    Attributes:
+        ends: The foot's centre at lift-off and at touchdown of each contact phase (2, phases, 3)
+            in W [m]; of those without a swing it means nothing.
+        obstacles: The course.
+        radius: Radius of the feet [m].
+    """
+
+    ends: FloatArray
+    obstacles: Obstacles
+    radius: float
+
+    def owed(self, phase: IntArray, which: IntArray) -> SwingRule:
+        """The rule for pairs of a phase (K,) and an obstacle (K,)."""
+        obstacles, count = self.obstacles, len(self.obstacles.top)
+        keys, of = np.unique(phase * count + which, return_inverse=True)
+        phase, which = np.divmod(keys, count)
+        stands = np.zeros(len(keys), dtype=np.bool_)
+        least = np.full(len(keys), np.inf)
+        for ends in self.ends[:, phase]:
+            distance = obstacles.distance(ends, which)[0] - self.radius
+            level = np.abs(ends[:, 2] - self.radius - obstacles.top[which]) <= LEVEL
+            tilted = obstacles.axes[which, 2, 2] < 1.0
+            stands |= np.where(tilted, distance <= TILTED, level)
+            least = np.minimum(least, distance)
+        face = obstacles.face[which]
+        deepest = np.minimum(least, 0.0)
+        return SwingRule(
+            own=(stands & ~face)[of], edge=(stands & face)[of], least=deepest[of],
+            half=(0.5 * least)[of],
+        )  # fmt: skip
+
+
+def find_footholds(pieces: Pieces, obstacles: Obstacles, radius: float) -> Footholds:
+    """The footholds of every contact phase."""
+    phases = int(pieces.phase[-1]) + 1
     first = np.searchsorted(pieces.phase, np.arange(phases))
     leg = np.maximum(pieces.swing[first], 0)
     ends = np.stack([pieces.feet[first, leg], pieces.landing[first]])
-    distance = _distances(ends.reshape(-1, 3), obstacles).reshape(2, phases, count) - radius
-    level = np.abs(ends[..., 2:] - radius - obstacles.top) <= LEVEL
-    tilted = obstacles.axes[:, 2, 2] < 1.0
-    stands = np.where(tilted, distance <= TILTED, level)
-    least = distance.min(axis=0)
-    return SwingRule(
-        own=stands.any(axis=0) & ~obstacles.face,
-        edge=stands.any(axis=0) & obstacles.face,
-        least=np.minimum(least, 0.0),
-        half=0.5 * least,
-    )
-
-
-def _distances(points: FloatArray, obstacles: Obstacles) -> FloatArray:
-    """Signed distances of points (K, 3) from all obstacles (K, M) [m]: some points at a time."""
-    count = len(obstacles.top)
-    size = max(1, MOST_PAIRS // count)
-    found = np.empty((len(points), count))
-    for first in range(0, len(points), size):
-        some = points[first : first + size]
-        which = np.tile(np.arange(count), len(some))
-        distance = obstacles.distance(np.repeat(some, count, axis=0), which)[0]
-        found[first : first + size] = distance.reshape(len(some), count)
-    return found
+    return Footholds(ends, obstacles, radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +271,7 @@ def enclose_foot_clearance(
     pieces: Pieces,
     cells: Cells,
     obstacles: Obstacles,
-    rule: SwingRule,
+    footholds: Footholds,
     radius: float,
     off: float = 0.0,
 ) -> FootClearance:
@@ -254,7 +281,7 @@ def enclose_foot_clearance(
         pieces: The plan.
         cells: The cells (N,).
         obstacles: The course.
-        rule: What a swing owes the obstacles.
+        footholds: Where the swings begin and end.
         radius: Radius of the feet [m].
         off: Distance by which foot and course may be nearer to each other than planned [m]. It is
             taken before it is asked what a foot owes, but for the edge of its own ground while the
@@ -280,10 +307,11 @@ def enclose_foot_clearance(
     low = sample + (powers @ _BERNSTEIN.T).min(axis=1)
     bottom = (cells.foot[:, 2] @ _BERNSTEIN.T).min(axis=1) - radius
     phase = pieces.phase[cells.piece[cell]]
-    own, deepest, half = rule.own[phase, which], rule.least[phase, which], rule.half[phase, which]
+    rule = footholds.owed(phase, which)
+    own, deepest, half = rule.own, rule.least, rule.half
     np.minimum.at(clearance.ground_low, cell[own], (low - deepest)[own])
     np.minimum.at(clearance.ground_sample, cell[own], (sample - deepest)[own])
-    above = rule.edge[phase, which] & (bottom[cell] >= obstacles.top[which] - LEVEL)
+    above = rule.edge & (bottom[cell] >= obstacles.top[which] - LEVEL)
     owed = half - np.where(above, off, 0.0)
     passed = np.where(sample < owed, sample, CAP)
     np.minimum.at(clearance.sample, cell[~own], passed[~own])
