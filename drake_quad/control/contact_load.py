@@ -16,7 +16,7 @@ import numpy as np
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.base_tracking import smooth_step
 from drake_quad.jit import jit
-from drake_quad.planning.motion_plan import END, START, SWING, phase_index
+from drake_quad.planning.motion_plan import END, START, phase_index, swing_rows
 
 # How much of a full load a foot carries that has landed, as a swing ends: by its least force it
 # counts as bearing then, even where its share of the weight is none.
@@ -39,37 +39,45 @@ def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
     """
     load = np.ones(4)
     index = phase_index(phases, t)
-    swing = int(phases[index, SWING])
-    if swing >= 0:
-        load[swing] = 0.0
+    swings = swing_rows(phases[index])
+    if swings[0] >= 0:
+        for k in swings:
+            if k >= 0:
+                load[k] = 0.0
         return load
     start, end = phases[index, START], phases[index, END]
     ramp = min(unload_time, end - start)
-    before = int(phases[index - 1, SWING]) if index > 0 else -1
-    after = int(phases[index + 1, SWING]) if index + 1 < len(phases) else -1
-    if before >= 0:
-        load[before] *= max(smooth_step((t - start) / ramp), LANDED_LOAD)
-    if after >= 0:
-        load[after] *= smooth_step((end - t) / ramp)
+    if index > 0:
+        for k in swing_rows(phases[index - 1]):
+            if k >= 0:
+                load[k] *= max(smooth_step((t - start) / ramp), LANDED_LOAD)
+    if index + 1 < len(phases):
+        for k in swing_rows(phases[index + 1]):
+            if k >= 0:
+                load[k] *= smooth_step((end - t) / ramp)
     return np.maximum(load, 1e-4)
 
 
 @jit
 def correct_load(
-    load: FloatArray, standing: BoolArray, bearing: FloatArray, landed: bool, regained: FloatArray
+    load: FloatArray,
+    standing: BoolArray,
+    bearing: FloatArray,
+    landed: FloatArray,
+    regained: FloatArray,
 ) -> None:
-    """Changes the plan's loads (4,) for a swing foot that has landed, and for lost ground.
+    """Changes the plan's loads (4,) for swing feet that have landed, and for lost ground.
 
     Args:
         load: Changed in place.
         standing: Who is to stand (4,).
         bearing: 1 where a foot is sensed to bear (4,).
-        landed: Whether the swing foot has landed before its time.
+        landed: 1 for a swing foot that has landed before its time (4,).
         regained: Share of its load to which each foot has come back, or NEVER (4,).
     """
     held = 0
     for k in range(4):
-        if landed and not standing[k]:
+        if landed[k] > 0.5 and not standing[k]:
             load[k] = LANDED_LOAD
         if load[k] > 0.0 and not (standing[k] and bearing[k] < 0.5):
             held += 1

@@ -159,14 +159,14 @@ def swing_foot(
     lifted = memory[LIFTED + 3 * k : LIFTED + 3 * k + 3]
     memory[REGAINED + k] = 1.0
     if s < 0.5:
-        memory[LANDED] = 0.0
-    if memory[LANDED] == 0.0 and s > 0.5 and now.bearing[k] > 0.5:
-        memory[LANDED] = 1.0
+        memory[LANDED + k] = 0.0
+    if memory[LANDED + k] == 0.0 and s > 0.5 and now.bearing[k] > 0.5:
+        memory[LANDED + k] = 1.0
         copy_vector(hold, now.feet[k])
         hold[2] -= pace.touchdown_press
-    if memory[LANDED] == 0.0:
+    if memory[LANDED + k] == 0.0:
         if rate == 0.0 and s > TOUCHDOWN:
-            memory[DEPTH] = searched + pace.landing_speed * pace.period
+            memory[DEPTH + k] = searched + pace.landing_speed * pace.period
         clock = rate * planned.phase_rate
         aside = fade_out(LET_GO * s, LET_GO * clock)
         above = fade_out(LEVEL_OUT * s, LEVEL_OUT * clock)
@@ -178,8 +178,8 @@ def swing_foot(
             target.acceleration[k, i] = rate * rate * planned.acceleration[k, i] + fade[2] * off
         place[k, 2] += ground
         place[k, 2] -= pace.touchdown_press * smooth_step((s - PRESS) / (1.0 - PRESS))
-        place[k, 2] -= memory[DEPTH]
-        if memory[DEPTH] > searched:  # or the joints' damping would hold it back
+        place[k, 2] -= memory[DEPTH + k]
+        if memory[DEPTH + k] > searched:  # or the joints' damping would hold it back
             target.velocity[k, 2] -= pace.landing_speed
         copy_vector(hold, place[k])
         return
@@ -265,26 +265,23 @@ def compute_foot_targets(
     new, planned = memory.copy(), now.planned
     target = FootTargets(np.zeros((4, 3)), np.zeros((4, 3)), np.zeros((4, 3)))
     follow = min(pace.period / max(pace.foothold_time, pace.period), 1.0)
-    new[DEPTH] = 0.0
     caught = int(now.catch[0]) - 1
-    error, count, swinging = 0.0, 0, False
+    error, count = 0.0, 0
     for k in range(4):
+        new[DEPTH + k] = 0.0
         if k == caught:
-            swinging = True
             catch_foot(k, now, new, target, pace)
         elif not planned.standing[k] and not now.urgent and not np.isnan(planned.swing_phase):
-            swinging = True
             more = higher_beside(k, planned, memory, new[HEIGHT])
-            swing_foot(k, now, memory[DEPTH], more, new, target, pace)
+            swing_foot(k, now, memory[DEPTH + k], more, new, target, pace)
         else:
+            new[LANDED + k] = 0.0
             stand_foot(k, now, follow, new, target, pace)
             # Where the plan has stopped for a push a foot may stand elsewhere than its place in it,
             # which of a foot in the air is no foothold at all: that says nothing of the ground.
             if now.bearing[k] > 0.5 and not now.urgent:
                 error += new[HOLD + 3 * k + 2] - planned.place[k, 2]
                 count += 1
-    if not swinging:
-        new[LANDED] = 0.0
     if count > 0:
         blend = min(pace.period / max(pace.height_time, pace.period), 1.0)
         new[HEIGHT] += blend * (error / count - new[HEIGHT])

@@ -5,7 +5,7 @@ from math import hypot
 import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
-from drake_quad.control.ports import Balance, GaitPhase, Mode
+from drake_quad.control.ports import Balance, GaitPhase, Mode, swing_legs
 from drake_quad.control.push_recovery import CALM_SPEED, balance_margin
 from drake_quad.control.settings import ControlSettings
 from drake_quad.jit import jit
@@ -163,12 +163,12 @@ def is_off_plan(balance: FloatArray, *, since: float, push_speed: float) -> bool
 def set_clock(phase: list[float], plan: MotionPlan, t: float) -> None:
     """Sets the clock to a time [s] within a task, with all in GaitPhase that follows from it."""
     current = plan.contacts.phase(t)
-    step = current.step
+    steps = current.steps
     phase[GaitPhase.TIME] = t
     phase[GaitPhase.SEGMENT] = plan.segment_index(t)
-    phase[GaitPhase.SWING_LEG] = 0 if step is None else int(step.leg)
+    phase[GaitPhase.SWING_LEG] = swing_legs([step.leg for step in steps])
     phase[GaitPhase.SWING_PHASE] = (
-        0.0 if step is None else (t - current.start) / (current.end - current.start)
+        (t - current.start) / (current.end - current.start) if steps else 0.0
     )
 
 
@@ -187,14 +187,15 @@ def _at_switch(
     if now == after:
         return ""
     ended, begun = plan.contacts.phases[now], plan.contacts.phases[after]
-    if ended.step is not None and not bearing[ended.step.leg.row]:
-        return f"leg {ended.step.leg.short} has not touched down"
-    if begun.step is not None:
-        leg = begun.step.leg
-        others = np.arange(4) != leg.row
+    for step in ended.steps:
+        if not bearing[step.leg.row]:
+            return f"leg {step.leg.short} has not touched down"
+    if begun.steps:
+        legs = " and ".join(step.leg.short for step in begun.steps)
+        others = np.asarray(begun.standing, dtype=np.bool_)
         if not np.all(bearing[others]):
-            return f"leg {leg.short} is to lift off while another foot does not bear"
+            return f"leg {legs} is to lift off while another foot does not bear"
         margin = balance_margin(balance, others)
         if margin < max(control.lift_off_margin, control.margin_demanded):
-            return f"without leg {leg.short} the margin is {margin:.3f} m"
+            return f"without leg {legs} the margin is {margin:.3f} m"
     return ""

@@ -105,15 +105,16 @@ def fields_of(record: Records) -> Record:
 
 
 # Places in a controller's memory: each foot's hold in W (12) [m]; the foot less its planned place
-# when it lifted off (12) [m]; how deep a foot has searched below the plan for ground [m]; whether
-# the swing foot found ground before its time; the standing feet's mean height over the plan's [m];
+# when it lifted off (12) [m]; how deep each has searched below the plan for ground (4) [m]; whether
+# each, swinging, found ground before its time (4); the standing feet's mean height over the plan's
+# [m];
 # where a catching foot set out from (3) [m]; how fast the body follows its path, and how far it is
 # ahead of the gait clock there [s]; how far a foot that had lost the ground has come back to its
 # full load, 0 to 1, (4), or NEVER for one that has not borne yet, as a run begins;
 # how much lower the body is for its legs to reach the ground [m].
-HOLD, LIFTED, DEPTH, LANDED, HEIGHT, CAUGHT = 0, 12, 24, 25, 26, 27
-BODY_RATE, LEAD, REGAINED, LOWER = 30, 31, 32, 36
-MEMORY_SIZE = 37
+HOLD, LIFTED, DEPTH, LANDED, HEIGHT, CAUGHT = 0, 12, 24, 28, 32, 33
+BODY_RATE, LEAD, REGAINED, LOWER = 36, 37, 38, 42
+MEMORY_SIZE = 43
 NEVER = 2.0
 
 

@@ -1,6 +1,11 @@
 """The vectors on the ports between gait clock and controllers."""
 
+from collections.abc import Sequence
 from enum import IntEnum
+
+import numpy as np
+
+from drake_quad.common import BoolArray
 
 
 class GaitPhase(IntEnum):
@@ -10,7 +15,7 @@ class GaitPhase(IntEnum):
     TIME: Gait time in it [s].
     RATE: How fast the gait clock runs: 1, or 0 while it waits.
     SEGMENT: Index of the segment in the task's plan.
-    SWING_LEG: 1 to 4, or 0 while all four stand.
+    SWING_LEG: 1 to 4, or 0 while all four stand; of two legs both digits, see `swing_legs`.
     SWING_PHASE: s in [0, 1] of the swing, 0 while all four stand.
     WAITED: How long the clock has waited in all [s].
     DONE: 1 once the mission is over.
@@ -83,6 +88,19 @@ class Balance(IntEnum):
     FEET = 7
     BODY = 19
     PLACE_ERROR = 23
+
+
+def swing_legs(legs: Sequence[int]) -> int:
+    """The number of the legs that swing: 0 for none, 1 to 4 for one, 14 for legs 1 and 4."""
+    number = 0
+    for leg in sorted(int(leg) for leg in legs):
+        number = 10 * number + leg
+    return number
+
+
+def is_swinging(numbers: np.ndarray, leg: int) -> BoolArray:
+    """Whether a leg is among those that swing, see `swing_legs`, in each row (N,)."""
+    return np.asarray((numbers % 10 == leg) | (numbers // 10 == leg))
 
 
 SIZE = len(GaitPhase)

@@ -1,5 +1,6 @@
 """When a push has to be caught, with which foot, and when it is over."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
@@ -77,7 +78,7 @@ def has_settled(balance: FloatArray, bearing: FloatArray) -> bool:
 
 
 def choose_swing_foot(
-    reflex: Reflex, balance: FloatArray, standing: BoolArray, step: Step | None
+    reflex: Reflex, balance: FloatArray, standing: BoolArray, steps: Sequence[Step]
 ) -> FloatArray:
     """Which foot to put down where: see Catch; leg 0 if standing still is all there is to do.
 
@@ -85,7 +86,7 @@ def choose_swing_foot(
         reflex: Robot, ground and settings.
         balance: The robot's balance, see Balance.
         standing: Which feet are to stand (4,).
-        step: The step under way, if one is.
+        steps: The steps under way.
     """
     x, y, z, yaw = balance[Balance.BODY : Balance.BODY + 4].tolist()
     capture, omega = capture_point(balance, standing)
@@ -99,11 +100,13 @@ def choose_swing_foot(
         omega=omega,
     )
     found, lift = None, 0.0
-    if step is not None:
+    for step in steps:
         end = step.swing.p_end
-        found = choose_recovery_step(
+        its = choose_recovery_step(
             reflex.robot, reflex.ground, body, swing=step.leg.row, touchdown=end
         )
+        if its is not None and (found is None or its.margin > found.margin):
+            found = its
     if found is None or found.margin < 0.0:
         # A foot that stands may be put where it helps more, the one in the air or not.
         other = choose_recovery_step(reflex.robot, reflex.ground, body)

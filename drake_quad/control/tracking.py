@@ -227,7 +227,8 @@ def compute_targets(
     copy_vector(memory, new)
     if running:
         load = foot_load(plan.phases, t, c.unload_time)
-        correct_load(load, standing, bearing, new[LANDED] > 0.5, new[REGAINED : REGAINED + 4])
+        landed = new[LANDED : LANDED + 4]
+        correct_load(load, standing, bearing, landed, new[REGAINED : REGAINED + 4])
     else:
         load = caught_load(standing, bearing)
     if t <= 1.5 * c.pace.period:  # plans begin at rest
@@ -240,7 +241,7 @@ def compute_targets(
     base_target(body, memory[BODY_RATE], change, new[HEIGHT], target)
     reaching = np.empty(4, dtype=np.bool_)
     for k in range(4):
-        reaching[k] = running and (bearing[k] > 0.5 if standing[k] else new[DEPTH] > 0.0)
+        reaching[k] = running and (bearing[k] > 0.5 if standing[k] else new[DEPTH + k] > 0.0)
     short = shortage(c.legs, c.longest, foot.place, reaching, target.body[:3], target.R)
     memory[LOWER] = next_lower(memory[LOWER], short, c.pace)
     target.body[2] -= memory[LOWER]

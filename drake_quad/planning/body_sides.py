@@ -62,7 +62,7 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
         hull = phase.corners
         if len(hull) < 3:
             raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
-        wide = 0.0 if phase.step is None else guard
+        wide = guard if phase.steps else 0.0
         before = 0.0 if phase.start in crossings else wide
         after = 0.0 if phase.end in crossings else wide
         hulls.append(hull)
@@ -106,9 +106,9 @@ def _crossings(contacts: ContactPlan) -> set[float]:
     return {
         t
         for before, after in pairwise(contacts.phases)
-        if before.step is not None
-        and after.step is not None
-        and before.step.leg.row + after.step.leg.row == 3
+        if len(before.steps) == 1
+        and len(after.steps) == 1
+        and before.steps[0].leg.row + after.steps[0].leg.row == 3
         for t in (before.end, after.start)
     }
 

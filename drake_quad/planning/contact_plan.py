@@ -1,6 +1,10 @@
-"""Where the feet of a plan are at any time: steps, phases, and feet that roll."""
+"""Where the feet of a plan are at any time: steps, phases, and feet that roll.
+
+One leg swings at a time, or two that lift off together and land together (a trot's diagonal pair).
+"""
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -41,6 +45,8 @@ class FootRoll:
 # that the way itself only just clears.
 LET_GO = 3.0
 SAMPLE_PERIOD = 0.1  # [s] at which plans are looked at, and the body's program has its rows
+MOST_SWINGS = 2  # legs in the air at once
+SAME_TIME = 1e-9  # [s] within which two switches are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,14 +73,25 @@ class Phase:
         end: When it ends [s].
         standing: Who stands, (4,).
         feet: Where each foot stands, or (swing leg) stood last, (4, 3) [m].
-        step: The step under way, if a leg swings.
+        steps: The steps under way: none, one, or two that last from its start to its end.
     """
 
     start: float
     end: float
     standing: BoolArray
     feet: FloatArray
-    step: Step | None
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def step(self) -> Step | None:
+        """The step under way where one leg swings at most; None if all stand.
+
+        Raises:
+            ValueError: Two legs swing.
+        """
+        if len(self.steps) > 1:
+            raise ValueError(f"{len(self.steps)} legs swing from {self.start} s on: see `steps`")
+        return self.steps[0] if self.steps else None
 
     @cached_property
     def corners(self) -> IntArray:
@@ -85,7 +102,9 @@ class Phase:
 
 @dataclass(frozen=True, eq=False)
 class ContactPlan:
-    """Steps in time order, at most one leg in the air, from a stance of four feet at t = 0.
+    """Steps in time order, from a stance of four feet at t = 0.
+
+    One leg is in the air at most, or two whose steps begin and end at the same times.
 
     Attributes:
         feet: Where the feet stand at first, (4, 3) [m], in W.
@@ -93,6 +112,9 @@ class ContactPlan:
         duration: When the plan ends [s].
         roll: How far the feet roll from where they are set down; None: not at all.
         phases: The plan as a gapless sequence of phases.
+
+    Raises:
+        ValueError: A step begins before those before it have ended.
     """
 
     feet: FloatArray
@@ -101,7 +123,7 @@ class ContactPlan:
     roll: FootRoll | None = None
     phases: tuple[Phase, ...] = field(init=False)
     _starts: tuple[float, ...] = field(init=False)
-    # Of each phase: which step's it is, -1 for none; the feet; who stands.
+    # Of each phase: which steps' it is (P, MOST_SWINGS), -1 for none; the feet; who stands.
     _swings: NDArray[np.intp] = field(init=False)
     _feet: FloatArray = field(init=False)
     _standing: BoolArray = field(init=False)
@@ -110,20 +132,31 @@ class ContactPlan:
         phases: list[Phase] = []
         feet, t = np.array(self.feet), 0.0
         everyone = np.ones(4, dtype=bool)
-        for step in self.steps:
-            if step.lift_off > t + 1e-9:
-                phases.append(Phase(t, step.lift_off, everyone, read_only(feet), None))
+        swings, done = [], 0
+        for steps in swings_together(self.steps):
+            begin, end = steps[0].lift_off, steps[0].touchdown
+            if begin > t + SAME_TIME:
+                phases.append(Phase(t, begin, everyone, read_only(feet)))
+                swings.append((-1,) * MOST_SWINGS)
+            elif begin < t - OVERLAP:
+                raise ValueError(
+                    f"leg {steps[0].leg.short} lifts off at {begin} s, before the legs in the air "
+                    f"land at {t} s: steps at one time begin and end together"
+                )
             standing = everyone.copy()
-            standing[step.leg.row] = False
-            phases.append(Phase(step.lift_off, step.touchdown, standing, read_only(feet), step))
-            feet[step.leg.row] = step.swing.p_end
-            t = step.touchdown
-        if self.duration > t + 1e-9:
-            phases.append(Phase(t, self.duration, everyone, read_only(feet), None))
+            for step in steps:
+                standing[step.leg.row] = False
+            phases.append(Phase(begin, end, standing, read_only(feet), steps))
+            swings.append((done, done + 1 if len(steps) > 1 else -1))
+            for step in steps:
+                feet[step.leg.row] = step.swing.p_end
+            t, done = end, done + len(steps)
+        if self.duration > t + SAME_TIME:
+            phases.append(Phase(t, self.duration, everyone, read_only(feet)))
+            swings.append((-1,) * MOST_SWINGS)
         object.__setattr__(self, "phases", tuple(phases))
         object.__setattr__(self, "_starts", tuple(p.start for p in phases))
-        swinging = np.array([p.step is not None for p in phases], dtype=bool)
-        object.__setattr__(self, "_swings", np.where(swinging, np.cumsum(swinging) - 1, -1))
+        object.__setattr__(self, "_swings", np.array(swings, dtype=np.intp))
         object.__setattr__(self, "_feet", np.array([p.feet for p in phases]))
         object.__setattr__(self, "_standing", np.array([p.standing for p in phases]))
         object.__setattr__(self, "feet", read_only(self.feet))
@@ -163,20 +196,41 @@ class ContactPlan:
             feet[..., :2] += roll
         if not self.steps:
             return feet, standing
-        swing = self._swings[index]
-        mine = np.flatnonzero(swing >= 0)
-        swing = swing[mine]
         starts = np.array([step.lift_off for step in self.steps])
         back = np.array([step.back for step in self.steps])
-        legs = np.array([step.leg.row for step in self.steps])
-        legs = legs[swing]
-        feet[mine, legs] = swing_positions(
-            [step.swing for step in self.steps], swing, times[mine] - starts[swing]
-        )
-        if self.roll is not None:
-            left = 1.0 - quintic(np.minimum((times[mine] - starts[swing]) / back[swing], 1.0))
-            feet[mine, legs, :2] += left[:, None] * self.roll.at(starts)[swing, legs]
+        rows = np.array([step.leg.row for step in self.steps])
+        for swing in self._swings[index].T:
+            mine = np.flatnonzero(swing >= 0)
+            if len(mine) == 0:
+                continue
+            swing = swing[mine]
+            legs = rows[swing]
+            feet[mine, legs] = swing_positions(
+                [step.swing for step in self.steps], swing, times[mine] - starts[swing]
+            )
+            if self.roll is not None:
+                left = 1.0 - quintic(np.minimum((times[mine] - starts[swing]) / back[swing], 1.0))
+                feet[mine, legs, :2] += left[:, None] * self.roll.at(starts)[swing, legs]
         return feet, standing
+
+
+OVERLAP = 1e-6  # [s] by which rounding may let a step begin before the one before has ended
+
+
+def swings_together(steps: Sequence[Step]) -> list[tuple[Step, ...]]:
+    """Steps in time order, those that begin and end together as one (at most MOST_SWINGS)."""
+    found: list[tuple[Step, ...]] = []
+    for step in steps:
+        last = found[-1] if found else ()
+        if (
+            0 < len(last) < MOST_SWINGS
+            and abs(step.lift_off - last[0].lift_off) <= SAME_TIME
+            and abs(step.touchdown - last[0].touchdown) <= SAME_TIME
+        ):
+            found[-1] = (*last, step)
+        else:
+            found.append((step,))
+    return found
 
 
 def sample_times(contacts: ContactPlan, period: float = SAMPLE_PERIOD) -> FloatArray:

@@ -20,35 +20,39 @@ from drake_quad.math.curves import (
     sample_body,
 )
 from drake_quad.math.rotations import rotations
-from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.contact_plan import MOST_SWINGS, ContactPlan
 from drake_quad.robot.kinematics import constants, pose
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course
 
-# Columns of the table of phases: times [s], who stands (4), the feet (12) [m], the row of the
-# swing leg (-1 for none), and its swing: from (3), to (3) [m], how long, when the apex [s], its
-# height [m], and its arc: pivot (2) [m], turn [rad] (0: it goes straight), end over start distance.
-START, END, STANDING, FEET, SWING, FROM, TO, DURATION, APEX_TIME, APEX_Z, PIVOT, TURN, FARTHER = (
-    0, 1, 2, 6, 18, 19, 22, 25, 26, 27, 28, 30, 31,
-)  # fmt: skip
-COLUMNS = 32
+# Columns of the table of phases: times [s], who stands (4), the feet (12) [m], and from SWING on
+# the swings of MOST_SWINGS legs, SWING_COLUMNS each.
+START, END, STANDING, FEET, SWING = 0, 1, 2, 6, 18
+# Columns of one swing, from its first on: the row of the leg (-1 for none), from (3), to (3) [m],
+# how long, when the apex [s], its height [m], and its arc: pivot (2) [m], turn [rad] (0: it goes
+# straight), end over start distance.
+FROM, TO, DURATION, APEX_TIME, APEX_Z, PIVOT, TURN, FARTHER = 1, 4, 7, 8, 9, 10, 12, 13
+SWING_COLUMNS = 14
+COLUMNS = SWING + MOST_SWINGS * SWING_COLUMNS
 
 
 def phase_table(contacts: ContactPlan) -> FloatArray:
     """The phases of a contact plan as rows (n, COLUMNS), read-only."""
     table = np.zeros((len(contacts.phases), COLUMNS))
     for row, phase in zip(table, contacts.phases, strict=True):
-        row[START], row[END], row[SWING] = phase.start, phase.end, -1.0
+        row[START], row[END] = phase.start, phase.end
         row[STANDING:FEET] = phase.standing
         row[FEET:SWING] = phase.feet.ravel()
-        if phase.step is not None:
-            swing = phase.step.swing
-            row[SWING] = phase.step.leg.row
-            row[FROM:TO], row[TO:DURATION] = swing.p_start, swing.p_end
-            row[DURATION:PIVOT] = swing.duration, swing.apex_time, swing.apex_z
-            row[PIVOT:] = swing.arc
+        swings = row[SWING:].reshape(MOST_SWINGS, SWING_COLUMNS)
+        swings[:, 0] = -1.0
+        for mine, step in zip(swings, phase.steps, strict=False):
+            swing = step.swing
+            mine[0] = step.leg.row
+            mine[FROM:TO], mine[TO:DURATION] = swing.p_start, swing.p_end
+            mine[DURATION:PIVOT] = swing.duration, swing.apex_time, swing.apex_z
+            mine[PIVOT:] = swing.arc
     return read_only(table)
 
 
@@ -73,7 +77,7 @@ class PlannedFeet(NamedTuple):
         velocity: First derivatives by gait time (4, 3).
         acceleration: Second derivatives by gait time (4, 3).
         standing: Which feet stand (4,).
-        swing_phase: Phase of the swing in [0, 1], nan if nobody swings.
+        swing_phase: Phase of the swing, or of both, in [0, 1], nan if nobody swings.
         phase_rate: Its derivative by gait time [1/s], 0 if nobody swings.
     """
 
@@ -95,19 +99,43 @@ def sample_feet(phases: FloatArray, t: float) -> PlannedFeet:
         standing[k] = row[STANDING + k] > 0.5
         for i in range(3):
             place[k, i] = row[FEET + 3 * k + i]
-    k = int(row[SWING])
-    if k < 0:
+    if row[SWING] < 0.0:
         return PlannedFeet(place, velocity, acceleration, standing, np.nan, 0.0)
-    since = min(max(t - row[START], 0.0), row[DURATION])
+    for n in range(MOST_SWINGS):
+        swing = row[SWING + n * SWING_COLUMNS : SWING + (n + 1) * SWING_COLUMNS]
+        k = int(swing[0])
+        if k >= 0:
+            _sample_swing(swing, t - row[START], place[k], velocity[k], acceleration[k])
+    rate = 1.0 / (row[END] - row[START])
+    phase = (t - row[START]) * rate
+    return PlannedFeet(place, velocity, acceleration, standing, phase, rate)
+
+
+@jit
+def swing_rows(row: FloatArray) -> tuple[int, int]:
+    """The rows of the legs that swing in a phase of the table, -1 for none."""
+    return int(row[SWING]), int(row[SWING + SWING_COLUMNS])
+
+
+@jit
+def _sample_swing(
+    row: FloatArray,
+    since: float,
+    place: FloatArray,
+    velocity: FloatArray,
+    acceleration: FloatArray,
+) -> None:
+    """Writes a foot's place (3,) and its derivatives, `since` [s] its lift-off, of one swing."""
+    since = min(max(since, 0.0), row[DURATION])
     scale = 1.0 / row[DURATION]
     s = since * scale
     for i in range(2):
         way = row[TO + i] - row[FROM + i]
-        place[k, i] = row[FROM + i] + way * quintic_kernel(s)
-        velocity[k, i] = way * (quintic_rate_kernel(s) * scale)
-        acceleration[k, i] = way * (quintic_acceleration_kernel(s) * scale * scale)
+        place[i] = row[FROM + i] + way * quintic_kernel(s)
+        velocity[i] = way * (quintic_rate_kernel(s) * scale)
+        acceleration[i] = way * (quintic_acceleration_kernel(s) * scale * scale)
     if row[TURN] != 0.0:
-        _round_pivot(row, s, scale, place[k], velocity[k], acceleration[k])
+        _round_pivot(row, s, scale, place, velocity, acceleration)
     apex_time, apex = row[APEX_TIME], row[APEX_Z]
     if since <= apex_time:
         scale, base, rise = 1.0 / apex_time, row[FROM + 2], apex - row[FROM + 2]
@@ -115,12 +143,9 @@ def sample_feet(phases: FloatArray, t: float) -> PlannedFeet:
         scale, base, rise = 1.0 / (row[DURATION] - apex_time), apex, row[TO + 2] - apex
         since -= apex_time
     s = since * scale
-    place[k, 2] = base + rise * quintic_kernel(s)
-    velocity[k, 2] = rise * quintic_rate_kernel(s) * scale
-    acceleration[k, 2] = rise * quintic_acceleration_kernel(s) * scale * scale
-    rate = 1.0 / (row[END] - row[START])
-    phase = (t - row[START]) * rate
-    return PlannedFeet(place, velocity, acceleration, standing, phase, rate)
+    place[2] = base + rise * quintic_kernel(s)
+    velocity[2] = rise * quintic_rate_kernel(s) * scale
+    acceleration[2] = rise * quintic_acceleration_kernel(s) * scale * scale
 
 
 @jit
@@ -200,7 +225,7 @@ class PlanSample:
         feet_velocity: (4, 3).
         feet_acceleration: (4, 3).
         standing: (4,) who is to stand.
-        swing_phase: Phase of the swing in [0, 1], nan if nobody swings.
+        swing_phase: Phase of the swing, or of both, in [0, 1], nan if nobody swings.
         phase_index: Index of the contact phase.
     """
 

@@ -26,7 +26,7 @@ class RemainingPlan:
     """What a plan has left.
 
     Attributes:
-        time: When it begins, in the plan [s]: the touchdown of the step under way, or at once.
+        time: When it begins, in the plan [s]: the touchdown of steps under way, or at once.
         feet: Where the feet are to stand then, (4, 3) in W [m].
         steps: The steps from then on.
     """
@@ -37,16 +37,17 @@ class RemainingPlan:
 
 
 def remaining_plan(plan: MotionPlan, t: float) -> RemainingPlan:
-    """What `plan` has left at gait time `t` [s]; the step under way counts as done.
+    """What `plan` has left at gait time `t` [s]; the steps under way count as done.
 
     A step that the clock stands at the very lift-off of is not under way.
     """
     phase = plan.contacts.phase(t)
     feet = np.array(phase.feet)
     time = float(np.clip(t, 0.0, plan.duration))
-    if phase.step is not None and t > phase.start + JUST_LIFTED:
-        feet[phase.step.leg.row] = phase.step.swing.p_end
-        time = phase.step.touchdown
+    if phase.steps and t > phase.start + JUST_LIFTED:
+        for step in phase.steps:
+            feet[step.leg.row] = step.swing.p_end
+        time = phase.end
     if time > plan.duration - 1e-9:
         return RemainingPlan(plan.duration, plan.contacts.final_feet, ())
     steps = tuple(s for s in plan.contacts.steps if s.lift_off >= time - JUST_LIFTED)

@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from drake_quad.common import BoolArray, FloatArray
+from drake_quad.control.ports import is_swinging
 from drake_quad.estimation.contact_from_torques import compare_touchdowns
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.log import columns_of
@@ -61,7 +62,7 @@ def wait_figures(c: Columns) -> dict[str, float]:
 
 
 def _waits_for_landing(c: Columns) -> BoolArray:
-    """Whether the clock, if it waits, waits for a swing leg's touchdown, (N,).
+    """Whether the clock, if it waits, waits for the touchdown of swing legs, (N,).
 
     It waits at the end of a swing or of a stance on all four. Where the next leg is to lift off
     at the very touchdown of the last, it waits for the foot until that bears.
@@ -70,8 +71,9 @@ def _waits_for_landing(c: Columns) -> BoolArray:
     before = np.concatenate([swing[:1], swing[:-1]])
     # A sample whose clock runs has left the phase at whose end it waited.
     leg = np.where(c["gait_rate"] > 0.0, before, swing)
-    bearing = np.stack([c[f"{name}_bearing"] for name in SHORT_NAMES], axis=-1)
-    bears = bearing[np.arange(len(leg)), np.maximum(leg - 1, 0)].astype(bool)
+    bears = np.ones(len(leg), dtype=bool)
+    for number, name in enumerate(SHORT_NAMES, start=1):
+        bears &= c[f"{name}_bearing"].astype(bool) | ~is_swinging(leg, number)
     return np.asarray((leg > 0) & ((_next_leg(swing, leg) == 0) | ~bears))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray
+from drake_quad.control.ports import is_swinging
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.event_metrics import recovery_figures, touch_figures, wait_figures
@@ -70,7 +71,7 @@ def swing_figures(c: Columns, weight: float) -> dict[str, Any]:
     under_way = (c["swing_phase"] > WAY[0]) & (c["swing_phase"] < WAY[1])
     under_way &= c["gait_mode"] == "run"  # a push stops the clock where it is
     for number, leg in enumerate(SHORT_NAMES, start=1):
-        mine = under_way & (c["swing_leg"] == number)
+        mine = under_way & is_swinging(c["swing_leg"], number)
         parts = np.stack([c[f"{leg}_force_{k}"][mine] for k in "xyz"])
         force[mine] = np.linalg.norm(parts, axis=0)
     if not np.all(np.isfinite(force)):

@@ -9,7 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_quad.common import FloatArray
-from drake_quad.control.ports import CATCH_SIZE, GaitPhase
+from drake_quad.control.ports import CATCH_SIZE, GaitPhase, swing_legs
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.robot.loader import AddRobot
 from drake_quad.robot.model import RobotModel
@@ -54,9 +54,9 @@ def kinematic_logs(
         phase[:, GaitPhase.RATE] = 1.0
         phase[:, GaitPhase.SEGMENT] = [plan.segment_index(x) for x in t]
         for part in plan.contacts.phases:
-            if part.step is not None:
+            if part.steps:
                 mine = (t >= part.start) & (t < part.end)
-                phase[mine, GaitPhase.SWING_LEG] = int(part.step.leg)
+                phase[mine, GaitPhase.SWING_LEG] = swing_legs([step.leg for step in part.steps])
                 phase[mine, GaitPhase.SWING_PHASE] = (t[mine] - part.start) / (
                     part.end - part.start
                 )

@@ -179,7 +179,7 @@ class GaitScheduler(LeafSystem):
         current = plan.contacts.phase(phase[GaitPhase.TIME])
         if not needs_recovery(reflex, balance, bearing, current.standing):
             return False
-        self._catch_with(reflex, state, phase, balance, current.standing, current.step)
+        self._catch_with(reflex, state, phase, balance, current.standing, current.steps)
         return True
 
     def _reflex_on(self, plan: MotionPlan) -> Reflex:
@@ -202,9 +202,9 @@ class GaitScheduler(LeafSystem):
         phase: list[float],
         balance: FloatArray,
         standing: BoolArray,
-        step: Step | None,
+        steps: tuple[Step, ...],
     ) -> None:
-        catch = choose_swing_foot(reflex, balance, standing, step)
+        catch = choose_swing_foot(reflex, balance, standing, steps)
         state.set_value(self._catch, catch)
         phase[GaitPhase.MODE] = float(Mode.CATCH if catch[Catch.LEG] else Mode.SETTLE)
         phase[GaitPhase.RATE] = 0.0
@@ -236,7 +236,7 @@ class GaitScheduler(LeafSystem):
             return EventStatus.Succeeded()
         everyone = np.ones(4, dtype=bool)
         if needs_recovery(reflex, balance, bearing, everyone):
-            self._catch_with(reflex, state, phase, balance, everyone, None)
+            self._catch_with(reflex, state, phase, balance, everyone, ())
             if phase[GaitPhase.MODE] == Mode.CATCH:
                 return EventStatus.Succeeded()
         waiting = waiting + self._period if has_settled(balance, bearing) else 0.0

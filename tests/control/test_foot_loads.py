@@ -13,8 +13,10 @@ from drake_quad.control.contact_load import (
     correct_load,
     foot_load,
 )
+from drake_quad.gait.swing import Swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
 from drake_quad.planning.motion_plan import phase_table
+from drake_quad.robot.legs import LEGS, SIGNS
 
 
 def load_history(contacts: ContactPlan, count: int = 6000) -> tuple[FloatArray, FloatArray]:
@@ -71,7 +73,7 @@ def test_load_of_a_foot_that_was_lost_never_jumps_up(bears: bool) -> None:
     for regained in np.linspace(0.0, 1.0, 11):
         load, back = np.array([1.0, 1.0, 0.8, 0.0]), np.array([1.0, regained, 1.0, 1.0])
         bearing = np.array([1.0, float(bears), 1.0, 0.0])
-        correct_load(load, np.array([True, True, True, False]), bearing, False, back)
+        correct_load(load, np.array([True, True, True, False]), bearing, np.zeros(4), back)
         np.testing.assert_array_equal(load[[0, 2, 3]], [1.0, 0.8, 0.0])
         loads.append(load[1])
     assert loads[0] == pytest.approx(LOST_LOAD)
@@ -81,7 +83,7 @@ def test_load_of_a_foot_that_was_lost_never_jumps_up(bears: bool) -> None:
 def test_a_foot_that_landed_early_carries_what_a_landed_foot_does() -> None:
     """While the plan still has it in the air; the others carry on."""
     load, standing = np.array([1.0, 0.0, 1.0, 1.0]), np.array([True, False, True, True])
-    correct_load(load, standing, np.ones(4), True, np.ones(4))
+    correct_load(load, standing, np.ones(4), np.ones(4), np.ones(4))
     np.testing.assert_array_equal(load, [1.0, LANDED_LOAD, 1.0, 1.0])
 
 
@@ -89,7 +91,9 @@ def test_the_last_foot_that_holds_keeps_its_load() -> None:
     """Of feet that are all lost nothing is taken: somebody has to carry."""
     load = np.array([1.0, 1e-4, 1.0, 1.0])
     before = load.copy()
-    correct_load(load, np.ones(4, dtype=bool), np.array([0.0, 1.0, 0.0, 0.0]), False, np.zeros(4))
+    correct_load(
+        load, np.ones(4, dtype=bool), np.array([0.0, 1.0, 0.0, 0.0]), np.zeros(4), np.zeros(4)
+    )
     np.testing.assert_array_equal(load, before)
 
 
@@ -101,3 +105,19 @@ def test_in_a_push_those_carry_that_stand_and_bear(bearing: list[int], wanted: l
     """If none does, all that are to stand are ready."""
     standing = np.array([True, True, True, False])
     np.testing.assert_array_equal(caught_load(standing, np.array(bearing, dtype=float)), wanted)
+
+
+def test_two_swing_feet_carry_nothing_and_both_ramp() -> None:
+    """A pair's loads fall together before its lift-off, are none in the air, and come back."""
+    feet = np.column_stack([SIGNS * 0.3, np.zeros(4)])
+    pair = tuple(
+        Step(leg, 1.0, 1.5, Swing(feet[leg.row], feet[leg.row] + 0.1, 0.5, 0.25, 0.2))
+        for leg in (LEGS[0], LEGS[3])
+    )
+    contacts = ContactPlan(feet, pair, 3.0)
+    times, load = load_history(contacts)
+    np.testing.assert_array_equal(load[:, 0], load[:, 3])
+    np.testing.assert_array_equal(load[:, 1:3], 1.0)
+    air = (times >= 1.0) & (times < 1.5)
+    assert np.all(load[air, 0] == 0.0) and np.all(load[~air, 0] > 0.0)
+    assert load[np.argmax(times >= 1.5), 0] < 0.5 < load[-1, 0]

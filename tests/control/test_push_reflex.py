@@ -90,14 +90,14 @@ def test_calm_is_on_four_feet_and_nearly_at_rest() -> None:
 
 def test_nothing_is_put_down_where_four_feet_hold() -> None:
     """Standing still is all there is to do."""
-    assert choose_swing_foot(REFLEX, standing_with(vy=-0.2), ALL, None)[Catch.LEG] == 0.0
+    assert choose_swing_foot(REFLEX, standing_with(vy=-0.2), ALL, ())[Catch.LEG] == 0.0
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_hard_push_is_caught_on_the_side_that_it_goes_to(sign: float) -> None:
     """A foot of that side is lifted and put farther out, where it then holds the capture point."""
     balance = standing_with(vy=sign * 1.3)
-    catch = choose_swing_foot(REFLEX, balance, ALL, None)
+    catch = choose_swing_foot(REFLEX, balance, ALL, ())
     row = int(catch[Catch.LEG]) - 1
     before = balance[Balance.FEET + 3 * row : Balance.FEET + 3 * row + 3]
     assert row >= 0 and np.sign(before[1]) == sign
@@ -113,6 +113,6 @@ def test_foot_in_the_air_is_put_down_first() -> None:
     balance[place] += [0.0, 0.0, 0.1]
     outward = np.sign(balance[place][1])
     balance[Balance.VELOCITY_ERROR + 1] = outward * 0.4
-    catch = choose_swing_foot(REFLEX, balance, np.arange(4) != step.leg.row, step)
+    catch = choose_swing_foot(REFLEX, balance, np.arange(4) != step.leg.row, [step])
     assert catch[Catch.LEG] == step.leg and catch[Catch.LIFT] == 0.0
     assert catch[Catch.Z] == pytest.approx(paper_robot().foot_radius)

@@ -181,7 +181,7 @@ def test_early_ground_is_kept_and_pressed_on(row: int) -> None:
     held = walk.tick().place[row]
     follow = PACE.period / PACE.foothold_time
     np.testing.assert_allclose(held, expected + follow * (found - expected), atol=1e-12)
-    assert walk.memory[LANDED] == 0.0
+    assert walk.memory[LANDED + row] == 0.0
 
 
 @examples
@@ -205,7 +205,7 @@ def test_contact_in_the_first_half_is_that_of_the_lift_off() -> None:
     walk.planned[1, 2] += 0.05
     result = walk.tick()
     np.testing.assert_allclose(result.place[1], walk.planned[1])
-    assert result.memory[LANDED] == 0.0
+    assert result.memory[LANDED + 1] == 0.0
 
 
 def test_early_ground_that_gives_way_is_followed_down() -> None:

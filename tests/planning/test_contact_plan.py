@@ -7,6 +7,7 @@ from hypothesis import given, settings, strategies as st
 from drake_quad.common import FloatArray
 from drake_quad.gait.swing import Swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.motion_plan import phase_table, sample_feet
 from drake_quad.robot.legs import LEGS, SIGNS
 
 seeds = st.integers(0, 2**32 - 1)
@@ -15,17 +16,18 @@ START = np.column_stack([SIGNS * [0.4, 0.3], np.full(4, 0.01)])
 
 
 def random_plan(seed: int) -> ContactPlan:
-    """Up to eight steps of any legs, with or without time on four feet between and after."""
+    """Up to eight times one leg or two, with or without time on four feet between and after."""
     rng = np.random.default_rng(seed)
     feet, steps, t = START.copy(), [], 0.0
     for _ in range(rng.integers(0, 9)):
-        leg = LEGS[rng.integers(4)]
         t += rng.choice([0.0, rng.uniform(0.01, 1.0)])
-        duration, apex = rng.uniform(0.2, 1.5), rng.uniform(0.2, 0.8)
-        to = feet[leg.row] + rng.normal(scale=0.2, size=3)
-        swing = Swing(feet[leg.row], to, duration, apex * duration, 0.2)
-        steps.append(Step(leg, t, t + duration, swing))
-        feet[leg.row], t = to, t + duration
+        duration = rng.uniform(0.2, 1.5)
+        for row in rng.permutation(4)[: rng.integers(1, 3)].tolist():
+            apex, to = rng.uniform(0.2, 0.8), feet[row] + rng.normal(scale=0.2, size=3)
+            swing = Swing(feet[row], to, duration, apex * duration, 0.2)
+            steps.append(Step(LEGS[row], t, t + duration, swing))
+            feet[row] = to
+        t += duration
     return ContactPlan(START, tuple(steps), t + float(rng.choice([0.0, 0.7])))
 
 
@@ -49,15 +51,16 @@ def test_phases_are_without_gaps_and_cover_the_plan(seed: int) -> None:
 
 @examples
 @given(seeds)
-def test_at_most_one_leg_is_in_the_air_and_only_during_its_step(seed: int) -> None:
-    """At any time all legs but the one whose step is under way stand."""
+def test_two_legs_are_in_the_air_at_most_and_only_during_their_steps(seed: int) -> None:
+    """At any time all legs but those whose steps are under way stand."""
     plan = random_plan(seed)
     for t in grid(plan, 100) if plan.phases else []:
-        swinging = [s.leg for s in plan.steps if s.lift_off <= t < s.touchdown]
+        swinging = sorted(s.leg for s in plan.steps if s.lift_off <= t < s.touchdown)
         standing = plan.phase(t).standing
         if t < plan.duration:
             assert [leg for leg in LEGS if not standing[leg.row]] == swinging
-        assert (~standing).sum() <= 1
+            assert sorted(s.leg for s in plan.phase(t).steps) == swinging
+        assert (~standing).sum() <= 2
 
 
 @examples
@@ -117,8 +120,8 @@ def test_many_times_at_once_are_each_alone(seed: int) -> None:
     for t, p, stands in zip(times, feet, standing, strict=True):
         phase = plan.phase(t)
         expected = np.array(phase.feet)
-        if phase.step is not None:
-            expected[phase.step.leg.row] = phase.step.swing.sample(t - phase.start)[0]
+        for step in phase.steps:
+            expected[step.leg.row] = step.swing.sample(t - phase.start)[0]
         np.testing.assert_allclose(p, expected, atol=1e-12)
         np.testing.assert_array_equal(stands, phase.standing)
 
@@ -130,3 +133,41 @@ def test_a_switch_belongs_to_the_phase_that_begins_there() -> None:
     assert [plan.phase_index(t) for t in (-1.0, 0.0, 0.999, 1.0, 1.999, 2.0, 3.0, 9.0)] == [
         0, 0, 0, 1, 1, 2, 2, 2]  # fmt: skip
     assert not plan.phase(1.0).standing[0] and plan.phase(2.0).standing[0]
+
+
+@examples
+@given(seeds)
+def test_the_control_loop_samples_the_same_feet(seed: int) -> None:
+    """The table's kernel gives every foot, one in the air or two, where the plan itself has it."""
+    plan = random_plan(seed)
+    if not plan.phases:
+        return
+    table, times = phase_table(plan), grid(plan, 60)
+    feet, standing = plan.feet_at(times)
+    for t, places, stands in zip(times, feet, standing, strict=True):
+        found = sample_feet(table, t)
+        np.testing.assert_allclose(found.place, places, atol=1e-9)
+        np.testing.assert_array_equal(found.standing, stands)
+        assert np.isnan(found.swing_phase) == bool(stands.all())
+        assert np.all(found.velocity[stands] == 0.0)
+
+
+def two_swings(second: float) -> tuple[Step, Step]:
+    """Steps of two diagonal legs from 1 s to 2 s, the other `second` [s] later."""
+    return tuple(
+        Step(LEGS[k], 1.0 + late, 2.0 + late, Swing(START[k], START[k] + 0.1, 1.0, 0.5, 0.2))
+        for k, late in ((0, 0.0), (3, second))
+    )  # type: ignore[return-value]
+
+
+def test_steps_that_begin_and_end_together_are_one_phase_and_others_may_not_overlap() -> None:
+    """Two such steps make one phase on two feet; a plan whose swings overlap in part is refused."""
+    plan = ContactPlan(START, two_swings(0.0), 3.0)
+    assert [len(phase.steps) for phase in plan.phases] == [0, 2, 0]
+    np.testing.assert_array_equal(plan.phases[1].standing, [False, True, True, False])
+    with pytest.raises(ValueError, match="2 legs swing"):
+        _ = plan.phases[1].step
+    with pytest.raises(ValueError, match=r"RR lifts off at 1\.5 s"):
+        ContactPlan(START, two_swings(0.5), 3.0)
+    apart = ContactPlan(START, two_swings(1.0), 3.0)
+    assert [len(phase.steps) for phase in apart.phases] == [0, 1, 1]
