@@ -16,6 +16,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from drake_quad.bus.messages import StateMessage
 from drake_quad.bus.real_time import NS
 from drake_quad.bus.safety import Drives
+from drake_quad.bus.trace import BEARS
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import DrakeQuadError
@@ -34,7 +35,6 @@ from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 
 SUNK = 0.6  # of its planned height over the feet: a trunk that is lower is not borne any more
 MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
-BEARS = 0.01  # of the robot's weight: a foot that bears as much has contact
 PORTS = ("imu_measured", "joint_state_measured", "contact_state_measured")
 
 
@@ -118,6 +118,7 @@ class BusController:
         self._simulator.Initialize()
         self._estimate = self._diagram.GetOutputPort("robot_state_estimated")
         self._desired = [self._diagram.GetOutputPort(n) for n in ("body_desired", "feet_desired")]
+        self._bears = np.ones(4)
         self.ticks, self._due_ns, self.ended, self.fault = 0, 0, "", ""
 
     def _rehearse(self) -> None:
@@ -140,10 +141,11 @@ class BusController:
                 return  # a bus quicker than the controller: its next tick has not come
         # Not the state's own time, or what rounding leaves would add up: 4 ms for each 5.
         self._due_ns = (self._due_ns or state.time_ns - self._period_ns) + gap * self._period_ns
+        self._bears = self._bearing(state, gap)
         for name, value in (
             ("imu_measured", np.concatenate([state.angular_rate, state.specific_force])),
             ("joint_state_measured", np.concatenate([state.position, state.velocity])),
-            ("contact_state_measured", self._bearing(state, gap)),
+            ("contact_state_measured", self._bears),
         ):
             self._values[name].GetMutableData().get_mutable_value().SetFromVector(value)
         self.ticks += min(gap, MOST_TICKS)
@@ -156,6 +158,21 @@ class BusController:
             found = re.search(r'message: "(.*)"', status.FormatMessage(), re.DOTALL)
             self.ended = found.group(1) if found else status.FormatMessage()
         self.fault = self._sunk()
+
+    def known(self) -> dict[str, FloatArray]:
+        """What it knows and wants now, as `trace.CONTROLLER` has its parts; leg by leg."""
+        read = self._layout.read(self._estimate.Eval(self._context))
+        body, places = (port.Eval(self._context) for port in self._desired)
+        base = int(self._layout.q_base)
+        x = self._estimate.Eval(self._context)
+        return {
+            "clock": self._diagram.GetOutputPort("gait_phase").Eval(self._context),
+            "pose": np.concatenate([read.p_WB, x[base : base + 4]]),
+            "feet": read.p_WB + calc_feet(self._geometry, read.q) @ read.R_WB.T,
+            "bearing": np.array(self._bears),
+            "body_desired": np.array(body),
+            "feet_desired": np.array(places),
+        }
 
     def _sunk(self) -> str:
         """Says that the trunk is far below its plan; empty if it is not.

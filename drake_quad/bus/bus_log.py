@@ -14,6 +14,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from drake_quad.bus.bus_controller import BusController
 from drake_quad.bus.control_loop import ControlLoop
 from drake_quad.bus.messages import (
     CommandMessage,
@@ -26,6 +27,8 @@ from drake_quad.bus.messages import (
 )
 from drake_quad.bus.real_time import NS, Clock
 from drake_quad.bus.robot_bus import RobotBus
+from drake_quad.bus.safety import SafetyMode
+from drake_quad.bus.trace import Trace
 from drake_quad.errors import InputError
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.plan_job import PlanJob, PlanMaker
@@ -351,8 +354,12 @@ class BusReplay:
         """Has nothing to close."""
 
 
-def replay_bus_log(log: BusLog) -> dict[str, Any]:
+def replay_bus_log(log: BusLog, trace: Trace | None = None) -> dict[str, Any]:
     """Gives the log to a loop made anew, and compares what it answers.
+
+    Args:
+        log: The log.
+        trace: Takes what the controller knew and wanted in a walk, a row a tick; see `CONTROLLER`.
 
     Returns:
         `commands`, how many were compared; `same`, whether all of them, and there are some, are the
@@ -371,6 +378,11 @@ def replay_bus_log(log: BusLog) -> dict[str, Any]:
             if replay.stop_due:
                 loop.stop(replay.stop_due)
             loop.tick()
+            if trace is not None and loop.mode == SafetyMode.WALKING and loop.newest is not None:
+                assert isinstance(loop.controller, BusController)
+                trace.add(
+                    time=loop.newest.time_ns / NS, mode=int(loop.mode), **loop.controller.known()
+                )
     times = [value for topic, value in log.events if topic == NOW]
     return {
         "commands": replay.compared,

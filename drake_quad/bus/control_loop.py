@@ -107,6 +107,11 @@ class ControlLoop:
         return self._memory.reason
 
     @property
+    def newest(self) -> StateMessage | None:
+        """The newest sound state."""
+        return self._states.newest
+
+    @property
     def lost(self) -> int:
         """How many of the robot's messages did not come, or came too late."""
         return self._states.lost

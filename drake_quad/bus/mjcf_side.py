@@ -12,6 +12,7 @@ import numpy as np
 from drake_quad.bus.joint_map import joint_map
 from drake_quad.bus.messages import DRIVES_DAMP, DRIVES_FOLLOW, CommandMessage, StateMessage
 from drake_quad.bus.postures import lowest_stance
+from drake_quad.bus.trace import BEARS
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.errors import InputError
 from drake_quad.estimation.sensor_models import draw_joint_errors
@@ -108,6 +109,7 @@ class MjcfSide:
         )
         self._joints = draw_joint_errors(errors.joints, errors.joint_generator)
         self._noise = scenario.sensors.torque_noise * robot.effort
+        self._least = BEARS * robot.mass * GRAVITY
         self._put(prepared)
         self._feet = self._find_feet(path, prepared)
         self._steps, self._velocity = 0, np.zeros(3)
@@ -170,6 +172,19 @@ class MjcfSide:
         R = np.zeros(9)
         self._mujoco.mju_quat2Mat(R, self._data.qpos[3:7])
         return R.reshape(3, 3)
+
+    def truth(self) -> dict[str, FloatArray]:
+        """Where it is, as `trace.ROBOT` has its parts `pose`, `feet` and `bearing`."""
+        quaternion, feet = np.zeros(4), np.zeros((4, 3))
+        R = self._R_WT @ self._own.R_BT.T
+        self._mujoco.mju_mat2Quat(quaternion, R.ravel())
+        for geom, row in self._feet.items():
+            feet[row] = self._data.geom_xpos[geom]
+        return {
+            "pose": np.concatenate([self.base, quaternion]),
+            "feet": feet,
+            "bearing": (self._foot_force() > self._least).astype(float),
+        }
 
     def advance(self, drives: int, command: CommandMessage | None) -> None:
         """Goes on by a period; the drives' law is τ + k (q_d - q) + d (v_d - v)."""

@@ -10,6 +10,7 @@ from drake_quad.bus.processes import BusChoice, Stop, Tell, each_period, open_bu
 from drake_quad.bus.real_time import NS, WallClock, real_time, thread_ids
 from drake_quad.bus.robot_side import RobotLoop, RobotSide
 from drake_quad.bus.safety import SafetyMode
+from drake_quad.bus.trace import ROBOT_PERIOD, Trace
 from drake_quad.simulation.prepared import PreparedScenario
 
 DRIVES = {DRIVES_DAMP: "damping", DRIVES_FOLLOW: "following", DRIVES_HOLD: "holding"}
@@ -26,6 +27,7 @@ def simulate_robot(
     stop: Stop,
     tell: Tell,
     fifo: bool = False,
+    trace: Trace | None = None,
 ) -> dict[str, Any]:
     """The robot's process: physics by the clock, until it is told to end.
 
@@ -40,6 +42,7 @@ def simulate_robot(
         tell: Told of every change of what the drives do.
         fifo: Whether real-time priority is asked for. A simulation that is slower than the
             wall clock then leaves a core to nothing else.
+        trace: Takes where the robot is, a row every ROBOT_PERIOD; see `trace.ROBOT`.
 
     Returns:
         What the drives did and where the robot went: what robot.json holds.
@@ -72,6 +75,8 @@ def simulate_robot(
             }
             changes.append(change)
             tell(f"{robot.time:8.3f} s  {change['drives']} ({change['mode']}) {change['reason']}")
+        if trace is not None and robot.time >= len(trace) * ROBOT_PERIOD:
+            trace.add(time=robot.time, drives=loop.guard.drives, **robot.truth())
         over = duration is not None and robot.time >= duration
         return not (over or stop())
 

@@ -21,8 +21,9 @@ from drake_quad.bus.postures import lowest_stance
 from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
 from drake_quad.bus.safety import DAMP_AFTER, HOLD_AFTER, SafetyMode
+from drake_quad.bus.trace import BEARS
 from drake_quad.bus.watch import CommandWatch
-from drake_quad.common import FloatArray
+from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.sensor_models import IDEAL_IMU, IDEAL_JOINTS, SensorErrors
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.scenario.build import generator_of, sensor_errors
@@ -86,6 +87,9 @@ class RobotSide(Protocol):
     @property
     def base(self) -> FloatArray:
         """Where the trunk is, (3,) in W [m], the truth."""
+
+    def truth(self) -> dict[str, FloatArray]:
+        """Where it is, as `trace.ROBOT` has its parts `pose`, `feet` and `bearing`."""
 
     def advance(self, drives: int, command: CommandMessage | None) -> None:
         """Goes on by a period, the drives doing as they are told: DRIVES_DAMP and so on."""
@@ -167,6 +171,7 @@ class SimulatedRobot:
         self._step = plant.time_step()
         self._steps_each = round(control.period / self._step)
         self._steps, self._foot_force = 0, np.zeros(4)
+        self._least = BEARS * robot.mass * GRAVITY
         self._drive(DRIVES_DAMP, None)
         self._simulator.Initialize()
 
@@ -190,6 +195,16 @@ class SimulatedRobot:
         """Where the feet's centres are, (4, 3) in W [m], the truth."""
         read = self._layout.read(self.state)
         return np.asarray(read.p_WB + calc_feet(self._geometry, read.q) @ read.R_WB.T)
+
+    def truth(self) -> dict[str, FloatArray]:
+        """Where it is, as `trace.ROBOT` has its parts `pose`, `feet` and `bearing`."""
+        base = int(self._layout.q_base)
+        force = self._outputs["foot_force"].Eval(self._context).reshape(4, 3)
+        return {
+            "pose": np.concatenate([self.base, self.state[base : base + 4]]),
+            "feet": self.feet,
+            "bearing": (force[:, 2] > self._least).astype(float),
+        }
 
     def advance(self, drives: int, command: CommandMessage | None) -> None:
         """Goes on by a period with the drives doing as they are told, step by step."""

@@ -125,6 +125,7 @@ def simulate(
     from drake_quad.bus.processes import BusChoice, check_choice, prepare_for_bus
     from drake_quad.bus.robot_process import simulate_robot
     from drake_quad.bus.robot_side import RobotSide, SimulatedRobot
+    from drake_quad.bus.trace import ROBOT, Trace
 
     choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
     check_choice(choice, named=interface is not None, ready=interface is not None)
@@ -144,17 +145,26 @@ def simulate(
     prepared = prepare_for_bus(scenario, overrides or [], MESSAGES.print)
     robot: RobotSide = SimulatedRobot(prepared) if mjcf is None else MjcfSide(mjcf, prepared)
     faults = BusFaults(loss=loss, delay=delay, jitter=jitter, reorder=reorder, freeze_at=freeze_at)
+    trace = None if out is None else Trace(ROBOT)
     with interruptible(MESSAGES) as stop:
         result = simulate_robot(
             prepared, robot, choice, faults=faults, seed=fault_seed, duration=duration, stop=stop,
-            tell=_tell, fifo=fifo,
+            tell=_tell, fifo=fifo, trace=trace,
         )  # fmt: skip
+    if out is not None and trace is not None:
+        trace.write(out / "robot.parquet")
     _leave(result, out, "robot.json", as_json=as_json)
 
 
 def bus_replay(
     log: Annotated[Path, typer.Argument(help="MCAP file that `control --record` has written.")],
     *,
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            help="Parquet file for what the controller knew and wanted in its walk, a row a tick."
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Give a controller again all that came over a bus, and compare what it answers.
@@ -162,8 +172,13 @@ def bus_replay(
     Exit status 1 if a command is another than it was, to the bit.
     """
     from drake_quad.bus.bus_log import read_bus_log, replay_bus_log
+    from drake_quad.bus.trace import CONTROLLER, Trace
 
-    found = replay_bus_log(read_bus_log(log))
+    claim_file(table, "--table", reads=[log])
+    trace = None if table is None else Trace(CONTROLLER)
+    found = replay_bus_log(read_bus_log(log), trace)
+    if table is not None and trace is not None:
+        trace.write(table)
     if as_json:
         print(json.dumps(found))
     elif found["same"]:

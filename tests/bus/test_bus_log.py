@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from bus_rig import PERIOD_NS, short_walk
 from command import drake_quad, refused
@@ -26,9 +27,13 @@ from drake_quad.bus.real_time import ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import RobotLoop, SimulatedRobot
 from drake_quad.bus.safety import SafetyMode
+from drake_quad.bus.trace import CONTROLLER, ROBOT, Trace
 from drake_quad.errors import InputError
 
 STOPPED_AT = 400  # ticks of walking after which a person stops it
+
+
+TRUTH = Trace(ROBOT)  # of the robot of `log`
 
 
 @pytest.fixture(scope="module")
@@ -41,15 +46,15 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     prepared, clock = short_walk(folder, "joints"), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     faults = BusFaults(loss=0.05, delay=0.004, jitter=0.004, reorder=0.05, freeze_at=None)
-    robot = RobotLoop(
-        SimulatedRobot(prepared), FaultyBus(bus, faults, clock, np.random.default_rng(3)), clock
-    )
+    side = SimulatedRobot(prepared)
+    robot = RobotLoop(side, FaultyBus(bus, faults, clock, np.random.default_rng(3)), clock)
     plans = LatePlans()
     recorder = BusRecorder(bus, clock, plans)
     loop = ControlLoop(prepared, recorder, recorder, maker=recorder)
     walked = 0
     while not loop.outcome:
         robot.tick()
+        TRUTH.add(time=side.time, drives=robot.guard.drives, **side.truth())
         if walked >= STOPPED_AT:
             loop.stop("interrupted")
             recorder.note_stop("interrupted")
@@ -71,6 +76,40 @@ def test_a_controller_made_anew_answers_the_same_to_the_bit(log: Path) -> None:
     assert found["same"] and found["first_difference"] is None
     assert found["commands"] == answers > 2000
     assert found["duration"] == pytest.approx(answers * 0.002, rel=0.01)
+
+
+def test_what_the_controller_knew_can_be_laid_beside_where_the_robot_was(log: Path) -> None:
+    """At the same times of the robot's: base and feet within 10 mm, and feet that bear in both.
+
+    But for where the robot stood up: the controller takes it to be where the scenario has it.
+    """
+    trace = Trace(CONTROLLER)
+    found = replay_bus_log(read_bus_log(log), trace)
+    assert found["same"] and len(trace) >= STOPPED_AT  # it looks, and changes nothing
+    knew, was = trace.table(), TRUTH.table()
+    for table, parts in ((knew, CONTROLLER), (was, ROBOT)):
+        assert table.column_names == [name for names in parts.values() for name in names]
+    times = was["time"].to_numpy()
+    row = np.searchsorted(times, knew["time"].to_numpy() - 1e-6)
+    np.testing.assert_allclose(times[row], knew["time"].to_numpy(), atol=1e-6)
+    for name in (*CONTROLLER["pose"], *CONTROLLER["feet"]):
+        off = (was[name].to_numpy()[row] - knew[name].to_numpy())[2:]  # it begins with its first
+        assert np.abs(off).max() < 0.03 and np.abs(off - off[0]).max() < 0.01, name
+    both = [was[name].to_numpy()[row] == knew[name].to_numpy() for name in CONTROLLER["bearing"]]
+    assert np.mean(both) > 0.95
+    wanted = np.stack([knew[name].to_numpy() for name in CONTROLLER["body_desired"][:3]])
+    base = np.stack([knew[name].to_numpy() for name in CONTROLLER["pose"][:3]])
+    assert np.abs(wanted - base)[:, 2:].max() < 0.02 and np.ptp(knew["gait_time"].to_numpy()) > 0.5
+
+
+def test_the_table_of_a_log_is_written(log: Path, tmp_path: Path) -> None:
+    """`bus-replay --table` has a row for every tick of the walk; never in place of the log."""
+    table = tmp_path / "knew.parquet"
+    done = drake_quad("bus-replay", str(log), "--table", str(table), cwd=tmp_path)
+    assert done.returncode == 0 and pq.read_table(table).num_rows >= STOPPED_AT
+    assert "is read by this command" in refused(
+        drake_quad("bus-replay", str(log), "--table", str(log), cwd=tmp_path)
+    )
 
 
 def test_what_was_sensed_otherwise_is_answered_otherwise(log: Path) -> None:

@@ -18,7 +18,9 @@ from drake_quad.bus.postures import lowest_stance
 from drake_quad.bus.processes import load_for_bus
 from drake_quad.common import GRAVITY
 from drake_quad.errors import InputError
+from drake_quad.math.rotations import quaternion_matrix
 from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.robot.kinematics import calc_feet
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.systems.disturbances import Disturbances
 
@@ -71,6 +73,12 @@ def test_it_senses_what_it_does_in_our_words(tmp_path: Path) -> None:
     assert state.foot_force.sum() == pytest.approx(robot.mass * GRAVITY, rel=0.02)
     assert not side.others
     np.testing.assert_allclose(side.base[:2], stance.body[:2], atol=0.02)
+    truth = side.truth()
+    np.testing.assert_array_equal(truth["pose"][:3], side.base)
+    assert truth["pose"][3] > 0.999 and truth["bearing"].tolist() == [1.0] * 4
+    R_WB = quaternion_matrix(truth["pose"][3:])
+    feet = side.base + calc_feet(robot.geometry, state.position.reshape(4, 3)) @ R_WB.T
+    np.testing.assert_allclose(truth["feet"], feet, atol=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from bus_rig import PERIOD_NS, SHORT_WALK, Puppet, short_walk
 from rig import state_of
@@ -172,3 +173,5 @@ def test_two_processes_over_lcm(tmp_path: Path, end: str) -> None:
         assert ended["outcome"] == "goal_reached" and ended["largest_step"] <= 0.05
         walked = [c["base"] for c in told["drives"] if c["mode"] in ("walking", "standing")]
         assert 0.2 < walked[-1][0] - walked[0][0] < 0.4
+        went = pq.read_table(tmp_path / "robot.parquet")
+        assert went["base_x"][-1].as_py() == pytest.approx(told["end"][0], abs=1e-3)
