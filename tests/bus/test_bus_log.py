@@ -99,7 +99,7 @@ def test_what_the_controller_knew_can_be_laid_beside_where_the_robot_was(log: Pa
     assert np.mean(both) > 0.95
     wanted = np.stack([knew[name].to_numpy() for name in CONTROLLER["body_desired"][:3]])
     base = np.stack([knew[name].to_numpy() for name in CONTROLLER["pose"][:3]])
-    assert np.abs(wanted - base)[:, 2:].max() < 0.02 and np.ptp(knew["gait_time"].to_numpy()) > 0.5
+    assert np.abs(wanted - base)[:, 2:].max() < 0.02 and np.ptp(knew["gait_time"].to_numpy()) > 0.4
 
 
 def test_the_table_of_a_log_is_written(log: Path, tmp_path: Path) -> None:
