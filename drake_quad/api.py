@@ -25,11 +25,13 @@ from drake_quad.feasibility.passport import (
 )
 from drake_quad.feasibility.passport_page import PASSPORT, write_passport
 from drake_quad.gait_design.wish import BALANCE, PREFER, Wish
+from drake_quad.planning.footholds import TROT
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
+from drake_quad.scenario.validate import value_at
 from drake_quad.simulation.plan_report import (
     certify_plan,
     describe_failure,
@@ -91,15 +93,19 @@ def certify(prepared: PreparedScenario) -> Certificate:
         The certificate; its `failure` is None if everything asked for is proven.
 
     Raises:
-        InputError: If the plan's swings go along arcs, of which nothing is proven.
+        InputError: If the plan's swings go along arcs, or two legs swing at once: of neither is
+            anything proven.
     """
     found, certificate = certify_plan(prepared)
     if certificate is None:
+        field, other = "spin.swing_path", "chord"
+        if prepared.scenario.gait.pattern == TROT:
+            field, other = "gait.pattern", "wave"
         raise InputError(
             source="scenario",
-            field="spin.swing_path",
-            value=prepared.scenario.spin.swing_path,
-            remedy=f"{found['reason']}; take chord",
+            field=field,
+            value=value_at(prepared.scenario, field),
+            remedy=f"{found['reason']}; take {other}",
         )
     return certificate
 

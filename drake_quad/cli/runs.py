@@ -76,6 +76,11 @@ def print_plan(result: dict[str, Any]) -> None:
     if result["balance"] == "dynamic":
         moving = _metres(result["planned_zmp_margin_min"])
         least += f", balanced by its motion: zero-moment point {moving} m within its feet"
+        beside = result.get("planned_zmp_line_distance_max")
+        if beside is not None:
+            least += (
+                f" where three or four stand, at most {_metres(beside)} m beside two feet's line"
+            )
     strong = "" if torque <= 1.0 else f", if a joint gives {torque:.0%} of its torque,"
     console.print(
         f"feasible{strong}: {result['duration']:.1f} s, smallest margin "

@@ -196,6 +196,10 @@ def _at_switch(
         if not np.all(bearing[others]):
             return f"leg {legs} is to lift off while another foot does not bear"
         margin = balance_margin(balance, others)
+        if len(begun.steps) > 1:
+            if -margin > control.line_distance:
+                return f"the robot is {-margin:.3f} m off the line of the feet that stay"
+            return ""
         if margin < max(control.lift_off_margin, control.margin_demanded):
             return f"without leg {legs} the margin is {margin:.3f} m"
     return ""

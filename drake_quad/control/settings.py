@@ -86,6 +86,13 @@ class ControlSettings:
         "Static margin that the other three feet must give before a lift-off",
         not_negative(),
     )
+    line_distance: float = number(
+        0.03,
+        "m",
+        "With `gait.pattern: trot`: how far from the line of the feet that stay the capture point "
+        "may be, less what is planned, for two legs to lift off; else the clock waits on four feet",
+        positive(),
+    )
     margin_demanded: float = number(
         0.0,
         "m",

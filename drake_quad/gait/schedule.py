@@ -1,4 +1,4 @@
-"""Who stands when: the wave and spinning gaits as tables of lift-off times.
+"""Who stands when: the wave and spinning gaits, and the trot, as tables of lift-off times.
 
 Fractions are of the cycle time T. A leg is in the air on the half-open interval
 [lift-off, touchdown), which lasts (1 - beta) T for the duty factor beta, so at the instant at
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.robot.legs import (
+    DIAGONALS,
     LEGS,
     SPIN_ORDER_CLOCKWISE,
     SPIN_ORDER_COUNTERCLOCKWISE,
@@ -137,6 +138,32 @@ def spin_schedule(*, duty_factor: float, cycle_time: float, sense: int = 1) -> G
     _check_sign("sense", sense)
     order = SPIN_ORDER_COUNTERCLOCKWISE if sense > 0 else SPIN_ORDER_CLOCKWISE
     return _table(order, (0.0, duty_factor - 0.5, 0.5, duty_factor), duty_factor, cycle_time)
+
+
+def trot_intervals(
+    *, duty_factor: float, cycle_time: float
+) -> tuple[tuple[tuple[Leg, ...], float, float], ...]:
+    """Returns (legs, lift-off, touchdown) [s] of one cycle of a walking trot, in time order.
+
+    The diagonal pairs swing in turn, half a cycle apart, with (beta - 1/2) T on four feet between.
+
+    Args:
+        duty_factor: beta in (1/2, 1).
+        cycle_time: T [s].
+
+    Raises:
+        ValueError: A parameter is out of its range.
+    """
+    if not 0.5 < duty_factor < 1.0:
+        raise ValueError(
+            f"duty_factor = {duty_factor}: must be in (0.5, 1), so that a walking trot has time on "
+            "four feet between its swings"
+        )
+    if not (np.isfinite(cycle_time) and cycle_time > 0.0):
+        raise ValueError(f"cycle_time = {cycle_time}: must be a positive time in seconds")
+    lasts = (1.0 - duty_factor) * cycle_time
+    half = 0.5 * cycle_time
+    return tuple((pair, k * half, k * half + lasts) for k, pair in enumerate(DIAGONALS))
 
 
 def _table(

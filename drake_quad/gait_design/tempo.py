@@ -26,13 +26,12 @@ from drake_quad.gait_design.plan_candidates import Designed, plan_design
 from drake_quad.gait_design.search import Design
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
-from drake_quad.planning.zmp import sample_zmp
+from drake_quad.planning.zmp import sample_zmp, zmp_margins
 from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.motion_config import BodyConfig, GaitConfig
 from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.stability.support_polygon import stability_margins
 
 LEG = 1.22  # [m] of the robot that the times below are of; times go with the root of the length
 # The shortest times with which robots have reached their goals in physics (docs/speed.md).
@@ -250,7 +249,7 @@ def least_zmp_margin(robot: RobotModel, plan: MotionPlan) -> float:
     times = switch_times(plan)
     zmp = np.stack([np.interp(times, seen.times, seen.zmp[:, axis]) for axis in range(2)], axis=-1)
     feet, standing = plan.contacts.feet_at(times)
-    at_switches = stability_margins(zmp, feet[..., :2], standing)
+    at_switches, _ = zmp_margins(zmp, feet[..., :2], standing)
     return float(min(seen.margin.min(), at_switches.min()))
 
 

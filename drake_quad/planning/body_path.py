@@ -56,6 +56,7 @@ ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
 ROLLS = 3  # times at most that they are followed again
 UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
 DYNAMIC_GUARD = 0.02  # [s] what `PlanSettings.guard` is for the zero-moment point alone
+LINE_PASSES = 2  # in which a path that keeps limits comes back to the line of two feet
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
 # Bounds of the body's lift, in leg lengths, and tilt [rad] where legs are at their limits. It does
 # not sink as far as it rises, for the trunk's clearance is not looked at here.
@@ -201,6 +202,12 @@ class BodyPathOptimizer:
         _, _, com = pose_robot(self._robot, body, feet)
         return float(np.min(stability_margins(com[:, :2], feet[..., :2], standing)))
 
+    def mean_off_line(self) -> float:
+        """Mean distance of the zero-moment point from the line of two feet, while two stand [m]."""
+        period = ZMP_PERIOD * self._tempo
+        zmp = sample_zmp(self._robot, self.contacts, self.spline, period)
+        return float(zmp.off_line[np.isinf(zmp.margin)].mean())
+
     def _problem(self) -> BodyProblem:
         """The program around the path so far."""
         settings, times, box = self._settings, self._times, self._settings.workspace
@@ -343,6 +350,26 @@ def _search(search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool
     for k in range(passes):
         search.follow(search.solve(broken=BROKEN if k == passes - 1 else ROUGH))
     keep_limits(search)
+    if any(len(phase.steps) > 1 for phase in search.contacts.phases):
+        _come_to_line(search)
+
+
+def _come_to_line(search: BodyPathOptimizer) -> None:
+    """Solves again around a path that keeps limits, whose point is not yet on two feet's line.
+
+    A path within limits lifts and tilts the body, and is gone to in damped steps: both leave the
+    zero-moment point beside where the program had it. The nearest path is kept of those that go no
+    further beyond limits.
+    """
+    short = search.find_limits()
+    best, path = search.mean_off_line(), search.control
+    for _ in range(LINE_PASSES):
+        search.follow(search.solve(broken=BROKEN))
+        beyond, off = search.find_limits(), search.mean_off_line()
+        if off < best and beyond <= short + KEPT:
+            best, path = off, search.control
+    if path is not search.control:
+        search.follow(path)
 
 
 def roll_along(

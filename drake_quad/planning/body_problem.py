@@ -191,6 +191,12 @@ def margin_rows(p: BodyProblem, sides: Sides) -> Rows:
     return join_rows(parts)
 
 
+def line_rows(p: BodyProblem, line: Sides) -> Rows:
+    """The zero-moment point on the line of two feet: what they hold is to be 0, not more."""
+    rows = margin_rows(replace(p, static=False), line)
+    return replace(rows, weight=np.zeros(len(rows.weight)))
+
+
 def reach_rows(p: BodyProblem) -> list[Rows]:
     """Every standing foot stays in its box, but for one shared excess that costs dearly."""
     feet, standing = p.contacts.feet_at(p.times)

@@ -9,9 +9,11 @@ through p) of the support polygon,
     n · (c(t) - h/g c̈(t) - p) >= m_z
 
 with m <= the margin desired; `body_sides.py` says which sides, and where m is eased. The cost
-is the acceleration, a little of the distance from the nominal path, and -m. The legs' own part of
-the centre of mass comes in as a given offset from the body and is corrected by whoever calls this
-again with the path found (`body_path.py`).
+is the acceleration, a little of the distance from the nominal path, and -m. While two feet stand it
+is also the squared distance of the zero-moment point from their line, at a price that leaves hardly
+any: hard rows there may have no solution, for a spline does not follow all that swings do. The
+legs' own part of the centre of mass comes in as a given offset from the body and is corrected by
+whoever calls this again with the path found (`body_path.py`).
 
 One row in twenty holds the path. The program is solved with a few rows, those that its path breaks
 or nearly breaks come in, and so on until none of all is broken: the optimum is then that of the
@@ -39,6 +41,7 @@ from drake_quad.planning.body_problem import (
     Rows,
     join_rows,
     limit_rows,
+    line_rows,
     make_basis,
     margin_rows,
     reach_rows,
@@ -74,6 +77,7 @@ class BodySolution:
 
 FOLLOW = 0.02  # what a distance from the nominal path costs; an acceleration costs 1 [1/s^4]
 SETTLE = 1.0  # the same of lift and tilt
+OFF_LINE = 1e4  # the same of the zero-moment point's distance from the line of two feet
 # The scalars' costs: of both margins, of the excess of reach, of legs beyond their limits and of
 # shanks too near to the stairs, where they are nearest. The last two are hard if they can be kept.
 PRICES = (-200.0, -100.0, 400.0, 4000.0, 1500.0)
@@ -94,6 +98,7 @@ class BodyFrame:
     Attributes:
         basis: The spline at the sampled times.
         sides: Sides of the support polygons.
+        line: The lines of two feet.
         limits: Rows of reach and shift.
         P: The quadratic cost, (axes n + scalars, axes n + scalars).
         c: The linear cost, (axes n + scalars,).
@@ -103,6 +108,7 @@ class BodyFrame:
 
     basis: Basis
     sides: Sides
+    line: Sides
     limits: Rows
     P: sparse.csc_matrix
     c: FloatArray
@@ -124,15 +130,16 @@ def make_frame(problem: BodyProblem) -> BodyFrame:
     columns = (p.axes * ends[:, None] + np.arange(p.axes)).ravel()
     many = len(columns)
     A = sparse.csc_matrix((np.ones(many), (np.arange(many), columns)), shape=(many, len(c)))
-    sides = make_sides(p.contacts, p.times, p.guard)
-    return BodyFrame(basis, sides, limits, P, c, A, p.axes)
+    sides, line = make_sides(p.contacts, p.times, p.guard)
+    return BodyFrame(basis, sides, line, limits, P, c, A, p.axes)
 
 
 def with_sides(frame: BodyFrame, problem: BodyProblem) -> BodyFrame:
     """The same program where the feet have rolled by another path."""
     if frame.axes != problem.axes:
         return make_frame(problem)
-    return replace(frame, sides=make_sides(problem.contacts, problem.times, problem.guard))
+    sides, line = make_sides(problem.contacts, problem.times, problem.guard)
+    return replace(frame, sides=sides, line=line)
 
 
 def solve_body(
@@ -153,7 +160,7 @@ def solve_body(
     Raises:
         PlanningError: If the solver finds none (it always should: the margins may be negative).
     """
-    frame = frame or make_frame(problem)
+    frame = _with_line(problem, frame or make_frame(problem))
     parts = [margin_rows(problem, frame.sides), frame.limits]
     if problem.limits is not None:
         phases = problem.contacts.phase_indices(problem.times)
@@ -178,6 +185,18 @@ def solve_body(
     least = float(frame.sides.weight.min())
     margins = least * scalars[[MARGIN, ZMP_MARGIN]]
     return BodySolution(control, float(margins[0]), float(margins[1]), path, scalars)
+
+
+def _with_line(p: BodyProblem, frame: BodyFrame) -> BodyFrame:
+    """The frame with the cost of the distance from the lines of two feet, if there are any."""
+    if len(frame.line.sample) == 0:
+        return frame
+    rows = line_rows(p, frame.line).with_axes(p.axes)
+    R, at = rows.matrix(np.arange(len(rows.sample)), frame.basis, p.scalars)
+    # A sample has one row, and within the guard of two swings one for each.
+    price = 2.0 * OFF_LINE * np.gradient(p.times)[rows.sample]
+    P = frame.P + R.T @ sparse.diags_array(price) @ R
+    return replace(frame, P=sparse.csc_matrix(P), c=frame.c - R.T @ (price * at))
 
 
 def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: IntArray) -> FloatArray:

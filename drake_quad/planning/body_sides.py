@@ -10,12 +10,13 @@ torque limits a region is that of one posture: it is taken along the path found 
 along the next.
 """
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
 
-from drake_quad.common import FloatArray, IntArray
+from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.stance_margin import Footing, Stances
@@ -45,22 +46,29 @@ class Sides:
     phase: IntArray
 
 
-def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
+def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> tuple[Sides, Sides]:
     """Every side of every support polygon, at every sample where it has to hold the robot.
+
+    Two feet, while two legs swing, have a line instead of a polygon: one row says where it is, and
+    two sides, across it, are at its ends.
 
     Args:
         contacts: Who stands where, when.
         times: Sampled times (N,) [s].
-        guard: Time before lift-off and after touchdown in which three feet have to do already [s].
+        guard: Time before lift-off and after touchdown in which the feet that stay have to do
+            already [s].
+
+    Returns:
+        The sides; and the lines of two feet, to which the weight has no meaning.
 
     Raises:
-        PlanningError: If the standing feet are on one line.
+        PlanningError: If the standing feet are on one line, though one leg swings at most.
     """
     crossings = _crossings(contacts)
     hulls, spans = [], []
     for phase in contacts.phases:
         hull = phase.corners
-        if len(hull) < 3:
+        if len(hull) < 3 and len(phase.steps) < 2:
             raise PlanningError("the standing feet are on one line", feet=phase.feet.tolist())
         wide = guard if phase.steps else 0.0
         before = 0.0 if phase.start in crossings else wide
@@ -98,7 +106,26 @@ def make_sides(contacts: ContactPlan, times: FloatArray, guard: float) -> Sides:
     for crossing in crossings:
         weight = np.minimum(weight, np.abs(times - crossing) / CROSSING_TIME)
     weight = weight[sample]
-    return Sides(sample, normal, inward - np.where(weight > 0.0, 0.0, NARROW), weight, phase_of)
+    offset = inward - np.where(weight > 0.0, 0.0, NARROW)
+    sides = Sides(sample, normal, offset, weight, phase_of)
+    two = corners[phase_of] == 2
+    if not np.any(two):
+        return sides, pick_sides(sides, two)
+    # A line is gone along to and fro: from either end a side across it begins there.
+    across = np.asarray(edge / np.hypot(*edge.T)[:, None])
+    at_ends = replace(sides, normal=across, offset=np.sum(across * corner, axis=1))
+    found = join_sides([pick_sides(sides, ~two), pick_sides(at_ends, two)])
+    return found, pick_sides(replace(sides, offset=inward), two & (within % corners[phase_of] == 0))
+
+
+def pick_sides(sides: Sides, which: BoolArray) -> Sides:
+    """Some of them."""
+    return Sides(*(getattr(sides, f.name)[which] for f in fields(Sides)))
+
+
+def join_sides(parts: Sequence[Sides]) -> Sides:
+    """All of them, in order."""
+    return Sides(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Sides)))
 
 
 def _crossings(contacts: ContactPlan) -> set[float]:
@@ -149,8 +176,8 @@ def region_sides(
             of_group = np.isin(sides.sample, sample[group])
             kept &= ~(of_group & (sides.phase == phase[group[0]]))
             parts.append(_sides(corners, sample[group], eased, int(phase[group[0]])))
-    parts.append(Sides(*(getattr(sides, f.name)[kept] for f in fields(Sides))))
-    return Sides(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Sides)))
+    parts.append(pick_sides(sides, kept))
+    return join_sides(parts)
 
 
 def _groups(phase: IntArray, times: FloatArray) -> list[IntArray]:
@@ -191,7 +218,11 @@ def _sides(corners: FloatArray, samples: IntArray, eased: FloatArray, phase: int
     n, k = len(samples), len(corners)
     sample = np.repeat(samples, k)
     return Sides(
-        sample, np.tile(normal, (n, 1)), np.tile(offset, n), eased[sample], np.full(n * k, phase)
+        sample,
+        np.tile(normal, (n, 1)),
+        np.tile(offset, n),
+        eased[sample],
+        np.full(n * k, phase),
     )
 
 

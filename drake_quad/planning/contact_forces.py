@@ -17,6 +17,7 @@ from drake_quad.planning.motion_plan import PlanSamples
 from drake_quad.planning.stance_margin import Slopes
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import LEVEL, leg_limits
+from drake_quad.stability.support_polygon import nearest_on_segment
 
 UPRIGHT: tuple[Vector, ...] = ((0.0, 0.0, 1.0),) * 4
 _OTHERS = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
@@ -330,6 +331,19 @@ def cones_under(samples: PlanSamples, ground: Slopes | None) -> Cones | None:
     return Cones(ground.normals(samples.feet[..., :2]), ground.friction)
 
 
+def held_com(samples: PlanSamples) -> FloatArray:
+    """The centre of mass (N, 3) in W [m], over two feet moved to the nearest place of their line.
+
+    Two feet hold no robot still whose centre of mass is beside their line; that moment is what the
+    motion takes. What is left is how they share the weight along it.
+    """
+    com = np.array(samples.com)
+    for n in np.flatnonzero(samples.standing.sum(axis=1) == 2):
+        a, b = samples.feet[n, samples.standing[n], :2].tolist()
+        com[n, :2] = nearest_on_segment((com[n, 0], com[n, 1]), (a[0], a[1]), (b[0], b[1]))
+    return com
+
+
 def static_joint_torques(
     robot: RobotModel,
     samples: PlanSamples,
@@ -338,7 +352,8 @@ def static_joint_torques(
 ) -> FloatArray:
     """Torques of the joints (N, 4, 3) that hold the robot still in the poses of a plan [Nm].
 
-    Legs' own weight and the standing feet's forces; what moving takes is not in it.
+    Legs' own weight and the standing feet's forces; what moving takes is not in it. On two feet
+    they hold it but for the moment about their line, see `held_com`.
 
     Args:
         robot: The robot.
@@ -348,7 +363,7 @@ def static_joint_torques(
     """
     weight = GRAVITY * robot.mass
     cones = cones_under(samples, ground)
-    force = share(weight, samples.feet, samples.com, samples.standing, cones)
+    force = share(weight, samples.feet, held_com(samples), samples.standing, cones)
     limits = leg_limits(robot, rotations(samples.body[:, 0]), samples.q)
     hold = 0.5 * weight * (limits.lower + limits.upper)  # see `leg_limits`
     return np.asarray(hold - (limits.rows @ force[..., None])[..., 0])
@@ -394,12 +409,12 @@ def find_overload(
     cones = cones_under(samples, ground)
     worst = ratio.reshape(-1, 12).max(axis=1)
     order = np.argsort(-worst, kind="stable")
-    weight = GRAVITY * robot.mass
+    weight, com = GRAVITY * robot.mass, held_com(samples)
     for n in order[: int(np.sum(worst > 1.0))]:
         limits = leg_limits(robot, rotations(samples.body[n, 0]), samples.q[n])
         rows = np.zeros((4, 3, 4, 3))
         rows[range(4), :, range(4)] = limits.rows
-        arms = samples.feet[n : n + 1] - samples.com[n : n + 1, None]
+        arms = samples.feet[n : n + 1] - com[n : n + 1, None]
         grasp = _grasps(arms, samples.standing[n : n + 1])[0]
         standing = np.repeat(samples.standing[n], 3)
         drives = (rows.reshape(12, 12) * standing, limits.lower.ravel(), limits.upper.ravel())

@@ -21,7 +21,7 @@ import numpy as np
 
 from drake_quad.common import FloatArray, IntArray, read_only
 from drake_quad.errors import PlanningError
-from drake_quad.robot.legs import LEGS, Leg
+from drake_quad.robot.legs import DIAGONALS, LEGS, Leg
 from drake_quad.terrain.lane import Flight, Lane
 
 SHORTEST_BLOCK = 0.4  # of the spacing: on a shorter one no foot steps
@@ -379,13 +379,17 @@ def _places_beyond(
     return [x for k, x in enumerate(found[: count + FARTHER]) if k < count or x <= end]
 
 
-# The fraction of the cycle at which each leg lifts off, in the order 1-4-2-3.
+# The fraction of the cycle at which each leg lifts off: of the wave gait, in the order 1-4-2-3, and
+# of the trot.
 LIFT_OFF = {Leg(1): 0.0, Leg(4): 0.25, Leg(2): 0.5, Leg(3): 0.75}
+TROT_LIFT_OFF = {leg: 0.5 * k for k, pair in enumerate(DIAGONALS) for leg in pair}
+WAVE, TROT = "wave", "trot"
+GAITS = (WAVE, TROT)
 
 
 @dataclass(frozen=True)
 class FootholdPattern:
-    """Footprints of a wave gait.
+    """Footprints of a wave gait, or of a trot.
 
     Attributes:
         treads: n: how many places every foot, and the body, advance in a cycle: treads, if a tread
@@ -393,11 +397,18 @@ class FootholdPattern:
         lag: k: how many places the right rear foot stands behind the left front foot as a cycle
             begins.
         per_tread: q: how many places every tread has, one behind the other.
+        gait: One of GAITS.
     """
 
     treads: int = 2
     lag: int = 1
     per_tread: int = 1
+    gait: str = WAVE
+
+    @property
+    def lift_off(self) -> dict[Leg, float]:
+        """The fraction of the cycle at which each leg lifts off."""
+        return TROT_LIFT_OFF if self.gait == TROT else LIFT_OFF
 
     def first(self, leg: Leg) -> int:
         """The place of a leg as a cycle begins, from the body's: it then steps `treads` on."""
@@ -405,18 +416,18 @@ class FootholdPattern:
 
     def _first(self, leg: Leg) -> int:
         """The place of a leg as a cycle begins, from the left front foot's."""
-        late = self.treads // 2 if LIFT_OFF[leg] >= 0.5 else 0
+        late = self.treads // 2 if self.lift_off[leg] >= 0.5 else 0
         return late - (self.lag if leg in (Leg(3), Leg(4)) else 0)
 
     @cached_property
     def _middle(self) -> int:
         """How many places behind the left front foot's the body's is: the nearest to the middle."""
-        strokes = [self._first(leg) + self.treads * (0.5 - LIFT_OFF[leg]) for leg in LEGS]
+        strokes = [self._first(leg) + self.treads * (0.5 - self.lift_off[leg]) for leg in LEGS]
         return -round(sum(strokes) / len(LEGS))
 
     def centre(self, leg: Leg, duty_factor: float) -> float:
         """Where the middle of a leg's stroke is, from the body's place [places]."""
-        return self.first(leg) + self.treads * (0.5 * duty_factor - LIFT_OFF[leg])
+        return self.first(leg) + self.treads * (0.5 * duty_factor - self.lift_off[leg])
 
     @cached_property
     def stance(self) -> float:

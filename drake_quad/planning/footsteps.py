@@ -1,13 +1,13 @@
 """Footstep plans of a walk, a spin and a transition."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.gait.schedule import spin_schedule, wave_schedule
+from drake_quad.gait.schedule import spin_schedule, trot_intervals, wave_schedule
 from drake_quad.gait.transition import TransitionStep, plan_transition
 from drake_quad.gait.workspace import spin_cycles, spin_desired_configuration, spin_phi_max
 from drake_quad.planning.body_reference import (
@@ -20,6 +20,7 @@ from drake_quad.planning.body_reference import (
 )
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.footholds import (
+    TROT,
     FootholdGrid,
     flight_at,
     flight_places,
@@ -198,32 +199,25 @@ def plan_walk_footsteps(
     desired = np.stack([place(leg, pattern.first(leg)) for leg in LEGS])
     if lattice.starts_on_flight:
         desired = _as_they_stand(lane, builder.feet, desired)
+    gait = "trot" if pattern.gait == TROT else "wave gait"
     segments.append(plan_transition_footsteps(builder, desired, settings, body=stance.body,
-                                   name="transition to the wave gait",
+                                   name=f"transition to the {gait}",
                                    gait="wave"))  # fmt: skip
     moved = builder.time
     builder.wait(settings.shift_time)
     begin = builder.time
-    table = wave_schedule(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
-    half_cycle = 0.5 * table.cycle_time + settings.switch_wait
-    late, halves = 0.0, [begin]  # [s] by which longer swings have put the gait off
-    for cycle in range(lattice.cycles):
-        for beat, (leg, lift_off, _) in enumerate(table.swing_intervals()):
-            to = place(leg, pattern.first(leg) + n * (cycle + 1))
-            # The second and the fourth leg are those diagonal to the leg that has just landed.
-            waited = (2 * cycle + (beat + 1) // 2) * settings.switch_wait
-            at = begin + cycle * table.cycle_time + lift_off + waited + late
-            lasts = builder.lasts(leg, to, table.swing_time)
-            builder.step(leg, to, lasts, lift_off=at)
-            late += lasts - table.swing_time
-            if beat % 2 == 1:
-                halves.append(begin + half_cycle * len(halves) + late)
+
+    def next_place(leg: Leg, cycle: int) -> FloatArray:
+        return place(leg, pattern.first(leg) + n * (cycle + 1))
+
+    add_cycles = add_trot_cycles if pattern.gait == TROT else add_wave_cycles
+    halves = add_cycles(builder, settings, lattice.cycles, next_place)
     builder.time = halves[-1]
     stride = float(np.max(lattice.s[n:] - lattice.s[:-n]))
     segments.append(
         Segment(
             task.name,
-            "wave",
+            pattern.gait,
             moved,
             builder.time,
             {
@@ -258,6 +252,64 @@ def plan_walk_footsteps(
     yaw[1:] += 2 * np.pi * np.round((stance.body[4] - lane.yaw) / (2 * np.pi))
     route = BodyReference(times, xy, yaw, ground, lane, start=stance.body[:4], joined=begin)
     return builder.finish(), route, tuple(s for s in segments if s is not None)
+
+
+NextPlace = Callable[[Leg, int], FloatArray]  # of a leg, at the end of its swing in a cycle
+
+
+def add_wave_cycles(
+    builder: StepBuilder, settings: PlanSettings, cycles: int, next_place: NextPlace
+) -> list[float]:
+    """Adds the steps of a wave gait from the builder's time on.
+
+    Args:
+        builder: Collects the steps.
+        settings: The gait's.
+        cycles: How many cycles.
+        next_place: Where a leg's swing ends (2,) in W, by the leg and the cycle.
+
+    Returns:
+        When each half of a cycle begins, and the last one ends [s].
+    """
+    begin = builder.time
+    table = wave_schedule(duty_factor=settings.duty_factor, cycle_time=settings.cycle_time)
+    half_cycle = 0.5 * table.cycle_time + settings.switch_wait
+    late, halves = 0.0, [begin]  # [s] by which longer swings have put the gait off
+    for cycle in range(cycles):
+        for beat, (leg, lift_off, _) in enumerate(table.swing_intervals()):
+            to = next_place(leg, cycle)
+            # The second and the fourth leg are those diagonal to the leg that has just landed.
+            waited = (2 * cycle + (beat + 1) // 2) * settings.switch_wait
+            at = begin + cycle * table.cycle_time + lift_off + waited + late
+            lasts = builder.lasts(leg, to, table.swing_time)
+            builder.step(leg, to, lasts, lift_off=at)
+            late += lasts - table.swing_time
+            if beat % 2 == 1:
+                halves.append(begin + half_cycle * len(halves) + late)
+    return halves
+
+
+def add_trot_cycles(
+    builder: StepBuilder, settings: PlanSettings, cycles: int, next_place: NextPlace
+) -> list[float]:
+    """Adds the steps of a trot, as `add_wave_cycles` does those of a wave gait.
+
+    Both legs of a pair swing for as long as the one that takes longer.
+    """
+    begin, cycle_time = builder.time, settings.cycle_time
+    intervals = trot_intervals(duty_factor=settings.duty_factor, cycle_time=cycle_time)
+    late, halves = 0.0, [begin]
+    for cycle in range(cycles):
+        for legs, lift_off, touchdown in intervals:
+            at = begin + cycle * cycle_time + lift_off + late
+            least = touchdown - lift_off
+            places = [(leg, next_place(leg, cycle)) for leg in legs]
+            lasts = max(builder.lasts(leg, to, least) for leg, to in places)
+            for leg, to in places:
+                builder.step(leg, to, lasts, lift_off=at)
+            late += lasts - least
+            halves.append(begin + 0.5 * cycle_time * len(halves) + late)
+    return halves
 
 
 def _nominal(
@@ -304,7 +356,9 @@ def _recentred(settings: PlanSettings) -> float:
     half of the difference ahead. It goes there on four feet before the first cycle, and back after
     the last. An optimised path finds its own way.
     """
-    return settings.pattern.ahead(settings.duty_factor) if settings.uniform_body else 0.0
+    pattern = settings.pattern
+    centred = settings.uniform_body or pattern.gait == TROT
+    return pattern.ahead(settings.duty_factor) if centred else 0.0
 
 
 def _waits(settings: PlanSettings) -> dict[str, float]:

@@ -27,6 +27,7 @@ from drake_quad.terrain.lane import Lane
 # Of the controller's friction, that standing on a slope may take: moving takes some, too.
 HELD_BY_FRICTION = 0.9
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
+MOST_OFF_LINE = 0.5  # of a foot's radius, in the mean over a swing of two feet
 TORQUE_EVERY = 4  # so many samples are looked at for torques, which change slowly
 
 
@@ -306,6 +307,20 @@ def _check_zmp(robot: RobotModel, plan: MotionPlan) -> None:
             f"{zmp.times[k]:.2f} s of '{name}'; a longer cycle or gait.switch_wait may help",
             margin=float(zmp.margin[k]),
         )
+    for phase in plan.contacts.phases:
+        mine = (zmp.times > phase.start) & (zmp.times < phase.end)
+        if len(phase.steps) < 2 or not np.any(mine):
+            continue
+        beside = float(zmp.off_line[mine].mean())
+        if beside > MOST_OFF_LINE * robot.foot_radius:
+            raise PlanningError(
+                f"the zero-moment point would be {beside:.3f} m beside the line of the two feet "
+                f"that stand, in the mean over the swing at {phase.start:.2f} s of "
+                f"'{plan.segment_name(phase.start)}', and {MOST_OFF_LINE:g} of a foot's radius, "
+                f"{MOST_OFF_LINE * robot.foot_radius:.3f} m, is too much; another "
+                "gait.cycle_time, a larger gait.duty_factor, or lower steps may help",
+                margin=-beside,
+            )
 
 
 def _check_joints(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:

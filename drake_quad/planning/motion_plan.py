@@ -176,7 +176,7 @@ def _round_pivot(
     acceleration[1] = bend_y * dq * dq + rate_y * ddq
 
 
-SEGMENT_KINDS = ("stand", "transition", "wave", "spin")
+SEGMENT_KINDS = ("stand", "transition", "wave", "trot", "spin")
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from drake_quad.math.curves import BodySpline, knot_count
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
+from drake_quad.planning.footholds import TROT
 from drake_quad.planning.footsteps import plan_spin_footsteps, plan_walk_footsteps
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.problem import EDGE_CLEARANCE, KNOT, PlanSettings, Task
@@ -245,10 +246,16 @@ def _check(footing: Footing, plan: MotionPlan) -> None:
 
 
 def _with_zmp(segments: tuple[Segment, ...], zmp: ZmpSamples) -> tuple[Segment, ...]:
-    """The segments, each with the smallest margin of its zero-moment point [m] in its details."""
+    """The segments, each with the smallest margin of its zero-moment point [m] in its details.
+
+    Where two feet stand at times, its largest distance from their line is there, too.
+    """
     found = []
     for segment in segments:
         mine = (zmp.times >= segment.start - 1e-9) & (zmp.times <= segment.end + 1e-9)
         margin = float(zmp.margin[mine].min()) if np.any(mine) else None
-        found.append(replace(segment, details={**segment.details, "zmp_margin_min": margin}))
+        details = {**segment.details, "zmp_margin_min": margin}
+        if segment.kind == TROT:
+            details["zmp_line_distance_max"] = float(zmp.off_line[mine].max(initial=0.0))
+        found.append(replace(segment, details=details))
     return tuple(found)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.math.curves import BodySpline
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.contact_plan import ContactPlan
@@ -34,7 +34,9 @@ class ZmpSamples:
         body: (N, 3, 5) the body and its first two derivatives.
         com: (N, 2) the whole robot's centre of mass, in W [m].
         zmp: (N, 2) the zero-moment point, in W [m].
-        margin: (N,) its distance to the nearest side of the support polygon, inside > 0 [m].
+        margin: (N,) its distance to the nearest side of the support polygon, inside > 0 [m];
+            infinite while two feet stand: their line has no inside.
+        off_line: (N,) its distance from the line that joins two feet [m]; 0 where more stand.
     """
 
     times: FloatArray
@@ -42,6 +44,7 @@ class ZmpSamples:
     com: FloatArray
     zmp: FloatArray
     margin: FloatArray
+    off_line: FloatArray
 
 
 def sample_zmp(
@@ -56,8 +59,26 @@ def sample_zmp(
     ground = np.sum(feet[..., 2] * standing, axis=1) / standing.sum(axis=1)
     zmp = calc_zmp(p_WL, mass, ground - robot.foot_radius, step=float(times[1]))
     com = mass @ p_WL[..., :2] / mass.sum()
-    margin = stability_margins(zmp, feet[..., :2], standing)
-    return ZmpSamples(times, body, com, zmp, margin)
+    margin, off_line = zmp_margins(zmp, feet[..., :2], standing)
+    return ZmpSamples(times, body, com, zmp, margin, off_line)
+
+
+def zmp_margins(
+    zmp: FloatArray, feet: FloatArray, standing: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """The point's margins over three or four feet, and its distances from the line of two.
+
+    Args:
+        zmp: The point (N, 2) in W [m].
+        feet: The feet (N, 4, 2) in W [m].
+        standing: Which stand (N, 4).
+
+    Returns:
+        Both (N,), as ZmpSamples has them [m].
+    """
+    margin = stability_margins(zmp, feet, standing)
+    two = standing.sum(axis=1) == 2
+    return np.where(two, np.inf, margin), np.where(two, -margin, 0.0)
 
 
 def link_places(

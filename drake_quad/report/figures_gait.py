@@ -62,14 +62,14 @@ def draw_gait(run: RecordedRun) -> Figure:
 def find_cycle(log: RunLog) -> tuple[float, float]:
     """The times [s] of a cycle to look at closely.
 
-    From one planned lift-off of leg 1 to the next within the longest wave segment, nearest to its
+    From one planned lift-off of leg 1 to the next within the longest walk, nearest to its
     middle; else the middle of the run.
     """
     if not len(log):
         return 0.0, 0.0
     t, planned = log.t, log.flags("standing_planned")
-    waves = [band for band in log.bands() if band.kind in ("wave", "spin")]
-    waves.sort(key=lambda band: (band.kind == "wave", band.end - band.start), reverse=True)
+    waves = [band for band in log.bands() if band.kind in ("wave", "trot", "spin")]
+    waves.sort(key=lambda band: (band.kind != "spin", band.end - band.start), reverse=True)
     for band in waves:
         lifts = [t[first] for first, _ in runs_of(~planned[:, 0]) if band.start <= t[first]]
         lifts = [lift for lift in lifts if lift <= band.end]

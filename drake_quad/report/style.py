@@ -28,6 +28,7 @@ KIND_COLOURS = {
     "stand": "#8A8F94",
     "transition": "#8C6BB1",
     "wave": "#009E73",
+    "trot": "#009E73",
     "spin": "#C98A00",
 }
 OTHER_KIND = "#8A8F94"

@@ -45,6 +45,7 @@ class Leg(IntEnum):
 SHORT_NAMES = ("FL", "FR", "RL", "RR")
 LEGS: tuple[Leg, ...] = tuple(Leg)
 WAVE_ORDER: tuple[Leg, ...] = (Leg(1), Leg(4), Leg(2), Leg(3))
+DIAGONALS: tuple[tuple[Leg, ...], ...] = ((Leg(1), Leg(4)), (Leg(2), Leg(3)))
 SPIN_ORDER_COUNTERCLOCKWISE: tuple[Leg, ...] = (Leg(1), Leg(3), Leg(4), Leg(2))
 SPIN_ORDER_CLOCKWISE: tuple[Leg, ...] = (Leg(1), Leg(2), Leg(4), Leg(3))
 

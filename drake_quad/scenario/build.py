@@ -70,7 +70,12 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         cycle_time=gait.cycle_time,
         switch_wait=gait.switch_wait,
         stride=gait.stride,
-        pattern=FootholdPattern(treads=gait.treads, lag=gait.lag, per_tread=gait.places_per_tread),
+        pattern=FootholdPattern(
+            treads=gait.treads,
+            lag=gait.lag,
+            per_tread=gait.places_per_tread,
+            gait=gait.pattern,
+        ),
         deep_tread=gait.deep_tread,
         body_ahead=gait.body_ahead,
         tread_phase_up=gait.tread_phase_up,

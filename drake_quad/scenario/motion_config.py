@@ -5,15 +5,12 @@ Plain dataclasses with unpostponed annotations, as those of `config.py`.
 
 from dataclasses import dataclass
 
+from drake_quad.planning.footholds import GAITS, WAVE
 from drake_quad.stability.equilibrium_region import KINDS
 from drake_quad.util.schema import FieldBound, choice, not_negative, number, part, positive, within
 
-
-def _duty_factor(text: str) -> float:
-    """A part of a cycle that each foot stands."""
-    remedy = "must be in [0.75, 1): with less, three feet do not always stand"
-    bound: float = number(0.85, "", text, FieldBound(remedy, least=0.75, below=1.0))
-    return bound
+LEAST_DUTY = 0.75  # with less, two legs are in the air at times
+DUTY_REMEDY = "must be in [0.75, 1): with less, three feet do not always stand"
 
 
 def _cycle_time(text: str) -> float:
@@ -43,11 +40,22 @@ class LegSpeedsConfig:
 
 @dataclass
 class GaitConfig:
-    """The wave gait."""
+    """The gait that walks."""
 
-    duty_factor: float = _duty_factor(
-        "β, the part of a cycle that each foot stands; at 0.75 the static margin is 0 at two "
-        "instants of every cycle"
+    pattern: str = choice(
+        WAVE,
+        GAITS,
+        "`wave`: one leg swings at a time; `trot`: the diagonal pairs swing in turn, with time on "
+        "four feet between. While two feet stand there is no static margin: the zero-moment point "
+        "is kept on the line between them ([how](speed.md#two-feet-at-a-time))",
+    )
+    duty_factor: float = number(
+        0.85,
+        "",
+        "β, the part of a cycle that each foot stands; in a wave gait 0.75 or more, and at 0.75 "
+        "the static margin is 0 at two instants of every cycle; in a trot (β - ½) T is the time on "
+        "four feet between two swings",
+        FieldBound("must be in [0.75, 1), in a trot in (0.5, 1)", above=0.5, below=1.0),
     )
     cycle_time: float = _cycle_time("T")
     switch_wait: float = number(
@@ -215,7 +223,12 @@ class GaitConfig:
 class SpinConfig:
     """The spinning gait."""
 
-    duty_factor: float = _duty_factor("β of the spinning gait")
+    duty_factor: float = number(
+        0.85,
+        "",
+        "β of the spinning gait",
+        FieldBound(DUTY_REMEDY, least=LEAST_DUTY, below=1.0),
+    )
     cycle_time: float = _cycle_time("T of the spinning gait")
     workspace_length: float = number(
         0.0, "m", "R_x of each leg's workspace as it spins; 0: the wave gait's", not_negative()

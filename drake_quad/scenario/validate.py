@@ -8,9 +8,11 @@ from itertools import pairwise
 from typing import Any
 
 from drake_quad.errors import InputError, did_you_mean
+from drake_quad.planning.footholds import TROT
 from drake_quad.robot.legs import LEGS
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import MissionElement, MotorStrengthConfig, PushConfig, Scenario
+from drake_quad.scenario.motion_config import DUTY_REMEDY, LEAST_DUTY
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import LONGEST
 from drake_quad.util.schema import check_fields
@@ -117,6 +119,10 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
     if 0.0 < scenario.simulation.plant.time_step < _SHORTEST_STEP:
         remedy = f"must be 0, for a plant without steps, or at least {_SHORTEST_STEP:g} s"
         raise fail("simulation.plant.time_step", remedy)
+    if scenario.gait.pattern == TROT:
+        _check_trot(fail, scenario)
+    elif scenario.gait.duty_factor < LEAST_DUTY:
+        raise fail("gait.duty_factor", DUTY_REMEDY)
     for gait in ("gait", "spin"):
         swing = (1.0 - value_at(scenario, f"{gait}.duty_factor")) * value_at(
             scenario, f"{gait}.cycle_time"
@@ -197,6 +203,28 @@ def _check_order(path: str, fail: Callable[[str, str], InputError], scenario: Sc
     if len(order) > most:
         mode = scenario.transition.mode
         raise fail(path, f"must have at most {most} lifts with transition.mode {mode}")
+
+
+# What a trot takes: path, the values that will do, and why.
+_TROT_TAKES: tuple[tuple[str, tuple[Any, ...], str], ...] = (
+    ("design", ("given",), "no trot is designed yet: give the gait"),
+    ("body.balance", ("dynamic",), "two feet hold no robot that stands still"),
+    ("body.path", ("optimised",), "the zero-moment point has to be on the line of two feet"),
+    ("controller.kind", ("whole_body",), "the other shares the weight among three feet or more"),
+    ("controller.catch_pushes", (False,), "no step is known yet that catches a robot on two feet"),
+    ("controller.margin_demanded", (0.0,), "two feet have no static margin"),
+    ("gait.switch_wait", (0.0,), "the time on four feet follows from the duty factor"),
+    ("gait.treads", (1, 2), "the pairs are half a cycle apart"),
+    ("perception.map", ("told",), "no robot that trots has been tried on a map that grows"),
+)
+
+
+def _check_trot(fail: Callable[[str, str], InputError], scenario: Scenario) -> None:
+    """A trot is refused with whatever it does not work with, or was not tried with."""
+    for path, right, why in _TROT_TAKES:
+        if value_at(scenario, path) not in right:
+            words = " or ".join(str(value).lower() for value in right)
+            raise fail(path, f"must be {words} with gait.pattern trot: {why}")
 
 
 def _check_mission(element: MissionElement, path: str, source: str) -> None:

@@ -80,6 +80,7 @@ def describe_plan(
     others = [s.get(f"margin_{kind}_min") for s in segments]
     least = min((m for m in others if m is not None), default=None)
     moving = min(least_zmp_margin(robot, task) for task in plan.plans) if plan.dynamic else None
+    beside = [s["zmp_line_distance_max"] for s in segments if "zmp_line_distance_max" in s]
     return {
         "feasible": True,
         "reason": "",
@@ -88,6 +89,7 @@ def describe_plan(
         "planned_margin_min": min(margins),
         "balance": "dynamic" if plan.dynamic else "static",
         **({"planned_zmp_margin_min": moving} if plan.dynamic else {}),
+        **({"planned_zmp_line_distance_max": max(beside)} if beside else {}),
         "torque_ratio_planned_max": torque,
         "margin_kind": kind,
         **({} if footing is None else {f"planned_margin_{kind}_min": least}),
@@ -167,13 +169,12 @@ def certify_plan(p: PreparedScenario) -> tuple[dict[str, Any], Certificate | Non
         plan), `jumps` (the greatest of body and feet where tasks meet, of value, rate and
         acceleration), `intervals` of time that it took, `certifying_time` [s], `tolerances`: what
         is proven within those that are `asked`, or a `share` of them; and the certificate,
-        None of a plan that is not looked at, for it has swings along arcs.
+        None of a plan that is not looked at, for it has swings along arcs, or of two legs.
     """
     begun = time.perf_counter()
-    arc = _first_arc(p)
-    if arc is not None:
-        at, segment = arc
-        reason = "swings along arcs are no polynomials of time, of which proofs are made"
+    beyond = _first_beyond_proof(p)
+    if beyond is not None:
+        at, segment, reason = beyond
         none = {
             "proven": {}, "jumps": {}, "intervals": 0, "certifying_time": 0.0, "tolerances": None
         }  # fmt: skip
@@ -250,13 +251,18 @@ def _robust_figures(
     }
 
 
-def _first_arc(p: PreparedScenario) -> tuple[float, str] | None:
-    """When and in which segment a plan has its first swing along an arc, if it has one."""
+def _first_beyond_proof(p: PreparedScenario) -> tuple[float, str, str] | None:
+    """When, in which segment and why a plan first has what no proof is made of, if it has that."""
     for plan, start in zip(p.plan.plans, p.plan.starts, strict=True):
-        for step in plan.contacts.steps:
-            if step.swing.pivot is not None:
-                segment = plan.segments[plan.segment_index(step.lift_off)]
-                return start + step.lift_off, segment.name
+        for phase in plan.contacts.phases:
+            reason = ""
+            if len(phase.steps) > 1:
+                reason = "two legs swing at once, and proofs are of margins on three feet or four"
+            elif any(step.swing.pivot is not None for step in phase.steps):
+                reason = "swings along arcs are no polynomials of time, of which proofs are made"
+            if reason:
+                segment = plan.segments[plan.segment_index(phase.start)]
+                return start + phase.start, segment.name, reason
     return None
 
 

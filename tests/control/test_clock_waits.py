@@ -1,5 +1,7 @@
 """What the gait clock waits for, function by function; the whole clock: test_gait_scheduler.py."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rig import flat_walk
@@ -12,10 +14,21 @@ from drake_quad.control.gait_clock import (
     is_off_plan,
     set_clock,
 )
-from drake_quad.control.ports import BALANCE_SIZE, SIZE, Balance, GaitPhase, Mode
+from drake_quad.control.ports import (
+    BALANCE_SIZE,
+    SIZE,
+    Balance,
+    GaitPhase,
+    Mode,
+    is_swinging,
+    swing_legs,
+)
 from drake_quad.control.push_recovery import CALM_SPEED
 from drake_quad.control.settings import ControlSettings
-from drake_quad.planning.contact_plan import Step
+from drake_quad.gait.swing import Swing
+from drake_quad.planning.contact_plan import ContactPlan, Step
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.legs import Leg
 
 CONTROL = ControlSettings(period=0.005, lift_off_margin=0.02)
 ALL = np.ones(4, dtype=bool)
@@ -85,3 +98,53 @@ def test_the_clock_is_set_with_all_that_follows_from_its_time() -> None:
     wanted = [0.0] * SIZE
     wanted[GaitPhase.TASK], wanted[GaitPhase.MODE] = 2.0, float(Mode.RUN)
     assert phase == wanted
+
+
+def pair_plan() -> MotionPlan:
+    """Two diagonal legs swing from 1 s to 2 s, the body over the middle of the other two."""
+    feet = flat_walk().contacts.feet
+    pair = tuple(
+        Step(leg, 1.0, 2.0, Swing(feet[leg.row], feet[leg.row] + [0.1, 0.0, 0.0], 1.0, 0.5, 0.2))
+        for leg in (Leg.FRONT_LEFT, Leg.REAR_RIGHT)
+    )
+    return replace(flat_walk(), contacts=ContactPlan(feet, pair, 3.0))
+
+
+@pytest.mark.parametrize("beside", [0.0, 0.02, 0.04])
+def test_two_legs_lift_off_when_the_robot_is_near_the_line_of_the_feet_that_stay(
+    beside: float,
+) -> None:
+    """Both of these have to bear, and the capture point be within `line_distance` of their line."""
+    plan, t = pair_plan(), 1.0 - 0.5 * CONTROL.period
+    a, b = plan.contacts.feet[1, :2], plan.contacts.feet[2, :2]
+    normal = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm(b - a)
+    balance = balance_at(t)
+    balance[Balance.COM : Balance.COM + 2] = 0.5 * (a + b) + beside * normal
+    assert CONTROL.line_distance == 0.03
+    rate, why = clock_rate(plan, t, ALL, balance, CONTROL)
+    if beside < CONTROL.line_distance:
+        assert (rate, why) == (1.0, "")
+    else:
+        assert rate == 0.0 and f"{beside:.3f} m off the line of the feet that stay" in why
+    for row in (1, 2):
+        rate, why = clock_rate(plan, t, np.arange(4) != row, balance, CONTROL)
+        assert rate == 0.0 and "leg FL and RR is to lift off while another" in why
+
+
+@pytest.mark.parametrize("late", [Leg.FRONT_LEFT, Leg.REAR_RIGHT])
+def test_a_swing_of_two_ends_when_both_feet_bear(late: Leg) -> None:
+    """Whichever of them is late is waited for; the clock names both legs while they swing."""
+    plan, t = pair_plan(), 2.0 - 0.5 * CONTROL.period
+    rate, why = clock_rate(plan, t, np.arange(4) != late.row, balance_at(1.0), CONTROL)
+    assert rate == 0.0 and why == f"leg {late.short} has not touched down"
+    assert clock_rate(plan, t, ALL, balance_at(1.0), CONTROL) == (1.0, "")
+    phase = [0.0] * SIZE
+    set_clock(phase, plan, 1.25)
+    assert phase[GaitPhase.SWING_LEG] == 14 and phase[GaitPhase.SWING_PHASE] == pytest.approx(0.25)
+
+
+def test_a_number_of_two_digits_names_two_legs() -> None:
+    """Each leg of a pair is found in it, in any order, and no other; 0 is none."""
+    for legs in ((), (1,), (4,), (1, 4), (3, 2)):
+        number = np.array([float(swing_legs(legs))])
+        assert [leg for leg in (1, 2, 3, 4) if is_swinging(number, leg)[0]] == sorted(legs)

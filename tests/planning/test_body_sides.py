@@ -27,7 +27,7 @@ def test_least_distance_to_the_sides_is_the_static_margin(duty_factor: float) ->
     times = sample_times(contacts)
     switches = np.array([p.start for p in contacts.phases])
     times = times[np.abs(times[:, None] - switches).min(axis=1) > 1e-6]
-    sides = make_sides(contacts, times, 0.0)
+    sides = make_sides(contacts, times, 0.0)[0]
     feet, standing = contacts.feet_at(times)
     points = np.einsum("nij,ni->nj", feet[..., :2], standing) / standing.sum(axis=1)[:, None]
     reach = np.einsum("ij,ij->i", sides.normal, points[sides.sample]) - sides.offset
@@ -41,7 +41,7 @@ def test_guard_asks_for_three_feet_before_they_are_alone_and_after() -> None:
     """On four feet, within the guard of a swing, that swing's three feet have to do as well."""
     contacts = contacts_of(0.85)
     times, guard = sample_times(contacts, 0.02), 0.15
-    guarded, bare = (make_sides(contacts, times, g) for g in (guard, 0.0))
+    guarded, bare = (make_sides(contacts, times, g)[0] for g in (guard, 0.0))
     rows = [np.bincount(s.sample, minlength=len(times)) for s in (guarded, bare)]
     near = np.zeros(len(times), dtype=bool)
     for step in contacts.steps:
@@ -67,7 +67,7 @@ def test_within_the_guard_feet_have_rolled_as_far_as_in_the_swing_itself() -> No
     contacts, guard = contacts_of(0.76), 0.3
     times = sample_times(contacts, 0.02)
     assert contacts.roll is not None and np.abs(contacts.roll.offset).max() > 0.003
-    sides, compared = make_sides(contacts, times, guard), 0
+    sides, compared = make_sides(contacts, times, guard)[0], 0
     for k, phase in enumerate(contacts.phases):
         if phase.step is None:
             continue
@@ -89,7 +89,7 @@ def test_margin_is_eased_around_diagonal_switches_without_time_on_four_feet() ->
     """To zero at the switch, linearly over the crossing time, and nowhere else."""
     contacts = contacts_of(0.75)
     times = sample_times(contacts, 0.02)
-    sides = make_sides(contacts, times, 0.15)
+    sides = make_sides(contacts, times, 0.15)[0]
     diagonal = [
         after.lift_off
         for before, after in pairwise(contacts.steps)
@@ -107,7 +107,7 @@ def test_with_any_time_on_four_feet_the_margin_is_asked_for_in_full(
 ) -> None:
     """However short it is, a path with margin may exist."""
     contacts = contacts_of(duty_factor, wait)
-    assert np.all(make_sides(contacts, sample_times(contacts), 0.15).weight == 1.0)
+    assert np.all(make_sides(contacts, sample_times(contacts), 0.15)[0].weight == 1.0)
 
 
 def test_feet_on_one_line_are_refused() -> None:

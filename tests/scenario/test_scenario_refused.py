@@ -353,3 +353,34 @@ def test_an_unknown_kind_is_told_before_its_fields(
     """Else the fields of a kind that there is not would be called unknown."""
     error = refused(text)
     assert error.field == field and all(word in error.remedy for word in words)
+
+
+TROT = """
+gait: {pattern: trot, duty_factor: 0.6}
+body: {balance: dynamic}
+controller: {kind: whole_body, catch_pushes: false}
+"""
+
+
+@pytest.mark.parametrize(
+    ("override", "field"),
+    [
+        ("body.balance=static", "body.balance"),
+        ("body.path=uniform", "body.path"),
+        ("controller.kind=ik", "controller.kind"),
+        ("controller.catch_pushes=true", "controller.catch_pushes"),
+        ("controller.margin_demanded=0.01", "controller.margin_demanded"),
+        ("gait.switch_wait=0.1", "gait.switch_wait"),
+        ("gait.treads=3", "gait.treads"),
+        ("perception.map=seen", "perception.map"),
+        ("design=auto", "design"),
+        ("gait.duty_factor=0.5", "gait.duty_factor"),
+        ("gait.pattern=wave", "gait.duty_factor"),
+        ("gait.pattern=pace", "gait.pattern"),
+    ],
+)
+def test_a_trot_is_refused_with_what_it_does_not_work_with(override: str, field: str) -> None:
+    """One line with the field, its value and what would be right."""
+    parse_scenario(FLOOR + TROT, source="mine.yaml")
+    error = refused(FLOOR + TROT, (override,))
+    assert error.field == field

@@ -9,6 +9,9 @@ import pytest
 from certificate_rig import SCRIPTS
 from command import drake_quad, refused
 
+from drake_quad.api import certify, plan
+from drake_quad.errors import InputError
+
 CHECKER = str(SCRIPTS / "check_certificate.py")
 URDF = str(SCRIPTS.parent / "models" / "paper_quadruped.urdf")
 
@@ -93,3 +96,23 @@ def test_a_negative_demand_is_refused(tmp_path: Path) -> None:
     """In one line, by its field."""
     line = refused(drake_quad("plan", "flat_walk", "--set", "certify.clearance=-1", cwd=tmp_path))
     assert "certify.clearance" in line
+
+
+def test_a_plan_on_two_feet_has_no_certificate_and_says_why(tmp_path: Path) -> None:
+    """`plan` has the first time on two feet, and how far off their line; `certify` refuses."""
+    walk = [
+        "course=[{kind: floor, length: 4.0}]",
+        "mission=[{kind: walk, distance: 0.5}]",
+        "gait.lag=2",
+    ]
+    sets = [word for field in walk for word in ("--set", field)]
+    done = drake_quad("plan", "trot", *sets, "--out", ".", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    words = " ".join(done.stdout.split())
+    assert "not certified: two legs swing at once" in words
+    assert "m beside two feet's line" in words
+    told = json.loads((tmp_path / "plan.json").read_text())
+    assert not told["certificate"]["certified"] and told["certificate"]["time"] > 1.0
+    assert 0.0 < told["planned_zmp_line_distance_max"] < 0.02
+    with pytest.raises(InputError, match=r"gait\.pattern.*take wave"):
+        certify(plan("trot", walk))
