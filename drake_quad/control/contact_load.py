@@ -25,17 +25,20 @@ LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the groun
 
 
 @jit
-def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
+def foot_load(phases: FloatArray, t: float, unload_time: float, waits: bool) -> FloatArray:
     """How much each of the four feet may carry at a time: none in the air, all in mid-stance.
 
     A foot takes its load up after touchdown, and gives it away before lift-off, over
     `unload_time` or the time there is on four feet, whichever is shorter. It begins with what it
     has carried since it landed: the clock passes a touchdown with the foot on the ground.
 
+    Two feet do not give theirs away while the clock waits: the other two could not hold the robot.
+
     Args:
         phases: The plan's phases, see `phase_table`.
         t: Gait time [s].
         unload_time: Time over which a foot takes its load up or gives it away [s].
+        waits: Whether the clock stands.
     """
     load = np.ones(4)
     index = phase_index(phases, t)
@@ -52,8 +55,9 @@ def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
             if k >= 0:
                 load[k] *= max(smooth_step((t - start) / ramp), LANDED_LOAD)
     if index + 1 < len(phases):
-        for k in swing_rows(phases[index + 1]):
-            if k >= 0:
+        following = swing_rows(phases[index + 1])
+        for k in following:
+            if k >= 0 and not (waits and following[1] >= 0):
                 load[k] *= smooth_step((end - t) / ramp)
     return np.maximum(load, 1e-4)
 

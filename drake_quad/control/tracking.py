@@ -226,7 +226,7 @@ def compute_targets(
     foot, new = compute_foot_targets(now, memory, c.pace)
     copy_vector(memory, new)
     if running:
-        load = foot_load(plan.phases, t, c.unload_time)
+        load = foot_load(plan.phases, t, c.unload_time, rate == 0.0)
         landed = new[LANDED : LANDED + 4]
         correct_load(load, standing, bearing, landed, new[REGAINED : REGAINED + 4])
     else:

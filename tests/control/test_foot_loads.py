@@ -21,7 +21,7 @@ from drake_quad.robot.legs import LEGS, SIGNS
 
 def load_history(contacts: ContactPlan, count: int = 6000) -> tuple[FloatArray, FloatArray]:
     times, phases = np.linspace(0.0, contacts.duration, count), phase_table(contacts)
-    return times, np.array([foot_load(phases, float(t), 0.25) for t in times])
+    return times, np.array([foot_load(phases, float(t), 0.25, waits=False) for t in times])
 
 
 def test_foot_load_is_full_in_stance_none_in_the_air_and_ramps_between() -> None:
@@ -57,12 +57,12 @@ def test_ramps_share_the_time_that_there_is_on_four_feet(gap: float, unload: flo
     first, second = plan.steps[0], plan.steps[1]
     close = Step(second.leg, first.touchdown + gap, second.touchdown, second.swing)
     contacts = phase_table(ContactPlan(plan.feet, (first, close), second.touchdown + 1.0))
-    middle = foot_load(contacts, first.touchdown + 0.5 * gap, unload)
+    middle = foot_load(contacts, first.touchdown + 0.5 * gap, unload, waits=False)
     if unload >= gap:
         assert middle[first.leg.row] == pytest.approx(0.5)
         assert middle[second.leg.row] == pytest.approx(0.5)
-    start = foot_load(contacts, first.touchdown + 1e-9, unload)
-    end = foot_load(contacts, first.touchdown + gap - 1e-9, unload)
+    start = foot_load(contacts, first.touchdown + 1e-9, unload, waits=False)
+    end = foot_load(contacts, first.touchdown + gap - 1e-9, unload, waits=False)
     assert start[first.leg.row] == LANDED_LOAD and end[second.leg.row] < 1e-3
 
 
@@ -121,3 +121,18 @@ def test_two_swing_feet_carry_nothing_and_both_ramp() -> None:
     air = (times >= 1.0) & (times < 1.5)
     assert np.all(load[air, 0] == 0.0) and np.all(load[~air, 0] > 0.0)
     assert load[np.argmax(times >= 1.5), 0] < 0.5 < load[-1, 0]
+
+
+def test_two_feet_keep_their_loads_while_the_clock_waits_to_lift_them_and_one_does_not() -> None:
+    """The other two hold no robot that stands; the other three do, over which it was to be."""
+    feet = np.column_stack([SIGNS * 0.3, np.zeros(4)])
+    swings = [
+        Step(leg, 1.0, 1.5, Swing(feet[leg.row], feet[leg.row] + 0.1, 0.5, 0.25, 0.2))
+        for leg in (LEGS[0], LEGS[3])
+    ]
+    for count, waiting in ((2, 1.0), (1, 0.0)):
+        phases = phase_table(ContactPlan(feet, tuple(swings[:count]), 3.0))
+        assert foot_load(phases, 1.0 - 1e-6, 0.25, waits=False)[0] < 1e-3
+        assert foot_load(phases, 1.0 - 1e-6, 0.25, waits=True)[0] == pytest.approx(
+            waiting, abs=1e-3
+        )
