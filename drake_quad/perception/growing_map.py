@@ -251,7 +251,6 @@ def grow_map(
     aside = np.array([-np.sin(known.yaw), np.cos(known.yaw)])
     ends = belief.origin + belief.places[[0, -1], None] * belief.direction
     lateral = [float(x) for x in (ends - known.origin) @ aside]
-    width = min(width_about(x, belief.right, belief.left) for x in lateral)
     beyond = 0.0 if level is None else width_about(lateral[-1], level.right, level.left)
     flight = known.elements[1]
     steps = np.diff(np.concatenate([[known.floor], heights]))
@@ -259,7 +258,7 @@ def grow_map(
         raise PlanningError("what is seen contradicts the map: steps would be in no order")
     elements = lay_flight(
         places, heights, floor=known.floor, run=known.run,
-        width=min(flight.width or width, check_width(width)), beyond=beyond,
+        width=_width(known, belief, level, lateral=lateral, reach=reach), beyond=beyond,
         landing=landing if complete else None, reach=reach, is_open=bool(flight.open),
         overhang=flight.overhang,
     )  # fmt: skip
@@ -276,6 +275,38 @@ def grow_map(
         seen_in=tuple(seen_in),
     )
     return trust(grown, reach=reach, yaw_sigma=0.0)
+
+
+def _width(
+    known: StairMap,
+    belief: StairBelief,
+    level: Level | None,
+    *,
+    lateral: list[float],
+    reach: float,
+) -> float:
+    """Width about the lane of a flight of which more has been seen [m].
+
+    Near a nosing the image may be narrower than the flight: on a side where the treads in view
+    reach its edge the flight is taken to be as wide as it was, if they are seen where feet go.
+
+    Args:
+        known: The map before.
+        belief: What was seen.
+        level: Whether the treads are cut by the image's sides.
+        lateral: How far the climb's line is to the left of the lane's, at its ends [m].
+        reach: How far from the lane's middle line feet are put down [m].
+
+    Raises:
+        PlanningError: Too little of the treads is seen.
+    """
+    right, left = belief.right, belief.left
+    seen = min(width_about(x, right, left) for x in lateral)
+    if level is not None and seen >= 2.0 * reach:
+        right = -np.inf if level.cut_right else right
+        left = np.inf if level.cut_left else left
+    width = min(width_about(x, right, left) for x in lateral)
+    return min(known.elements[1].width or seen, check_width(width))
 
 
 def nosings_in_view(known: StairMap, model: CameraModel, pose: CameraPose) -> NDArray[np.intp]:

@@ -8,7 +8,8 @@ at one after the other, until one has another height, or several have no pixels.
 that grazes the ground are farther apart than strips are.)
 
 Treads are seen over a width that is the nearer one's. Ground beyond them is farther away, and a
-camera sees more of it to the sides: so where a robot turns its width is looked at by itself.
+camera sees more of it to the sides: so where a robot turns its width is looked at by itself. Near a
+nosing the image is narrower than the flight. Then its sides are where the treads end to be seen.
 """
 
 from typing import NamedTuple
@@ -40,6 +41,7 @@ CELL = 0.1  # [m] of a side of the cells that are looked at there
 FEW_PIXELS = 3  # of a cell
 SHARE = 0.9  # of a row of cells, and of their pixels, that are to be level
 MOST_UNSEEN = 1  # rows of cells one after the other
+SIDE = 0.06  # [m] by which the side of what is seen of treads is known
 
 
 class Level(NamedTuple):
@@ -52,6 +54,9 @@ class Level(NamedTuple):
         right: Where the ground to turn on is seen to be level, across the climb as a belief's
             `right` is: the right end [m].
         left: The left end [m]; both 0 where it is not seen.
+        cut_right: Whether treads are seen as far to the right as the image shows the last nosing:
+            then they may go on there.
+        cut_left: The same to the left.
     """
 
     length: float
@@ -59,6 +64,8 @@ class Level(NamedTuple):
     below_view: int = 0
     right: float = 0.0
     left: float = 0.0
+    cut_right: bool = False
+    cut_left: bool = False
 
 
 def turning_place(belief: StairBelief, landing: float) -> float:
@@ -105,7 +112,35 @@ def level_beyond(
         s, lateral, p_W[:, 2], belief, middle=middle, length=length, slope=slope
     )
     below_view = steps_below_view(model, pose, belief)
-    return Level(length, length >= RUNS * belief.run, below_view, right, left)
+    image_right, image_left = image_sides(model, pose, belief)
+    return Level(
+        length, length >= RUNS * belief.run, below_view, right, left,
+        cut_right=belief.right < image_right + SIDE, cut_left=belief.left > image_left - SIDE,
+    )  # fmt: skip
+
+
+def image_sides(model: CameraModel, pose: CameraPose, belief: StairBelief) -> tuple[float, float]:
+    """Where the image's sides cut the line of the last nosing, as a belief's `right` and `left`.
+
+    Args:
+        model: Intrinsics.
+        pose: Pose of the camera when the image was taken.
+        belief: The flight up that is told.
+
+    Returns:
+        The right and the left end [m]; infinite where that side does not cut the line.
+    """
+    middle = np.append(belief.origin + belief.places[-1] * belief.direction, belief.heights[-1])
+    aside = np.array([-belief.direction[1], belief.direction[0], 0.0])
+    (x, _, z), (x_by, _, z_by) = (middle - pose.p_WC) @ pose.R_WC, aside @ pose.R_WC
+    ends = []
+    for column, way in ((model.width - 1, -1.0), (0, 1.0)):
+        slope = (column - model.cx) / model.fx
+        closing = slope * z_by - x_by
+        # A point `s` aside is at x + s x_by, z + s z_by; it is in view while x / z is within.
+        leaves = closing > 0.0 and z > 0.0
+        ends.append(float((x - slope * z) / closing) if leaves else way * np.inf)
+    return ends[0], ends[1]
 
 
 def steps_below_view(model: CameraModel, pose: CameraPose, belief: StairBelief) -> int:

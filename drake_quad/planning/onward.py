@@ -34,7 +34,10 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 
-LEAST_VIEW = 2  # nosings of the map that are to be in view where the robot looks again
+# Nosings of the map that are to be in view where the robot looks again: two tell a flight by
+# themselves. With one the next step has to be in view as well, or the ground behind that nosing.
+GOOD_VIEW, LEAST_VIEW = 2, 1
+SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 PROGRESS = 0.3  # [m] that a walk on the floor is to come nearer
 MAP_STEP = 1e-4  # [m] to which errors of the map that are allowed for are rounded up
 WALK_ON, LOOK_AGAIN = "walk to the next look", "stand and look again"
@@ -128,24 +131,53 @@ def plan_onward(
     settings = with_map_errors(settings, found)
     if found.complete:
         tasks = derive_mission(course, settings)[1:]
-        _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
-        return Onward(course, settings, tasks, goes_on=False)
+        _, pace = _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
+        return Onward(course, pace, tasks, goes_on=False)
+    return _to_a_look(robot, course, settings, found, stance, eyes, lift_off_margin=lift_off_margin)
+
+
+def _to_a_look(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    found: StairMap,
+    stance: Stance,
+    eyes: Eyes,
+    *,
+    lift_off_margin: float,
+) -> Onward:
+    """The stretch to where the robot looks again; the arguments are `plan_onward`'s.
+
+    Raises:
+        PlanningError: There is no such place.
+    """
     lane = course.lanes[0]
     known = float(found.places[found.trusted - 1]) if found.trusted else float(found.places[0])
     reason = ""
-    for goal in stop_places(lane, settings, stance, known):
+    fair: Onward | None = None
+    for goal, on_tread in stop_places(lane, settings, stance, known):
+        if fair is not None and not on_tread:
+            break
         tasks = (
             Task(kind="walk", name=WALK_ON, lane=0, goal=goal),
             Task(kind="stand", name=LOOK_AGAIN, lane=0, duration=eyes.look_time),
         )
         try:
-            plans = _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
+            plans, pace = _plan(
+                robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin
+            )
         except PlanningError as problem:
             reason = reason or f"; {problem.reason}"
             continue
-        seen = nosings_in_view(found, eyes.model, eyes.pose(plans[-1].end.body))
-        if len(seen) >= LEAST_VIEW and _farthest(lane, plans[0]) < known:
-            return Onward(course, settings, tasks, goes_on=True)
+        in_view = len(nosings_in_view(found, eyes.model, eyes.pose(plans[-1].end.body)))
+        if in_view < LEAST_VIEW or _farthest(lane, plans[0]) >= known:
+            continue
+        stretch = Onward(course, pace, tasks, goes_on=True)
+        if in_view >= GOOD_VIEW:
+            return stretch
+        fair = fair or (stretch if on_tread else None)
+    if fair is not None:
+        return fair
     raise PlanningError(
         "how many steps there are is not known, and of the "
         f"{found.trusted} that are known well enough there is none to stop on from which more "
@@ -155,8 +187,8 @@ def plan_onward(
 
 def stop_places(
     lane: Lane, settings: PlanSettings, stance: Stance, known: float
-) -> tuple[float, ...]:
-    """Where a body may stop to look again, the farthest first [m].
+) -> tuple[tuple[float, bool], ...]:
+    """Where a body may stop to look again [m], and whether over a tread; the farthest first.
 
     Args:
         lane: The lane.
@@ -172,9 +204,9 @@ def stop_places(
     ]
     first = float(lane.nosings()[0, 0])
     before = first - 0.5 * settings.workspace.P_x - 0.25 * settings.stride - END_CLEARANCE
-    found = [s for s in on_treads[::-1] if start + 1e-6 < s < known]
+    found = [(s, True) for s in on_treads[::-1] if start + 1e-6 < s < known]
     if before > start + PROGRESS:
-        found.append(before)
+        found.append((before, False))
     return tuple(found)
 
 
@@ -184,6 +216,17 @@ def _farthest(lane: Lane, plan: MotionPlan) -> float:
     return float(np.max(places, initial=-np.inf))
 
 
+def slower(settings: PlanSettings, factor: float) -> PlanSettings:
+    """The settings with all times of steps so many times as long."""
+    return replace(
+        settings,
+        cycle_time=factor * settings.cycle_time,
+        spin_cycle_time=factor * settings.spin_cycle_time,
+        swing_time=factor * settings.swing_time,
+        shift_time=factor * settings.shift_time,
+    )
+
+
 def _plan(
     robot: RobotModel,
     course: Course,
@@ -191,6 +234,32 @@ def _plan(
     tasks: tuple[Task, ...],
     stance: Stance,
     *,
+    lift_off_margin: float,
+) -> tuple[list[MotionPlan], PlanSettings]:
+    """The plans of some tasks, checked as those of a mission are before a run, and their settings.
+
+    The gait's times were found for a walk from somewhere else. If joints would have to turn faster
+    than they can, all is planned again as much slower.
+
+    Raises:
+        PlanningError: There is none, or it cannot be carried out.
+    """
+    try:
+        return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
+    except PlanningError as problem:
+        too_fast = problem.data.get("too_fast")
+        if too_fast is None or too_fast > SLOWEST:
+            raise
+        settings = slower(settings, SLOWER * too_fast)
+    return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
+
+
+def _checked(
+    robot: RobotModel,
+    course: Course,
+    settings: PlanSettings,
+    tasks: tuple[Task, ...],
+    stance: Stance,
     lift_off_margin: float,
 ) -> list[MotionPlan]:
     """The plans of some tasks, checked as those of a mission are before a run.

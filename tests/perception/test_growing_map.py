@@ -175,6 +175,23 @@ def test_steps_are_told_apart_by_their_heights() -> None:
         np.testing.assert_allclose(found.places, FIRST + RUN * np.arange(k, k + 3))
 
 
+def test_an_image_that_is_narrower_than_the_flight_does_not_narrow_it() -> None:
+    """Where treads are seen up to its sides; where they end within it, or feet go beyond, it does.
+
+    To one side alone it counts for as much as there is on the other.
+    """
+    known, cut = first_map(), NOT_SEEN._replace(cut_right=True, cut_left=True)
+    narrow = replace(flight(3, 4), right=-0.41, left=0.41)
+    assert known.elements[1].width == pytest.approx(1.8)
+    assert grown(known, narrow, cut).elements[1].width == pytest.approx(1.8)
+    assert grown(known, narrow, NOT_SEEN).elements[1].width == pytest.approx(0.82)
+    one = replace(flight(3, 4), right=-0.45, left=0.41)
+    beside = grown(known, one, NOT_SEEN._replace(cut_left=True))
+    assert beside.elements[1].width == pytest.approx(0.9)
+    with pytest.raises(PlanningError, match=r"only 0\.78 m of the treads are seen"):
+        grown(known, replace(flight(3, 4), right=-0.39, left=0.39), cut)
+
+
 def test_people_are_told_where_it_stands() -> None:
     """In words, with the numbers of the steps."""
     known = first_map()

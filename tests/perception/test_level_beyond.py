@@ -19,6 +19,7 @@ from drake_quad.perception.depth_noise import (
 from drake_quad.perception.level_beyond import (
     AROUND,
     Level,
+    image_sides,
     level_beyond,
     steps_below_view,
     turning_place,
@@ -157,5 +158,31 @@ def test_a_hole_of_the_image_does_not_end_the_ground_and_a_wider_one_does(
 
 def test_ground_to_turn_on_that_nobody_sees_has_no_width() -> None:
     """Where the landing ends before it, and where a last tread is above the camera."""
-    assert seen_level(3, 3, noise=IDEAL_DEPTH, landing=0.6)[3:] == (0.0, 0.0)
-    assert seen_level(9, 9, noise=IDEAL_DEPTH)[3:] == (0.0, 0.0)
+    assert seen_level(3, 3, noise=IDEAL_DEPTH, landing=0.6)[3:5] == (0.0, 0.0)
+    assert seen_level(9, 9, noise=IDEAL_DEPTH)[3:5] == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("pitch", [-20.0, 0.0, 35.0])
+@pytest.mark.parametrize("yaw", [-0.2, 0.0, 0.1])
+def test_the_image_ends_where_the_last_nosing_leaves_it(pitch: float, yaw: float) -> None:
+    """Both ends of the nosing in view project onto the first and the last column."""
+    told = belief_of(FIRST + RUN * np.arange(2.0), RISE * np.arange(3.0))
+    c, s = np.cos(yaw), np.sin(yaw)
+    turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    pose = CameraPose(turned @ level_rotation(pitch=np.radians(pitch)), np.array([0.1, 0.05, 0.5]))
+    right, left = image_sides(MODEL, pose, told)
+    assert right < 0.05 < left
+    for end, column in ((right, MODEL.width - 1), (left, 0)):
+        point = np.array([told.places[-1], end, told.heights[-1]])
+        x, _, z = (point - pose.p_WC) @ pose.R_WC
+        assert MODEL.cx + MODEL.fx * x / z == pytest.approx(column)
+
+
+def test_treads_are_cut_by_the_image_where_they_are_seen_to_its_sides() -> None:
+    """An image taken 0.5 m before its last nosing is narrower than it; not one from 4 m."""
+    told = belief_of(FIRST + RUN * np.arange(2.0), RISE * np.arange(3.0))
+    depth = np.zeros((MODEL.height, MODEL.width))
+    for ahead, cut in ((0.8, True), (-2.7, False)):
+        pose = CameraPose(level_rotation(pitch=np.radians(20.0)), np.array([ahead, 0.0, 0.5]))
+        level = level_beyond(depth, MODEL, pose, told, landing=LANDING)
+        assert level.cut_right == level.cut_left == cut

@@ -11,7 +11,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.perception.growing_map import grow_map, nosings_in_view
 from drake_quad.perception.stair_map import StairMap
 from drake_quad.planning.mission import plan_mission
-from drake_quad.planning.onward import LEAST_VIEW, LOOK_AGAIN, Onward, plan_onward
+from drake_quad.planning.onward import GOOD_VIEW, LOOK_AGAIN, Onward, plan_onward
 
 
 def onward(known: StairMap) -> Onward:
@@ -30,13 +30,32 @@ def test_feet_are_put_down_on_steps_alone_that_are_known_well(trusted: int) -> N
     places = [lane.coordinates(s.swing.p_end)[0] for s in plan.plans[0].contacts.steps]
     assert np.max(places) < FIRST + (trusted - 1) * RUN
     camera = eyes().pose(plan.plans[-1].end.body)
-    assert len(nosings_in_view(known, eyes().model, camera)) >= LEAST_VIEW
+    assert len(nosings_in_view(known, eyes().model, camera)) >= GOOD_VIEW
 
 
 def test_of_all_treads_it_takes_the_one_farthest_up() -> None:
     """The more steps are known, the farther it goes."""
     goals = [onward(first_map(n)).tasks[0].goal for n in (6, 8, 10)]
     assert goals == sorted(goals) and goals[2] > goals[0] + RUN
+
+
+def test_a_camera_far_ahead_of_the_feet_may_see_one_known_nosing_alone() -> None:
+    """The robot then climbs to there, and stays on the floor no longer than it has to."""
+    known, ahead = first_map(6), replace(eyes(), p_BC=np.array([1.1, 0.0, 0.12]))
+    found = plan_onward(paper_robot(), gait(), known, standing(known), ahead, lift_off_margin=0.02)
+    assert found.goes_on and found.tasks[0].goal > FIRST
+    plan = plan_mission(paper_robot(), found.course, found.settings, found.tasks, standing(known))
+    assert len(nosings_in_view(known, ahead.model, ahead.pose(plan.plans[-1].end.body))) == 1
+
+
+def test_a_stretch_in_which_joints_would_turn_too_fast_is_walked_slower() -> None:
+    """By as much as the joints ask for; the gait is as fast again on the next stretch."""
+    known, usual = first_map(8), gait()
+    fast = replace(usual, cycle_time=usual.cycle_time / 3.5, swing_time=0.3, shift_time=0.3)
+    found = plan_onward(paper_robot(), fast, known, standing(known), eyes(), lift_off_margin=-1.0)
+    slower = found.settings.cycle_time / fast.cycle_time
+    assert 1.1 < slower < 1.1 * 3.0
+    assert found.settings.swing_time == pytest.approx(slower * fast.swing_time)
 
 
 def test_it_goes_nearer_on_the_floor_where_there_is_no_tread_to_stop_on() -> None:
