@@ -23,7 +23,7 @@ from pydrake.systems.framework import Context
 
 from benchmarks.study import Result, finding
 from drake_quad.common import FloatArray
-from drake_quad.control.ports import GaitPhase, Mode
+from drake_quad.control.ports import GaitPhase, Mode, is_swinging
 from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan
@@ -191,12 +191,13 @@ class PushBench:
         segment = plan.segments[int(phase[GaitPhase.SEGMENT])]
         feet = self._controller.GetOutputPort("feet_desired").Eval(mine).reshape(4, 3)
         slant = float(np.mean(feet[:2, 2]) - np.mean(feet[2:, 2]))
-        leg = int(phase[GaitPhase.SWING_LEG])
+        number = phase[[GaitPhase.SWING_LEG]]
+        legs = [name for k, name in enumerate(SHORT_NAMES, 1) if is_swinging(number, k)[0]]
         return {
             "segment": segment.name,
             "kind": segment.kind,
             "ground": "level" if abs(slant) < ASLANT else "up" if slant > 0.0 else "down",
-            "leg": SHORT_NAMES[leg - 1] if leg else "",
+            "leg": " and ".join(legs),
             "swing_phase": float(phase[GaitPhase.SWING_PHASE]),
         }
 
