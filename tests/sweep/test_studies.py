@@ -114,6 +114,18 @@ def test_what_comes_of_a_push(load: Any) -> None:
         bench.try_push(push(1.5, 0.3, 0.0), tail=0.5)
 
 
+def test_a_kick_in_a_trot_is_told_with_both_legs(load: Any) -> None:
+    """Of two legs in the air both are named, in the first swing of a pair."""
+    short = ("monitor.margins=hull", "course=[{kind: floor, length: 5.0}]",
+             "mission=[{kind: stand, duration: 0.1}, {kind: walk, distance: 1.0}]")  # fmt: skip
+    plans = prepare(load_scenario("trot", short)).plan.plans
+    first = next(phase for phase in plans[1].contacts.phases if len(phase.steps) == 2)
+    when = round(plans[0].duration + 0.5 * (first.start + first.end), 3)
+    bench = load("push_trials").PushBench(Base("trot"), short)
+    told = bench.try_push(push(when, 0.0, 0.0), tail=0.05)
+    assert told["outcome"] == "ok" and told["leg"] in ("FL and RR", "FR and RL")
+
+
 def test_a_run_that_ends_before_its_push_says_so(load: Any) -> None:
     """It is a trial that was stopped, with the undisturbed run's own end."""
     bench = load("push_trials").PushBench(Base("flat_walk"), (*CONTROL, STAND))
