@@ -379,3 +379,22 @@ def test_controller_drives_a_robot_in_another_simulator() -> None:
         bearing = both.read(both.body, "contact_state_measured") > 0.5
         assert bearing[first.leg.row] != in_air
         assert bearing.sum() == (3 if in_air else 4)
+
+
+def test_what_feet_feel_of_the_ground_reaches_the_controller() -> None:
+    """On level ground its input holds upright normals, soon; it has none of them unless asked."""
+    made = make_climb(feel_normals=True, tracking="whole_body")
+    simulator = Simulator(made.diagram)
+    simulator.AdvanceTo(0.06)
+    controller = controller_of(made.diagram)
+    follower = controller.GetSubsystemByName("tracking_controller")
+    port = follower.GetInputPort("ground_normal_measured")
+    context = follower.GetMyContextFromRoot(simulator.get_context())
+    normals = port.Eval(context).reshape(4, 3)
+    np.testing.assert_allclose(normals, np.tile([0.0, 0.0, 1.0], (4, 1)), atol=0.02)
+    assert not controller_of(make_climb(tracking="whole_body").diagram).HasInputPort(
+        "ground_normal_measured"
+    )
+    asked = prepare(load_scenario("flat_walk", ["sensors.ground_normal=feet"]))
+    names = {system.get_name() for system in stair_climb_of(asked).diagram.GetSystems()}
+    assert "ground_normal_sensor" in names
