@@ -10,7 +10,7 @@ skin of pressure cells.
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.kinematics import LegConstants, foot_and_jacobian
+from drake_quad.robot.kinematics import LegConstants, normal_felt
 
 
 def feel_normals(
@@ -32,11 +32,9 @@ def feel_normals(
         bearing: 1 where a foot bears (4,).
     """
     normals = np.zeros((4, 3))
-    pressed = (places.reshape(4, 3) - p_WB) @ R_WB
+    R, base = R_WB.tolist(), p_WB.tolist()
+    angles, pressed = q.reshape(4, 3).tolist(), places.reshape(4, 3).tolist()
     for k, leg in enumerate(legs):
-        centre, _ = foot_and_jacobian(leg, *q[3 * k : 3 * k + 3].tolist())
-        away = np.array(centre) - pressed[k]
-        length = float(np.linalg.norm(away))
-        if bearing[k] > 0.5 and length > 0.0:
-            normals[k] = away / length
-    return normals.ravel()
+        if bearing[k] > 0.5:
+            normals[k] = normal_felt(leg, angles[k], R, base, pressed[k])
+    return np.asarray(normals @ R_WB).ravel()

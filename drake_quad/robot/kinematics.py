@@ -11,7 +11,8 @@ hundreds of times a second. The array versions define the leg; a test holds the 
 Plans are posed thousands of times: the batch kernel is `solve_legs` and `calc_com`, compiled.
 """
 
-from math import acos, atan2, cos, pi, sin, sqrt
+from collections.abc import Sequence
+from math import acos, atan2, cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -147,6 +148,29 @@ def foot_and_jacobian(c: LegConstants, a: float, hip: float, knee: float) -> tup
             (y_up, -ca * x, -ca * x_knee),
         ),
     )
+
+
+def normal_felt(
+    leg: LegConstants,
+    q: Sequence[float],
+    R: Sequence[Sequence[float]],
+    base: Sequence[float],
+    place: Sequence[float],
+) -> Vector:
+    """The ground's unit normal in W where a foot's ball is pressed: from there to its centre.
+
+    Args:
+        leg: The leg's lengths.
+        q: Its joint angles (3,) [rad].
+        R: R_WB, in rows.
+        base: p_WB [m].
+        place: Where the force on the foot acts, in W [m].
+    """
+    foot, _ = foot_and_jacobian(leg, *q)
+    turned = [r[0] * foot[0] + r[1] * foot[1] + r[2] * foot[2] for r in R]
+    x, y, z = (b + t - p for b, t, p in zip(base, turned, place, strict=True))
+    length = max(hypot(x, y, z), 1e-9)
+    return x / length, y / length, z / length
 
 
 @jit

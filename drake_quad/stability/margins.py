@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from math import atan2, hypot, inf
+from math import atan2, inf
 
 import numpy as np
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.robot.kinematics import LegConstants, foot_and_jacobian, leg_constants
+from drake_quad.robot.kinematics import LegConstants, leg_constants, normal_felt
 from drake_quad.robot.model import RobotModel, contact_friction
 from drake_quad.stability.capture_point import (
     SWING_BACK,
@@ -155,14 +155,10 @@ class MarginEstimator:
             self._friction, strict=True,
         ):  # fmt: skip
             if bears > BEARING:
-                foot, _ = foot_and_jacobian(leg, *q)
-                turned = [r[0] * foot[0] + r[1] * foot[1] + r[2] * foot[2] for r in R]
-                up = [b + t - p for b, t, p in zip(base, turned, place, strict=True)]
-                length = max(hypot(*up), 1e-9)
-                level = up[2] > (1.0 - NEARLY) * length
+                normal = normal_felt(leg, q, R, base, place)
                 places.append(place)
                 friction.append(mu)
-                normals.append([0.0, 0.0, 1.0] if level else [u / length for u in up])
+                normals.append((0.0, 0.0, 1.0) if normal[2] > 1.0 - NEARLY else normal)
         return make_contacts(places, normals, friction)
 
     @cached_property
