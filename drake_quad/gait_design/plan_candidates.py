@@ -23,6 +23,7 @@ from drake_quad.planning.mission import (
     check_plan,
     check_slopes,
     check_torques,
+    how_much_slower,
     initial_stance,
     join_plans,
     plan_tasks,
@@ -203,7 +204,6 @@ ANY_LOWER = LOWER[::2]  # the same where any plan will do
 # Heights at which a gait's plan may touch what it must not, before it is given up. A body that is
 # lower on stairs is also elsewhere; over a curb it does not help.
 TOUCHES = 6
-SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 
 
 @dataclass(frozen=True, eq=False)
@@ -382,13 +382,11 @@ def _or_slower(scenario: Scenario, plan: Callable[[Scenario], Designed | None]) 
     try:
         return plan(scenario)
     except PlanningError as error:
-        too_fast = error.data.get("too_fast")
-        if too_fast is None or too_fast > SLOWEST:
+        factor = how_much_slower(error)
+        if factor is None:
             raise
         for section in (scenario.gait, scenario.spin):
-            section.cycle_time *= SLOWER * too_fast
+            section.cycle_time *= factor
         for name in ("swing_time", "shift_time"):
-            setattr(
-                scenario.transition, name, SLOWER * too_fast * getattr(scenario.transition, name)
-            )
+            setattr(scenario.transition, name, factor * getattr(scenario.transition, name))
         return plan(scenario)

@@ -28,6 +28,7 @@ from drake_quad.terrain.lane import Lane
 HELD_BY_FRICTION = 0.9
 CHECK_PERIOD = 0.05  # [s] between the samples that a plan is checked at
 MOST_OFF_LINE = 0.5  # of a foot's radius, in the mean over a swing of two feet
+SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 TORQUE_EVERY = 4  # so many samples are looked at for torques, which change slowly
 
 
@@ -321,6 +322,19 @@ def _check_zmp(robot: RobotModel, plan: MotionPlan) -> None:
                 "gait.cycle_time, a larger gait.duty_factor, or lower steps may help",
                 margin=-beside,
             )
+
+
+def how_much_slower(error: PlanningError) -> float | None:
+    """By which factor times are to be longer for a plan that was refused.
+
+    Args:
+        error: Why there is no plan.
+
+    Returns:
+        The factor; None if no joint was too fast, or by so much that another gait is wanted.
+    """
+    too_fast: float | None = error.data.get("too_fast")
+    return None if too_fast is None or too_fast > SLOWEST else SLOWER * too_fast
 
 
 def _check_joints(robot: RobotModel, plan: MotionPlan, s: PlanSamples) -> None:

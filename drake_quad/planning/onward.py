@@ -24,6 +24,7 @@ from drake_quad.planning.mission import (
     check_plan,
     check_slopes,
     check_torques,
+    how_much_slower,
     plan_tasks,
 )
 from drake_quad.planning.motion_plan import MotionPlan, Stance
@@ -37,7 +38,6 @@ from drake_quad.terrain.lane import Lane
 # Nosings of the map that are to be in view where the robot looks again: two tell a flight by
 # themselves. With one the next step has to be in view as well, or the ground behind that nosing.
 GOOD_VIEW, LEAST_VIEW = 2, 1
-SLOWER, SLOWEST = 1.1, 3.0  # times as slow as joints' speeds ask for, and at most do
 PROGRESS = 0.3  # [m] that a walk on the floor is to come nearer
 MAP_STEP = 1e-4  # [m] to which errors of the map that are allowed for are rounded up
 WALK_ON, LOOK_AGAIN = "walk to the next look", "stand and look again"
@@ -247,10 +247,10 @@ def _plan(
     try:
         return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
     except PlanningError as problem:
-        too_fast = problem.data.get("too_fast")
-        if too_fast is None or too_fast > SLOWEST:
+        factor = how_much_slower(problem)
+        if factor is None:
             raise
-        settings = slower(settings, SLOWER * too_fast)
+        settings = slower(settings, factor)
     return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
 
 
