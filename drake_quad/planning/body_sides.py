@@ -218,11 +218,7 @@ def _sides(corners: FloatArray, samples: IntArray, eased: FloatArray, phase: int
     n, k = len(samples), len(corners)
     sample = np.repeat(samples, k)
     return Sides(
-        sample,
-        np.tile(normal, (n, 1)),
-        np.tile(offset, n),
-        eased[sample],
-        np.full(n * k, phase),
+        sample, np.tile(normal, (n, 1)), np.tile(offset, n), eased[sample], np.full(n * k, phase)
     )
 
 
