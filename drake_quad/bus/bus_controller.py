@@ -161,18 +161,22 @@ class BusController:
 
     def known(self) -> dict[str, FloatArray]:
         """What it knows and wants now, as `trace.CONTROLLER` has its parts; leg by leg."""
-        read = self._layout.read(self._estimate.Eval(self._context))
+        x, base = self._estimate.Eval(self._context), int(self._layout.q_base)
+        p_WB, feet = self._stance()
         body, places = (port.Eval(self._context) for port in self._desired)
-        base = int(self._layout.q_base)
-        x = self._estimate.Eval(self._context)
         return {
             "clock": self._diagram.GetOutputPort("gait_phase").Eval(self._context),
-            "pose": np.concatenate([read.p_WB, x[base : base + 4]]),
-            "feet": read.p_WB + calc_feet(self._geometry, read.q) @ read.R_WB.T,
+            "pose": np.concatenate([p_WB, x[base : base + 4]]),
+            "feet": feet,
             "bearing": np.array(self._bears),
             "body_desired": np.array(body),
             "feet_desired": np.array(places),
         }
+
+    def _stance(self) -> tuple[FloatArray, FloatArray]:
+        """Where it takes B (3,) and the feet's centres (4, 3) to be in W [m]."""
+        read = self._layout.read(self._estimate.Eval(self._context))
+        return read.p_WB, read.p_WB + calc_feet(self._geometry, read.q) @ read.R_WB.T
 
     def _sunk(self) -> str:
         """Says that the trunk is far below its plan; empty if it is not.
@@ -180,11 +184,10 @@ class BusController:
         Drives that do not give what they are told let the robot sink, and its feet stay where
         they are to be: the gait's clock would wait for them.
         """
-        read = self._layout.read(self._estimate.Eval(self._context))
-        feet = read.p_WB + calc_feet(self._geometry, read.q) @ read.R_WB.T
+        p_WB, feet = self._stance()
         body, places = (port.Eval(self._context) for port in self._desired)
         planned = float(body[2] - places[2::3].mean())
-        height = float(read.p_WB[2] - feet[:, 2].mean())
+        height = float(p_WB[2] - feet[:, 2].mean())
         if height >= SUNK * planned:
             return ""
         return f"the trunk is {height:.2f} m above its feet, planned is {planned:.2f} m"

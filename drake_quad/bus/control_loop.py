@@ -136,7 +136,7 @@ class ControlLoop:
         fault = fault or self._commands.take(self._bus.receive_commands())
         newest = self._states.newest
         memory, now = self._memory, (begun - self._start_ns) / NS
-        fault = fault or self._deserted(newest, memory.mode, now)
+        fault = fault or self._drives_fault(newest, memory.mode, now)
         wanted = None
         if memory.mode == SafetyMode.WALKING:
             wanted, failed = self._walk(fresh)
@@ -170,7 +170,7 @@ class ControlLoop:
         self.times.note(begun, ended, age)
         self._tell(memory.mode, now)
 
-    def _deserted(self, newest: StateMessage | None, mode: SafetyMode, now: float) -> str:
+    def _drives_fault(self, newest: StateMessage | None, mode: SafetyMode, now: float) -> str:
         """Says that the drives damp although they are told something else; empty if they do not.
 
         They do so by themselves where commands came late, and until they are told to damp.

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from drake_quad.common import FloatArray
+from drake_quad.control.ports import GaitPhase
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.util.files import write_whole
 
@@ -38,16 +39,13 @@ ROBOT: dict[str, tuple[str, ...]] = {
 CONTROLLER: dict[str, tuple[str, ...]] = {
     "time": ("time",),
     "mode": ("mode",),
-    "clock": (
-        "task", "gait_time", "gait_rate", "segment", "swing_leg", "swing_phase", "gait_waited",
-        "done", "gait_mode", "revision",
-    ),
+    "clock": tuple(f"gait_{part.name.lower()}" for part in GaitPhase),
     "pose": POSE,
     "feet": foot_columns("position"),
     "bearing": tuple(f"{leg}_bearing" for leg in SHORT_NAMES),
     "body_desired": tuple(f"base_desired_{name}" for name in (*AXES, "pitch", "yaw")),
     "feet_desired": foot_columns("desired"),
-}  # fmt: skip
+}
 
 
 class Trace:

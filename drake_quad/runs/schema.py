@@ -144,7 +144,7 @@ SIGNALS = (
            "is put down to catch a push), `settle` (all four stand until the robot is calm), "
            "`replan` (the plan from there on is made)", kind="text"),
     Signal("segment", "", "Name of the plan's segment", kind="text"),
-    Signal("segment_kind", "", "`stand`, `transition`, `wave` or `spin`", kind="text"),
+    Signal("segment_kind", "", "`stand`, `transition`, `wave`, `trot` or `spin`", kind="text"),
     Signal("swing_leg", "", "1 to 4, 0 while all four stand; of two legs both digits: 14 for the "
            "front left and the rear right one", "gait_phase", GaitPhase.SWING_LEG, kind="int"),
     Signal("swing_phase", "", "0 to 1 through the swing", "gait_phase", GaitPhase.SWING_PHASE),
