@@ -253,12 +253,18 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
         rows=summary_rows(run.summary),
         versions=run.summary.get("versions") or {},
         scenario_text=read_given_text(run.directory / SCENARIO, most=MOST_YAML),
-        kind_colours=KIND_COLOURS,
+        kind_colours=_kind_colours(run),
         legs=list(zip(LEG_NAMES, LEG_COLOURS, strict=True)),
     )
     path = run.directory / REPORT
     write_whole(path, lambda p: p.write_text(page, encoding="utf-8"))
     return path
+
+
+def _kind_colours(run: RecordedRun) -> dict[str, str]:
+    """The colours of the kinds of segments that a run has, for the key of its figures."""
+    kinds = {band.kind for band in run.log.bands()}
+    return {kind: colour for kind, colour in KIND_COLOURS.items() if kind in kinds}
 
 
 def _other_mass(run: RecordedRun) -> str:

@@ -31,7 +31,7 @@ from drake_quad.report.replay import (
     round_recording,
     unpack,
 )
-from drake_quad.report.style import PAGE_VARIABLES
+from drake_quad.report.style import KIND_COLOURS, PAGE_VARIABLES
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
 from drake_quad.runs.reader import RecordedRun, RunLog, load_run
 
@@ -131,6 +131,15 @@ def test_the_page_fetches_nothing(html: str) -> None:
             assert name not in ("link", "object", "embed", "base")
         styles = re.findall(r"<style>(.*?)</style>", part, re.DOTALL)
         assert styles and not any("@import" in s or "url(" in s for s in styles)
+
+
+def test_the_key_of_segments_has_those_of_the_run(run: RecordedRun, html: str) -> None:
+    """Every kind that the run has, and no other: it has no trot."""
+    key = html[html.index("Segments in the figures over time:") :]
+    key = key[: key.index("</p>")]
+    kinds = {band.kind for band in run.log.bands()}
+    assert kinds == {kind for kind in KIND_COLOURS if f">{kind}</span>" in key}
+    assert "wave" in kinds and "trot" not in kinds
 
 
 def test_a_figure_says_its_units(html: str) -> None:
