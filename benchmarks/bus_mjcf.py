@@ -147,8 +147,10 @@ def add_course_options(parser: argparse.ArgumentParser) -> None:
 
 
 def course_text(given: argparse.Namespace) -> str:
-    """The scenario that is asked for."""
-    text = SCENARIO.format(robot=given.robot, floor=given.floor)
+    """The scenario that is asked for; its robot is found from any folder."""
+    file = Path(given.robot)
+    robot = file.resolve() if file.is_file() else given.robot
+    text = SCENARIO.format(robot=json.dumps(str(robot)), floor=given.floor)
     if given.count:
         text += STAIRS.format(rise=given.rise, run=given.run, count=given.count)
     return text + START

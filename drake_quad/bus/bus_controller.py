@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
-from drake_quad.bus.messages import StateMessage
+from drake_quad.bus.messages import DRIVES_FOLLOW, StateMessage
 from drake_quad.bus.real_time import NS
 from drake_quad.bus.safety import Drives
 from drake_quad.bus.trace import BEARS
@@ -29,12 +29,15 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.scenario.build import touch_settings
 from drake_quad.simulation.instruments import velocities_at_rest
+from drake_quad.simulation.precompile import kernels_for, load_kernels
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
 from drake_quad.systems.joint_contact_estimator import TorqueDynamics
 
 SUNK = 0.6  # of its planned height over the feet: a trunk that is lower is not borne any more
 MOST_TICKS = 25  # of the controller for one of the loop: what messages lost in 50 ms come to
+STILL = 100  # ticks of a rehearsal that the robot stands, and as many that it is pushed
+SHOVE = np.array([0.0, 30.0, 0.0])  # [m/s²] that the IMU feels then
 PORTS = ("imu_measured", "joint_state_measured", "contact_state_measured")
 
 
@@ -78,7 +81,7 @@ class BusController:
         layout = make_layout(model, robot)
         self._layout, self._geometry = layout, robot.geometry
         self._leg_order = layout.actuators  # of the ports' rows, leg by leg
-        self._control, self._least = control, BEARS * robot.mass * GRAVITY
+        self._control, self._mass, self._least = control, robot.mass, BEARS * robot.mass * GRAVITY
         self._period_ns = round(control.period * NS)
         feel = touch_settings(prepared.scenario)
         self._touch = None if feel is None else TouchByTorque(robot, layout, model, control, feel)
@@ -99,6 +102,9 @@ class BusController:
         for plan in prepared.plan.plans:  # what a plan works out when it is first asked for
             plan.sample(0.0)
             plan.contacts.feet_at(np.array([plan.duration]))
+        load_kernels(kernels_for(control.kind, "ekf", prepared.scenario.sensors.contacts))
+        self._begin()
+        self._stand_still()
         self._begin()
         self._rehearse()
         self._begin()
@@ -120,15 +126,34 @@ class BusController:
         self._desired = [self._diagram.GetOutputPort(n) for n in ("body_desired", "feet_desired")]
         self._bears = np.ones(4)
         self.ticks, self._due_ns, self.ended, self.fault = 0, 0, "", ""
+        if self._touch is not None:
+            self._touch.reset()
 
-    def _rehearse(self) -> None:
-        """Some ticks on the spot, so that all is compiled and in memory before it counts.
-
-        What it feeds its joints there bears the robot as it stands.
-        """
-        for k in range(1, 101):
+    def _stand_still(self) -> None:
+        """Some ticks on the spot: what it feeds its joints there bears the robot as it stands."""
+        for k in range(1, STILL + 1):
             self._simulator.AdvanceTo((k + 0.5) * self._control.period)
             self.bearing = self.wanted().torque
+
+    def _rehearse(self) -> None:
+        """Takes messages of a robot that stands and is then pushed over, as it takes a robot's.
+
+        What is called for the first time is loaded and bound then, which takes tens of milliseconds
+        for a single function: in a robot's first tick its drives would have damped meanwhile.
+        """
+        joints = self._rest["joint_state_measured"]
+        force = np.full(4, 0.25 * self._mass * GRAVITY)
+        for k in range(1, 2 * STILL + 1):
+            rate, specific_force = np.split(self._rest["imu_measured"], 2)
+            if k > STILL:
+                specific_force = specific_force + SHOVE
+            self.take(
+                StateMessage(
+                    1, k, k * self._period_ns, DRIVES_FOLLOW, joints[:12], joints[12:],
+                    self.bearing, rate, specific_force, force,
+                )
+            )  # fmt: skip
+            self.wanted()
 
     def take(self, state: StateMessage) -> None:
         """Goes on to the time of a state, which is newer than all before."""
@@ -228,6 +253,10 @@ class TouchByTorque:
             robot, layout, model, control=control, friction=robot.joint_friction
         )
         self._scratch = model.CreateDefaultContext()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets all that it has felt."""
         self._memory = np.zeros(TouchMemory.SIZE)
         self._before = np.zeros(self._dynamics.memory_shape)
 

@@ -82,6 +82,8 @@ def _kernels() -> dict[str, dict[str, Signature]]:
                 _V, _I, types.UniTuple(_F, 3), _B, types.NamedUniTuple(_F, 3, FallLimits),
                 types.UniTuple(_V, 3),
             ),
+            "control.base_tracking.pendulum_rate": (_F,),
+            "planning.recovery_step._heights": (_M, _M),
             "stability.leg_stroke._strokes": (_M, _F, _T, _M, _M, _M, _BV, _M, _V),
             # sensor_models.add_contact is left to its first call: the versions of Drake differ in
             # which of its arguments may be written to.
@@ -150,17 +152,35 @@ def compile_groups(groups: Iterable[str]) -> None:
         kernel.compile(signature)
 
 
+def load_kernels(parts: Iterable[str]) -> None:
+    """Has this process hold the compiled kernels of these parts, before it calls the first.
+
+    To read one from the cache takes some 20 ms, which a loop that keeps real time does not have.
+
+    Args:
+        parts: As for `precompiling`.
+    """
+    for kernel, signature in _signatures(group for part in parts for group in part.split("+")):
+        kernel.compile(signature)
+
+
 def _missing(groups: Iterable[str]) -> list[tuple[Any, Signature]]:
     """The kernels of these groups that the cache does not have, with their signatures."""
-    table, codegen = _kernels(), cpu_target.target_context.codegen()
-    missing = []
+    codegen = cpu_target.target_context.codegen()
+    return [
+        (kernel, signature)
+        for kernel, signature in _signatures(groups)
+        if not kernel._cache.has(signature, codegen)
+    ]
+
+
+def _signatures(groups: Iterable[str]) -> Iterator[tuple[Any, Signature]]:
+    """The kernels of these groups with their signatures."""
+    table = _kernels()
     for group in groups:
         for path, signature in table[group].items():
             module, name = path.rsplit(".", 1)
-            kernel = getattr(import_module(f"drake_quad.{module}"), name)
-            if not kernel._cache.has(signature, codegen):
-                missing.append((kernel, signature))
-    return missing
+            yield getattr(import_module(f"drake_quad.{module}"), name), signature
 
 
 @contextmanager

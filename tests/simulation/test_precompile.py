@@ -10,7 +10,11 @@ import pytest
 from drake_quad import jit as kernel_cache
 from drake_quad.simulation import precompile
 
-COURSE = "course: [{kind: floor, length: 3.0}]\nmission: [{kind: stand, duration: 0.3}]\n"
+COURSE = """
+course: [{kind: floor, length: 3.0}]
+mission: [{kind: stand, duration: 1.2}]
+disturbances: {pushes: [{time: 0.05, speed: 1.3, direction_deg: 90}]}
+"""
 EVERYTHING = [
     "controller.kind=whole_body", "controller.period=0.002", "estimator.kind=ekf",
 ]  # fmt: skip
