@@ -23,11 +23,12 @@ from typing import Any
 import numpy as np
 
 from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.drift import allow_for_drift
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.joint_map import joint_map
 from drake_quad.bus.messages import CommandMessage, StateMessage
 from drake_quad.bus.mjcf_side import MjcfSide
-from drake_quad.bus.processes import allow_for_drift, load_for_bus
+from drake_quad.bus.processes import load_for_bus
 from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard

@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.bus_mjcf import add_course_options, course_text
-from drake_quad.bus.processes import allow_for_drift, each_period, load_for_bus
+from drake_quad.bus.drift import allow_for_drift
+from drake_quad.bus.processes import each_period, load_for_bus
 from drake_quad.bus.real_time import LoopTimes, WallClock, real_time
 from drake_quad.scenario.load import save_scenario
 

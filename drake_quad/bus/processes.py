@@ -1,6 +1,5 @@
 """The controller's process, with its clock and its bus; `robot_process.py` has the robot's."""
 
-import copy
 import socket
 from collections.abc import Callable
 from contextlib import closing
@@ -10,31 +9,24 @@ from typing import Any
 
 from drake_quad.bus.bus_log import BusRecorder, write_bus_log
 from drake_quad.bus.control_loop import ControlLoop, Event
+from drake_quad.bus.drift import PLACE_ERROR, allow_for_drift
 from drake_quad.bus.joint_map import joint_map
 from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
 from drake_quad.bus.plan_process import PlanProcess
 from drake_quad.bus.real_time import NS, Clock, WallClock, real_time, thread_ids
 from drake_quad.bus.robot_bus import RobotBus
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.gait_design.designer import design_scenario
 from drake_quad.planning.plan_job import TaskJob
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.precompile import kernels_for, precompiling
-from drake_quad.simulation.prepare import PreparedScenario, judge_plan, prepare
-from drake_quad.terrain.elements import LEVEL
+from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 BUSES = ("lcm", "unitree")
 RELEASES = 10  # times that drives are told to damp by a loop that ends by an error
 LATE = 0.1  # [s] behind, beyond which a loop gives up catching up
 ESTIMATED = ("estimator.kind=ekf",)  # before what a person sets
 FIELDS = (*ESTIMATED, "controller.period=0.002")  # where no design sets the period
-# [m] by which stairs may be elsewhere than where a robot believes them: it is put down by hand, and
-# its estimate drifts. Half as much in place had a foot meet a riser on its way to the next tread.
-PLACE_ERROR, HEIGHT_ERROR = 0.03, 0.01
-# Shares of how far from treads' middles feet are set down, that are tried, and of the margin that
-# has to be left by them.
-CENTRED, MARGIN_KEPT = (0.0, 0.25, 0.5), 0.9
 
 Tell = Callable[[str], None]
 Stop = Callable[[], bool]
@@ -99,69 +91,6 @@ def load_for_bus(name: str, fields: list[str]) -> Scenario:
     """
     scenario: Scenario = load_scenario(name, [*ESTIMATED, *fields])
     return scenario if scenario.design == "auto" else load_scenario(name, [*FIELDS, *fields])
-
-
-def allow_for_drift(scenario: Scenario, fields: list[str], *, source: str) -> Scenario:
-    """A scenario to be designed on stairs, designed, its swings allowing for drift.
-
-    Its feet are set down nearer to the treads' middles, see `centre_footholds`. Else the gait is
-    the one for stairs that are known exactly: one that keeps shanks so much farther off is not
-    found for every robot, or not soon.
-
-    Args:
-        scenario: Scenario as `load_for_bus` returns it.
-        fields: What a person sets of it: what that says of the map's errors stays.
-        source: What an error names.
-
-    Returns:
-        The scenario, or the given one if it has a gait already, no stairs, or errors of its map.
-
-    Raises:
-        InputError: If robot or course cannot be used.
-        PlanningError: If no gait climbs it.
-    """
-    told = any(one.strip().startswith("gait.map_error") for one in fields)
-    errors = scenario.gait.map_error_place, scenario.gait.map_error_height
-    level = all(element.kind in LEVEL for element in scenario.course)
-    if scenario.design != "auto" or level or told or errors != (0.0, 0.0):
-        return scenario
-    filled = design_scenario(scenario, source=source).scenario
-    filled.gait.map_error_place, filled.gait.map_error_height = PLACE_ERROR, HEIGHT_ERROR
-    return centre_footholds(filled, source=source)
-
-
-def centre_footholds(scenario: Scenario, *, source: str) -> Scenario:
-    """The scenario with its footholds nearer to the treads' middles, if its plan allows for it.
-
-    A designed gait sets feet down where its margin is largest, which may be near a nosing: a Go2's
-    stood 33 mm from the edges going down, and slid off where its estimate was as far ahead.
-
-    Args:
-        scenario: Scenario with a gait.
-        source: What an error names.
-
-    Returns:
-        The scenario with the least of CENTRED's shares of its phases that leaves MARGIN_KEPT of
-        the plan's margin; the given one if none does, or it has no plan.
-    """
-    least = _planned_margin(scenario, source)
-    for share in CENTRED:
-        nearer = copy.deepcopy(scenario)
-        nearer.gait.tread_phase_up *= share
-        nearer.gait.tread_phase_down *= share
-        if least is not None and (_planned_margin(nearer, source) or 0.0) >= MARGIN_KEPT * least:
-            return nearer
-    return scenario
-
-
-def _planned_margin(scenario: Scenario, source: str) -> float | None:
-    """The least margin of a scenario's plan [m]; None without steps, or if it cannot be done."""
-    try:
-        prepared = prepare(scenario, source=source)
-        judge_plan(prepared)
-    except (InputError, PlanningError):  # out of a leg's reach is the former
-        return None
-    return min((p.margin for p in prepared.plan.plans if p.contacts.steps), default=None)
 
 
 def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> PreparedScenario:

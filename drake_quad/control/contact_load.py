@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.base_tracking import smooth_step
-from drake_quad.jit import jit
+from drake_quad.jit import copy_vector, jit
 from drake_quad.planning.motion_plan import END, START, phase_index, swing_rows
 
 # How much of a full load a foot carries that has landed, as a swing ends: by its least force it
@@ -145,6 +145,37 @@ def static_load_shares(places: FloatArray, load: FloatArray, x: float, y: float)
         dx, dy = places[k, 0] - x, places[k, 1] - y
         shares[k] = load[k] * (a + b * dx + c * dy) / det
     return shares
+
+
+SURE_SHARE = 0.03  # of the weight on each of the others, with which they surely hold the robot
+
+
+@jit
+def hold_load(load: FloatArray, places: FloatArray, x: float, y: float) -> None:
+    """Gives feet back what they gave away, as far as the others cannot hold the robot at rest.
+
+    For a clock that waits at a lift-off: its foot would bear nothing there, and a robot over too
+    little of the others' support would tip over while it waits.
+
+    Args:
+        load: How much each foot may carry, 0 to 1, (4,); changed in place.
+        places: The feet (4, 3) in W [m].
+        x: Place in W of the centre of mass [m].
+        y: Its other coordinate [m].
+    """
+    others, back = np.empty(4), np.zeros(4)
+    for k in range(4):
+        if not 0.0 < load[k] < 1.0:
+            continue
+        copy_vector(others, load)
+        others[k] = 0.0
+        shares, least = static_load_shares(places, others, x, y), 1.0
+        for j in range(4):
+            if others[j] > 0.0:
+                least = min(least, shares[j])
+        back[k] = smooth_step((SURE_SHARE - least) / SURE_SHARE)
+    for k in range(4):
+        load[k] = max(load[k], back[k])
 
 
 @jit

@@ -250,6 +250,7 @@ def compute_targets(
     copy_matrix(found.place, foot.place)
     copy_matrix(found.velocity, foot.velocity)
     copy_vector(found.soft, load)
+    found.waits = 1.0 if running and rate == 0.0 else 0.0
     # A foot that lost the ground is to touch it again, not to thrust itself off.
     for k in range(4):
         if standing[k] and (not running or bearing[k] < 0.5):

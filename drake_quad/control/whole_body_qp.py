@@ -35,6 +35,7 @@ from drake_quad.control.base_tracking import (
 )
 from drake_quad.control.contact_load import (
     MOST_TIMES,
+    hold_load,
     min_normal_forces,
     static_load_shares,
     tangential_prices,
@@ -321,6 +322,8 @@ def plan_forces(
     for i in range(2):
         found.com_shift[i] = shift[i]
         t.body[i] += aside[i]
+    if found.waits > 0.5:
+        hold_load(t.load, m.feet.place, com[0] + shift[0], com[1] + shift[1])
     h = np.empty(18)
     for i in range(18):
         h[i] = bias[i] + GRAVITY * M[i, 5]  # weight is what an acceleration upwards would take

@@ -1,7 +1,6 @@
 """What `drake-quad control` makes of its options, up to the loop that it begins."""
 
 import copy
-from dataclasses import replace
 from pathlib import Path
 from threading import Event, Thread
 from types import SimpleNamespace
@@ -16,12 +15,8 @@ from drake_quad.bus import processes, robot_process
 from drake_quad.bus.faults import BusFaults
 from drake_quad.cli.bus import control
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.planning.mission import join_plans
 from drake_quad.scenario.config import Scenario
-from drake_quad.scenario.load import load_scenario
-from drake_quad.simulation.prepare import PreparedScenario, prepare
-
-OUT_OF_REACH = InputError(source="test", field="course[1].rise", value=0.3, remedy="lower")
+from drake_quad.simulation.prepare import PreparedScenario
 
 
 @pytest.mark.parametrize(
@@ -104,50 +99,6 @@ def test_a_designed_gait_keeps_its_own_period(design: str, tmp_path: Path) -> No
     assert (scenario.controller.period == 0.002) == (design == "given")
     with pytest.raises(InputError, match=r"controller\.period"):
         processes.load_for_bus(str(path), ["design=auto", "controller.period=0.002"])
-
-
-def test_a_gait_designed_for_stairs_allows_for_drift(tmp_path: Path) -> None:
-    """Swings do, by 30 mm in place and 10 mm in height, unless a person says something else."""
-    stairs = "  - {kind: stairs, going: up, rise: 0.1, run: 0.4, count: 2}\n"
-    floor = "  - {kind: floor, length: 3.0}\n"
-    path = tmp_path / "climb.yaml"
-
-    def allowing(course: str, *fields: str) -> Scenario:
-        path.write_text(f"robot: {{model: paper_quadruped}}\ndesign: auto\ncourse:\n{course}")
-        scenario = processes.load_for_bus(str(path), list(fields))
-        return processes.allow_for_drift(scenario, list(fields), source=str(path))
-
-    found = allowing(floor + stairs + floor)
-    assert (found.gait.map_error_place, found.gait.map_error_height) == (0.03, 0.01)
-    assert found.design == "given" and found.estimator.kind == "ekf"
-    assert min(plan.margin for plan in prepare(found).plan.plans[1:-1]) > 0.03
-    ahead = found.gait.tread_phase_up, found.gait.tread_phase_down
-    assert ahead == (0.0, 0.0)  # feet are in the treads' middles
-    for course, fields in ((floor, ()), (floor + stairs + floor, ("gait.map_error_place=0",))):
-        left = allowing(course, *fields)
-        assert left.design == "auto" and left.gait.map_error_place == 0.0
-
-
-@pytest.mark.parametrize("problem", [PlanningError("no plan"), OUT_OF_REACH])
-def test_footholds_stay_where_no_others_can_be_planned(
-    monkeypatch: pytest.MonkeyPatch, problem: Exception
-) -> None:
-    """Neither a plan that there is not, nor a foot out of reach, nor a robot that only stands."""
-    given = Scenario()
-    given.gait.tread_phase_down = 0.1
-
-    def planned(scenario: Scenario, **_: str) -> PreparedScenario:
-        if scenario.gait.tread_phase_down != 0.1:
-            raise problem
-        return whole
-
-    whole = prepare(load_scenario("quick", []))
-    monkeypatch.setattr(processes, "prepare", planned)
-    assert processes.centre_footholds(given, source="test") is given
-    standing = replace(whole, plan=join_plans(whole.plan.plans[:1], 0.0))
-    assert not standing.plan.plans[0].contacts.steps
-    monkeypatch.setattr(processes, "prepare", lambda *_, **__: standing)
-    assert processes.centre_footholds(given, source="test") is given
 
 
 def test_a_gait_that_cannot_allow_for_drift_is_planned_without(

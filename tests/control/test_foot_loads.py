@@ -9,9 +9,11 @@ from drake_quad.common import FloatArray
 from drake_quad.control.contact_load import (
     LANDED_LOAD,
     LOST_LOAD,
+    SURE_SHARE,
     caught_load,
     correct_load,
     foot_load,
+    hold_load,
 )
 from drake_quad.gait.swing import Swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
@@ -136,3 +138,33 @@ def test_two_feet_keep_their_loads_while_the_clock_waits_to_lift_them_and_one_do
         assert foot_load(phases, 1.0 - 1e-6, 0.25, waits=True)[0] == pytest.approx(
             waiting, abs=1e-3
         )
+
+
+@given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(1e-4, 0.9))
+def test_a_foot_takes_back_what_the_other_three_cannot_bear(
+    x: float, y: float, left: float
+) -> None:
+    """All of it where they do not hold the robot, none where each bears a good share of it."""
+    places = np.column_stack([SIGNS * 0.3, np.zeros(4)])
+    load = np.array([left, 1.0, 1.0, 1.0])
+    hold_load(load, places, x, y)
+    # The others' triangle, FR, RL and RR: shares of the weight are barycentric coordinates.
+    fr, rl, rr = places[1:, :2]
+    share = np.linalg.solve(
+        np.array([[fr[0], rl[0], rr[0]], [fr[1], rl[1], rr[1]], [1.0, 1.0, 1.0]]), [x, y, 1.0]
+    ).min()
+    np.testing.assert_array_equal(load[1:], 1.0)
+    assert load[0] >= left
+    if share < 0.0:
+        assert load[0] == 1.0
+    if share > SURE_SHARE:
+        assert load[0] == left
+
+
+def test_loads_that_are_whole_or_none_stay_as_they_are() -> None:
+    """In mid-stance and in the air there is nothing to take back."""
+    places = np.column_stack([SIGNS * 0.3, np.zeros(4)])
+    for load in (np.ones(4), np.array([0.0, 1.0, 1.0, 1.0])):
+        before = load.copy()
+        hold_load(load, places, 0.5, 0.5)
+        np.testing.assert_array_equal(load, before)
