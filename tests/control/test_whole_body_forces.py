@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from control_rig import state_on
-from rig import model_layout, stand_plan, state_of
-from whole_body_rig import CONTROL, controller_of, ground_forces, wrench_of
+from rig import GRAVITY, flat_walk, model_layout, stand_plan, state_of
+from whole_body_rig import CONTROL, MASS, controller_of, ground_forces, wrench_of
 
 from drake_quad.common import FloatArray
 
@@ -86,3 +86,20 @@ def test_light_feet_are_let_go_of_in_a_push() -> None:
         lightest.append(float(forces[:, 2].min()))
     assert min(lightest[:2]) > CONTROL.least_force - 1e-3
     assert 0.0 < lightest[2] < CONTROL.least_force - 1.0
+
+
+def test_a_foot_bears_while_the_clock_waits_to_lift_it_and_the_others_cannot() -> None:
+    """It gives its load away over the feet that hold the robot, and else keeps it till then."""
+    plan = flat_walk()
+    step = plan.contacts.steps[0]
+    t, row = step.lift_off - 1e-3, step.leg.row
+    sample = plan.sample(t)
+    towards = 0.6 * (sample.feet[row, :2] - sample.body[0, :2])
+    borne = {}
+    for off in (0.0, 1.0):
+        state = state_of(sample.body[0] + [*(off * towards), 0.0, 0.0, 0.0], sample.feet)
+        for rate in (1.0, 0.0):
+            torque = controller_of(plan, state, t=t, rate=rate).tick().torque
+            borne[off, rate] = ground_forces(torque, state)[row, 2] / (MASS * GRAVITY)
+    assert borne[1.0, 0.0] > 0.1
+    assert max(borne[0.0, 0.0], borne[0.0, 1.0], borne[1.0, 1.0]) < 0.03
