@@ -48,7 +48,7 @@ CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose pla
 SAME_SPEED = 0.02  # shares of a foot's speed that make no difference
 PLANS = 4  # with other speeds of the feet, at most
 FASTER = (1.0, 0.5)  # shares of the way to feet as fast as their own joints allow
-LONGER, TRIES = 1.12, 3  # where a course leaves less than a short one: ratio of the times; plans
+TRIES = 6  # plans of the whole course, where it leaves less than a short one
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
 
