@@ -7,13 +7,13 @@ and apex, wherever a swing foot has lost what it had rolled, and at every end of
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from drake_quad.certificate.enclosure import UNIT, Enclosure, compose
 from drake_quad.common import BoolArray, FloatArray, IntArray
-from drake_quad.planning.contact_plan import FootRoll, Step
+from drake_quad.planning.contact_plan import FootRoll, Phase, Step
 from drake_quad.planning.motion_plan import MotionPlan
 
 BODY, FOOT = 4, 6  # coefficients of the body's cubics and of the swing foot's quintics
@@ -79,12 +79,13 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0, only: Spans | Non
             lift-off, before which the clock waits for it.
         only: Times of which pieces are wanted; None: of all.
     """
-    rows: list[tuple[object, ...]] = []
+    parts: list[Pieces] = []
     segments = phases = 0
     for task, plan in enumerate(plans):
         ends, roll = [s.end for s in plan.segments], plan.contacts.roll
         inner = np.sort([*ends] if roll is None else [*ends, *roll.times])
         landed: int | None = None  # row of the leg whose swing was the last
+        found: list[_Stretch] = []
         for phase in plan.contacts.phases:
             step = phase.step
             if only is not None and not only.touch(task, phase.start, phase.end):
@@ -103,43 +104,72 @@ def cut_pieces(plans: Sequence[MotionPlan], late: float = 0.0, only: Spans | Non
             for a, b in pairwise(cuts):
                 if only is not None and not only.touch(task, a, b):
                     continue
-                begin, on = _roll(roll, a, b)
-                foot = np.zeros((3, FOOT))
-                if step is not None:
-                    lifted = _roll(roll, step.lift_off, step.lift_off)[0][step.leg.row]
-                    foot = _foot(step, a, b, lifted)
-                    begin[step.leg.row], on[step.leg.row] = lifted, 0.0
-                feet = np.array(phase.feet)
-                feet[:, :2] += begin
                 standing = np.array(phase.standing)
                 if landed is not None and 0.5 * (a + b) < firm:
                     standing[landed] = False
-                segment = segments + min(int(np.searchsorted(ends, 0.5 * (a + b))), len(ends) - 1)
-                rows.append(
-                    (
-                        a, b, task, segment, phases,
-                        _body(plan, a, b),
-                        -1 if step is None else step.leg.row,
-                        foot,
-                        feet,
-                        on,
-                        standing,
-                        feet[0] if step is None else step.swing.p_end,
-                    )
-                )  # fmt: skip
+                found.append(_Stretch(a, b, phases, phase, standing))
             phases += 1
             landed = None if step is None else step.leg.row
+        if found:
+            parts.append(_pieces_of(plan, found, task, segments))
         segments += len(plan.segments)
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return Pieces(*columns)
+    return join_cells(parts)
 
 
-def _roll(roll: FootRoll | None, a: float, b: float) -> tuple[FloatArray, FloatArray]:
-    """How far the feet have rolled at a, and roll on until b, (4, 2) each [m]."""
+class _Stretch(NamedTuple):
+    """From where to where a piece is, in which contact phase, and who is counted on."""
+
+    start: float
+    end: float
+    number: int
+    phase: Phase
+    standing: BoolArray
+
+
+def _pieces_of(plan: MotionPlan, cuts: list[_Stretch], task: int, segments: int) -> Pieces:
+    """The pieces of one task, before which there are so many segments."""
+    a, b = np.array([cut.start for cut in cuts]), np.array([cut.end for cut in cuts])
+    ends, roll = [s.end for s in plan.segments], plan.contacts.roll
+    begin, on = _roll(roll, a, b)
+    swing, foot = np.full(len(cuts), -1), np.zeros((len(cuts), 3, FOOT))
+    steps = [(k, cut.phase.step) for k, cut in enumerate(cuts) if cut.phase.step is not None]
+    which = np.array([k for k, _ in steps], dtype=int)
+    if steps:
+        row, lift = (
+            np.array([step.leg.row for _, step in steps]),
+            np.array([step.lift_off for _, step in steps]),
+        )
+        lifted = _roll(roll, lift, lift)[0][np.arange(len(steps)), row]
+        swing[which] = row
+        foot[which] = _swing_feet([step for _, step in steps], a[which], b[which], lifted)
+        begin[which, row], on[which, row] = lifted, 0.0
+    feet = np.array([cut.phase.feet for cut in cuts])
+    feet[..., :2] += begin
+    landing = feet[:, 0].copy()
+    if steps:
+        landing[which] = [step.swing.p_end for _, step in steps]
+    return Pieces(
+        start=a,
+        end=b,
+        task=np.full(len(cuts), task),
+        segment=segments + np.minimum(np.searchsorted(ends, 0.5 * (a + b)), len(ends) - 1),
+        phase=np.array([cut.number for cut in cuts]),
+        body=_body(plan, a, b),
+        swing=swing,
+        foot=foot,
+        feet=feet,
+        roll=on,
+        standing=np.array([cut.standing for cut in cuts]),
+        landing=landing,
+    )
+
+
+def _roll(roll: FootRoll | None, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far the feet have rolled at each a (P,), and roll on until b, (P, 4, 2) each [m]."""
     if roll is None:
-        return np.zeros((4, 2)), np.zeros((4, 2))
-    begin, end = roll.at(np.array([a, b]))
-    return begin, end - begin
+        return np.zeros((len(a), 4, 2)), np.zeros((len(a), 4, 2))
+    begin = roll.at(a)
+    return begin, roll.at(b) - begin
 
 
 def _with_knots(cuts: list[float], knot: float) -> list[float]:
@@ -154,38 +184,40 @@ def _with_knots(cuts: list[float], knot: float) -> list[float]:
     return [*found.tolist()[:-1], ends[1]]
 
 
-def _body(plan: MotionPlan, a: float, b: float) -> FloatArray:
-    """The body's five cubics on [a, b], which no knot divides (5, BODY)."""
+def _body(plan: MotionPlan, a: FloatArray, b: FloatArray) -> FloatArray:
+    """The body's five cubics on each [a, b] (P,), which no knot divides (P, 5, BODY)."""
     knot, control = plan.body.knot, plan.body.control
-    i = min(max(int(0.5 * (a + b) / knot), 0), len(control) - 4)
-    powers = (_SPLINE @ control[i : i + 4]).T
-    return compose(powers, a / knot - i, (b - a) / knot)
+    first = np.clip((0.5 * (a + b) / knot).astype(int), 0, len(control) - 4)
+    powers = np.array([(_SPLINE @ control[i : i + 4]).T for i in first.tolist()])
+    return compose(powers, (a / knot - first)[:, None], ((b - a) / knot)[:, None])
 
 
-def _foot(step: Step, a: float, b: float, lifted: FloatArray) -> FloatArray:
-    """The swing foot's three quintics on [a, b] (3, FOOT).
+def _swing_feet(steps: list[Step], a: FloatArray, b: FloatArray, lifted: FloatArray) -> FloatArray:
+    """Swing feet's three quintics, each on one of the stretches [a, b] (S,), (S, 3, FOOT).
 
-    Neither apex nor `step.back` divides the stretch. At lift-off it had rolled by `lifted` (2,).
+    Neither apex nor `step.back` divides a stretch. At lift-off they had rolled by `lifted` (S, 2).
     """
-    swing = step.swing
-    along = compose(_QUINTIC, (a - step.lift_off) / swing.duration, (b - a) / swing.duration)
-    foot = (swing.p_end - swing.p_start)[:, None] * along
-    foot[:, 0] += swing.p_start
-    base, rise, begin, lasts = (
-        swing.p_start[2],
-        swing.apex_z - swing.p_start[2],
-        0.0,
-        swing.apex_time,
+    swings, middle = [step.swing for step in steps], 0.5 * (a + b)
+    p_start, p_end = np.array([s.p_start for s in swings]), np.array([s.p_end for s in swings])
+    lift, back = np.array([s.lift_off for s in steps]), np.array([s.back for s in steps])
+    duration, apex_time, apex_z = (
+        np.array([getattr(swing, name) for swing in swings])
+        for name in ("duration", "apex_time", "apex_z")
     )
-    if 0.5 * (a + b) > step.lift_off + swing.apex_time:
-        base, rise = swing.apex_z, swing.p_end[2] - swing.apex_z
-        begin, lasts = swing.apex_time, swing.duration - swing.apex_time
-    foot[2] = rise * compose(_QUINTIC, (a - step.lift_off - begin) / lasts, (b - a) / lasts)
-    foot[2, 0] += base
-    if 0.5 * (a + b) < step.lift_off + step.back:
-        lost = compose(_QUINTIC, (a - step.lift_off) / step.back, (b - a) / step.back)
-        foot[:2] -= lifted[:, None] * lost
-        foot[:2, 0] += lifted
+    along = compose(_QUINTIC, (a - lift) / duration, (b - a) / duration)
+    foot = (p_end - p_start)[:, :, None] * along[:, None]
+    foot[:, :, 0] += p_start
+    falls = middle > lift + apex_time
+    base = np.where(falls, apex_z, p_start[:, 2])
+    rise = np.where(falls, p_end[:, 2] - apex_z, apex_z - p_start[:, 2])
+    begin = np.where(falls, apex_time, 0.0)
+    lasts = np.where(falls, duration - apex_time, apex_time)
+    foot[:, 2] = rise[:, None] * compose(_QUINTIC, (a - lift - begin) / lasts, (b - a) / lasts)
+    foot[:, 2, 0] += base
+    early = middle < lift + back
+    lost = compose(_QUINTIC, ((a - lift) / back)[early], ((b - a) / back)[early])
+    foot[early, :2] -= lifted[early, :, None] * lost[:, None]
+    foot[early, :2, 0] += lifted[early]
     return foot
 
 
