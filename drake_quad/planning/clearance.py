@@ -186,19 +186,16 @@ def _thighs_in_body(robot: RobotModel, q: FloatArray, points: FloatArray) -> Flo
     """Points of the thighs (4, S, K, 3) in B, (N, 4, S, K, 3) [m], at angles (N, 4, 3) [rad]."""
     g = robot.geometry
     a, h = q[..., 0, None, None], q[..., 1, None, None]
+    cos_a, sin_a, cos_h, sin_h = np.cos(a), np.sin(a), np.cos(h), np.sin(h)
     x, y, z = (points[None, ..., k] for k in range(3))
-    turned_x = np.cos(h) * x + np.sin(h) * z
-    down = np.cos(h) * z - np.sin(h) * x + g.raised[:, None, None]
+    down = cos_h * z - sin_h * x + g.raised[:, None, None]
     across = g.offset[:, None, None] + y
-    p_PT = np.stack(
-        [
-            turned_x,
-            np.cos(a) * across - np.sin(a) * down,
-            np.sin(a) * across + np.cos(a) * down,
-        ],
-        axis=-1,
-    )
-    return np.asarray(p_PT + g.p_BH[:, None, None])
+    p_BT = np.empty((*down.shape, 3))
+    p_BT[..., 0] = cos_h * x + sin_h * z
+    p_BT[..., 1] = cos_a * across - sin_a * down
+    p_BT[..., 2] = sin_a * across + cos_a * down
+    p_BT += g.p_BH[:, None, None]
+    return p_BT
 
 
 def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:
