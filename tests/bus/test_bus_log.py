@@ -71,8 +71,9 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_controller_made_anew_answers_the_same_to_the_bit(log: Path) -> None:
     """All commands, from damping over standing up and walking to damping, are what they were."""
-    found = replay_bus_log(read_bus_log(log))
-    answers = sum(topic == ANSWER for topic, _ in read_bus_log(log).events)
+    read = read_bus_log(log)
+    found = replay_bus_log(read)
+    answers = sum(topic == ANSWER for topic, _ in read.events)
     assert found["same"] and found["first_difference"] is None
     assert found["commands"] == answers > 2000
     assert found["duration"] == pytest.approx(answers * 0.002, rel=0.01)
