@@ -147,7 +147,17 @@ def _without_materials(dae: bytes) -> bytes:
 
 
 def read_points(path: Path) -> FloatArray | None:
-    """All vertices of a mesh, (n, 3), or None if it cannot be read."""
+    """All vertices of a mesh, (n, 3), not to be written to, or None if it cannot be read."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return None
+    return _points_in(path, stat.st_size, stat.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _points_in(path: Path, size: int, time: int) -> FloatArray | None:
+    """The vertices of a mesh, at a time and of a size: a robot's file names some several times."""
     if path.suffix.lower() == ".obj":
         try:
             text = read_given(path, most=MOST_MESH).decode(errors="replace")
@@ -159,6 +169,7 @@ def read_points(path: Path) -> FloatArray | None:
     else:
         parts = [np.asarray(part.vertices, dtype=float) for part in load_parts(path)]
         points = np.concatenate(parts) if parts else np.zeros((0, 3))
+    points.flags.writeable = False
     return points if len(points) and _are_points(points) else None
 
 
