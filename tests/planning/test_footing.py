@@ -67,6 +67,12 @@ def walk(
     return plan_task(robot, course, asked, task, stance_at(course, asked), index=0)
 
 
+@cache
+def level_walk(kind: str) -> MotionPlan:
+    """The same of the shipped robot on level ground."""
+    return walk(kind)
+
+
 def weakened(*legs: int, share: float) -> RobotModel:
     """The shipped robot with so much of its torque left in some legs' hips and knees."""
     robot = paper_robot()
@@ -111,7 +117,7 @@ def test_on_level_treads_the_friction_path_is_the_hulls(course: Course) -> None:
 
 def test_strong_drives_take_no_margin() -> None:
     """Feasible and hull agree on level ground where no torque is in the way."""
-    assert walk(FEASIBLE).margin == pytest.approx(walk(HULL).margin, abs=1e-3)
+    assert level_walk(FEASIBLE).margin == pytest.approx(level_walk(HULL).margin, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -212,7 +218,7 @@ def test_a_robot_that_cannot_stand_is_told_what_would_help(
         Element("floor", length=2.0),
     )  # fmt: skip
     with pytest.raises(PlanningError, match=helps) as caught:
-        walk(kind, robot=robot, course=course or steep, goal=3.25)
+        walk(kind, robot=robot, course=course or steep, goal=2.4)
     assert "\n" not in caught.value.reason and "nothing holds the robot" in caught.value.reason
 
 
@@ -230,7 +236,7 @@ def test_a_stand_is_looked_at_too() -> None:
 def test_a_plan_made_anew_keeps_the_kind() -> None:
     """After a push the margin asked for, and told, is still the same."""
     settings = replace(SHORT, margin=FRICTION)
-    plan = walk(FRICTION)
+    plan = level_walk(FRICTION)
     sample = plan.sample(plan.contacts.steps[2].lift_off)
     again = replan_task(
         paper_robot(), flat_course(), settings, plan, plan.contacts.steps[2].lift_off,
@@ -241,7 +247,7 @@ def test_a_plan_made_anew_keeps_the_kind() -> None:
 
 def test_told_beside_the_hulls_margin_and_not_in_its_place() -> None:
     """`plan --json` keeps `planned_margin_min` and adds that of the kind."""
-    plan = walk(FEASIBLE)
+    plan = level_walk(FEASIBLE)
     settings = replace(SHORT, margin=FEASIBLE)
     footing = footing_of(paper_robot(), flat_course(), settings)
     told = describe_plan(
@@ -298,7 +304,7 @@ def test_many_stances_are_told_hulls_as_one_is(seed: int) -> None:
 
 def test_limits_of_many_poses_are_those_of_each() -> None:
     """`leg_limits` is `joint_limits`, pose by pose."""
-    plan, robot = walk(HULL), paper_robot()
+    plan, robot = level_walk(HULL), paper_robot()
     times = np.linspace(0.0, plan.duration, 9)
     feet, standing = plan.contacts.feet_at(times)
     body = plan.body.samples(times)[:, 0]

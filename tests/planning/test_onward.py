@@ -1,6 +1,7 @@
 """The next stretch on a map that grows: to where more is seen, on known steps, or to the goal."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,12 @@ from drake_quad.planning.onward import GOOD_VIEW, LOOK_AGAIN, Onward, plan_onwar
 
 def onward(known: StairMap) -> Onward:
     return plan_onward(paper_robot(), gait(), known, standing(known), eyes(), lift_off_margin=0.02)
+
+
+@cache
+def onward_on(steps: int) -> Onward:
+    """The next stretch on the first map of so many steps."""
+    return onward(first_map(steps))
 
 
 @pytest.mark.parametrize("trusted", [4, 6, 8])
@@ -35,7 +42,7 @@ def test_feet_are_put_down_on_steps_alone_that_are_known_well(trusted: int) -> N
 
 def test_of_all_treads_it_takes_the_one_farthest_up() -> None:
     """The more steps are known, the farther it goes."""
-    goals = [onward(first_map(n)).tasks[0].goal for n in (6, 8, 10)]
+    goals = [onward_on(n).tasks[0].goal for n in (6, 8, 10)]
     assert goals == sorted(goals) and goals[2] > goals[0] + RUN
 
 
@@ -77,8 +84,7 @@ def test_a_map_that_is_complete_is_walked_to_its_end() -> None:
 
 def test_where_what_is_seen_runs_out_it_says_so() -> None:
     """A robot that is as far up as it may go, and knows no more, has no way on."""
-    known = first_map(8)
-    found = onward(known)
+    known, found = first_map(8), onward_on(8)
     plan = plan_mission(paper_robot(), found.course, found.settings, found.tasks, standing(known))
     with pytest.raises(PlanningError, match="how many steps there are is not known"):
         plan_onward(paper_robot(), gait(), known, plan.plans[-1].end, eyes(), lift_off_margin=0.02)
@@ -87,7 +93,7 @@ def test_where_what_is_seen_runs_out_it_says_so() -> None:
 def test_errors_of_the_map_are_allowed_for() -> None:
     """Those of the steps that are planned on, and never less than what is asked for on any map."""
     known = first_map(8)
-    assert onward(known).settings.map_error_place >= known.error_place
+    assert onward_on(8).settings.map_error_place >= known.error_place
     careful = replace(gait(), map_error_place=0.02)
     found = plan_onward(
         paper_robot(), careful, known, standing(known), eyes(), lift_off_margin=0.02

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from import_rig import compare, write_normal
+from import_rig import compare, normal_by_name
 from pydrake.geometry import QueryObject, Role
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
@@ -43,18 +43,18 @@ pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.mark.parametrize("model", INSTALLED)
-def test_known_robot_keeps_its_dynamics(model: str, tmp_path: Path) -> None:
+def test_known_robot_keeps_its_dynamics(model: str) -> None:
     """Mass, centre of mass and mass matrix are those that Drake reads from its own file."""
-    own, made = compare(model, tmp_path, np.random.default_rng(7))
+    own, made = compare(model, None, np.random.default_rng(7))
     assert made.mass == pytest.approx(own.mass, rel=1e-12)
     np.testing.assert_allclose(made.com, own.com, atol=1e-10)
     np.testing.assert_allclose(made.matrix, own.matrix, atol=1e-9)
 
 
 @pytest.mark.parametrize("model", INSTALLED)
-def test_known_robot_can_stand(model: str, tmp_path: Path) -> None:
+def test_known_robot_can_stand(model: str) -> None:
     """With its feet below its hips it is within its limits at some height, and touches nothing."""
-    urdf, _ = write_normal(model, tmp_path)
+    urdf, _ = normal_by_name(model)
     robot = load_robot(str(urdf))
     g = robot.geometry
     for share in np.linspace(0.6, 0.95, 8):
@@ -77,11 +77,9 @@ def test_known_robot_can_stand(model: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("model", INSTALLED)
-def test_contacts_of_thighs_with_the_trunk_are_seen_or_said_to_be_left_out(
-    model: str, tmp_path: Path
-) -> None:
+def test_contacts_of_thighs_with_the_trunk_are_seen_or_said_to_be_left_out(model: str) -> None:
     """Their pairs are filtered for just the legs that the mapping's note names."""
-    urdf, mapping = write_normal(model, tmp_path)
+    urdf, mapping = normal_by_name(model)
     robot = load_robot(str(urdf))
     plant, query, _kept = placed(urdf, robot.name, np.zeros((4, 3)))
     inspector = query.inspector()

@@ -1,5 +1,6 @@
 """Claims about scenarios: what loads, what is refused and how, and that saving loses nothing."""
 
+import copy
 import dataclasses
 import math
 from pathlib import Path
@@ -25,6 +26,7 @@ from drake_quad.util.yaml_io import field_types
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = ("case_study", "descend", "flat_walk", "paper", "spin_both_ways")
+CASE_STUDY = load_scenario("case_study")
 FLOOR = "course: [{kind: floor, length: 6.0}]\n"
 
 
@@ -51,7 +53,7 @@ def test_numbers_and_text_survive_saving_to_the_bit(
     beta: float, width: float, seed: int, description: str, solver: str
 ) -> None:
     """Whatever the values, the text gives back just them."""
-    scenario = load_scenario("case_study")
+    scenario = copy.deepcopy(CASE_STUDY)
     scenario.gait.duty_factor = beta
     scenario.gait.workspace_width = width
     scenario.simulation.seed = seed

@@ -1,7 +1,10 @@
 """What tests of the importer share: a robot's file compared with its normal form."""
 
+import atexit
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -48,14 +51,22 @@ def write_normal(model: str, folder: Path) -> tuple[Path, dict[str, Any]]:
     return urdf, mapping
 
 
-def compare(model: str, folder: Path, rng: np.random.Generator) -> tuple[Dynamics, Dynamics]:
+@cache
+def normal_by_name(name: str) -> tuple[Path, dict[str, Any]]:
+    """The same of a robot that people know, made once for all tests; nobody changes it."""
+    folder = TemporaryDirectory()
+    atexit.register(folder.cleanup)
+    return write_normal(name, Path(folder.name))
+
+
+def compare(model: str, folder: Path | None, rng: np.random.Generator) -> tuple[Dynamics, Dynamics]:
     """The dynamics of a robot by its own file, and by its normal form, in one random state.
 
     Both hold the same base pose and joint angles, told in the terms of each. Drives count in
-    neither: their inertia is in the normal form alone.
+    neither: their inertia is in the normal form alone. Without a `folder` it is a robot by name.
     """
     given = find_source(model)
-    urdf, mapping = write_normal(model, folder)
+    urdf, mapping = write_normal(model, folder) if folder else normal_by_name(model)
     q = {name: rng.uniform(-1.0, 1.0) for name in mapping["joints"]}
     X_WB = RigidTransform(
         RotationMatrix(_random_rotation(rng)), np.asarray(rng.uniform(-1.0, 1.0, 3))
