@@ -43,11 +43,15 @@ settings.load_profile("drake_quad")
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Keeps the collector from modules and tests: nearly half a million objects, all to stay."""
+    """Keeps the collector from modules and tests: nearly half a million objects, all to stay.
+
+    It then looks less often at what tests make and keep for one another: a twentieth of their time.
+    """
     gc.disable()
     result = yield
     gc.collect()
     gc.freeze()
+    gc.set_threshold(10_000, 20, 20)
     gc.enable()
     return result
 
