@@ -292,7 +292,7 @@ def test_of_a_journal_no_more_is_kept_than_the_study_has_trials(
     line = read_journal(swept)[1][4]
     many = b"".join(
         json.dumps({**line, "index": 1000 + k, "scenario": None}).encode() + b"\n"
-        for k in range(20_000)
+        for k in range(5_000)
     )
     with (swept / NAME).open("ab") as file:
         file.write(many)

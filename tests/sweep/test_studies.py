@@ -117,6 +117,7 @@ def test_what_comes_of_a_push(load: Any) -> None:
 def test_a_kick_in_a_trot_is_told_with_both_legs(load: Any) -> None:
     """Of two legs in the air both are named, in the first swing of a pair."""
     short = ("monitor.margins=hull", "course=[{kind: floor, length: 5.0}]",
+             "transition.shift_time=0.8", "transition.swing_time=0.6",
              "mission=[{kind: stand, duration: 0.1}, {kind: walk, distance: 1.0}]")  # fmt: skip
     plans = prepare(load_scenario("trot", short)).plan.plans
     first = next(phase for phase in plans[1].contacts.phases if len(phase.steps) == 2)
@@ -201,8 +202,8 @@ def test_the_blind_stairs_study(load: Any, tmp_path: Path) -> None:
     stairs = load("blind_stairs")
     out, figures = tmp_path / "page.md", tmp_path / "b.json"
     words = ["--scenario", "flat_walk", "--set", STAND, "--seeds", "2", "--first", "5",
-             "--workers", "2", "--recycle", "1", "--lines", str(tmp_path / "b.jsonl"),
-             "--out", str(out), "--json", str(figures)]  # fmt: skip
+             "--workers", "1", "--lines", str(tmp_path / "b.jsonl"), "--out", str(out),
+             "--json", str(figures)]  # fmt: skip
     stairs.main(words)
     result = json.loads(figures.read_text())
     assert [run["seed"] for run in result["runs"]] == [5, 6]
@@ -244,7 +245,7 @@ def test_the_study_of_disturbances(load: Any, tmp_path: Path) -> None:
     disturbed = load("disturbed")
     out, figures = tmp_path / "page.md", tmp_path / "d.json"
     disturbed.main(["--scenario", "flat_walk", "--set", STAND, "--only", "rear left", "--workers",
-                    "2", "--lines", str(tmp_path / "d.jsonl"), "--out", str(out),
+                    "1", "--lines", str(tmp_path / "d.jsonl"), "--out", str(out),
                     "--json", str(figures)])  # fmt: skip
     runs = json.loads(figures.read_text())["runs"]
     assert [run["controller"] for run in runs] == ["whole_body", "ik"]
