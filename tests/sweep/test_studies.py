@@ -202,8 +202,8 @@ def test_the_blind_stairs_study(load: Any, tmp_path: Path) -> None:
     stairs = load("blind_stairs")
     out, figures = tmp_path / "page.md", tmp_path / "b.json"
     words = ["--scenario", "flat_walk", "--set", STAND, "--seeds", "2", "--first", "5",
-             "--workers", "1", "--lines", str(tmp_path / "b.jsonl"), "--out", str(out),
-             "--json", str(figures)]  # fmt: skip
+             "--workers", "2", "--recycle", "1", "--lines", str(tmp_path / "b.jsonl"),
+             "--out", str(out), "--json", str(figures)]  # fmt: skip
     stairs.main(words)
     result = json.loads(figures.read_text())
     assert [run["seed"] for run in result["runs"]] == [5, 6]
