@@ -130,7 +130,8 @@ def clock_rate(
         t: Gait time [s].
         bearing: (4,) which feet are sensed to bear.
         balance: The robot's balance, see Balance.
-        control: Settings with the margins demanded.
+        control: Settings with the margins demanded; without a `line_distance`, see `for_legs`, two
+            legs lift off however far the robot is off the line.
     """
     reason = _at_switch(plan, t, bearing, balance, control)
     if reason:
@@ -197,7 +198,7 @@ def _at_switch(
             return f"leg {legs} is to lift off while another foot does not bear"
         margin = balance_margin(balance, others)
         if len(begun.steps) > 1:
-            if -margin > control.line_distance:
+            if control.line_distance is not None and -margin > control.line_distance:
                 return f"the robot is {-margin:.3f} m off the line of the feet that stay"
             return ""
         if margin < max(control.lift_off_margin, control.margin_demanded):

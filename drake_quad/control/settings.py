@@ -3,11 +3,12 @@
 Not frozen, and without postponed annotations, for Drake's YAML reader fills it; nobody else writes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drake_quad.util.schema import choice, not_negative, number, positive, within
 
 FRICTION_MOST = 10.0  # rubber on dry rock has 1 or so
+LINE_DISTANCE = 0.025  # of a leg's length, if not given
 
 
 @dataclass(kw_only=True)
@@ -86,11 +87,12 @@ class ControlSettings:
         "Static margin that the other three feet must give before a lift-off",
         not_negative(),
     )
-    line_distance: float = number(
-        0.03,
+    line_distance: float | None = number(
+        None,
         "m",
         "With `gait.pattern: trot`: how far from the line of the feet that stay the capture point "
-        "may be, less what is planned, for two legs to lift off; else the clock waits on four feet",
+        "may be, less what is planned, for two legs to lift off; else the clock waits on four "
+        f"feet; {100.0 * LINE_DISTANCE:g} % of the leg's length if not given",
         positive(),
     )
     margin_demanded: float = number(
@@ -142,3 +144,10 @@ class ControlSettings:
         "How long the gait clock waits at a switch before it stops the run",
         not_negative(),
     )
+
+
+def for_legs(control: ControlSettings, leg: float) -> ControlSettings:
+    """The settings, with what grows with the legs' length [m] and was not given filled in."""
+    if control.line_distance is not None:
+        return control
+    return replace(control, line_distance=LINE_DISTANCE * leg)

@@ -11,7 +11,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, Syste
 
 from drake_quad.control.ports import BALANCE_SIZE
 from drake_quad.control.push_recovery import Reflex
-from drake_quad.control.settings import ControlSettings
+from drake_quad.control.settings import ControlSettings, for_legs
 from drake_quad.errors import InputError
 from drake_quad.estimation.contact_from_torques import TouchSettings
 from drake_quad.estimation.filter_state import EstimatorSettings
@@ -19,7 +19,7 @@ from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.recovery_step import StepTargetMap
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.robot.state import StateLayout, make_layout
 from drake_quad.systems.gait_scheduler import GaitScheduler
 from drake_quad.systems.joint_contact_estimator import JointContactEstimator
@@ -118,6 +118,7 @@ def MakeController(
         tracking: Output of a TrackingController, for logs.
         contact_state_felt: Output of the JointContactEstimator, if there is one.
     """
+    control = for_legs(control, leg_length(robot))
     layout = make_layout(model, robot)
     builder = DiagramBuilder()
     ground = StepTargetMap(course, robot.foot_radius)

@@ -24,7 +24,7 @@ from drake_quad.control.ports import (
     swing_legs,
 )
 from drake_quad.control.push_recovery import CALM_SPEED
-from drake_quad.control.settings import ControlSettings
+from drake_quad.control.settings import ControlSettings, for_legs
 from drake_quad.gait.swing import Swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
 from drake_quad.planning.motion_plan import MotionPlan
@@ -120,15 +120,25 @@ def test_two_legs_lift_off_when_the_robot_is_near_the_line_of_the_feet_that_stay
     normal = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm(b - a)
     balance = balance_at(t)
     balance[Balance.COM : Balance.COM + 2] = 0.5 * (a + b) + beside * normal
-    assert CONTROL.line_distance == 0.03
-    rate, why = clock_rate(plan, t, ALL, balance, CONTROL)
-    if beside < CONTROL.line_distance:
+    control = for_legs(CONTROL, 1.2)
+    assert control.line_distance == pytest.approx(0.03)
+    assert clock_rate(plan, t, ALL, balance, CONTROL) == (1.0, "")  # of no robot: no bound
+    rate, why = clock_rate(plan, t, ALL, balance, control)
+    if beside < 0.03:
         assert (rate, why) == (1.0, "")
     else:
         assert rate == 0.0 and f"{beside:.3f} m off the line of the feet that stay" in why
     for row in (1, 2):
-        rate, why = clock_rate(plan, t, np.arange(4) != row, balance, CONTROL)
+        rate, why = clock_rate(plan, t, np.arange(4) != row, balance, control)
         assert rate == 0.0 and "leg FL and RR is to lift off while another" in why
+
+
+def test_how_far_off_the_line_grows_with_the_legs() -> None:
+    """Unless it is given; nothing else of the settings changes, and those given stay as they are."""
+    assert for_legs(CONTROL, 0.4).line_distance == pytest.approx(0.01)
+    assert replace(for_legs(CONTROL, 0.4), line_distance=None) == CONTROL
+    given = replace(CONTROL, line_distance=0.02)
+    assert for_legs(given, 0.4) == given
 
 
 @pytest.mark.parametrize("late", [Leg.FRONT_LEFT, Leg.REAR_RIGHT])
