@@ -328,6 +328,7 @@ def foothold(
     if settings.on_centre and lattice.on_tread[i]:
         offset = 0.0
     offset += tread_offset(lattice, i, spacing, settings)
+    offset += _towards_middle(lane, float(lattice.s[i]), settings)
     low, high = _level_stretch(lane, float(lattice.s[i]))
     margin = foot_radius + EDGE_CLEARANCE
     at, rise = lane.risers()
@@ -342,6 +343,22 @@ def foothold(
     if rises:  # as far as the tread is deep enough
         high = max(high - settings.riser_setback, low)
     return float(np.clip(lattice.s[i] + offset, low, high))
+
+
+def _towards_middle(lane: Lane, s: float, settings: PlanSettings) -> float:
+    """How far ahead of a place at `s` feet stand, to be nearer to its tread's middle [m].
+
+    The ground before a flight counts as a tread more, as far as the first one is deep.
+    """
+    if settings.places_together == 0.0:
+        return 0.0
+    for flight in lane.close_flights(settings.deep_tread):
+        edges = lane.treads(flight)[:, :2]
+        begin, end = edges[0]
+        for low, high in [(2.0 * begin - end, begin), *edges.tolist()]:
+            if low <= s < high:
+                return settings.places_together * (0.5 * (low + high) - s)
+    return 0.0
 
 
 def _level_stretch(lane: Lane, s: float) -> tuple[float, float]:

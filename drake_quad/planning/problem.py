@@ -28,6 +28,8 @@ class PlanSettings:
         body_ahead: How far the body goes ahead of its places on the lattice [places].
         tread_phase_up: How far ahead of the treads' middles the feet stand going up [treads].
         tread_phase_down: How far ahead of the treads' middles they stand going down [treads].
+        places_together: How much nearer to its tread's middle feet stand than their place, of that
+            distance, where treads have several places.
         body_shift_up: How far ahead of its places the body goes besides, going up [m].
         body_shift_down: How far ahead of its places the body goes besides, going down [m].
         lift_down: How much higher the body goes, going down, than on level ground [m].
@@ -84,6 +86,7 @@ class PlanSettings:
     body_ahead: float = 0.0
     tread_phase_up: float = 0.0
     tread_phase_down: float = 0.0
+    places_together: float = 0.0
     body_shift_up: float = 0.0
     body_shift_down: float = 0.0
     lift_down: float = 0.0

@@ -80,6 +80,7 @@ def plan_settings(scenario: Scenario) -> PlanSettings:
         body_ahead=gait.body_ahead,
         tread_phase_up=gait.tread_phase_up,
         tread_phase_down=gait.tread_phase_down,
+        places_together=gait.places_together,
         body_shift_up=gait.body_shift_up,
         body_shift_down=gait.body_shift_down,
         lift_down=gait.lift_down,

@@ -84,6 +84,13 @@ class GaitConfig:
         "long against the legs. `treads`, `lag` and `body_ahead` then count places",
         within(1, 3),
     )
+    places_together: float = number(
+        0.0,
+        "",
+        "How much nearer to their tread's middle feet are set down than its places are, of that "
+        "distance: farther from nosings and risers, which may not be where they are mapped",
+        within(0.0, 0.9),
+    )
     deep_tread: float = number(
         100.0,
         "m",

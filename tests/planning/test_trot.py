@@ -14,7 +14,8 @@ from drake_quad.planning.body_path import DYNAMIC_GUARD
 from drake_quad.planning.body_sides import Sides, make_sides
 from drake_quad.planning.contact_forces import held_com, torque_ratio
 from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.footholds import TROT, FootholdPattern
+from drake_quad.planning.footholds import TROT, FootholdPattern, make_foothold_grid
+from drake_quad.planning.footsteps import foothold
 from drake_quad.planning.mission import check_plan
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.problem import PlanSettings
@@ -118,6 +119,33 @@ def test_each_pair_stands_once_on_each_tread() -> None:
     for places in ends.values():
         assert sum(3.0 < s < 3.5 for s in places) == 1
         assert all(np.abs(lane.edges - s).min() > radius for s in places)
+
+
+@pytest.mark.parametrize("together", [0.0, 0.4, 0.8])
+def test_feet_stand_nearer_to_the_treads_middles(together: float) -> None:
+    """By that share of their distance, on each tread and on the ground before the first one."""
+    lane, robot = steps_course().lanes[0], paper_robot()
+    settings = replace(SETTINGS, stride=0.5, places_together=together)
+    grid = make_foothold_grid(
+        lane, start=1.6, goal=4.9, spacing=0.25, behind=3, ahead=3, per_cycle=2, per_tread=2
+    )
+    stands = np.array([
+        foothold(lane, grid, Leg.FRONT_LEFT, k - grid.behind, settings, robot.foot_radius)
+        for k in range(len(grid.s))
+    ])  # fmt: skip
+    for low in (3.0, 3.5):
+        on = (grid.s > low) & (grid.s < low + 0.5)
+        away = 0.125 * (1.0 - together)
+        assert stands[on] == pytest.approx([low + 0.25 - away, low + 0.25 + away])
+    before = int(np.flatnonzero(grid.s < 3.0)[-1])
+    plain = replace(settings, places_together=0.0)
+    where = foothold(lane, grid, Leg.FRONT_LEFT, before - grid.behind, plain, robot.foot_radius)
+    assert stands[before] == pytest.approx(where - 0.125 * together)
+    far = grid.s < 2.5
+    assert stands[far] == pytest.approx([
+        foothold(lane, grid, Leg.FRONT_LEFT, int(k) - grid.behind, plain, robot.foot_radius)
+        for k in np.flatnonzero(far)
+    ])  # fmt: skip
 
 
 def test_two_feet_have_a_line_and_an_end_at_either_foot() -> None:
