@@ -92,7 +92,8 @@ class ControlSettings:
         "m",
         "With `gait.pattern: trot`: how far from the line of the feet that stay the capture point "
         "may be, less what is planned, for two legs to lift off; else the clock waits on four "
-        f"feet; {100.0 * LINE_DISTANCE:g} % of the leg's length if not given",
+        f"feet; {100.0 * LINE_DISTANCE:g} % of the leg's length and half of a foot's radius if not "
+        "given",
         positive(),
     )
     margin_demanded: float = number(
@@ -146,8 +147,16 @@ class ControlSettings:
     )
 
 
-def for_legs(control: ControlSettings, leg: float) -> ControlSettings:
-    """The settings, with what grows with the legs' length [m] and was not given filled in."""
+def for_legs(control: ControlSettings, leg: float, foot_radius: float) -> ControlSettings:
+    """The settings, with what grows with the legs and was not given filled in.
+
+    A plan's zero-moment point may itself be half of a foot's radius off the line.
+
+    Args:
+        control: The settings.
+        leg: Length of the legs [m].
+        foot_radius: Radius of the feet [m].
+    """
     if control.line_distance is not None:
         return control
-    return replace(control, line_distance=LINE_DISTANCE * leg)
+    return replace(control, line_distance=LINE_DISTANCE * leg + 0.5 * foot_radius)

@@ -118,7 +118,7 @@ def MakeController(
         tracking: Output of a TrackingController, for logs.
         contact_state_felt: Output of the JointContactEstimator, if there is one.
     """
-    control = for_legs(control, leg_length(robot))
+    control = for_legs(control, leg_length(robot), robot.foot_radius)
     layout = make_layout(model, robot)
     builder = DiagramBuilder()
     ground = StepTargetMap(course, robot.foot_radius)

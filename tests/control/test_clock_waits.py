@@ -120,7 +120,7 @@ def test_two_legs_lift_off_when_the_robot_is_near_the_line_of_the_feet_that_stay
     normal = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm(b - a)
     balance = balance_at(t)
     balance[Balance.COM : Balance.COM + 2] = 0.5 * (a + b) + beside * normal
-    control = for_legs(CONTROL, 1.2)
+    control = for_legs(CONTROL, 1.0, 0.01)
     assert control.line_distance == pytest.approx(0.03)
     assert clock_rate(plan, t, ALL, balance, CONTROL) == (1.0, "")  # of no robot: no bound
     rate, why = clock_rate(plan, t, ALL, balance, control)
@@ -135,10 +135,10 @@ def test_two_legs_lift_off_when_the_robot_is_near_the_line_of_the_feet_that_stay
 
 def test_how_far_off_the_line_grows_with_the_legs() -> None:
     """Unless it is given; nothing else of the settings changes, and those given stay as they are."""
-    assert for_legs(CONTROL, 0.4).line_distance == pytest.approx(0.01)
-    assert replace(for_legs(CONTROL, 0.4), line_distance=None) == CONTROL
+    assert for_legs(CONTROL, 0.4, 0.02).line_distance == pytest.approx(0.02)
+    assert replace(for_legs(CONTROL, 0.4, 0.02), line_distance=None) == CONTROL
     given = replace(CONTROL, line_distance=0.02)
-    assert for_legs(given, 0.4) == given
+    assert for_legs(given, 0.4, 0.02) == given
 
 
 @pytest.mark.parametrize("late", [Leg.FRONT_LEFT, Leg.REAR_RIGHT])
