@@ -107,7 +107,8 @@ def broken(result: RunResult, bounds: Bounds) -> list[str]:
     ]
 
 
-LONG_STARTS = {"unmapped_go2", "unmapped_house"}  # whose designs take a while
+# Whose designs, or plans, take a while.
+LONG_STARTS = {"unmapped_go2", "unmapped_house", "fast_a1", "fast_spot"}
 
 
 @pytest.mark.parametrize(
