@@ -134,7 +134,7 @@ def test_two_legs_lift_off_when_the_robot_is_near_the_line_of_the_feet_that_stay
 
 
 def test_how_far_off_the_line_grows_with_the_legs() -> None:
-    """Unless it is given; nothing else of the settings changes, and those given stay as they are."""
+    """Unless it is given; nothing else of the settings changes, and what is given stays."""
     assert for_legs(CONTROL, 0.4, 0.02).line_distance == pytest.approx(0.02)
     assert replace(for_legs(CONTROL, 0.4, 0.02), line_distance=None) == CONTROL
     given = replace(CONTROL, line_distance=0.02)
