@@ -108,7 +108,7 @@ def broken(result: RunResult, bounds: Bounds) -> list[str]:
 
 
 # Whose designs, or plans, take a while.
-LONG_STARTS = {"unmapped_go2", "unmapped_house", "fast_a1", "fast_spot"}
+LONG_STARTS = {"unmapped_go2", "unmapped_house", "fast_a1", "fast_b1", "fast_spot"}
 
 
 @pytest.mark.parametrize(
