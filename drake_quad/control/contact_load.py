@@ -15,7 +15,7 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.base_tracking import smooth_step
-from drake_quad.jit import copy_vector, jit
+from drake_quad.jit import jit
 from drake_quad.planning.motion_plan import END, START, phase_index, swing_rows
 
 # How much of a full load a foot carries that has landed, as a swing ends: by its least force it
@@ -25,20 +25,17 @@ LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the groun
 
 
 @jit
-def foot_load(phases: FloatArray, t: float, unload_time: float, waits: bool) -> FloatArray:
+def foot_load(phases: FloatArray, t: float, unload_time: float) -> FloatArray:
     """How much each of the four feet may carry at a time: none in the air, all in mid-stance.
 
     A foot takes its load up after touchdown, and gives it away before lift-off, over
     `unload_time` or the time there is on four feet, whichever is shorter. It begins with what it
     has carried since it landed: the clock passes a touchdown with the foot on the ground.
 
-    Two feet do not give theirs away while the clock waits: the other two could not hold the robot.
-
     Args:
         phases: The plan's phases, see `phase_table`.
         t: Gait time [s].
         unload_time: Time over which a foot takes its load up or gives it away [s].
-        waits: Whether the clock stands.
     """
     load = np.ones(4)
     index = phase_index(phases, t)
@@ -55,11 +52,22 @@ def foot_load(phases: FloatArray, t: float, unload_time: float, waits: bool) -> 
             if k >= 0:
                 load[k] *= max(smooth_step((t - start) / ramp), LANDED_LOAD)
     if index + 1 < len(phases):
-        following = swing_rows(phases[index + 1])
-        for k in following:
-            if k >= 0 and not (waits and following[1] >= 0):
+        for k in swing_rows(phases[index + 1]):
+            if k >= 0:
                 load[k] *= smooth_step((end - t) / ramp)
     return np.maximum(load, 1e-4)
+
+
+@jit
+def leaving_feet(phases: FloatArray, t: float) -> BoolArray:
+    """Which feet (4,) stand at a time [s], and are the next to lift off."""
+    leaving = np.zeros(4, dtype=np.bool_)
+    index = phase_index(phases, t)
+    if swing_rows(phases[index])[0] < 0 and index + 1 < len(phases):
+        for k in swing_rows(phases[index + 1]):
+            if k >= 0:
+                leaving[k] = True
+    return leaving
 
 
 @jit
@@ -151,31 +159,34 @@ SURE_SHARE = 0.03  # of the weight on each of the others, with which they surely
 
 
 @jit
-def hold_load(load: FloatArray, places: FloatArray, x: float, y: float) -> None:
+def hold_load(
+    load: FloatArray, leaving: FloatArray, places: FloatArray, x: float, y: float
+) -> None:
     """Gives feet back what they gave away, as far as the others cannot hold the robot at rest.
 
-    For a clock that waits at a lift-off: its foot would bear nothing there, and a robot over too
-    little of the others' support would tip over while it waits.
+    For a clock that waits at a lift-off: its feet would bear nothing there, and a robot over too
+    little of the others' support, or over two feet, would tip over while it waits.
 
     Args:
         load: How much each foot may carry, 0 to 1, (4,); changed in place.
+        leaving: 1 for the feet that are to lift off, and bear, (4,).
         places: The feet (4, 3) in W [m].
         x: Place in W of the centre of mass [m].
         y: Its other coordinate [m].
     """
-    others, back = np.empty(4), np.zeros(4)
+    if not np.any(leaving > 0.5):
+        return
+    others, least = np.empty(4), 1.0
     for k in range(4):
-        if not 0.0 < load[k] < 1.0:
-            continue
-        copy_vector(others, load)
-        others[k] = 0.0
-        shares, least = static_load_shares(places, others, x, y), 1.0
-        for j in range(4):
-            if others[j] > 0.0:
-                least = min(least, shares[j])
-        back[k] = smooth_step((SURE_SHARE - least) / SURE_SHARE)
+        others[k] = 0.0 if leaving[k] > 0.5 else load[k]
+    shares = static_load_shares(places, others, x, y)
     for k in range(4):
-        load[k] = max(load[k], back[k])
+        if others[k] > 0.0:
+            least = min(least, shares[k])
+    back = smooth_step((SURE_SHARE - least) / SURE_SHARE)
+    for k in range(4):
+        if leaving[k] > 0.5:
+            load[k] = max(load[k], back)
 
 
 @jit

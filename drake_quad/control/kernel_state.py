@@ -77,9 +77,9 @@ TARGET = record_type(
 ROBOT = [("legs", np.float64, (4, 8)), ("places", np.int64, (26,))]
 
 # What a tick finds on its way. Beyond what is measured and wanted: where the feet are to be in W
-# (4, 3) [m] and how fast [m/s]; how soft the legs are to be, 0 to 1, (4,); whether the gait clock
-# stands, 0 or 1; how far the centre of mass is from the model's in W (2,) [m]; the joints' torques
-# by the feet's forces, (12, 12) and (12,) [Nm].
+# (4, 3) [m] and how fast [m/s]; how soft the legs are to be, 0 to 1, (4,); which feet bear
+# and are to lift off as soon as the clock goes on, 0 or 1, (4,); how far the centre of mass is from
+# the model's in W (2,) [m]; the joints' torques by the feet's forces, (12, 12) and (12,) [Nm].
 WORK = record_type(
     {
         "measured": MEASURED,
@@ -87,7 +87,7 @@ WORK = record_type(
         "place": (4, 3),
         "velocity": (4, 3),
         "soft": (4,),
-        "waits": (),
+        "leaving": (4,),
         "com_shift": (2,),
         "torque": (12, 12),
         "torque_offset": (12,),

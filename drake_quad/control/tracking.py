@@ -14,7 +14,7 @@ from drake_quad.control.base_tracking import (
     pendulum_rate,
     shortage,
 )
-from drake_quad.control.contact_load import caught_load, correct_load, foot_load
+from drake_quad.control.contact_load import caught_load, correct_load, foot_load, leaving_feet
 from drake_quad.control.foot_targets import FootInputs, compute_foot_targets
 from drake_quad.control.kernel_state import (
     BODY_RATE,
@@ -226,7 +226,7 @@ def compute_targets(
     foot, new = compute_foot_targets(now, memory, c.pace)
     copy_vector(memory, new)
     if running:
-        load = foot_load(plan.phases, t, c.unload_time, rate == 0.0)
+        load = foot_load(plan.phases, t, c.unload_time)
         landed = new[LANDED : LANDED + 4]
         correct_load(load, standing, bearing, landed, new[REGAINED : REGAINED + 4])
     else:
@@ -250,7 +250,10 @@ def compute_targets(
     copy_matrix(found.place, foot.place)
     copy_matrix(found.velocity, foot.velocity)
     copy_vector(found.soft, load)
-    found.waits = 1.0 if running and rate == 0.0 else 0.0
+    waits = running and rate == 0.0
+    leaving = leaving_feet(plan.phases, t)
+    for k in range(4):
+        found.leaving[k] = 1.0 if waits and leaving[k] and bearing[k] > 0.5 else 0.0
     # A foot that lost the ground is to touch it again, not to thrust itself off.
     for k in range(4):
         if standing[k] and (not running or bearing[k] < 0.5):

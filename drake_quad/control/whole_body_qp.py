@@ -322,8 +322,10 @@ def plan_forces(
     for i in range(2):
         found.com_shift[i] = shift[i]
         t.body[i] += aside[i]
-    if found.waits > 0.5:
-        hold_load(t.load, m.feet.place, com[0] + shift[0], com[1] + shift[1])
+    hold_load(t.load, found.leaving, m.feet.place, com[0] + shift[0], com[1] + shift[1])
+    for k in range(4):
+        if found.leaving[k] > 0.5:  # a leg that bears is soft
+            found.soft[k] = max(found.soft[k], t.load[k])
     h = np.empty(18)
     for i in range(18):
         h[i] = bias[i] + GRAVITY * M[i, 5]  # weight is what an acceleration upwards would take

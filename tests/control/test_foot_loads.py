@@ -14,6 +14,7 @@ from drake_quad.control.contact_load import (
     correct_load,
     foot_load,
     hold_load,
+    leaving_feet,
 )
 from drake_quad.gait.swing import Swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
@@ -23,7 +24,7 @@ from drake_quad.robot.legs import LEGS, SIGNS
 
 def load_history(contacts: ContactPlan, count: int = 6000) -> tuple[FloatArray, FloatArray]:
     times, phases = np.linspace(0.0, contacts.duration, count), phase_table(contacts)
-    return times, np.array([foot_load(phases, float(t), 0.25, waits=False) for t in times])
+    return times, np.array([foot_load(phases, float(t), 0.25) for t in times])
 
 
 def test_foot_load_is_full_in_stance_none_in_the_air_and_ramps_between() -> None:
@@ -59,12 +60,12 @@ def test_ramps_share_the_time_that_there_is_on_four_feet(gap: float, unload: flo
     first, second = plan.steps[0], plan.steps[1]
     close = Step(second.leg, first.touchdown + gap, second.touchdown, second.swing)
     contacts = phase_table(ContactPlan(plan.feet, (first, close), second.touchdown + 1.0))
-    middle = foot_load(contacts, first.touchdown + 0.5 * gap, unload, waits=False)
+    middle = foot_load(contacts, first.touchdown + 0.5 * gap, unload)
     if unload >= gap:
         assert middle[first.leg.row] == pytest.approx(0.5)
         assert middle[second.leg.row] == pytest.approx(0.5)
-    start = foot_load(contacts, first.touchdown + 1e-9, unload, waits=False)
-    end = foot_load(contacts, first.touchdown + gap - 1e-9, unload, waits=False)
+    start = foot_load(contacts, first.touchdown + 1e-9, unload)
+    end = foot_load(contacts, first.touchdown + gap - 1e-9, unload)
     assert start[first.leg.row] == LANDED_LOAD and end[second.leg.row] < 1e-3
 
 
@@ -134,10 +135,12 @@ def test_two_feet_keep_their_loads_while_the_clock_waits_to_lift_them_and_one_do
     ]
     for count, waiting in ((2, 1.0), (1, 0.0)):
         phases = phase_table(ContactPlan(feet, tuple(swings[:count]), 3.0))
-        assert foot_load(phases, 1.0 - 1e-6, 0.25, waits=False)[0] < 1e-3
-        assert foot_load(phases, 1.0 - 1e-6, 0.25, waits=True)[0] == pytest.approx(
-            waiting, abs=1e-3
-        )
+        load, leaving = foot_load(phases, 1.0 - 1e-6, 0.25), leaving_feet(phases, 1.0 - 1e-6)
+        assert load[0] < 1e-3 and np.count_nonzero(leaving) == count and leaving[0]
+        x, y = 0.1 * (feet[1:].sum(axis=0) - feet[0])[:2]  # well within the other three
+        hold_load(load, leaving.astype(float), feet, x, y)
+        assert load[0] == pytest.approx(waiting, abs=1e-3)
+    assert not leaving_feet(phases, 1.2).any() and not leaving_feet(phases, 2.0).any()
 
 
 @given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(1e-4, 0.9))
@@ -147,7 +150,7 @@ def test_a_foot_takes_back_what_the_other_three_cannot_bear(
     """All of it where they do not hold the robot, none where each bears a good share of it."""
     places = np.column_stack([SIGNS * 0.3, np.zeros(4)])
     load = np.array([left, 1.0, 1.0, 1.0])
-    hold_load(load, places, x, y)
+    hold_load(load, np.array([1.0, 0.0, 0.0, 0.0]), places, x, y)
     # The others' triangle, FR, RL and RR: shares of the weight are barycentric coordinates.
     fr, rl, rr = places[1:, :2]
     share = np.linalg.solve(
@@ -161,10 +164,11 @@ def test_a_foot_takes_back_what_the_other_three_cannot_bear(
         assert load[0] == left
 
 
-def test_loads_that_are_whole_or_none_stay_as_they_are() -> None:
-    """In mid-stance and in the air there is nothing to take back."""
+def test_loads_of_feet_that_stay_are_not_touched() -> None:
+    """Least of all one that lost the ground: it is not to press on what is not there."""
     places = np.column_stack([SIGNS * 0.3, np.zeros(4)])
-    for load in (np.ones(4), np.array([0.0, 1.0, 1.0, 1.0])):
-        before = load.copy()
-        hold_load(load, places, 0.5, 0.5)
+    before = np.array([LOST_LOAD, 1.0, LANDED_LOAD, 0.0])
+    for leaving in (np.zeros(4), np.array([0.0, 1.0, 0.0, 0.0])):
+        load = before.copy()
+        hold_load(load, leaving, places, 0.5, 0.5)
         np.testing.assert_array_equal(load, before)
