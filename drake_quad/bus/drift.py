@@ -5,6 +5,7 @@ hand, its estimate drifts, its trunk sags and its feet sink in.
 """
 
 import copy
+from collections.abc import Iterable
 from math import sqrt
 
 from drake_quad.common import GRAVITY
@@ -26,9 +27,9 @@ CLEARANCES = (0.03, 0.02)
 # Speed of swing feet, over the root of gravity times a leg's length: 0.6 m/s of a Go2's. Its joints
 # felt a touchdown in the air where a foot came down a riser at 1.2 m/s.
 SWING_SPEED = 0.3
-# Shares of how far from treads' middles feet are set down, that are tried, and of the margin that
-# has to be left by them.
-CENTRED, MARGIN_KEPT = (0.0, 0.25, 0.5), 0.9
+# Shares of how far from treads' middles feet are set down, tried in turn.
+CENTRED = (0.0, 0.25, 0.5)
+MARGIN_KEPT = 0.9  # of the plan's margin, that either of these changes has to leave
 
 
 def allow_for_drift(scenario: Scenario, fields: list[str], *, source: str) -> Scenario:
@@ -76,17 +77,15 @@ def raise_swings(scenario: Scenario, *, source: str) -> Scenario:
         The scenario with the first of CLEARANCES, and with SWING_SPEED, that leaves MARGIN_KEPT of
         the plan's margin; the given one if none does, or it has no plan.
     """
-    least = _planned_margin(scenario, source)
-    leg = leg_length(load_robot(scenario.robot.model))
-    for clearance in CLEARANCES:
-        higher = copy.deepcopy(scenario)
-        gait = higher.gait
-        gait.swing_clearance = max(gait.swing_clearance, clearance)
-        if gait.swing_speed == 0.0:
-            gait.swing_speed = round(SWING_SPEED * sqrt(GRAVITY * leg), 3)
-        if least is not None and (_planned_margin(higher, source) or 0.0) >= MARGIN_KEPT * least:
-            return higher
-    return scenario
+    speed = round(SWING_SPEED * sqrt(GRAVITY * leg_length(load_robot(scenario.robot.model))), 3)
+
+    def higher(clearance: float) -> Scenario:
+        found = copy.deepcopy(scenario)
+        found.gait.swing_clearance = max(found.gait.swing_clearance, clearance)
+        found.gait.swing_speed = found.gait.swing_speed or speed
+        return found
+
+    return _first_that_keeps_margin(scenario, map(higher, CLEARANCES), source)
 
 
 def centre_footholds(scenario: Scenario, *, source: str) -> Scenario:
@@ -103,14 +102,25 @@ def centre_footholds(scenario: Scenario, *, source: str) -> Scenario:
         The scenario with the least of CENTRED's shares of its phases that leaves MARGIN_KEPT of
         the plan's margin; the given one if none does, or it has no plan.
     """
+
+    def nearer(share: float) -> Scenario:
+        found = copy.deepcopy(scenario)
+        found.gait.tread_phase_up *= share
+        found.gait.tread_phase_down *= share
+        return found
+
+    return _first_that_keeps_margin(scenario, map(nearer, CENTRED), source)
+
+
+def _first_that_keeps_margin(
+    scenario: Scenario, others: Iterable[Scenario], source: str
+) -> Scenario:
+    """The first of others whose plan has MARGIN_KEPT of a scenario's margin, or else that one."""
     least = _planned_margin(scenario, source)
-    for share in CENTRED:
-        nearer = copy.deepcopy(scenario)
-        nearer.gait.tread_phase_up *= share
-        nearer.gait.tread_phase_down *= share
-        if least is not None and (_planned_margin(nearer, source) or 0.0) >= MARGIN_KEPT * least:
-            return nearer
-    return scenario
+    if least is None:
+        return scenario
+    kept = (o for o in others if (_planned_margin(o, source) or 0.0) >= MARGIN_KEPT * least)
+    return next(kept, scenario)
 
 
 def _planned_margin(scenario: Scenario, source: str) -> float | None:
