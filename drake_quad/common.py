@@ -10,6 +10,7 @@ GRAVITY = 9.81  # [m/s^2], as in Drake's plants
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.integer[Any]]
+ByteArray = NDArray[np.uint8]
 
 
 def read_only(array: FloatArray) -> FloatArray:

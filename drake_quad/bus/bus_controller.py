@@ -20,7 +20,7 @@ from drake_quad.bus.trace import BEARS
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import DrakeQuadError
-from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings, observe
+from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.robot.kinematics import calc_feet
@@ -32,7 +32,7 @@ from drake_quad.simulation.instruments import velocities_at_rest
 from drake_quad.simulation.precompile import kernels_for, load_kernels
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
-from drake_quad.systems.joint_contact_estimator import TorqueDynamics
+from drake_quad.systems.joint_contact_estimator import TorqueListener
 
 SUNK = 0.6  # of its planned height over the feet: a trunk that is lower is not borne any more
 SUNK_EVERY = 10  # ticks from one look at that to the next
@@ -249,10 +249,9 @@ class TouchByTorque:
         self, robot: RobotModel, layout: StateLayout, model: MultibodyPlant,
         control: ControlSettings, settings: TouchSettings,
     ) -> None:  # fmt: skip
-        self._robot, self._layout, self._period = robot, layout, control.period
-        self._settings = settings
-        self._dynamics = TorqueDynamics(
-            robot, layout, model, control=control, friction=robot.joint_friction
+        self._layout, self._period = layout, control.period
+        self._listener = TorqueListener(
+            robot, layout, model, control=control, settings=settings, friction=robot.joint_friction
         )
         self._scratch = model.CreateDefaultContext()
         self.reset()
@@ -260,15 +259,13 @@ class TouchByTorque:
     def reset(self) -> None:
         """Forgets all that it has felt."""
         self._memory = np.zeros(TouchMemory.SIZE)
-        self._before = np.zeros(self._dynamics.memory_shape)
+        self._before = np.zeros(self._listener.before_shape)
 
     def feel(self, estimate: FloatArray, state: StateMessage, periods: int) -> FloatArray:
         """Which feet bear (4,), so many periods after the last call."""
         x = np.array(estimate)
         x[self._layout.q_joints], x[self._layout.v_joints] = state.position, state.velocity
-        period = periods * self._period
-        now, self._before = self._dynamics.calc(
-            self._scratch, self._before, x, state.effort, period
+        self._listener.listen(
+            self._scratch, self._memory, self._before, x, state.effort, periods * self._period
         )
-        observe(self._memory, now, self._robot.mass, period, self._settings)
         return self._memory[TouchMemory.BEARING].copy()

@@ -1,6 +1,7 @@
 """How a robot's own file means its joints and its trunk, which a bus speaks of."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,11 @@ class JointMap:
     sign: FloatArray
     turn: FloatArray
     R_BT: FloatArray
+
+    @cached_property
+    def signs(self) -> FloatArray:
+        """Of five vectors that go over a bus: angles, speeds, torques, and two gains (60,)."""
+        return np.concatenate([np.tile(self.sign, 3), np.ones(24)])
 
 
 SAME = JointMap(np.ones(12), np.zeros(12), np.eye(3))

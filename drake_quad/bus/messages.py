@@ -16,6 +16,7 @@ from drake_quad.common import FloatArray
 VERSION = 1
 NO_SENSOR = -1.0  # foot force of a foot without a sensor
 DRIVES_DAMP, DRIVES_FOLLOW, DRIVES_HOLD = 0, 1, 2
+NOT_A_NUMBER = "a value is not a number"  # what is wrong with a message
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -155,7 +156,7 @@ def decode_command(data: bytes, time_ns: int) -> Received[CommandMessage]:
 
 
 def _finite(vectors: list[FloatArray]) -> str:
-    return "" if all(np.isfinite(v).all() for v in vectors) else "a value is not a number"
+    return "" if all(np.isfinite(v).all() for v in vectors) else NOT_A_NUMBER
 
 
 def _encode(kind: np.dtype, head: tuple[object, ...], vectors: list[FloatArray]) -> bytes:

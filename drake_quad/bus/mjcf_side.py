@@ -103,15 +103,16 @@ class MjcfSide:
         self._p_TB = np.array(trunk.get("p_TB", (0.0, 0.0, 0.0)), dtype=float)
         errors = sensor_errors(scenario)
         assert errors is not None  # on a bus the state is estimated, see `prepare_for_bus`
-        self._imu, self._rng = errors.imu, errors.imu_generator
-        self._bias = self._rng.normal(size=6) * np.repeat(
-            [self._imu.gyro_turn_on, self._imu.accel_turn_on], 3
-        )
+        imu, self._rng = errors.imu, errors.imu_generator
+        self._bias = self._rng.normal(size=6) * np.repeat([imu.gyro_turn_on, imu.accel_turn_on], 3)
+        density = np.repeat([imu.gyro_density, imu.accel_density], 3)
+        self._imu_noise = density / np.sqrt(self.period)
         self._joints = draw_joint_errors(errors.joints, errors.joint_generator)
         self._noise = scenario.sensors.torque_noise * robot.effort
         self._least = BEARS * robot.mass * GRAVITY
         self._put(prepared)
         self._feet = self._find_feet(path, prepared)
+        self._body_of = self._model.geom_bodyid.tolist()
         self._steps, self._velocity = 0, np.zeros(3)
         self.others: set[str] = set()
 
@@ -210,20 +211,23 @@ class MjcfSide:
         for (a, b), address in zip(
             contact.geom.tolist(), contact.efc_address.tolist(), strict=True
         ):
-            part = b if self._model.geom_bodyid[a] == 0 else a
+            part = b if self._body_of[a] == 0 else a
             if address >= 0 and part not in self._feet:
-                self.others.add(self._model.body(self._model.geom_bodyid[part]).name)
+                self.others.add(self._model.body(self._body_of[part]).name)
 
     def sense(self, session: int, sequence: int, time_ns: int, drives: int) -> StateMessage:
         """What it senses now."""
         data, own, rng = self._data, self._own, self._rng
         R_WT, v = self._R_WT, np.array(data.qvel[:3])
         w_T = np.array(data.qvel[3:6])
-        v = v + R_WT @ np.cross(w_T, self._p_TB)  # of B's origin
-        force = (v - self._velocity) / self.period + [0.0, 0.0, GRAVITY]
+        (wx, wy, wz), (x, y, z) = w_T.tolist(), self._p_TB.tolist()
+        v = v + R_WT @ np.array(
+            [wy * z - wz * y, wz * x - wx * z, wx * y - wy * x]
+        )  # of B's origin
+        force = (v - self._velocity) / self.period
+        force[2] += GRAVITY
         self._velocity = v
-        scale = np.repeat([self._imu.gyro_density, self._imu.accel_density], 3)
-        noise = self._bias + rng.normal(size=6) * scale / np.sqrt(self.period)
+        noise = self._bias + rng.normal(size=6) * self._imu_noise
         imu = np.concatenate([own.R_BT @ w_T, own.R_BT @ R_WT.T @ force]) + noise
         q = own.sign * data.qpos[self._q] - own.turn
         joints = self._joints.apply(np.concatenate([q, own.sign * data.qvel[self._v]]), sequence)

@@ -9,7 +9,8 @@ a sane posture, leads on. A state that is late, but not yet too late, makes the 
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from math import cos
+from functools import cached_property
+from math import cos, isfinite
 
 import numpy as np
 
@@ -89,6 +90,26 @@ class SafetyLimits:
     standing_error: float = 0.2
     fold_time: float = 1.5
     rise_time: float = 2.0
+
+    @cached_property
+    def step(self) -> FloatArray:
+        """How far each wanted angle may go in a period (12,) [rad]: no faster than its joint."""
+        return np.minimum(self.q_step, self.speed * self.period)
+
+    @cached_property
+    def torque_step(self) -> FloatArray:
+        """By how much each fed torque may change in a period (12,) [Nm]."""
+        return self.effort * min(1.0, self.period / self.torque_time)
+
+    @cached_property
+    def lowest_speed(self) -> FloatArray:
+        """Joint speed limits backwards (12,) [rad/s]."""
+        return -self.speed
+
+    @cached_property
+    def lowest_effort(self) -> FloatArray:
+        """Joint torque limits backwards (12,) [Nm]."""
+        return -self.effort
 
 
 def gain_share(period: float, interval: float) -> float:
@@ -202,7 +223,8 @@ def advance(
     """
     fault = _fault_of(known, limits)
     well_since = known.time if fault else memory.well_since
-    memory = replace(memory, well_since=well_since, holding=False)
+    if memory.holding or well_since != memory.well_since:  # to make one anew takes a while
+        memory = replace(memory, well_since=well_since, holding=False)
     if fault:
         if memory.mode == SafetyMode.DAMPING and memory.reason.startswith(NOT_ARMED):
             memory = replace(memory, reason=f"{NOT_ARMED}: {fault}")
@@ -225,19 +247,18 @@ def within_limits(wish: Drives, before: Drives, limits: SafetyLimits) -> Drives:
     A value of the wish that is no finite number is taken as it was before.
     """
     q, v, torque = wish.q, wish.v, wish.torque
-    if not all(np.isfinite(part).all() for part in (q, v, torque)):
+    if not np.isfinite(np.concatenate((q, v, torque))).all():
         q = np.where(np.isfinite(q), q, before.q)
         v = np.where(np.isfinite(v), v, 0.0)
         torque = np.where(np.isfinite(torque), torque, 0.0)
-    # No faster than the joint's own speed, and never more than the step.
-    step = np.minimum(limits.q_step, limits.speed * limits.period)
+    step = limits.step
     q = _within(_within(q, limits.q_lower, limits.q_upper), before.q - step, before.q + step)
-    change = limits.effort * min(1.0, limits.period / limits.torque_time)
+    change = limits.torque_step
     torque = _within(torque, before.torque - change, before.torque + change)
     return Drives(
         q,
-        _within(v, -limits.speed, limits.speed),
-        _within(torque, -limits.effort, limits.effort),
+        _within(v, limits.lowest_speed, limits.speed),
+        _within(torque, limits.lowest_effort, limits.effort),
         _between(wish.stiffness, limits.stiffness),
         _between(wish.damping, limits.damping),
     )
@@ -249,7 +270,7 @@ def _within(values: FloatArray, least: FloatArray, most: FloatArray) -> FloatArr
 
 
 def _between(value: float, most: float) -> float:
-    return min(max(value, 0.0), most) if np.isfinite(value) else 0.0
+    return min(max(value, 0.0), most) if isfinite(value) else 0.0
 
 
 def _fault_of(known: Known, limits: SafetyLimits) -> str:
@@ -260,7 +281,7 @@ def _fault_of(known: Known, limits: SafetyLimits) -> str:
         return "no state has come"
     if known.age > limits.damp_after:
         return f"no state for {limits.damp_after:g} s"
-    if not (np.isfinite(known.q).all() and np.isfinite(known.up).all()):
+    if not np.isfinite(np.concatenate((known.q, known.up))).all():
         return "a value is not a number"
     if not known.up[2] > cos(limits.tilt):
         return "the trunk is tilted"

@@ -257,14 +257,16 @@ def _numbers(kind: Any) -> np.dtype[np.void]:
 
 
 # The robot (see ROBOT, and the feet's radius [m], the longest legs [m], the joints' indices in the
-# velocities, the actuators' order of the joints, the joints' limits leg by leg, and the times in
-# which legs are to stop before them [s]), and the settings.
+# velocities and their damping leg by leg [Nm s/rad], the actuators' order of the joints, the
+# joints' limits leg by leg, and the times in which legs are to stop before them [s]), and the
+# settings.
 CONSTANTS = np.dtype(
     [
         *ROBOT,
         ("radius", np.float64),
         ("longest", np.float64, (4,)),
         ("velocities", np.int64, (12,)),
+        ("damping", np.float64, (12,)),
         ("order", np.int64, (12,)),
         ("q_lower", np.float64, (12,)),
         ("q_upper", np.float64, (12,)),
@@ -292,6 +294,7 @@ def make_constants(
     *,
     stiffness: float,
     inertia: float,
+    damping: FloatArray,
 ) -> Records:
     """The record, of type CONSTANTS.
 
@@ -301,6 +304,7 @@ def make_constants(
         control: Settings of the controller.
         stiffness: Share of the joints' stiffness that a loaded leg keeps.
         inertia: The robot's moment of inertia [kg m^2].
+        damping: Damping of the joints (12,), leg by leg [Nm s/rad].
     """
     constants = np.zeros(1, dtype=CONSTANTS)
     c = constants[0]
@@ -308,6 +312,7 @@ def make_constants(
     c["longest"] = longest_legs(robot.geometry, robot.q_lower, robot.q_upper)
     c["places"] = state_indices(layout)
     c["velocities"] = layout.v_joints - layout.num_positions
+    c["damping"] = damping
     c["order"] = np.argsort(layout.actuators)
     c["q_lower"], c["q_upper"] = robot.q_lower, robot.q_upper
     lengths = robot.geometry.thigh + robot.geometry.shank

@@ -299,7 +299,7 @@ def plan_forces(
 
     Args:
         M: The model's mass matrix (18, 18).
-        bias: Its Coriolis terms, and what its joints' damping takes (18,).
+        bias: Its Coriolis terms (18,).
         running: Whether the clock follows the plan: then the payload is learned.
         constants: The robot and the settings, see CONSTANTS.
         work: Intermediate results, see WORK. The target's body is moved aside for the payload; the
@@ -326,9 +326,11 @@ def plan_forces(
     for k in range(4):
         if found.leaving[k] > 0.5:  # a leg that bears is soft
             found.soft[k] = max(found.soft[k], t.load[k])
-    h = np.empty(18)
+    h = bias.copy()
+    for j in range(12):
+        h[c.velocities[j]] += c.damping[j] * m.qd[j]  # no part of the plant's bias term
     for i in range(18):
-        h[i] = bias[i] + GRAVITY * M[i, 5]  # weight is what an acceleration upwards would take
+        h[i] += GRAVITY * M[i, 5]  # weight is what an acceleration upwards would take
     load = payload_wrench(payload, heading)
     for i in range(6):
         h[i] += load[i]

@@ -15,18 +15,19 @@ of quadrupeds G. Bledt, P. M. Wensing, S. Ingersoll, S. Kim, "Contact model fusi
 locomotion in unstructured terrains", ICRA 2018. Of the latter's fusion nothing is here.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.common import GRAVITY, BoolArray, FloatArray
+from drake_quad.common import GRAVITY, BoolArray, FloatArray, IntArray
 from drake_quad.jit import jit
+from drake_quad.robot.kinematics import jacobians_in_world
 
 WELL_CONDITIONED = 0.05  # of its greatest singular value that a leg's Jacobian's least must be
 
 
-@dataclass(frozen=True, kw_only=True)
-class TouchSettings:
+class TouchSettings(NamedTuple):
     """How the observer listens, and when it believes.
 
     Attributes:
@@ -49,8 +50,37 @@ class TouchSettings:
     hold: float = 0.12
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class JointDynamics:
+class JointRows(NamedTuple):
+    """What the observer knows of a robot: where its joints are in the state, and their drives.
+
+    Attributes:
+        legs: The legs' lengths, see `leg_array`.
+        q_base: Place of the base's quaternion in [q; v].
+        q_joints: Places of the joints' angles in it (12,), leg by leg.
+        v_joints: Places of their speeds in it (12,).
+        num_positions: Where the velocities begin in it.
+        damping: Damping of the joints (12,) [Nm s/rad].
+        friction: Coulomb friction of the joints (12,) [Nm].
+        mass: The robot's [kg].
+        kp: Proportional gain of the drives [Nm/rad].
+        kd: Their derivative gain [Nm s/rad].
+        hold: How long a command to the drives holds [s].
+    """
+
+    legs: FloatArray
+    q_base: int
+    q_joints: IntArray
+    v_joints: IntArray
+    num_positions: int
+    damping: FloatArray
+    friction: FloatArray
+    mass: float
+    kp: float
+    kd: float
+    hold: float
+
+
+class JointDynamics(NamedTuple):
     """A robot's dynamics at one time, in the rows of its twelve joints, leg by leg.
 
     Attributes:
@@ -66,11 +96,12 @@ class JointDynamics:
     velocity_terms: FloatArray
     torque: FloatArray
     jacobian: FloatArray
-    uncertainty: FloatArray = field(default_factory=lambda: np.zeros(12))
+    uncertainty: FloatArray
 
 
+@jit
 def torque_ripple(
-    speed: FloatArray, speed_before: FloatArray, *, kp: float, kd: float, period: float
+    speed: FloatArray, speed_before: FloatArray, kp: float, kd: float, period: float
 ) -> FloatArray:
     """A quarter of what the drives' torques fall by while a command holds (12,) [Nm].
 
@@ -92,17 +123,75 @@ def torque_ripple(
     return 0.25 * (kp * moved + kd * (speed - speed_before))
 
 
+@jit
+def joint_dynamics(
+    M: FloatArray,
+    bias: FloatArray,
+    state: FloatArray,
+    torque: FloatArray,
+    before: FloatArray,
+    period: float,
+    rows: JointRows,
+) -> JointDynamics:
+    """The terms that the observer needs of a robot's dynamics.
+
+    Args:
+        M: The model's mass matrix (n, n), of which the base's velocities are the first six, the
+            third of its translation upwards.
+        bias: Its Coriolis terms (n,).
+        state: [q; v].
+        torque: Torque of each drive at the end of the period, leg by leg (12,) [Nm].
+        before: The mass matrix's joint rows a period ago, and the joints' speeds (12, n + 1); zeros
+            if there is no period before. It becomes what is now.
+        period: Since then [s].
+        rows: The robot's joints.
+    """
+    n, first = len(bias), rows.num_positions
+    speed, speed_before = np.empty(12), before[:, n].copy()
+    momentum, terms = np.zeros(12), np.zeros(12)
+    begun = before[0, rows.v_joints[0] - first] > 0.0  # the mass that a joint moves
+    for k in range(12):
+        place = rows.v_joints[k]
+        row = place - first
+        speed[k] = state[place]
+        change = 0.0
+        for j in range(n):
+            v = state[first + j]
+            momentum[k] += M[row, j] * v
+            change += (M[row, j] - before[k, j]) * v
+            before[k, j] = M[row, j]
+        before[k, n] = speed[k]
+        # Weight is what an acceleration upwards would take.
+        terms[k] = -(bias[row] + GRAVITY * M[row, 5] + rows.damping[k] * speed[k])
+        if begun:
+            terms[k] += change / period
+    ripple = np.zeros(12)
+    if begun:
+        ripple = torque_ripple(speed, speed_before, rows.kp, rows.kd, rows.hold)
+    q = np.empty(12)
+    for k in range(12):
+        q[k] = state[rows.q_joints[k]]
+    jacobian = jacobians_in_world(rows.legs, state[rows.q_base : rows.q_base + 4], q)
+    return JointDynamics(momentum, terms, torque + ripple, jacobian, rows.friction + np.abs(ripple))
+
+
+_MOMENTUM, _RESIDUAL, _FORCE, _BEARING, _PRESSED, _EASED, _HELD, _BEGUN = np.cumsum(
+    [0, 12, 12, 12, 4, 4, 4, 4]
+).tolist()
+
+
 class TouchMemory:
     """Places in the observer's memory, one flat vector: what a LeafSystem keeps as its state."""
 
-    MOMENTUM, RESIDUAL, FORCE = slice(0, 12), slice(12, 24), slice(24, 36)
-    BEARING, PRESSED, EASED, HELD = slice(36, 40), slice(40, 44), slice(44, 48), slice(48, 52)
-    BEGUN = 52
-    SIZE = 53
+    FORCE, BEARING = slice(_FORCE, _BEARING), slice(_BEARING, _PRESSED)
+    HELD = slice(_HELD, _BEGUN)
+    SIZE = _BEGUN + 1
 
 
-def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
-            settings: TouchSettings) -> None:  # fmt: skip
+@jit
+def observe(
+    memory: FloatArray, now: JointDynamics, mass: float, period: float, settings: TouchSettings
+) -> None:
     """One period of the observer, in place.
 
     Args:
@@ -113,38 +202,71 @@ def observe(memory: FloatArray, now: JointDynamics, mass: float, period: float,
         period: Since the last call [s].
         settings: How it listens.
     """
-    m = TouchMemory
-    if memory[m.BEGUN] == 0.0:
-        memory[m.BEGUN], memory[m.MOMENTUM], memory[m.BEARING] = 1.0, now.momentum, 1.0
-        memory[m.FORCE] = np.tile([0.0, 0.0, 0.25 * mass * GRAVITY], 4)
+    momentum, residual = memory[_MOMENTUM:_RESIDUAL], memory[_RESIDUAL:_FORCE]
+    force = memory[_FORCE:_BEARING].reshape(4, 3)
+    bearing, pressed = memory[_BEARING:_PRESSED], memory[_PRESSED:_EASED]
+    eased, held = memory[_EASED:_HELD], memory[_HELD:_BEGUN]
+    weight = mass * GRAVITY
+    if memory[_BEGUN] == 0.0:
+        memory[_BEGUN] = 1.0
+        bearing[:] = 1.0
+        momentum[:] = now.momentum
         # The residual begins where it settles, so that feet that stand are not felt landing.
-        force = memory[m.FORCE].reshape(4, 3)
-        memory[m.RESIDUAL] = np.einsum("kji,kj->ki", now.jacobian, force).ravel()
+        for k in range(4):
+            force[k, 2] = 0.25 * weight
+            for i in range(3):
+                residual[3 * k + i] = now.jacobian[k, 2, i] * force[k, 2]
         return
     # Backward Euler in r: stable for any period, and the residual's own time constant kept.
-    gained = now.momentum - memory[m.MOMENTUM]
-    expected = period * (now.torque + now.velocity_terms)
-    residual = (memory[m.RESIDUAL] + (gained - expected) / settings.time) / (
-        1.0 + period / settings.time
-    )
-    memory[m.MOMENTUM], memory[m.RESIDUAL] = now.momentum, residual
-    force = memory[m.FORCE].reshape(4, 3)
-    force[:], uncertain = foot_forces(residual, now.jacobian, force, now.uncertainty)
-    share = force[:, 2] / (mass * GRAVITY)
-    # A leg that comes down is held up by its joints' friction, as if the ground pressed on it; to
-    # one that lifts friction is a pull, and it leaves as if there were none.
-    surely = share - uncertain / (mass * GRAVITY)
-    bearing, pressed, eased = memory[m.BEARING], memory[m.PRESSED], memory[m.EASED]
-    held = memory[m.HELD]
+    for i in range(12):
+        gained = now.momentum[i] - momentum[i]
+        expected = period * (now.torque[i] + now.velocity_terms[i])
+        residual[i] += (gained - expected) / settings.time
+        residual[i] /= 1.0 + period / settings.time
+        momentum[i] = now.momentum[i]
+    found, uncertain = foot_forces(residual, now.jacobian, force, now.uncertainty)
+    force[:] = found
     for k in range(4):
-        times = surely[k] / settings.touch
+        share = force[k, 2] / weight
+        # A leg that comes down is held up by its joints' friction, as if the ground pressed on it;
+        # to one that lifts friction is a pull, and it leaves as if there were none.
+        times = (share - uncertain[k] / weight) / settings.touch
         pressed[k] = pressed[k] + period * times if times > 1.0 else 0.0
-        eased[k] = eased[k] + period if share[k] < settings.leave else 0.0
+        eased[k] = eased[k] + period if share < settings.leave else 0.0
         held[k] = held[k] + period if bearing[k] == 1.0 else 0.0
         if bearing[k] == 0.0 and pressed[k] >= settings.confirm - 1e-9:
             bearing[k] = 1.0
         elif bearing[k] == 1.0 and held[k] >= settings.hold - 1e-9:
             bearing[k] = 0.0 if eased[k] >= settings.confirm_leave - 1e-9 else 1.0
+
+
+@jit
+def listen(
+    memory: FloatArray,
+    before: FloatArray,
+    M: FloatArray,
+    bias: FloatArray,
+    state: FloatArray,
+    torque: FloatArray,
+    period: float,
+    rows: JointRows,
+    settings: TouchSettings,
+) -> None:
+    """One period of the observer, from a robot's state and the torques of its drives.
+
+    Args:
+        memory: Goes on by a period, see `observe`.
+        before: Goes on by a period, see `joint_dynamics`.
+        M: The model's mass matrix (n, n).
+        bias: Its Coriolis terms (n,).
+        state: [q; v].
+        torque: Torque of each drive, leg by leg (12,) [Nm].
+        period: Since the last call [s].
+        rows: The robot's joints.
+        settings: How it listens.
+    """
+    now = joint_dynamics(M, bias, state, torque, before, period, rows)
+    observe(memory, now, rows.mass, period, settings)
 
 
 @jit
@@ -167,15 +289,19 @@ def foot_forces(
     """
     force, uncertain = before.copy(), np.zeros(4)
     for k in range(4):
-        _, sizes, _ = np.linalg.svd(jacobian[k])
+        U, sizes, V = np.linalg.svd(jacobian[k])
         if sizes[2] <= WELL_CONDITIONED * sizes[0]:
             continue
-        inverse = np.linalg.inv(jacobian[k])
         for i in range(3):
             force[k, i] = 0.0
-            for j in range(3):
-                force[k, i] += inverse[j, i] * residual[3 * k + j]
-            uncertain[k] += abs(inverse[i, 2]) * uncertainty[3 * k + i]
+        for j in range(3):
+            for i in range(3):  # in the place (j, i) of the Jacobian's inverse
+                inverse = 0.0
+                for n in range(3):
+                    inverse += V[n, j] * U[i, n] / sizes[n]
+                force[k, i] += inverse * residual[3 * k + j]
+                if i == 2:
+                    uncertain[k] += abs(inverse) * uncertainty[3 * k + j]
     return force, uncertain
 
 

@@ -45,6 +45,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
     """
     from drake_quad.control.kernel_state import CONSTANTS, MEASURED, ROBOT, WORK
     from drake_quad.control.tracking import Commands, Inputs
+    from drake_quad.estimation.contact_from_torques import JointRows, TouchSettings
     from drake_quad.estimation.filter_state import MODEL
     from drake_quad.gait_design.candidates import Cycle, Staircase
     from drake_quad.gait_design.kernels import RobotTables
@@ -104,8 +105,11 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "estimation.filter.write_deviation": (_V, _V),
         },
         "touch": {
-            "robot.kinematics.jacobians_in_world": (_M, _V, _V),
-            "estimation.contact_from_torques.foot_forces": (_V, _T, _M, _V),
+            "estimation.contact_from_torques.listen": (
+                _V, _M, _FM, _V, _V, _V, _F,
+                _named(JointRows, _M, _I, _IV, _IV, _I, _V, _V, _F, _F, _F, _F),
+                _named(TouchSettings, *(_F,) * 6),
+            ),
         },
         "plan": {
             "math.curves.sample_body": (_RM, _F, _F),

@@ -136,11 +136,10 @@ class TrackingController(LeafSystem):
         self._robot, self._layout, self._model, self._control = robot, layout, model, control
         self._constants = make_constants(
             robot, layout, control, stiffness=self._stance_stiffness(),
-            inertia=_rotational_inertia(model, layout),
+            inertia=_rotational_inertia(model, layout), damping=joint_damping(model, robot),
         )  # fmt: skip
         self._ground = ground_table(course)
         self._velocities = layout.v_joints - layout.num_positions
-        self._damping = joint_damping(model, robot)
         self._plan_port = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
         self._phase_port = self.DeclareVectorInputPort("gait_phase", SIZE)
         self._catch_port = self.DeclareVectorInputPort("catch", CATCH_SIZE)
@@ -311,7 +310,6 @@ class WholeBodyController(TrackingController):
     def _calc_torque(self, tick: Tick) -> Effort:
         model, work, parts, torque = self._model, tick.work, tick.parts, tick.torque
         M, bias = model.CalcMassMatrix(tick.scratch), model.CalcBiasTerm(tick.scratch)
-        bias[self._velocities] += self._damping * fields_of(work).measured.qd
         program, sound, com = plan_forces(
             M, bias, tick.running, self._constants, work, parts[PAYLOAD], parts[FRICTION]
         )

@@ -154,9 +154,9 @@ def test_small_robots_look_ahead_for_less_time() -> None:
         ),
     )
     times = [
-        make_constants(r, model_layout(), ControlSettings(), stiffness=1.0, inertia=1.0)[0][
-            "look_ahead"
-        ]
+        make_constants(
+            r, model_layout(), ControlSettings(), stiffness=1.0, inertia=1.0, damping=np.zeros(12)
+        )[0]["look_ahead"]
         for r in (robot, small)
     ]
     np.testing.assert_allclose(times[0], LOOK_AHEAD)

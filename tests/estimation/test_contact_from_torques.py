@@ -20,10 +20,8 @@ SETTINGS = TouchSettings()
 
 
 def step(memory: np.ndarray, momentum: np.ndarray, torque: np.ndarray) -> None:
-    observe(
-        memory, JointDynamics(momentum=momentum, velocity_terms=np.zeros(12), torque=torque,
-                         jacobian=JACOBIAN), MASS, PERIOD, SETTINGS,
-    )  # fmt: skip
+    now = JointDynamics(momentum, np.zeros(12), torque, JACOBIAN, np.zeros(12))
+    observe(memory, now, MASS, PERIOD, SETTINGS)
 
 
 @given(st.floats(-200.0, 200.0), st.floats(-30.0, 30.0))
