@@ -86,6 +86,7 @@ def run(scenario: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
         "robot_overrun_share": paced["overrun_share"],
         "robot_work_ms": paced["work_ms"],
         "robot_longest_ticks": paced["longest_ticks"],
+        "time_stolen": kept["time_stolen"],
         "time_given_up": [kept["time_given_up"], paced["time_given_up"]],
         "states_lost": control["states_lost"],
         "ticks_held": control["ticks_held"],
@@ -107,7 +108,8 @@ def bare_loop(period: float, seconds: float) -> dict[str, Any]:
     with real_time() as given:
         each_period(clock, period, tick)
     figures = times.figures()
-    return {**given, "overrun_share": figures["overrun_share"], "jitter_ms": figures["jitter_ms"]}
+    names = ("overrun_share", "time_stolen", "jitter_ms")
+    return {**given, **{name: figures[name] for name in names}}
 
 
 def main() -> None:

@@ -19,6 +19,7 @@ from drake_quad.util.collector import frozen_objects
 NS = 1_000_000_000  # in a second
 PRIORITY = 20  # of SCHED_FIFO: above all that is not real time, below the kernel's own
 LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE
+STEAL = 8  # column of /proc/stat
 LONGEST = 5  # ticks that are told of one by one
 EDGES = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [ms] of histograms
 
@@ -69,6 +70,19 @@ class ManualClock:
     def sleep_until(self, time_ns: int) -> None:
         """Is that time at once."""
         self._time_ns = max(self._time_ns, time_ns)
+
+
+def stolen_time() -> float | None:
+    """For how long a virtual machine's host has kept its cores from it, all of them together [s].
+
+    Since the machine began; None where the system does not tell. A process whose core is kept
+    cannot run meanwhile, whatever its priority.
+    """
+    try:
+        of_all_cores = Path("/proc/stat").read_text().split("\n", 1)[0].split()
+        return int(of_all_cores[STEAL]) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError):
+        return None
 
 
 def thread_ids() -> set[int]:
@@ -135,7 +149,7 @@ class LoopTimes:
     def __init__(self, period: float, capacity: int = 200_000) -> None:
         self._period_ns = round(period * NS)
         self._rows = np.zeros((capacity, 3), dtype=np.int64)  # begun, work, age of the state
-        self._count = 0
+        self._count, self._stolen_before = 0, stolen_time()
 
     def note(self, begun_ns: int, ended_ns: int, age_ns: int) -> None:
         """Notes a tick: when it began and ended, and how old the state was that it answered.
@@ -155,6 +169,7 @@ class LoopTimes:
         rows = self._rows[:count] if count <= size else np.roll(self._rows, -(count % size), axis=0)
         if len(rows) < 2:
             return {"ticks": count}
+        before, stolen = self._stolen_before, stolen_time()
         period = np.diff(rows[:, 0]) * 1e-6
         wanted = self._period_ns * 1e-6
         jitter, work = np.abs(period - wanted), rows[:, 1] * 1e-6
@@ -162,6 +177,7 @@ class LoopTimes:
         longest = np.argsort(work)[: -LONGEST - 1 : -1]
         return {
             "ticks": count,
+            "time_stolen": None if before is None or stolen is None else stolen - before,
             "longest_ticks": [
                 {"at": float(1e-9 * (rows[k, 0] - rows[0, 0])), "work_ms": float(work[k])}
                 for k in longest

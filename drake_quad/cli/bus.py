@@ -223,4 +223,8 @@ def time_kept(times: dict[str, Any]) -> str:
         f"99.9 % within {times['jitter_ms']['p99_9']:.2f} ms of their time; a tick took "
         f"{work['median']:.2f} ms (99.9 %: {work['p99_9']:.2f} ms)"
     )
-    return line + (f"; states were {age['median']:.1f} ms old when answered" if age else "")
+    if age:
+        line += f"; states were {age['median']:.1f} ms old when answered"
+    if (times["time_stolen"] or 0.0) > 0.0:
+        line += f"; this machine's host kept its cores from it for {times['time_stolen']:.2f} s"
+    return line

@@ -4,6 +4,7 @@ import gc
 import os
 import subprocess
 import sys
+from pathlib import Path
 from threading import Event, Thread
 
 import pytest
@@ -68,6 +69,24 @@ def test_how_time_was_kept_is_told_in_a_line() -> None:
     for k in range(100):
         begun = k * 2_000_000 + (1_500_000 if k == 50 else 0)
         times.note(begun, begun + 500_000, 1_000_000)
-    line = time_kept(times.figures())
+    figures = times.figures() | {"time_stolen": 0.0}
+    line = time_kept(figures)
     assert "100 ticks, 1.01% of them late" in line and "took 0.50 ms" in line
-    assert "1.0 ms old" in line and "\n" not in line
+    assert line.endswith("1.0 ms old when answered") and "\n" not in line
+    assert "kept its cores from it for 1.25 s" in time_kept(figures | {"time_stolen": 1.25})
+    assert time_kept(figures | {"time_stolen": None}) == line
+
+
+def test_time_that_a_host_takes_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the kernel tells it, in seconds, from when the loop began; None where it does not."""
+    stat = tmp_path / "stat"
+    monkeypatch.setattr("drake_quad.bus.real_time.Path", lambda _: stat)
+    ticks = os.sysconf("SC_CLK_TCK")
+    stat.write_text(f"cpu  1 2 3 4 5 6 7 {3 * ticks} 0 0\ncpu0 9 9 9 9 9 9 9 9 9 9\n")
+    times = LoopTimes(0.002)
+    times.note(0, 1, -1)
+    times.note(2_000_000, 2_000_001, -1)
+    stat.write_text(f"cpu  1 2 3 4 5 6 7 {5 * ticks} 0 0\n")
+    assert times.figures()["time_stolen"] == 2.0
+    stat.unlink()
+    assert times.figures()["time_stolen"] is None
