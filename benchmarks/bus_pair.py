@@ -6,7 +6,7 @@
 The robot stands up, walks 2.5 m, climbs the flight, walks over the landing, comes down and sits
 down. Its side is MuJoCo with the file of `--mjcf`, or else Drake. The state is estimated, and the
 feet are felt by the joints. Nothing else should run on the machine, which has a share in how well
-time is kept: the first line has it for a loop that does nothing.
+time is kept: the first lines have it for a loop that does nothing, and for one that only spins.
 """
 
 import argparse
@@ -21,12 +21,13 @@ from typing import Any
 from benchmarks.bus_mjcf import add_course_options, course_text
 from drake_quad.bus.drift import allow_for_drift
 from drake_quad.bus.processes import each_period, load_for_bus
-from drake_quad.bus.real_time import LoopTimes, WallClock, real_time
+from drake_quad.bus.real_time import NS, LoopTimes, WallClock, real_time
 from drake_quad.scenario.load import save_scenario
 
 LIMIT = 900.0  # [s] of the wall clock, after which a run is given up
 LEAVE = 60.0  # [s] that the robot's process has for its end
-PERIOD, BARE = 0.002, 30.0  # [s] of the loop that does nothing, and how long it is measured
+PERIOD, BARE = 0.002, 20.0  # [s] of the loop that does nothing, and how long it is measured
+SPINS = (0.0, 0.5, 0.9)  # of its period, for which it is busy all the same
 COMMAND = (sys.executable, "-m", "drake_quad")
 
 
@@ -94,22 +95,31 @@ def run(scenario: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def bare_loop(period: float, seconds: float) -> dict[str, Any]:
-    """How late ticks of a loop are that does nothing, with the same clock and priority."""
+def bare_loop(period: float, seconds: float, spin: float) -> dict[str, Any]:
+    """How late ticks of a loop are that does nothing, with the same clock and priority.
+
+    Args:
+        period: Of the loop [s].
+        seconds: How long it goes on.
+        spin: Share of the period for which a tick reads the clock again and again.
+    """
     clock, times, left = WallClock(), LoopTimes(period), round(seconds / period)
+    busy_ns = round(spin * period * NS)
 
     def tick() -> bool:
         nonlocal left
-        now = clock.now_ns()
-        times.note(now, now, -1)
+        now = begun = clock.now_ns()
+        while now < begun + busy_ns:
+            now = clock.now_ns()
+        times.note(begun, now, -1)
         left -= 1
         return left > 0
 
     with real_time() as given:
         each_period(clock, period, tick)
     figures = times.figures()
-    names = ("overrun_share", "time_stolen", "jitter_ms")
-    return {**given, **{name: figures[name] for name in names}}
+    names = ("overrun_share", "time_stolen", "jitter_ms", "longest_ticks")
+    return {**given, "spin": spin, **{name: figures[name] for name in names}}
 
 
 def main() -> None:
@@ -130,7 +140,8 @@ def main() -> None:
         place = given.keep or Path(folder)
         place.mkdir(parents=True, exist_ok=True)
         scenario = designed(given, place)
-        print(json.dumps({"bare_loop": bare_loop(PERIOD, BARE)}), flush=True)
+        for spin in SPINS:
+            print(json.dumps({"bare_loop": bare_loop(PERIOD, BARE, spin)}), flush=True)
         for seed in range(given.first, given.first + given.seeds):
             print(json.dumps(run(scenario, seed, given)), flush=True)
 
