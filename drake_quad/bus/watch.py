@@ -108,8 +108,9 @@ class StateWatch:
         elif sound:
             gap_ns = state.time_ns - last.time_ns
             self._gaps_ns.append(gap_ns)
-            usual_ns = max(self._period_ns, self.interval * NS)  # a robot may be slower
-            self.lost += max(round(gap_ns / usual_ns) - 1, 0)
+            if gap_ns > self._period_ns:  # the median takes a while
+                usual_ns = max(self._period_ns, self.interval * NS)  # a robot may be slower
+                self.lost += max(round(gap_ns / usual_ns) - 1, 0)
         if sound:
             self.newest, self.received_ns = state, time_ns
 
