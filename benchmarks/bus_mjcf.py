@@ -10,12 +10,14 @@ LowCmd; the state is estimated, and the feet felt by the joints (`--contacts fee
     python -m benchmarks.bus_mjcf go2 --mjcf go2.xml --loss 0.05 --delay 0.01 --jitter 0.005
 
 Messages are then lost and late both ways, by the clock of the lock step: a machine that is busy
-cannot make it worse, and the same seed gives the same run.
+cannot make it worse, and the same seed gives the same run. `tick_ms` is how long a tick of the
+controller took in the walk, median, 99 % and 99.9 %, the messages' bytes with it.
 """
 
 import argparse
 import json
 import tempfile
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +34,7 @@ from drake_quad.bus.processes import load_for_bus
 from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.robot_side import DriveGuard
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.unitree_messages import (
     decode_low_cmd,
     encode_low_cmd,
@@ -106,11 +109,15 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
     end = FaultyBus(bus, faults, clock, np.random.default_rng(seed))  # the robot's
     period_ns, sequence = round(loop.period * NS), 0
     places: list[list[float]] = []
+    ticks: list[float] = []  # how long each took in the walk [ms]
     while not loop.outcome and loop.time < given.limit:
         side.advance(guard.judge(end, clock.now_ns()), guard.command)
         sequence += 1
         end.publish_state(side.sense(1, sequence, clock.now_ns(), guard.drives))
+        walks, begun = loop.mode == SafetyMode.WALKING, time.perf_counter()
         loop.tick()
+        if walks:
+            ticks.append(1e3 * (time.perf_counter() - begun))
         if len(loop.events) > len(places):
             places.append(side.base.round(3).tolist())
         clock.sleep_until(clock.now_ns() + round(period_ns / given.pace))
@@ -128,6 +135,7 @@ def run(text: str, mjcf: Path, seed: int, given: argparse.Namespace) -> dict[str
         "end": side.base.round(3).tolist(),
         "seconds": round(loop.time, 1),
         "largest_step": round(loop.largest_step, 4),
+        "tick_ms": [round(float(t), 3) for t in np.percentile(ticks or [0.0], [50, 99, 99.9])],
         "events": [f"{e.time:.1f} {e.mode} {e.reason}".strip() for e in loop.events],
     }
 
