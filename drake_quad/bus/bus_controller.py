@@ -32,7 +32,7 @@ from drake_quad.simulation.instruments import velocities_at_rest
 from drake_quad.simulation.precompile import kernels_for, load_kernels
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.controller import MakeController
-from drake_quad.systems.joint_contact_estimator import TorqueListener
+from drake_quad.systems.joint_contact_estimator import MomentumObserver
 
 SUNK = 0.6  # of its planned height over the feet: a trunk that is lower is not borne any more
 SUNK_EVERY = 10  # ticks from one look at that to the next
@@ -250,7 +250,7 @@ class TouchByTorque:
         control: ControlSettings, settings: TouchSettings,
     ) -> None:  # fmt: skip
         self._layout, self._period = layout, control.period
-        self._listener = TorqueListener(
+        self._observer = MomentumObserver(
             robot, layout, model, control=control, settings=settings, friction=robot.joint_friction
         )
         self._scratch = model.CreateDefaultContext()
@@ -259,13 +259,13 @@ class TouchByTorque:
     def reset(self) -> None:
         """Forgets all that it has felt."""
         self._memory = np.zeros(TouchMemory.SIZE)
-        self._before = np.zeros(self._listener.before_shape)
+        self._before = np.zeros(self._observer.before_shape)
 
     def feel(self, estimate: FloatArray, state: StateMessage, periods: int) -> FloatArray:
         """Which feet bear (4,), so many periods after the last call."""
         x = np.array(estimate)
         x[self._layout.q_joints], x[self._layout.v_joints] = state.position, state.velocity
-        self._listener.listen(
+        self._observer.update(
             self._scratch, self._memory, self._before, x, state.effort, periods * self._period
         )
         return self._memory[TouchMemory.BEARING].copy()

@@ -50,7 +50,7 @@ class TouchSettings(NamedTuple):
     hold: float = 0.12
 
 
-class JointRows(NamedTuple):
+class ObserverModel(NamedTuple):
     """What the observer knows of a robot: where its joints are in the state, and their drives.
 
     Attributes:
@@ -131,7 +131,7 @@ def joint_dynamics(
     torque: FloatArray,
     before: FloatArray,
     period: float,
-    rows: JointRows,
+    robot: ObserverModel,
 ) -> JointDynamics:
     """The terms that the observer needs of a robot's dynamics.
 
@@ -144,14 +144,14 @@ def joint_dynamics(
         before: The mass matrix's joint rows a period ago, and the joints' speeds (12, n + 1); zeros
             if there is no period before. It becomes what is now.
         period: Since then [s].
-        rows: The robot's joints.
+        robot: What is known of the robot.
     """
-    n, first = len(bias), rows.num_positions
+    n, first = len(bias), robot.num_positions
     speed, speed_before = np.empty(12), before[:, n].copy()
     momentum, terms = np.zeros(12), np.zeros(12)
-    begun = before[0, rows.v_joints[0] - first] > 0.0  # the mass that a joint moves
+    begun = before[0, robot.v_joints[0] - first] > 0.0  # the mass that a joint moves
     for k in range(12):
-        place = rows.v_joints[k]
+        place = robot.v_joints[k]
         row = place - first
         speed[k] = state[place]
         change = 0.0
@@ -162,17 +162,19 @@ def joint_dynamics(
             before[k, j] = M[row, j]
         before[k, n] = speed[k]
         # Weight is what an acceleration upwards would take.
-        terms[k] = -(bias[row] + GRAVITY * M[row, 5] + rows.damping[k] * speed[k])
+        terms[k] = -(bias[row] + GRAVITY * M[row, 5] + robot.damping[k] * speed[k])
         if begun:
             terms[k] += change / period
     ripple = np.zeros(12)
     if begun:
-        ripple = torque_ripple(speed, speed_before, rows.kp, rows.kd, rows.hold)
+        ripple = torque_ripple(speed, speed_before, robot.kp, robot.kd, robot.hold)
     q = np.empty(12)
     for k in range(12):
-        q[k] = state[rows.q_joints[k]]
-    jacobian = jacobians_in_world(rows.legs, state[rows.q_base : rows.q_base + 4], q)
-    return JointDynamics(momentum, terms, torque + ripple, jacobian, rows.friction + np.abs(ripple))
+        q[k] = state[robot.q_joints[k]]
+    jacobian = jacobians_in_world(robot.legs, state[robot.q_base : robot.q_base + 4], q)
+    return JointDynamics(
+        momentum, terms, torque + ripple, jacobian, robot.friction + np.abs(ripple)
+    )
 
 
 _MOMENTUM, _RESIDUAL, _FORCE, _BEARING, _PRESSED, _EASED, _HELD, _BEGUN = np.cumsum(
@@ -241,7 +243,7 @@ def observe(
 
 
 @jit
-def listen(
+def update_observer(
     memory: FloatArray,
     before: FloatArray,
     M: FloatArray,
@@ -249,7 +251,7 @@ def listen(
     state: FloatArray,
     torque: FloatArray,
     period: float,
-    rows: JointRows,
+    robot: ObserverModel,
     settings: TouchSettings,
 ) -> None:
     """One period of the observer, from a robot's state and the torques of its drives.
@@ -262,11 +264,11 @@ def listen(
         state: [q; v].
         torque: Torque of each drive, leg by leg (12,) [Nm].
         period: Since the last call [s].
-        rows: The robot's joints.
+        robot: What is known of the robot.
         settings: How it listens.
     """
-    now = joint_dynamics(M, bias, state, torque, before, period, rows)
-    observe(memory, now, rows.mass, period, settings)
+    now = joint_dynamics(M, bias, state, torque, before, period, robot)
+    observe(memory, now, robot.mass, period, settings)
 
 
 @jit

@@ -45,7 +45,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
     """
     from drake_quad.control.kernel_state import CONSTANTS, MEASURED, ROBOT, WORK
     from drake_quad.control.tracking import Commands, Inputs
-    from drake_quad.estimation.contact_from_torques import JointRows, TouchSettings
+    from drake_quad.estimation.contact_from_torques import ObserverModel, TouchSettings
     from drake_quad.estimation.filter_state import MODEL
     from drake_quad.gait_design.candidates import Cycle, Staircase
     from drake_quad.gait_design.kernels import RobotTables
@@ -105,9 +105,9 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "estimation.filter.write_deviation": (_V, _V),
         },
         "touch": {
-            "estimation.contact_from_torques.listen": (
+            "estimation.contact_from_torques.update_observer": (
                 _V, _M, _FM, _V, _V, _V, _F,
-                _named(JointRows, _M, _I, _IV, _IV, _I, _V, _V, _F, _F, _F, _F),
+                _named(ObserverModel, _M, _I, _IV, _IV, _I, _V, _V, _F, _F, _F, _F),
                 _named(TouchSettings, *(_F,) * 6),
             ),
         },

@@ -9,10 +9,10 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.estimation.contact_from_torques import (
-    JointRows,
+    ObserverModel,
     TouchMemory,
     TouchSettings,
-    listen,
+    update_observer,
 )
 from drake_quad.robot.from_plant import joint_damping
 from drake_quad.robot.kinematics import calc_jacobians, leg_array
@@ -44,7 +44,7 @@ def standing_torque(
     return np.asarray(-gravity - feet)
 
 
-class TorqueListener:
+class MomentumObserver:
     """The momentum observer of `contact_from_torques`, with the dynamics of a model plant.
 
     Args:
@@ -71,7 +71,7 @@ class TorqueListener:
     ) -> None:
         self._model, self._settings = model, settings or TouchSettings()
         self.before_shape = (12, model.num_velocities() + 1)
-        self._rows = JointRows(
+        self._robot = ObserverModel(
             legs=leg_array(robot.geometry),
             q_base=int(layout.q_base),
             q_joints=np.array(layout.q_joints, dtype=np.int64),
@@ -85,7 +85,7 @@ class TorqueListener:
             hold=float(control.period),
         )
 
-    def listen(
+    def update(
         self, scratch: Context, memory: FloatArray, before: FloatArray, state: FloatArray,
         torque: FloatArray, period: float,
     ) -> None:  # fmt: skip
@@ -103,7 +103,7 @@ class TorqueListener:
         model = self._model
         model.SetPositionsAndVelocities(scratch, state)
         M, bias = model.CalcMassMatrix(scratch), model.CalcBiasTerm(scratch)
-        listen(memory, before, M, bias, state, torque, period, self._rows, self._settings)
+        update_observer(memory, before, M, bias, state, torque, period, self._robot, self._settings)
 
 
 class JointContactEstimator(LeafSystem):
@@ -142,22 +142,22 @@ class JointContactEstimator(LeafSystem):
         super().__init__()
         self.set_name("joint_contact_estimator")
         self._period = control.period
-        self._listener = TorqueListener(robot, layout, model, control=control, settings=settings)
+        self._observer = MomentumObserver(robot, layout, model, control=control, settings=settings)
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._torque_port = self.DeclareVectorInputPort("joint_torque_measured", 12)
         self._bearing = DeclareStateOutput(self, "contact_state_measured", np.ones(4))
         weight = [0.0, 0.0, 0.25 * robot.mass * GRAVITY]
         self._force = DeclareStateOutput(self, "foot_force_estimated", np.tile(weight, 4))
         self._memory = int(self.DeclareDiscreteState(TouchMemory.SIZE))
-        self._before = int(self.DeclareDiscreteState(math.prod(self._listener.before_shape)))
+        self._before = int(self.DeclareDiscreteState(math.prod(self._observer.before_shape)))
         self._scratch = DeclareModelContext(self, model)
         self.DeclarePeriodicDiscreteUpdateEvent(control.period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         # `state` begins as a copy of the Context's values: the kernel goes on from it in place.
         memory = state.get_mutable_value(self._memory)
-        before = state.get_mutable_value(self._before).reshape(self._listener.before_shape)
-        self._listener.listen(
+        before = state.get_mutable_value(self._before).reshape(self._observer.before_shape)
+        self._observer.update(
             EvalModelContext(self._scratch, context), memory, before,
             self._state_port.Eval(context), self._torque_port.Eval(context), self._period,
         )  # fmt: skip

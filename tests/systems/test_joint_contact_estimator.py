@@ -11,7 +11,7 @@ from drake_quad.estimation.contact_from_torques import TouchMemory
 from drake_quad.robot.kinematics import calc_jacobians
 from drake_quad.robot.loader import AddRobot, MakeModelPlant, load_robot
 from drake_quad.robot.state import make_layout
-from drake_quad.systems.joint_contact_estimator import JointContactEstimator, TorqueListener
+from drake_quad.systems.joint_contact_estimator import JointContactEstimator, MomentumObserver
 
 NO_GAINS = ControlSettings(kp=0.0, kd=0.0, period=0.002)
 
@@ -67,15 +67,15 @@ def test_damping_of_the_joints_is_not_felt_as_ground() -> None:
     falling.SetPositionsAndVelocities(context, state)
     falling.get_actuation_input_port().FixValue(context, np.zeros(12))
 
-    listener = TorqueListener(robot, layout, model, control=NO_GAINS)
+    observer = MomentumObserver(robot, layout, model, control=NO_GAINS)
     scratch = model.CreateDefaultContext()
     memory, period = np.zeros(TouchMemory.SIZE), 0.001
-    before = np.zeros(listener.before_shape)
+    before = np.zeros(observer.before_shape)
     largest = 0.0
     for step in range(80):
         simulator.AdvanceTo(step * period)
         state = falling.GetPositionsAndVelocities(context)
-        listener.listen(scratch, memory, before, state, np.zeros(12), period)
+        observer.update(scratch, memory, before, state, np.zeros(12), period)
         if step >= 60:  # what was taken to stand has been forgotten by then
             largest = max(largest, np.abs(memory[TouchMemory.FORCE]).max())
     speeds = state[layout.v_joints].reshape(4, 3)[:, 2]
@@ -111,16 +111,16 @@ def test_legs_that_swing_by_commands_held_are_not_felt_on_the_ground() -> None:
         wanted = np.concatenate([angles[order], speeds[order]])
         falling.get_desired_state_input_port(instance).FixValue(context, wanted)
 
-    listener = TorqueListener(robot, layout, model, control=control)
+    observer = MomentumObserver(robot, layout, model, control=control)
     memory, scratch = np.zeros(TouchMemory.SIZE), model.CreateDefaultContext()
-    before = np.zeros(listener.before_shape)
+    before = np.zeros(observer.before_shape)
     felt, fastest = 0.0, 0.0
     command(0.0)
     for step in range(1, 200):
         simulator.AdvanceTo(step * control.period)
         torque = falling.get_net_actuation_output_port(instance).Eval(context)[layout.actuators]
         state = falling.GetPositionsAndVelocities(context)
-        listener.listen(scratch, memory, before, state, torque, control.period)
+        observer.update(scratch, memory, before, state, torque, control.period)
         command(step * control.period)
         if step >= 60:  # what was taken to stand has been forgotten by then
             felt = max(felt, np.abs(memory[TouchMemory.FORCE]).max())
