@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_quad.common import GRAVITY, BoolArray, FloatArray, IntArray
-from drake_quad.jit import jit
+from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.robot.kinematics import jacobians_in_world
 
 WELL_CONDITIONED = 0.05  # of its greatest singular value that a leg's Jacobian's least must be
@@ -212,7 +212,7 @@ def observe(
     if memory[_BEGUN] == 0.0:
         memory[_BEGUN] = 1.0
         bearing[:] = 1.0
-        momentum[:] = now.momentum
+        copy_vector(momentum, now.momentum)
         # The residual begins where it settles, so that feet that stand are not felt landing.
         for k in range(4):
             force[k, 2] = 0.25 * weight
@@ -227,7 +227,7 @@ def observe(
         residual[i] /= 1.0 + period / settings.time
         momentum[i] = now.momentum[i]
     found, uncertain = foot_forces(residual, now.jacobian, force, now.uncertainty)
-    force[:] = found
+    copy_matrix(force, found)
     for k in range(4):
         share = force[k, 2] / weight
         # A leg that comes down is held up by its joints' friction, as if the ground pressed on it;
