@@ -27,8 +27,9 @@ from drake_quad.simulation.prepared import PreparedScenario
 
 STANDS = 1.0  # [s] that it stands before it walks
 REST = 1.0  # [s] that it is damped before it leaves
-# States that a tick of the walk answers at most. After a stall of 60 ms thirty are waiting, and the
-# drives would hear nothing for another 20 ms until all of them were answered: near to damping.
+# Periods, by the robot's clock, whose states a tick of the walk answers at most. After a stall of
+# 60 ms thirty are waiting, and the drives would hear nothing for another 20 ms until all of them
+# were answered: near to damping. Not so many states: a bus may be quicker than the controller.
 AT_ONCE = 4
 
 
@@ -198,13 +199,15 @@ class ControlLoop:
         """
         waiting = self._waiting
         waiting.extend((state, self._states.received_ns) for state in fresh)
-        count = min(len(waiting), AT_ONCE)
+        if not waiting:
+            return None, self.controller.fault
+        end_ns = waiting[0][0].time_ns + AT_ONCE * round(self.period * NS)
         try:
-            for _ in range(count):
+            while waiting and waiting[0][0].time_ns < end_ns:
                 state, came_ns = waiting.popleft()
                 self.controller.take(state)
                 self._answered = state.sequence, came_ns
-            return self.controller.wanted() if count else None, self.controller.fault
+            return self.controller.wanted(), self.controller.fault
         except Exception as problem:
             said = str(problem).splitlines()[:1]
             return None, ": ".join(["the controller failed", type(problem).__name__, *said])

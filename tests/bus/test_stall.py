@@ -44,3 +44,18 @@ def test_after_a_stall_drives_hear_a_command_for_every_few_states(tmp_path: Path
     assert age == pytest.approx(ticks - 1.0)  # of the last, which had come with the first
     show.tick()
     assert puppet.commands[-1].state_sequence == puppet.sequence
+
+
+def test_a_bus_quicker_than_the_controller_leaves_no_state_waiting(tmp_path: Path) -> None:
+    """With six states in each period a command answers the newest of them, tick after tick."""
+    show = PuppetShow(short_walk(tmp_path))
+    while show.loop.mode != SafetyMode.WALKING:
+        show.tick()
+    puppet = show.puppet
+    for _ in range(60):
+        for _ in range(6):
+            show.clock.sleep_until(show.clock.now_ns() + PERIOD_NS // 6)
+            puppet.send()
+        show.loop.tick()
+        puppet.obey()
+        assert puppet.commands[-1].state_sequence == puppet.sequence
