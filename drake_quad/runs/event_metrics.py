@@ -8,7 +8,6 @@ import pyarrow as pa
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.ports import is_swinging
-from drake_quad.estimation.contact_from_torques import compare_touchdowns
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.log import columns_of
 from drake_quad.runs.pose_metrics import base_error
@@ -92,30 +91,6 @@ def _steps(leg: np.ndarray) -> list[int]:
     """The legs of (N,) rows in the order in which they came, 0 left out."""
     new = np.concatenate([[True], leg[1:] != leg[:-1]])
     return [int(k) for k in leg[new] if k > 0]
-
-
-def touch_figures(c: Columns) -> dict[str, Any] | None:
-    """Touchdowns that the joints felt beside those that were; None where they felt none.
-
-    Returns:
-        `touchdowns`, `missed` and `false`, how many; `delay_median` and `delay_percentile_95` [s],
-        nan of none.
-    """
-    if f"{SHORT_NAMES[0]}_felt" not in c:
-        return None
-    real, felt = (
-        np.stack([c[f"{leg}_{name}"] for leg in SHORT_NAMES], axis=-1).astype(bool)
-        for name in ("bearing", "felt")
-    )
-    found = compare_touchdowns(c["t"], real, felt)
-    delays = found.delays or (np.nan,)
-    return {
-        "touchdowns": found.touchdowns,
-        "missed": found.missed,
-        "false": found.false,
-        "delay_median": float(np.median(delays)),
-        "delay_percentile_95": float(np.percentile(delays, 95)),
-    }
 
 
 CALM = 0.03  # [m] of the base from its plan, after a push that is over

@@ -10,7 +10,7 @@ from drake_quad.common import GRAVITY, BoolArray, FloatArray
 from drake_quad.control.ports import is_swinging
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.model import RobotModel
-from drake_quad.runs.event_metrics import recovery_figures, touch_figures, wait_figures
+from drake_quad.runs.event_metrics import recovery_figures, wait_figures
 from drake_quad.runs.log import columns_of
 from drake_quad.runs.pose_metrics import (
     LEAST_WAY,
@@ -22,6 +22,7 @@ from drake_quad.runs.pose_metrics import (
 )
 from drake_quad.runs.schema import Columns
 from drake_quad.runs.summary_figures import FURTHER, SPREAD
+from drake_quad.runs.touchdowns import touch_figures
 
 
 def further_figures(c: Columns) -> dict[str, Any]:
