@@ -89,6 +89,7 @@ class ControlLoop:
         self._bus, self._clock, self._silent = bus, clock, silent
         self.session, self._sequence = new_session() if session is None else session, 0
         self._states, self._commands = StateWatch(self.period), CommandWatch(self.session)
+        self._lost_before = 0  # messages lost while the controller was made ready
         self._start_ns = self._now_ns = clock.now_ns()
         self._memory = initial_safety_memory(self.limits, 0.0)
         self.told = self._memory.told
@@ -120,8 +121,8 @@ class ControlLoop:
 
     @property
     def lost(self) -> int:
-        """How many of the robot's messages did not come, or came too late."""
-        return self._states.lost
+        """How many of the robot's messages did not come, or came too late, since it was armed."""
+        return self._states.lost - self._lost_before
 
     @property
     def time(self) -> float:
@@ -153,6 +154,7 @@ class ControlLoop:
             self._waiting.clear()
         if not self.events:
             self._suit_drives()
+            self._lost_before = self._states.lost
         request = self._request(memory.mode, now)
         if request == Request.SIT and memory.mode == SafetyMode.STANDING:
             self._postures = lower(self._robot, self.told.q, self._states.up)

@@ -218,6 +218,19 @@ def test_messages_lost_and_late_are_borne(tmp_path: Path) -> None:
     assert show.loop.lost > 0
 
 
+def test_only_what_is_lost_after_arming_counts(tmp_path: Path) -> None:
+    """A gap while the controller is made ready is nothing that a bus lost; a later one is."""
+    show = PuppetShow(short_walk(tmp_path))
+    show.tick()
+    for missing in (40, 3):
+        show.clock.sleep_until(show.clock.now_ns() + missing * PERIOD_NS)
+        show.puppet.sequence += missing
+        while show.loop.mode == SafetyMode.DAMPING:
+            show.tick()
+        show.tick()
+    assert show.loop.lost == 3
+
+
 class Commander:
     """Commands to a guard, tick by tick."""
 
