@@ -27,6 +27,7 @@ from drake_quad.feasibility.passport_page import PASSPORT, write_passport
 from drake_quad.gait_design.wish import BALANCE, PREFER, Wish
 from drake_quad.planning.footholds import TROT
 from drake_quad.report.lcm_replay import play
+from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.scenario.config import Scenario
@@ -121,16 +122,21 @@ def report_plan(
         out: Directory for plan.json and certificate.json, if they are to be written.
 
     Returns:
-        The plan as plain values, as `drake-quad plan --json` prints it, with its `certificate`;
-        without a plan, `feasible` is false and `reason` says why.
+        The plan as plain values, as `drake-quad plan --json` prints it, with its `certificate` and
+        with `doubts`, what in the robot's file may be wrong; without a plan, `feasible` is false
+        and `reason` says why.
 
     Raises:
         InputError: If something in the scenario cannot be, or a file cannot be written.
     """
+    doubts: list[str] = []
     try:
-        found, certificate = judged_plan(prepare(scenario, source=source))
+        prepared = prepare(scenario, source=source)
+        doubts = all_doubts(prepared.robot)
+        found, certificate = judged_plan(prepared)
     except PlanningError as error:
         found, certificate = describe_failure(error), None
+    found["doubts"] = doubts
     if out is not None:
         write_plan(found, certificate, out)
     return found

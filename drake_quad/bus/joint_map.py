@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.feasibility.inspect_robot import read_mapping
+from drake_quad.robot.mapping import read_mapping
 from drake_quad.robot.model import RobotModel
 
 

@@ -16,10 +16,10 @@ from drake_quad.bus.trace import BEARS
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.errors import InputError
 from drake_quad.estimation.sensor_models import draw_joint_errors
-from drake_quad.feasibility.inspect_robot import read_mapping
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.legs import LEGS
+from drake_quad.robot.mapping import read_mapping
 from drake_quad.scenario.build import sensor_errors
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.disturbances import Disturbances

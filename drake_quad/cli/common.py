@@ -19,6 +19,7 @@ from typing import Annotated, TextIO, cast
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
 import drake_quad as dq
 from drake_quad.errors import InputError
@@ -189,9 +190,16 @@ def _writing(path: Path, option: str) -> Iterator[None]:
 def make_report(directory: Path, err: Console) -> None:
     """Writes report.html and scene.lcmlog of a finished run."""
     with err.status("writing report.html and scene.lcmlog"):
-        run = dq.load_run(directory)
+        run = tell_notices(dq.load_run(directory), err)
         dq.write_report(run)
         dq.write_scene_log(run)
+
+
+def tell_notices(run: "dq.RecordedRun", err: Console) -> "dq.RecordedRun":
+    """Says what of a run's files cannot be used; the run."""
+    for notice in run.notices:
+        err.print(Text(f"note: {notice}"), soft_wrap=True)
+    return run
 
 
 class Lasting:

@@ -22,6 +22,7 @@ from drake_quad.cli.common import (
     make_report,
     seconds_progress,
     stem,
+    tell_notices,
 )
 from drake_quad.errors import InputError, PlanningError, printable
 
@@ -81,13 +82,23 @@ def print_plan(result: dict[str, Any]) -> None:
             least += (
                 f" where three or four stand, at most {_metres(beside)} m beside two feet's line"
             )
-    strong = "" if torque <= 1.0 else f", if a joint gives {torque:.0%} of its torque,"
+    strong = (
+        ""
+        if torque <= 1.0
+        else ", if its feet share the weight so that no joint has to give "
+        f"{torque:.0%} of its torque"
+    )
+    margin, safe = result["planned_margin_min"], result["safe_margin"]
+    little = result["balance"] == "static" and margin < safe
+    short = f", less than the {_metres(safe)} m of a run that counts as safe" if little else ""
     console.print(
         f"feasible{strong}: {result['duration']:.1f} s, smallest margin "
-        f"{_metres(result['planned_margin_min'])} m{least}, "
+        f"{_metres(margin)} m{short}{least}, "
         f"planned in {result['planning_time']:.2f} s",
         highlight=False,
     )
+    for doubt in result["doubts"]:
+        console.print(Text(f"doubtful in the robot's file: {doubt}", "yellow"), soft_wrap=True)
 
 
 def run(
@@ -230,18 +241,11 @@ def export(
     dq.read_summary(directory)
     files = [file for file in directory.iterdir() if file.suffix != ".csv"]
     claim_file(path, "--csv", reads=files)
-    rows = dq.write_joint_table(_notice(dq.load_run(directory)), path)
+    rows = dq.write_joint_table(tell_notices(dq.load_run(directory), MESSAGES), path)
     if as_json:
         print(json.dumps({"csv": str(path), "rows": rows}))
     else:
         Console().print(Text(f"{rows} rows in {path}"), soft_wrap=True)
-
-
-def _notice(run: "dq.RecordedRun") -> "dq.RecordedRun":
-    """Says what of a run's files cannot be used."""
-    for notice in run.notices:
-        MESSAGES.print(Text(f"note: {notice}"), soft_wrap=True)
-    return run
 
 
 def _export_messages(
@@ -260,7 +264,7 @@ def _export_messages(
     dq.read_summary(directory)
     if mcap:
         claim_file(path, option)
-    run = _notice(dq.load_run(directory))
+    run = tell_notices(dq.load_run(directory), MESSAGES)
     counts = dq.write_mcap(run, path) if mcap else dq.write_ros2_bag(run, path)
     size = sum(file.stat().st_size for file in ([path] if mcap else path.iterdir()))
     if as_json:

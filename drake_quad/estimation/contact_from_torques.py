@@ -42,8 +42,8 @@ class TouchSettings(NamedTuple):
     """
 
     time: float = 0.008
-    touch: float = 0.02
-    leave: float = 0.005
+    touch: float = 0.01
+    leave: float = 0.0025
     confirm: float = 0.02
     confirm_leave: float = 0.012
     hold: float = 0.12

@@ -9,7 +9,6 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check import Feasibility
-from drake_quad.feasibility.inspect_robot import all_doubts, assumed_of_drives_and_inertias
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.tempo import static_margin, tread_way
@@ -17,6 +16,8 @@ from drake_quad.gait_design.wish import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof
 from drake_quad.planning.motion_plan import evaluate
+from drake_quad.robot.doubts import all_doubts
+from drake_quad.robot.mapping import assumed_of_drives_and_inertias
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.motion_config import OF_LEG
 from drake_quad.stability.equilibrium_region import HULL
@@ -297,7 +298,12 @@ def _answer(report: dict[str, Any]) -> str:
             )
         ways = "" if "scenario" in asked else " up and down"
         torque = report["slacks"]["torque"]["on_course"]
-        strong = "" if torque >= 0.0 else f", if a joint gives {1.0 - torque:.0%} of its torque"
+        strong = ""
+        if torque < 0.0:
+            strong = (
+                ", if its feet share the weight so that no joint has to give "
+                f"{1.0 - torque:.0%} of its torque"
+            )
         quick = _how_quick(report["pace"])
         wanted = report["slacks"]["margin"]["wanted"]
         short = plan["margin"] < wanted and not moving

@@ -121,7 +121,7 @@ def _draw_bars(axis: Axes, log: RunLog, *, frames: bool) -> None:
     axis.set_yticks(range(4), LEG_NAMES)
     axis.set_ylim(3.6, -0.6)
     axis.grid(visible=False, axis="y")
-    if len(t) > 1:
+    if len(t) > 1 and t[-1] > t[0]:
         axis.set_xlim(t[0], t[-1])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.feasibility.inspect_robot import read_mapping
+from drake_quad.robot.mapping import read_mapping
 from drake_quad.runs.reader import LOG, RecordedRun
 from drake_quad.util.files import write_whole
 

@@ -53,7 +53,7 @@ class SensorsConfig:
         "foot is in the air. No robot's bus has them ([contact](contact.md))",
     )
     touch_load: float = number(
-        0.02,
+        0.01,
         "of the weight",
         "With `contacts: joints`: load that has to be felt on a foot before it counts as bearing; "
         "with less than a quarter of it a foot has lifted. On a bus what the joints' friction may "

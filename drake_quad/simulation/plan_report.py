@@ -30,6 +30,7 @@ from drake_quad.robot.model import RobotModel, leg_lengths
 from drake_quad.runs.planned_columns import plan_margin
 from drake_quad.scenario.motion_config import OF_LEG, TolerancesConfig
 from drake_quad.simulation.prepare import PreparedScenario, judge_plan
+from drake_quad.stability.safety import safe_margin
 from drake_quad.util.files import Write, write_together
 
 PERIOD = 0.02  # [s] between the samples that margins are taken from
@@ -87,6 +88,7 @@ def describe_plan(
         "duration": plan.duration,
         "planning_time": plan.planning_time,
         "planned_margin_min": min(margins),
+        "safe_margin": safe_margin(robot),
         "balance": "dynamic" if plan.dynamic else "static",
         **({"planned_zmp_margin_min": moving} if plan.dynamic else {}),
         **({"planned_zmp_line_distance_max": max(beside)} if beside else {}),

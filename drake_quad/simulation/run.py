@@ -21,6 +21,7 @@ from drake_quad.perception.sight import with_reason
 from drake_quad.planning.contact_forces import SHARES
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.stance_margin import slopes_of
+from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import contact_friction
 from drake_quad.robot.state import make_layout
@@ -225,7 +226,8 @@ def simulate(
         progress: Called with the simulated time and the time that it is likely to come to [s].
         stop: Called now and then; the run stops where it returns true (Ctrl-C).
         visualize: Function that adds viewers to the Diagram.
-        tell: Called with a line about what takes a while before the simulation begins.
+        tell: Called with a line about what takes a while before the simulation begins, and with
+            one for each thing in the robot's file that may be wrong.
         tracking: Controller of one's own, as for MakeController; the scenario's if None.
 
     Raises:
@@ -240,6 +242,9 @@ def simulate(
     with precompiling(kernels, tell) as wait:
         prepared = planned or prepare(given, source=source)
         wait()
+    if tell is not None:
+        for doubt in all_doubts(prepared.robot):
+            tell(f"doubtful in the robot's file: {doubt}")
     return _simulate(prepared, progress, stop, visualize, tracking)
 
 

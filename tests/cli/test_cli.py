@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from contextlib import suppress
+from importlib import resources
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -15,8 +16,10 @@ import pytest
 import typer
 from command import COMMAND, drake_quad, refused
 
+import drake_quad as dq
 from drake_quad.cli import main as cli
 from drake_quad.cli.main import app
+from drake_quad.cli.runs import print_plan
 from drake_quad.runs.reader import read_summary
 
 FLOOR = "{kind: floor, length: 4.0}"
@@ -101,6 +104,34 @@ def test_plan_says_which_files_it_wrote(tmp_path: Path) -> None:
     done = drake_quad("plan", "flat_walk", *more, "--out", "mine", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.rstrip().endswith("\nplan.json in mine")
+
+
+def test_a_plan_says_that_its_margin_is_little(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Less than a run has to have to count as safe is told beside it; enough is not."""
+    found = dq.report_plan(dq.load_scenario("flat_walk"))
+    safe = found["safe_margin"]
+    words = f"less than the {safe:.3f} m of a run that counts as safe"
+    print_plan(found)
+    assert words not in capsys.readouterr().out
+    print_plan({**found, "planned_margin_min": safe - 0.005})
+    assert words in " ".join(capsys.readouterr().out.split())
+
+
+def test_plan_tells_what_may_be_wrong_in_the_robots_file(tmp_path: Path) -> None:
+    """A thigh without mass: the line that `inspect` has for it, on the console and as JSON."""
+    text = (resources.files("drake_quad_models") / "paper_quadruped.urdf").read_text()
+    light = re.sub(r'(<link name="FL_thigh">).*?</inertial>', r"\1", text, flags=re.DOTALL)
+    assert light != text
+    (tmp_path / "light.urdf").write_text(light)
+    given = ("plan", "flat_walk", "--set", "robot.model=light.urdf")
+    done = drake_quad(*given, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(drake_quad(*given, "--json", cwd=tmp_path).stdout)["doubts"]
+    assert any("FL_thigh" in line for line in told)
+    for line in told:
+        assert f"doubtful in the robot's file: {line}" in done.stdout
 
 
 def test_an_infeasible_plan_exits_with_1(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ from drake_quad.feasibility.chart import Span, grid_of
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
-from drake_quad.feasibility.robot_doubts import doubts
+from drake_quad.robot.doubts import doubts
 from drake_quad.robot.importer.pipeline import MAPPING
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.config import Scenario

@@ -56,7 +56,8 @@ def test_a_foot_lifts_and_lands_with_hysteresis() -> None:
     memory, momentum = np.zeros(TouchMemory.SIZE), np.zeros(12)
     standing = -np.einsum("kji,kj->ki", JACOBIAN, np.tile([0, 0, MASS * GRAVITY], (4, 1)))
     seen = []
-    for share in (0.25, 0.002, 0.012, 0.25, 0.012, 0.002):
+    below, between = 0.4 * SETTINGS.leave, 0.5 * (SETTINGS.leave + SETTINGS.touch)
+    for share in (0.25, below, between, 0.25, between, below):
         for _ in range(100):
             step(memory, momentum, share * standing.ravel())  # at rest: drives hold what pushes
         seen.append(bool(memory[TouchMemory.BEARING][0]))

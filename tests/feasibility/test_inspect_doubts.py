@@ -15,14 +15,11 @@ from drake_quad.cli.check_answer import print_check
 from drake_quad.errors import InputError
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
-from drake_quad.feasibility.inspect_robot import (
-    all_doubts,
-    assumed_of_drives_and_inertias,
-    describe_robot,
-    print_robot,
-)
+from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
+from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.importer.sources import find_by_name
 from drake_quad.robot.loader import load_robot
+from drake_quad.robot.mapping import assumed_of_drives_and_inertias
 from drake_quad.scenario.load import load_scenario
 
 INERTIAL = r'(<link name="{}"><inertial>.*?)<inertia [^>]*/>'

@@ -186,3 +186,24 @@ def test_a_report_of_spoilt_times_ends_with_status_2(ran: Path) -> None:
     pq.write_table(spoilt, ran / "log.parquet")
     line = refused(drake_quad("report", "run", cwd=ran.parent))
     assert "log.parquet: t = " in line and "10000 s" in line
+
+
+def test_what_of_a_log_cannot_be_used_is_told_on_the_console(ran: Path) -> None:
+    """`report` makes its page all the same, and says what is not in it."""
+    table = pq.read_table(ran / "log.parquet")
+    place = table.column_names.index("margin")
+    endless = pa.array(np.full(len(table), np.inf))
+    pq.write_table(table.set_column(place, "margin", endless), ran / "log.parquet")
+    done = drake_quad("report", str(ran), cwd=ran)
+    assert done.returncode == 0, done.stderr
+    assert "note: log.parquet has" in done.stderr and "margin" in done.stderr
+
+
+def test_a_log_of_one_instant_has_a_report(ran: Path) -> None:
+    """All of its rows at the same time: a page, and no words of the library that draws."""
+    table = pq.read_table(ran / "log.parquet")
+    place = table.column_names.index("t")
+    table = table.set_column(place, "t", pa.array(np.zeros(len(table))))
+    pq.write_table(table, ran / "log.parquet")
+    done = drake_quad("report", str(ran), cwd=ran)
+    assert done.returncode == 0 and "Warning" not in done.stderr

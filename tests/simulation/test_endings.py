@@ -32,6 +32,16 @@ def test_a_robot_that_collapses_fell(tmp_path: Path) -> None:
     assert result.outcome == "fell" and "trunk" in result.reason
 
 
+def test_a_run_says_first_what_may_be_wrong_in_the_robots_file(tmp_path: Path) -> None:
+    """A thigh without mass is told before the simulation; a file without a doubt tells nothing."""
+    told: list[str] = []
+    model = weakened(tmp_path, r'(<link name="FL_thigh">)\s*<inertial>(?s:.*?)</inertial>', r"\1")
+    for given in ([model], []):
+        simulate(load_scenario("flat_walk", [*STAND, *given]), tell=told.append)
+    doubts = [line for line in told if "doubtful" in line]
+    assert doubts and all("FL_thigh" in line for line in doubts)
+
+
 @pytest.mark.parametrize("height", [0.1, 0.2, 0.3, 2.0])
 def test_a_body_height_out_of_reach_is_blamed_itself(height: float) -> None:
     """Where the legs cannot even stand it is the body's height that is wrong, not the stairs."""

@@ -1,10 +1,14 @@
 """What in a robot is doubtful and may be wrong in its file: each in one plain line."""
 
+from typing import Any
+
 import numpy as np
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.feasibility.mass_doubts import ALIKE, SIDES, doubts_about_masses
+from drake_quad.robot.importer.raw_robot import DOUBTFUL
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.robot.mapping import read_mapping, shared_notes
+from drake_quad.robot.mass_doubts import ALIKE, SIDES, doubts_about_masses
 from drake_quad.robot.model import RobotModel
 
 WEAK = 0.2  # share of the weight: knees that hold less on stretched legs have a wrong unit
@@ -13,6 +17,15 @@ APART = 0.1  # [rad] difference from which on they are unlike: Spot's differ by 
 LENGTHS = 0.02  # share by which lengths of left and right may differ; those of known robots agree
 FEET = 0.25  # share of the thicker foot by which the other may be thinner: HyQReal1's are by 0.11
 DRIVES = 0.05  # share by which efforts and speeds of left and right may differ
+
+
+def all_doubts(robot: RobotModel) -> list[str]:
+    """Lines of `doubts`, and of what the importer found doubtful in the robot's own file."""
+    mapping = read_mapping(robot)
+    notes = [note for note in mapping.get("notes", []) if note["kind"] == DOUBTFUL]
+    found = doubts(robot)
+    odd = _odd_axes(robot, mapping.get("joints", {}), found)
+    return [*found, *odd, *(note["text"] for note in shared_notes(notes))]
 
 
 def doubts(robot: RobotModel) -> list[str]:
@@ -24,6 +37,20 @@ def doubts(robot: RobotModel) -> list[str]:
         *_unlike_drives(robot),
         *_unlike_limits(robot),
     ]
+
+
+def _odd_axes(robot: RobotModel, joints: dict[str, Any], known: list[str]) -> list[str]:
+    """Axes that point the other way than those of the three other legs, if not known yet."""
+    lines = []
+    for role in range(3):
+        names = [robot.joint_names[3 * row + role] for row in range(4)]
+        signs = [joints.get(name, {}).get("sign", 1) for name in names]
+        for name, sign in zip(names, signs, strict=True):
+            if signs.count(sign) == 1 and not any(name in line for line in known):
+                lines.append(
+                    f"{name}: its axis points the other way than those of the three other legs"
+                )
+    return lines
 
 
 def _weak_knees(robot: RobotModel) -> list[str]:
