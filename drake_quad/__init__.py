@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from drake_quad.perception.see_picture import draw_seen as draw_seen
     from drake_quad.planning.mission import MissionPlan as MissionPlan
     from drake_quad.planning.motion_plan import MotionPlan as MotionPlan
+    from drake_quad.report.bus_page import write_bus_page as write_bus_page
     from drake_quad.report.joint_table import write_joint_table as write_joint_table
     from drake_quad.report.lcm_replay import write_scene_log as write_scene_log
     from drake_quad.report.mcap_export import write_mcap as write_mcap
@@ -145,6 +146,7 @@ _PUBLIC = {
     "perception.see_picture": "draw_seen",
     "planning.mission": "MissionPlan",
     "planning.motion_plan": "MotionPlan",
+    "report.bus_page": "write_bus_page",
     "report.joint_table": "write_joint_table",
     "report.lcm_replay": "write_scene_log",
     "report.mcap_export": "write_mcap",

@@ -149,7 +149,7 @@ class LoopTimes:
     def __init__(self, period: float, capacity: int = 200_000) -> None:
         self._period_ns = round(period * NS)
         self._rows = np.zeros((capacity, 3), dtype=np.int64)  # begun, work, age of the state
-        self._count, self._stolen_before = 0, stolen_time()
+        self._count, self._first_ns, self._stolen_before = 0, 0, stolen_time()
 
     def note(self, begun_ns: int, ended_ns: int, age_ns: int) -> None:
         """Notes a tick: when it began and ended, and how old the state was that it answered.
@@ -161,6 +161,8 @@ class LoopTimes:
         """
         row = self._rows[self._count % len(self._rows)]
         row[0], row[1], row[2] = begun_ns, ended_ns - begun_ns, age_ns
+        if self._count == 0:
+            self._first_ns = begun_ns
         self._count += 1
 
     def figures(self) -> dict[str, Any]:
@@ -179,7 +181,7 @@ class LoopTimes:
             "ticks": count,
             "time_stolen": None if before is None or stolen is None else stolen - before,
             "longest_ticks": [
-                {"at": float(1e-9 * (rows[k, 0] - rows[0, 0])), "work_ms": float(work[k])}
+                {"at": float(1e-9 * (rows[k, 0] - self._first_ns)), "work_ms": float(work[k])}
                 for k in longest
             ],
             "overruns": int(np.sum(period > 1.5 * wanted)),

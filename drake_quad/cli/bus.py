@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.text import Text
 
+import drake_quad as dq
 from drake_quad.cli.common import (
     MESSAGES,
     JsonOption,
@@ -14,6 +16,7 @@ from drake_quad.cli.common import (
     claim,
     claim_file,
     interruptible,
+    stem,
 )
 from drake_quad.errors import InputError
 
@@ -49,7 +52,10 @@ def control(
             "scenario has it (sensors.contacts) unless given."
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Directory for control.json.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Directory for control.json, and control.html, a page of its figures."),
+    ] = None,
     record: Annotated[
         Path | None,
         typer.Option(
@@ -87,6 +93,9 @@ def control(
         result = run_control(prepared, choice, stop=stop, tell=_tell, dry_run=dry_run, fifo=fifo,
                              record=record)  # fmt: skip
     _leave(result, out, "control.json", as_json=as_json)
+    if out is not None:
+        page = dq.write_bus_page(result, out / "control.html", name=stem(scenario))
+        MESSAGES.print(Text(f"look at {page}"), soft_wrap=True)
     raise typer.Exit(0 if result["outcome"] == "goal_reached" else 1)
 
 
