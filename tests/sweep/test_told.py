@@ -32,6 +32,8 @@ def plan(name: str, _: Console) -> None:
         "planning_time": 1.0,
         "torque_ratio_planned_max": 0.5,
         "balance": "static",
+        "safe_margin": 0.03,
+        "doubts": [name],
     }
     cli_print.print_plan({"margin_kind": "hull", "segments": [segment], **figures})
 
@@ -92,6 +94,7 @@ def test_a_dynamic_plan_is_told_as_one(capsys: pytest.CaptureFixture[str]) -> No
     figures = {
         "duration": 1.0, "planned_margin_min": -0.02, "planning_time": 1.0, "segments": [],
         "torque_ratio_planned_max": 0.5, "balance": "dynamic", "planned_zmp_margin_min": 0.07,
+        "safe_margin": 0.03, "doubts": [],
     }  # fmt: skip
     cli_print.print_plan({"margin_kind": "hull", **figures})
     told = " ".join(capsys.readouterr().out.split())
