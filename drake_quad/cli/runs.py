@@ -97,7 +97,12 @@ def print_plan(result: dict[str, Any]) -> None:
         f"planned in {result['planning_time']:.2f} s",
         highlight=False,
     )
-    for doubt in result["doubts"]:
+    print_doubts(result["doubts"], console)
+
+
+def print_doubts(doubts: list[str], console: Console) -> None:
+    """Prints what in the robot's file may be wrong."""
+    for doubt in doubts:
         console.print(Text(f"doubtful in the robot's file: {doubt}", "yellow"), soft_wrap=True)
 
 
@@ -179,6 +184,7 @@ def plan(
             names = [name for name in PLAN_FILES if (out / name).exists()]
             Console().print(Text(f"{' and '.join(names)} in {out}"), soft_wrap=True)
     else:
+        print_doubts(result["doubts"], MESSAGES)  # the robot's file may be why
         raise PlanningError(result["reason"])
     raise typer.Exit(0 if result["feasible"] else 1)
 

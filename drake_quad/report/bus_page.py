@@ -21,7 +21,7 @@ from drake_quad.report.style import (
 )
 from drake_quad.util.files import write_whole
 
-MODE_COLOURS = {
+SAFETY_MODE_COLOURS = {
     "damping": "#8A8F94",
     "standing_up": "#C98A00",
     "standing": "#0068A8",
@@ -69,7 +69,7 @@ def write_bus_page(found: Mapping[str, Any], path: Path, *, name: str) -> Path:
         remarks=found["remarks"],
         rows=_rows(found),
         figures=drawn,
-        modes=MODE_COLOURS.items(),
+        modes=SAFETY_MODE_COLOURS.items(),
     )
     write_whole(path, lambda file: file.write_text(page, encoding="utf-8"))
     return path
@@ -119,7 +119,7 @@ def _draw_modes(found: Mapping[str, Any]) -> Figure:
     times = [0.0, *(event["time"] for event in events)]
     modes = ["damping", *(event["mode"] for event in events)]
     for begun, ended, mode in zip(times, [*times[1:], times[-1] + 1.0], modes, strict=True):
-        colour = MODE_COLOURS.get(mode, MUTED)
+        colour = SAFETY_MODE_COLOURS.get(mode, MUTED)
         axes.broken_barh([(begun, ended - begun)], (0.0, 1.0), facecolor=colour, alpha=0.7)
         if ended - begun > 0.05 * times[-1]:
             axes.text(0.5 * (begun + ended), 0.5, mode.replace("_", " "), ha="center", va="center")

@@ -236,15 +236,19 @@ def simulate(
     """
     planned = scenario if isinstance(scenario, PreparedScenario) else None
     given = scenario.scenario if isinstance(scenario, PreparedScenario) else scenario
-    if given.simulation.mode == "kinematic":
-        return replay_plan(planned or prepare(given, source=source))
-    kernels = kernels_for(given.controller.kind, given.estimator.kind, given.sensors.contacts)
-    with precompiling(kernels, tell) as wait:
+    kinematic = given.simulation.mode == "kinematic"
+    if kinematic:
         prepared = planned or prepare(given, source=source)
-        wait()
+    else:
+        parts = given.controller.kind, given.estimator.kind, given.sensors.contacts
+        with precompiling(kernels_for(*parts), tell) as wait:
+            prepared = planned or prepare(given, source=source)
+            wait()
     if tell is not None:
         for doubt in all_doubts(prepared.robot):
             tell(f"doubtful in the robot's file: {doubt}")
+    if kinematic:
+        return replay_plan(prepared)
     return _simulate(prepared, progress, stop, visualize, tracking)
 
 

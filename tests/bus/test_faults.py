@@ -221,7 +221,9 @@ def test_messages_lost_and_late_are_borne(tmp_path: Path) -> None:
 def test_only_what_is_lost_after_arming_counts(tmp_path: Path) -> None:
     """A gap while the controller is made ready is nothing that a bus lost; a later one is."""
     show = PuppetShow(short_walk(tmp_path))
-    show.tick()
+    for _ in range(30):  # the watch has to know how often states come
+        show.tick()
+    assert show.loop.mode == SafetyMode.DAMPING
     for missing in (40, 3):
         show.clock.sleep_until(show.clock.now_ns() + missing * PERIOD_NS)
         show.puppet.sequence += missing

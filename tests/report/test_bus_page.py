@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from drake_quad.bus.real_time import NS, LoopTimes
-from drake_quad.report.bus_page import write_bus_page
+from drake_quad.bus.safety import SafetyMode
+from drake_quad.report.bus_page import SAFETY_MODE_COLOURS, write_bus_page
 
 PERIOD = 0.002
 
@@ -54,6 +55,12 @@ def test_the_page_has_what_the_file_has(tmp_path: Path) -> None:
     ):  # fmt: skip
         assert text in words, text
     assert "<b>" not in page.read_text(encoding="utf-8")  # text is no markup
+
+
+def test_each_mode_has_a_colour_of_its_own() -> None:
+    """Of the safety machine's modes none is drawn in the colour of the unknown."""
+    assert set(SAFETY_MODE_COLOURS) == {mode.name.lower() for mode in SafetyMode}
+    assert len(set(SAFETY_MODE_COLOURS.values())) == len(SAFETY_MODE_COLOURS)
 
 
 def test_histograms_hold_every_tick(tmp_path: Path) -> None:

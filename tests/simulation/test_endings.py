@@ -32,14 +32,22 @@ def test_a_robot_that_collapses_fell(tmp_path: Path) -> None:
     assert result.outcome == "fell" and "trunk" in result.reason
 
 
-def test_a_run_says_first_what_may_be_wrong_in_the_robots_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("mode", ["physics", "kinematic"])
+def test_a_run_says_first_what_may_be_wrong_in_the_robots_file(tmp_path: Path, mode: str) -> None:
     """A thigh without mass is told before the simulation; a file without a doubt tells nothing."""
     told: list[str] = []
     model = weakened(tmp_path, r'(<link name="FL_thigh">)\s*<inertial>(?s:.*?)</inertial>', r"\1")
     for given in ([model], []):
-        simulate(load_scenario("flat_walk", [*STAND, *given]), tell=told.append)
-    doubts = [line for line in told if "doubtful" in line]
-    assert doubts and all("FL_thigh" in line for line in doubts)
+        begun = len(told)
+        simulate(
+            load_scenario("flat_walk", [*STAND, *given, f"simulation.mode={mode}"]),
+            tell=told.append, progress=lambda *_: told.append("simulated"),
+        )  # fmt: skip
+        doubts = [k for k, line in enumerate(told[begun:]) if "doubtful" in line]
+        assert bool(doubts) == bool(given)
+        assert all("FL_thigh" in told[begun + k] for k in doubts)
+        if doubts and "simulated" in told:
+            assert max(doubts) < told[begun:].index("simulated")
 
 
 @pytest.mark.parametrize("height", [0.1, 0.2, 0.3, 2.0])
