@@ -63,7 +63,7 @@ def write_bus_page(found: Mapping[str, Any], path: Path, *, name: str) -> Path:
         css=Markup(read_css("report.css")),
         name=name,
         grade="good" if good else "bad",
-        outcome=found["outcome"],
+        outcome="Reached the goal" if good else found["outcome"],
         sentence=_sentence(found),
         events=found["events"],
         remarks=found["remarks"],
@@ -150,6 +150,6 @@ def _draw_histogram(figures: Mapping[str, Any]) -> Figure:
     axes.set_yscale("symlog", linthresh=1.0)
     axes.set_ylim(0.0, 4.0 * max(1, *counts))
     axes.set_xticks(range(len(counts)), names)
-    axes.set_xlabel("ms; in amber the greatest thousandth")
+    axes.set_xlabel("ms; amber from the bin of the 99.9 % on")
     axes.set_ylabel("ticks")
     return figure

@@ -171,7 +171,7 @@ def test_two_processes_over_lcm(tmp_path: Path, end: str) -> None:
     else:
         ended = json.loads((tmp_path / "control.json").read_text())
         assert ended["outcome"] == "goal_reached" and ended["largest_step"] <= 0.05
-        assert "goal_reached" in (tmp_path / "control.html").read_text()
+        assert "Reached the goal" in (tmp_path / "control.html").read_text()
         walked = [c["base"] for c in told["drives"] if c["mode"] in ("walking", "standing")]
         assert 0.2 < walked[-1][0] - walked[0][0] < 0.4
         went = pq.read_table(tmp_path / "robot.parquet")

@@ -73,6 +73,14 @@ def test_histograms_hold_every_tick(tmp_path: Path) -> None:
     assert text.count("<svg") == 4
 
 
+def test_a_mission_that_was_carried_out_is_told_as_in_a_runs_report(tmp_path: Path) -> None:
+    """In words, and in green."""
+    found = result(1000, outcome="goal_reached")
+    page = write_bus_page(found, tmp_path / "control.html", name="walk")
+    assert "Reached the goal" in words_of(page)
+    assert '<header class="good">' in page.read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("ticks", [0, 1])
 def test_a_loop_that_ended_at_once_has_a_page(tmp_path: Path, ticks: int) -> None:
     """No figure of time is known then, and no mode but damping."""
