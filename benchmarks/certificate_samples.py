@@ -10,7 +10,7 @@ from typing import TypeVar, cast
 import numba
 import numpy as np
 
-from drake_quad.certificate.clearance import CAP, LEVEL, Obstacles
+from drake_quad.certificate.obstacles import CAP, LEVEL, Obstacles
 from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, evaluate

@@ -31,8 +31,8 @@ from benchmarks.certificate_plans import (
 from benchmarks.certificate_samples import sampled_minima
 from benchmarks.common import markdown_table, provenance
 from drake_quad.certificate.certify import CLAIMS, certify_plans, digest
-from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.kinematics import shank_of
+from drake_quad.certificate.obstacles import find_box_obstacles
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.config import RobotConfig
 from drake_quad.scenario.load import load_scenario

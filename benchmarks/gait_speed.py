@@ -20,8 +20,8 @@ from benchmarks.common import markdown_table, provenance
 from drake_quad.errors import DrakeQuadError
 from drake_quad.feasibility.check import Feasibility, check_flight
 from drake_quad.gait_design.designer import design_longer
-from drake_quad.gait_design.tempo_search import quicken
-from drake_quad.gait_design.wish import PREFER, Wish
+from drake_quad.gait_design.preference import PREFER, GaitPreference
+from drake_quad.gait_design.quicken import quicken
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.summary_lines import LEAST_TOUCH
@@ -105,11 +105,11 @@ def measure_robot(
         return row | {"reason": slow.reason}
     for prefer in PREFER:
         begun = time.process_time()
-        wish = Wish(prefer)
-        others = design_longer(slow.designed, robot, as_long=wish.less_margin)
-        found = quicken(slow.designed, robot, wish, others=others)
+        preference = GaitPreference(prefer)
+        others = design_longer(slow.designed, robot, as_long=preference.less_margin)
+        found = quicken(slow.designed, robot, preference, others=others)
         answer = Feasibility(
-            found.scenario, found, "", {}, robot, wish=wish, slow=slow.designed
+            found.scenario, found, "", {}, robot, preference=preference, slow=slow.designed
         )  # fmt: skip
         row[prefer] = measured(answer) | {"search_time": time.process_time() - begun}
         if save is not None:

@@ -22,10 +22,10 @@ from benchmarks.common import markdown_table, provenance, stopwatch
 from benchmarks.quadratic import QuadraticProgram, Recorder, compare
 from drake_quad.planning import (
     body_path as body_search,
-    footsteps as plan_transition,
     mission as plan_mission,
     step_builder,
     task as plan_task,
+    transition_footsteps as plan_transition,
 )
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.build import course_of, mission_of, plan_settings

@@ -84,11 +84,8 @@ if TYPE_CHECKING:
     from drake_quad.report.ros2_bag import write_ros2_bag as write_ros2_bag
     from drake_quad.robot.loader import load_robot as load_robot
     from drake_quad.robot.model import RobotModel as RobotModel
-    from drake_quad.runs.reader import (
-        RecordedRun as RecordedRun,
-        load_run as load_run,
-        read_summary as read_summary,
-    )
+    from drake_quad.runs.read_summary import read_summary as read_summary
+    from drake_quad.runs.reader import RecordedRun as RecordedRun, load_run as load_run
     from drake_quad.runs.result import RunResult as RunResult
     from drake_quad.runs.summary_lines import (
         safety_line as safety_line,
@@ -154,7 +151,8 @@ _PUBLIC = {
     "report.page": "write_report",
     "robot.loader": "load_robot",
     "robot.model": "RobotModel",
-    "runs.reader": "RecordedRun load_run read_summary",
+    "runs.read_summary": "read_summary",
+    "runs.reader": "RecordedRun load_run",
     "runs.result": "RunResult",
     "runs.summary_lines": "safety_line summary_lines",
     "scenario.config": "Scenario",

@@ -24,8 +24,8 @@ from drake_quad.feasibility.passport import (
     with_trials,
 )
 from drake_quad.feasibility.passport_page import PASSPORT, write_passport
-from drake_quad.gait_design.wish import BALANCE, PREFER, Wish
-from drake_quad.planning.footholds import TROT
+from drake_quad.gait_design.preference import BALANCE, PREFER, GaitPreference
+from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.model import RobotModel
@@ -58,7 +58,7 @@ def _nothing(*_: object) -> None:
 
 
 def _never() -> bool:
-    """Stands for a wish to stop that nobody has."""
+    """Answers that nobody has asked to stop."""
     return False
 
 
@@ -223,7 +223,7 @@ def check_stairs(
         around=Around(width=width, landing=landing, turn=turn),
         margin=margin,
         nearest=False,
-        wish=Wish(prefer, speed, min_margin, balance),
+        preference=GaitPreference(prefer, speed, min_margin, balance),
         thorough=thorough,
     )
 
@@ -256,7 +256,7 @@ def check_course(
         _model_of(robot),
         str(scenario),
         margin=margin,
-        wish=Wish(prefer, speed, min_margin, balance),
+        preference=GaitPreference(prefer, speed, min_margin, balance),
     )
 
 
@@ -341,7 +341,9 @@ def make_passport(
     """
     directory = Path(out)
     count_of = workers if workers is not None else os.cpu_count() or 1
-    asked = Question(_model_of(robot), count=count, wish=Wish(prefer), directory=directory)
+    asked = Question(
+        _model_of(robot), count=count, preference=GaitPreference(prefer), directory=directory
+    )
     found = plan_passport(
         asked, workers=count_of, progress=progress, stop=stop, ready=ready, tell=tell
     )

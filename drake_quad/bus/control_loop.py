@@ -64,7 +64,7 @@ class ControlLoop:
         mode: What the safety machine does.
         events: The changes of mode so far.
         outcome: `goal_reached`, or why not; empty while it goes on.
-        told: What the drives were last told.
+        commanded: The last command to the drives.
         remarks: What a person should know of the robot's messages, each once.
         session: Its number as a sender.
     """
@@ -92,7 +92,7 @@ class ControlLoop:
         self._lost_before = 0  # messages lost while the controller was made ready
         self._start_ns = self._now_ns = clock.now_ns()
         self._memory = initial_safety_memory(self.limits, 0.0)
-        self.told = self._memory.told
+        self.commanded = self._memory.commanded
         self.events: list[Event] = []
         self.remarks: list[str] = []
         self.outcome = ""
@@ -157,8 +157,8 @@ class ControlLoop:
             self._lost_before = self._states.lost
         request = self._request(memory.mode, now)
         if request == Request.SIT and memory.mode == SafetyMode.STANDING:
-            self._postures = lower(self._robot, self.told.q, self._states.up)
-            self._bearing = self.told.torque
+            self._postures = lower(self._robot, self.commanded.q, self._states.up)
+            self._bearing = self.commanded.torque
         known = Known(
             time=now,
             q=None if newest is None else newest.position,
@@ -170,11 +170,15 @@ class ControlLoop:
             wanted=wanted,
             ended=self.controller.ended,
         )
-        before = self.told
-        self._memory, self.told = advance(memory, known, self.limits, self._postures, self._bearing)
+        before = self.commanded
+        self._memory, self.commanded = advance(
+            memory, known, self.limits, self._postures, self._bearing
+        )
         self.holds += self._memory.holding
-        if self.told.stiffness > 0.0:
-            self.largest_step = max(self.largest_step, float(np.abs(self.told.q - before.q).max()))
+        if self.commanded.stiffness > 0.0:
+            self.largest_step = max(
+                self.largest_step, float(np.abs(self.commanded.q - before.q).max())
+            )
         sequence, came_ns = self._answered
         if not self._silent:
             self._publish(sequence)
@@ -216,9 +220,9 @@ class ControlLoop:
 
     def release(self) -> None:
         """Tells the drives to damp, now, for a loop that cannot go on."""
-        told, zero = self.told, np.zeros(12)
-        self.told = Drives(told.q, zero, zero, 0.0, self.limits.damping)
-        self._memory = replace(self._memory, mode=SafetyMode.DAMPING, told=self.told)
+        last, zero = self.commanded, np.zeros(12)
+        self.commanded = Drives(last.q, zero, zero, 0.0, self.limits.damping)
+        self._memory = replace(self._memory, mode=SafetyMode.DAMPING, commanded=self.commanded)
         if not self._silent:
             self._publish(-1)
 
@@ -240,13 +244,13 @@ class ControlLoop:
         return Request.NOTHING
 
     def _publish(self, state_sequence: int) -> None:
-        told = self.told
+        command = self.commanded
         self._sequence += 1
         self._bus.publish_command(
             CommandMessage(
                 self.session, self._sequence, self._clock.now_ns(), int(self.mode),
-                state_sequence, told.q, told.v, told.torque, np.full(12, told.stiffness),
-                np.full(12, told.damping),
+                state_sequence, command.q, command.v, command.torque,
+                np.full(12, command.stiffness), np.full(12, command.damping),
             )
         )  # fmt: skip
 

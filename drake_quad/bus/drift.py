@@ -15,7 +15,7 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.prepare import judge_plan, prepare
-from drake_quad.terrain.elements import LEVEL
+from drake_quad.terrain.element_checks import LEVEL
 
 # [m] by which stairs may be elsewhere than where a robot believes them: it is put down by hand, and
 # its estimate drifts. Half as much in place had a foot meet a riser on its way to the next tread.

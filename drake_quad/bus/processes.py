@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.bus.bus_log import BusRecorder, write_bus_log
+from drake_quad.bus.buses import BUSES, BusEnd, find_bus
 from drake_quad.bus.control_loop import ControlLoop, Event
 from drake_quad.bus.drift import PLACE_ERROR, allow_for_drift
 from drake_quad.bus.joint_map import joint_map
-from drake_quad.bus.lcm_bus import LOOPBACK, LcmBus, lcm_url
+from drake_quad.bus.lcm_bus import LOOPBACK
 from drake_quad.bus.plan_process import PlanProcess
 from drake_quad.bus.real_time import NS, Clock, WallClock, real_time, thread_ids
 from drake_quad.bus.robot_bus import RobotBus
@@ -22,7 +23,6 @@ from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
-BUSES = ("lcm", "unitree")
 RELEASES = 10  # times that drives are told to damp by a loop that ends by an error
 LATE = 0.1  # [s] behind, beyond which a loop gives up catching up
 ESTIMATED = ("estimator.kind=ekf",)  # before what a person sets
@@ -37,7 +37,7 @@ class BusChoice:
     """Which bus, and where.
 
     Attributes:
-        bus: One of BUSES.
+        bus: Name of the bus, see `find_bus`.
         interface: The machine's network interface; `lo` stays within the machine.
         domain: DDS's domain; on LCM, how many ports further on.
         rate: Seconds of both sides' clocks in a second of the machine's.
@@ -64,8 +64,10 @@ def check_choice(choice: BusChoice, *, named: bool, ready: bool) -> None:
     def fail(option: str, value: object, remedy: str) -> InputError:
         return InputError(source=f"--{option}", field=option, value=value, remedy=remedy)
 
-    if choice.bus not in BUSES:
-        raise fail("bus", choice.bus, f"give {' or '.join(BUSES)}")
+    find_bus(choice.bus)
+    if choice.bus not in BUSES and not ready:
+        remedy = "nobody knows where your own bus leads: give --i-am-ready, too (see docs/bus.md)"
+        raise fail("bus", choice.bus, remedy)
     known = [name for _, name in socket.if_nameindex()]
     if choice.interface not in known:
         raise fail("interface", choice.interface, f"this machine has {', '.join(known)}")
@@ -157,13 +159,14 @@ def open_bus(
     Raises:
         InputError: What it needs is not installed, or it cannot be opened.
     """
-    if choice.bus == "unitree":
-        from drake_quad.bus.unitree_bus import UnitreeBus
-
-        joints = joint_map(prepared.robot)
-        return UnitreeBus(choice.interface, choice.domain, clock.now_ns, robot=robot, joints=joints)
-    url = lcm_url(choice.interface, choice.domain)
-    return LcmBus(url, clock.now_ns, hears_states=not robot, hears_commands=True)
+    end = BusEnd(
+        now_ns=clock.now_ns,
+        robot=robot,
+        interface=choice.interface,
+        domain=choice.domain,
+        joints=joint_map(prepared.robot),
+    )
+    return find_bus(choice.bus)(end)
 
 
 def each_period(clock: Clock, period: float, tick: Callable[[], bool]) -> float:
@@ -241,10 +244,10 @@ def control(
                 tell(f"{loop.time:8.3f} s  {loop.reason}")
             if dry_run and loop.time >= next_look:
                 next_look = loop.time + 1.0
-                angles = " ".join(f"{q:.2f}" for q in loop.told.q)
+                angles = " ".join(f"{q:.2f}" for q in loop.commanded.q)
                 why = f" ({loop.reason})" if loop.reason else ""
-                wish = f"would command {loop.mode.name.lower()}{why}: {angles} rad"
-                tell(f"{loop.time:8.3f} s  {wish}")
+                words = f"would command {loop.mode.name.lower()}{why}: {angles} rad"
+                tell(f"{loop.time:8.3f} s  {words}")
             return not loop.outcome
 
         try:

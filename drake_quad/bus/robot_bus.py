@@ -17,7 +17,7 @@ from drake_quad.bus.messages import (
 
 
 class RobotBus(Protocol):
-    """A third bus is one class with these methods; nothing else of it is known."""
+    """A third bus is one class with these methods that is made of a `buses.BusEnd`."""
 
     def publish_state(self, state: StateMessage) -> None: ...  # noqa: D102
     def publish_command(self, command: CommandMessage) -> None: ...  # noqa: D102

@@ -180,7 +180,7 @@ class Memory:
         mode: What it does.
         since: When it began to [s].
         well_since: Since when nothing was wrong [s].
-        told: What the drives were last told.
+        commanded: The last command to the drives.
         start: The wanted angles with which `mode` began (12,) [rad].
         reason: Why it is damped, or did not arm.
         holding: Whether the last command holds, for want of a state.
@@ -189,7 +189,7 @@ class Memory:
     mode: SafetyMode = SafetyMode.DAMPING
     since: float = 0.0
     well_since: float = 0.0
-    told: Drives
+    commanded: Drives
     start: FloatArray
     reason: str = NOT_ARMED
     holding: bool = False
@@ -198,8 +198,8 @@ class Memory:
 def initial_safety_memory(limits: SafetyLimits, time: float) -> Memory:
     """Damping, with angles amid the limits until a state tells them."""
     q = np.clip(np.zeros(12), limits.q_lower, limits.q_upper)
-    told = Drives(q, np.zeros(12), np.zeros(12), 0.0, limits.damping)
-    return Memory(since=time, well_since=time, told=told, start=q)
+    commanded = Drives(q, np.zeros(12), np.zeros(12), 0.0, limits.damping)
+    return Memory(since=time, well_since=time, commanded=commanded, start=q)
 
 
 def advance(
@@ -209,7 +209,7 @@ def advance(
     postures: FloatArray,
     bearing: FloatArray,
 ) -> tuple[Memory, Drives]:
-    """One tick: which mode there is now, and what the drives are told.
+    """One tick: the mode, and the command to the drives.
 
     Args:
         memory: Memory that the tick before returned.
@@ -219,7 +219,7 @@ def advance(
         bearing: Torques (12,) that bear the robot when it stands, fed in as it rises [Nm].
 
     Returns:
-        Memory of this tick, and what the drives are told, within all limits.
+        Memory of this tick, and the command to the drives, within all limits.
     """
     fault = _fault_of(known, limits)
     well_since = known.time if fault else memory.well_since
@@ -237,16 +237,18 @@ def advance(
         memory = replace(memory, holding=True, since=memory.since + limits.period)
     else:
         memory = _go_on(memory, known, limits, postures)
-    told = within_limits(_wish(memory, known, limits, postures, bearing), memory.told, limits)
-    return replace(memory, told=told), told
+    commanded = within_limits(
+        _wanted(memory, known, limits, postures, bearing), memory.commanded, limits
+    )
+    return replace(memory, commanded=commanded), commanded
 
 
-def within_limits(wish: Drives, before: Drives, limits: SafetyLimits) -> Drives:
-    """The wish within the limits of place, speed, torque, and of how fast they change.
+def within_limits(wanted: Drives, before: Drives, limits: SafetyLimits) -> Drives:
+    """The wanted command within the limits of place, speed, torque, and of how fast they change.
 
-    A value of the wish that is no finite number is taken as it was before.
+    A value of it that is no finite number is taken as it was before.
     """
-    q, v, torque = wish.q, wish.v, wish.torque
+    q, v, torque = wanted.q, wanted.v, wanted.torque
     if not np.isfinite(np.concatenate((q, v, torque))).all():
         q = np.where(np.isfinite(q), q, before.q)
         v = np.where(np.isfinite(v), v, 0.0)
@@ -259,8 +261,8 @@ def within_limits(wish: Drives, before: Drives, limits: SafetyLimits) -> Drives:
         q,
         _within(v, limits.lowest_speed, limits.speed),
         _within(torque, limits.lowest_effort, limits.effort),
-        _between(wish.stiffness, limits.stiffness),
-        _between(wish.damping, limits.damping),
+        _between(wanted.stiffness, limits.stiffness),
+        _between(wanted.damping, limits.damping),
     )
 
 
@@ -292,7 +294,7 @@ def _enter(memory: Memory, mode: SafetyMode, known: Known, reason: str = "") -> 
     if memory.mode == mode:
         return memory
     return replace(
-        memory, mode=mode, since=known.time, start=memory.told.q, reason=reason,
+        memory, mode=mode, since=known.time, start=memory.commanded.q, reason=reason,
         well_since=known.time if mode == SafetyMode.DAMPING else memory.well_since,
     )  # fmt: skip
 
@@ -317,7 +319,7 @@ def _arm(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
         return replace(memory, reason=f"{NOT_ARMED}: {reason}", well_since=known.time)
     if known.time - memory.well_since < limits.arming_time:
         reason = "all is not well for long enough"
-    elif np.abs(memory.told.q - np.clip(known.q, limits.q_lower, limits.q_upper)).max() > 0.01:
+    elif np.abs(memory.commanded.q - np.clip(known.q, limits.q_lower, limits.q_upper)).max() > 0.01:
         reason = "what is wanted has not come to where the joints are"
     if reason:
         return replace(memory, reason=f"{NOT_ARMED}: {reason}")
@@ -329,8 +331,10 @@ def _go_on(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatAr
     assert known.q is not None
     elapsed, mode = known.time - memory.since, memory.mode
     if mode == SafetyMode.STANDING_UP and elapsed >= limits.fold_time + limits.rise_time:
-        told = np.abs(memory.told.q - postures[-1]).max() < 1e-6  # not behind, for its speed limit
-        if told and np.abs(known.q - postures[-1]).max() <= limits.standing_error:
+        arrived = (
+            np.abs(memory.commanded.q - postures[-1]).max() < 1e-6
+        )  # not behind, for its speed limit
+        if arrived and np.abs(known.q - postures[-1]).max() <= limits.standing_error:
             return _enter(memory, SafetyMode.STANDING, known)
         if elapsed >= limits.fold_time + limits.rise_time + 1.0:
             return _enter(memory, SafetyMode.DAMPING, known, "did not come to stand")
@@ -345,7 +349,7 @@ def _go_on(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatAr
     return memory
 
 
-def _wish(
+def _wanted(
     memory: Memory,
     known: Known,
     limits: SafetyLimits,
@@ -353,17 +357,20 @@ def _wish(
     bearing: FloatArray,
 ) -> Drives:
     """What the mode wants of the drives, before limits."""
-    told, mode, zero = memory.told, memory.mode, np.zeros(12)
+    commanded, mode, zero = memory.commanded, memory.mode, np.zeros(12)
     elapsed = max(known.time - memory.since, 0.0)
     if mode == SafetyMode.DAMPING:
         # What is wanted follows the joints, so that arming begins from where they are.
-        q = told.q if known.q is None else known.q
+        q = commanded.q if known.q is None else known.q
         return Drives(q, zero, zero, 0.0, limits.damping)
     if memory.holding:
-        return Drives(told.q, zero, told.torque, told.stiffness, told.damping)
+        return Drives(commanded.q, zero, commanded.torque, commanded.stiffness, commanded.damping)
     if mode == SafetyMode.WALKING:
-        return told if known.wanted is None else known.wanted
-    q, torque = told.q, told.torque  # standing: as it came, from standing up or from a walk
+        return commanded if known.wanted is None else known.wanted
+    q, torque = (
+        commanded.q,
+        commanded.torque,
+    )  # standing: as it came, from standing up or from a walk
     after = (elapsed - limits.fold_time) / limits.rise_time
     if mode == SafetyMode.STANDING_UP:
         if after < 0.0:

@@ -11,9 +11,7 @@ import numpy as np
 
 from drake_quad.certificate.cells import Cells, Pieces, join_cells, make_cells, pick
 from drake_quad.certificate.clearance import (
-    CAP,
     Footholds,
-    Obstacles,
     enclose_foot_clearance,
     enclose_shank_clearance,
     find_footholds,
@@ -28,6 +26,7 @@ from drake_quad.certificate.kinematics import (
     enclose_shank_axes,
     make_chain,
 )
+from drake_quad.certificate.obstacles import CAP, Obstacles
 from drake_quad.certificate.statics import enclose_margin, enclose_statics, find_support
 from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import BoolArray, FloatArray, IntArray

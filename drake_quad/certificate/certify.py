@@ -16,8 +16,8 @@ import numpy as np
 
 from drake_quad.certificate.bounds import Proof, make_demand, pose_problem, prove
 from drake_quad.certificate.cells import Pieces, cut_pieces
-from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.failure import Failure, Joins, check_joins, first_failure
+from drake_quad.certificate.obstacles import find_box_obstacles
 from drake_quad.common import FloatArray
 from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan

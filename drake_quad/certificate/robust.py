@@ -15,8 +15,9 @@ from drake_quad.certificate.bounds import (
 )
 from drake_quad.certificate.cells import Pieces, Spans, cut_pieces
 from drake_quad.certificate.certify import CLAIMS
-from drake_quad.certificate.clearance import LEVEL, TILTED, Obstacles, find_box_obstacles
+from drake_quad.certificate.clearance import TILTED
 from drake_quad.certificate.failure import Failure, first_failure
+from drake_quad.certificate.obstacles import LEVEL, Obstacles, find_box_obstacles
 from drake_quad.certificate.tolerances import Tolerances
 from drake_quad.common import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan

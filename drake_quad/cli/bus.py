@@ -20,7 +20,10 @@ from drake_quad.cli.common import (
 )
 from drake_quad.errors import InputError
 
-BusOption = Annotated[str, typer.Option(help="`lcm` or `unitree`.")]
+BusOption = Annotated[
+    str,
+    typer.Option(help="`lcm`, `unitree`, or your own: FILE.py:CLASS, whose file is executed."),
+]
 InterfaceOption = Annotated[
     str | None, typer.Option(help="Network interface; lo, this machine alone, unless told.")
 ]
@@ -137,7 +140,7 @@ def simulate(
     from drake_quad.bus.trace import ROBOT, Trace
 
     choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
-    check_choice(choice, named=interface is not None, ready=interface is not None)
+    check_choice(choice, named=interface is not None, ready=True)  # it commands nobody
     for name, share in (("loss", loss), ("reorder", reorder)):
         if not 0.0 <= share <= 1.0:
             raise _wrong(name, share, "give a share from 0 to 1")

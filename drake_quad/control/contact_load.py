@@ -16,7 +16,7 @@ import numpy as np
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.base_tracking import smooth_step
 from drake_quad.jit import jit
-from drake_quad.planning.motion_plan import END, START, phase_index, swing_rows
+from drake_quad.planning.phase_table import END, START, phase_index, swing_rows
 
 # How much of a full load a foot carries that has landed, as a swing ends: by its least force it
 # counts as bearing then, even where its share of the weight is none.

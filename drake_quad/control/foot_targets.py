@@ -27,7 +27,7 @@ from drake_quad.math.curves import (
     quintic_rate_kernel,
 )
 from drake_quad.planning.contact_plan import LET_GO
-from drake_quad.planning.motion_plan import PlannedFeet
+from drake_quad.planning.phase_table import PlannedFeet
 from drake_quad.robot.legs import LEGS
 
 MIRRORED = tuple(leg.mirrored.row for leg in LEGS)  # the row of each leg's other foot of its pair

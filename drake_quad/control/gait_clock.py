@@ -9,7 +9,8 @@ from drake_quad.control.ports import Balance, GaitPhase, Mode, swing_legs
 from drake_quad.control.push_recovery import CALM_SPEED, balance_margin
 from drake_quad.control.settings import ControlSettings
 from drake_quad.jit import jit
-from drake_quad.planning.motion_plan import END, START, SWING, MotionPlan, phase_index
+from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.phase_table import END, START, SWING, phase_index
 
 TASK, TIME, RATE, SEGMENT, SWING_LEG, SWING_PHASE, WAITED, DONE, MODE, REVISION = (
     int(p) for p in GaitPhase

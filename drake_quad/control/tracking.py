@@ -33,7 +33,8 @@ from drake_quad.control.ports import Balance, Catch, GaitPhase, Mode
 from drake_quad.jit import copy_matrix, copy_vector, jit
 from drake_quad.math.curves import sample_body
 from drake_quad.math.rotations import solve_rates
-from drake_quad.planning.motion_plan import PlanTables, sample_feet
+from drake_quad.planning.motion_plan import PlanTables
+from drake_quad.planning.phase_table import sample_feet
 from drake_quad.robot.kinematics import foot_and_jacobian, leg_row, solve_leg
 
 DELIVERY = 0.001  # [s] that a command takes to the drives: a tick of theirs

@@ -21,13 +21,14 @@ from drake_quad.feasibility.flight import (
 )
 from drake_quad.feasibility.nearest import nearest_stairs
 from drake_quad.gait_design.candidates import hip_length
+from drake_quad.gait_design.choose_gait import highest_rise
 from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.search import highest_rise
+from drake_quad.gait_design.preference import GaitPreference
+from drake_quad.gait_design.quicken import quicken
 from drake_quad.gait_design.speed_curve import SpeedCurve, trace_curve
-from drake_quad.gait_design.tempo_search import ENOUGH, quicken
-from drake_quad.gait_design.wish import Wish
+from drake_quad.gait_design.tempo_search import ENOUGH
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof, prove_infeasible
 from drake_quad.planning.mission import MissionPlan
@@ -37,14 +38,12 @@ from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.terrain.elements import (
-    Stairs,
-)
+from drake_quad.terrain.elements import Stairs
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table
 from drake_quad.util.parallel import map_in_processes
 
-MOST_MARGIN = Wish()
+MOST_MARGIN = GaitPreference()
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +58,7 @@ class Feasibility:
         robot: The robot; None if the answer is made up, as in a test.
         stairs: The flight of the question; None if the question was about a course.
         around: What is around the flight.
-        wish: What the gait was to be good at.
+        preference: What the gait was to be good at.
         slow: The gait that was found for margin, of which the designed one has other times.
     """
 
@@ -70,7 +69,7 @@ class Feasibility:
     robot: RobotModel | None = None
     stairs: Stairs | None = None
     around: Around = AS_USUAL
-    wish: Wish = MOST_MARGIN
+    preference: GaitPreference = MOST_MARGIN
     slow: Designed | None = None
 
     @property
@@ -91,7 +90,7 @@ class Feasibility:
         flight, robot = self.stairs, self.robot
         if self.feasible or flight is None or not flight.closed or robot is None:
             return None
-        if self.wish.dynamic:
+        if self.preference.dynamic:
             return None
         landing = self.around.landing
         apart = hip_length(robot) + 2.0 * leg_length(robot)  # of fore and hind feet, at most
@@ -120,7 +119,7 @@ class Feasibility:
     @cached_property
     def slow_pace(self) -> PlanPace | None:
         """The same of the gait that was found for margin; None if its times were not chosen."""
-        return self._pace_of(self.slow) if self.wish.quick else None
+        return self._pace_of(self.slow) if self.preference.quick else None
 
     def _pace_of(self, designed: Designed | None) -> PlanPace | None:
         if designed is None or self.robot is None:
@@ -162,12 +161,14 @@ class Feasibility:
     @property
     def fulfilled(self) -> bool:
         """Whether the plan is what was asked for: as quick, with as much margin, as balanced."""
-        wish, quick, margin = self.wish, self.speed, self.margin
-        if wish.speed is not None and (quick is None or quick < ENOUGH * wish.speed):
+        preference, quick, margin = self.preference, self.speed, self.margin
+        if preference.speed is not None and (quick is None or quick < ENOUGH * preference.speed):
             return False
-        if wish.dynamic and not self.balanced_by_motion:
+        if preference.dynamic and not self.balanced_by_motion:
             return False
-        return wish.min_margin is None or (margin is not None and margin >= wish.min_margin)
+        return preference.min_margin is None or (
+            margin is not None and margin >= preference.min_margin
+        )
 
     @property
     def bound(self) -> NearestLimit | None:
@@ -178,8 +179,8 @@ class Feasibility:
             self.pace,
             margin=None if self.balanced_by_motion else self.designed.margin,
             torque=self.designed.torque,
-            room=self.designed.room.weighted,
-            part=self.designed.room.part,
+            room=self.designed.clearance.weighted,
+            part=self.designed.clearance.part,
             wanted=self.designed.design.wanted,
         )
 
@@ -301,15 +302,15 @@ def margin_name(plan: MissionPlan | None) -> str:
     return "margin of the zero-moment point" if moving else "static margin"
 
 
-def check_wish(wish: Wish, margin: str) -> None:
-    """Makes sure that there can be such a wish, and such a region for the margin.
+def check_preference(preference: GaitPreference, margin: str) -> None:
+    """Makes sure that the preference, and the region of the margin, can be used.
 
     Raises:
         InputError: The error names the option, its value and what would be right.
     """
     check_margin_kind(margin)
-    wish.check()
-    if wish.dynamic and margin != HULL:
+    preference.check()
+    if preference.dynamic and margin != HULL:
         remedy = f"give {HULL}: with --balance dynamic no static margin is asked for"
         raise InputError(source="--margin", field="margin", value=margin, remedy=remedy)
 
@@ -320,7 +321,7 @@ def check_flight(
     *,
     around: Around = AS_USUAL,
     margin: str = HULL,
-    wish: Wish = MOST_MARGIN,
+    preference: GaitPreference = MOST_MARGIN,
     nearest: bool = True,
     thorough: bool = True,
     robot: RobotModel | None = None,
@@ -332,7 +333,7 @@ def check_flight(
         stairs: The flight.
         around: Width, landing and turn.
         margin: Region that the plan's margin is measured in, one of `KINDS`.
-        wish: Whether the gait is to be quick, and how much margin it is to keep.
+        preference: Whether the gait is to be quick, and how much margin it is to keep.
         nearest: Whether a reason says which rise would work; that takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The robot of that name, if it is loaded already.
@@ -341,13 +342,18 @@ def check_flight(
         InputError: If the robot cannot be used, or there are no such stairs.
     """
     check_stairs_numbers(stairs, around)
-    check_wish(wish, margin)
+    check_preference(preference, margin)
     robot = robot or load_robot(model)
     scenario = make_stairs_scenario(robot, stairs, around, model=_whole_path(model))
     scenario.gait.margin = margin
     try:
         found = _design(
-            scenario, robot, source="check", wish=wish, nearest=nearest, thorough=thorough
+            scenario,
+            robot,
+            source="check",
+            preference=preference,
+            nearest=nearest,
+            thorough=thorough,
         )
     except InputError as error:
         # The course's fields are the options' here.
@@ -364,7 +370,7 @@ def design_for_course(
     scenario: str,
     *,
     margin: str = HULL,
-    wish: Wish = MOST_MARGIN,
+    preference: GaitPreference = MOST_MARGIN,
     nearest: bool = True,
 ) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
@@ -373,13 +379,13 @@ def design_for_course(
         model: Robot name or file.
         scenario: A shipped scenario's name or a file; its robot and its gait do not count.
         margin: Region that the plan's margin is measured in, one of `KINDS`.
-        wish: Whether the gait is to be quick, and how much margin it is to keep.
+        preference: Whether the gait is to be quick, and how much margin it is to keep.
         nearest: Whether a reason says which rise would work; that takes a while.
 
     Raises:
         InputError: If robot or scenario cannot be used.
     """
-    check_wish(wish, margin)
+    check_preference(preference, margin)
     robot = load_robot(model)
     given = load_scenario(scenario)
     asked = Scenario(
@@ -393,7 +399,7 @@ def design_for_course(
     )
     asked.robot.model = _whole_path(model)
     asked.gait.margin = margin
-    return _design(asked, robot, source=scenario, wish=wish, nearest=nearest)
+    return _design(asked, robot, source=scenario, preference=preference, nearest=nearest)
 
 
 def _design(
@@ -401,11 +407,11 @@ def _design(
     robot: RobotModel,
     *,
     source: str,
-    wish: Wish,
+    preference: GaitPreference,
     nearest: bool,
     thorough: bool = True,
 ) -> Feasibility:
-    """Designs a gait for a scenario, and its times as is wished for, or says why there is none.
+    """Designs a gait for a scenario, and its times as is preferred, or says why there is none.
 
     Raises:
         InputError: If robot or scenario cannot be used; it names `source`.
@@ -415,10 +421,12 @@ def _design(
             scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
         )
     except PlanningError as error:
-        return Feasibility(scenario, None, error.reason, dict(error.data), robot, wish=wish)
-    others = design_longer(designed, robot, as_long=wish.less_margin, source=source)
-    slow, designed = designed, quicken(designed, robot, wish, others=others, source=source)
-    return Feasibility(designed.scenario, designed, "", {}, robot, wish=wish, slow=slow)
+        return Feasibility(
+            scenario, None, error.reason, dict(error.data), robot, preference=preference
+        )
+    others = design_longer(designed, robot, as_long=preference.less_margin, source=source)
+    slow, designed = designed, quicken(designed, robot, preference, others=others, source=source)
+    return Feasibility(designed.scenario, designed, "", {}, robot, preference=preference, slow=slow)
 
 
 def _whole_path(model: str) -> str:

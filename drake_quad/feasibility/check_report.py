@@ -11,8 +11,8 @@ from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.gait_design.tempo import static_margin, tread_way
-from drake_quad.gait_design.wish import Wish
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof
 from drake_quad.planning.motion_plan import evaluate
@@ -137,8 +137,8 @@ def feasibility_report(
             "margin_kind": gait.margin,
             "balance": "dynamic" if check.balanced_by_motion else "static",
             "quality": designed.quality,
-            "nearest_part": designed.room.part,
-            "nearest_task": designed.room.task,
+            "nearest_part": designed.clearance.part,
+            "nearest_task": designed.clearance.task,
         }
         report["pace"] = _pace(check)
         report["certificate"] = _certificate(check, robot)
@@ -192,7 +192,7 @@ def _pace(check: Feasibility) -> dict[str, Any] | None:
         "bound": asdict(bound),
         "joint": None if peak is None else {**asdict(peak), "share": peak.share},
         "zmp_margin": pace.zmp_margin if np.isfinite(pace.zmp_margin) else None,
-        "wish": asdict(check.wish) | {"fulfilled": check.fulfilled},
+        "wish": asdict(check.preference) | {"fulfilled": check.fulfilled},
         "slow": _slow(check),
     }
 
@@ -256,10 +256,10 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
         count = int(np.ceil(plan.duration / PERIOD)) + 1
         q = evaluate(robot, plan, np.linspace(0.0, plan.duration, count)).q.reshape(-1, 12)
         joints = min(joints, float(np.minimum(q - robot.q_lower, robot.q_upper - q).min()))
-    part = "trunk" if designed.room.part == "the trunk" else "legs"
+    part = "trunk" if designed.clearance.part == "the trunk" else "legs"
     static = static_margin(robot, designed)
     left = {"joints": joints, "torque": designed.torque, "margin": static}
-    return left | {part: designed.room.weighted}
+    return left | {part: designed.clearance.weighted}
 
 
 def stairs_in_words(asked: dict[str, Any]) -> str:
@@ -325,12 +325,12 @@ def _answer(report: dict[str, Any]) -> str:
 
 def _how_quick(pace: dict[str, Any] | None) -> str:
     """Says how quick the gait is, if that was asked for, and what of that is not reached."""
-    if pace is None or not Wish(**_figures(pace["wish"])).quick:
+    if pace is None or not GaitPreference(**_figures(pace["wish"])).quick:
         return ""
     short = "" if pace["wish"]["fulfilled"] else ", which is not what was asked for"
     return short if pace["speed"] is None else f", at {pace['speed']:.3f} m/s{short}"
 
 
-def _figures(wish: dict[str, Any]) -> dict[str, Any]:
-    """A Wish's own fields."""
-    return {name: value for name, value in wish.items() if name != "fulfilled"}
+def _figures(preference: dict[str, Any]) -> dict[str, Any]:
+    """A GaitPreference's own fields."""
+    return {name: value for name, value in preference.items() if name != "fulfilled"}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import check_flight, check_wish, design_for_course
+from drake_quad.feasibility.check import check_flight, check_preference, design_for_course
 from drake_quad.feasibility.check_report import (
     feasibility_report,
     stairs_in_words,
@@ -17,7 +17,7 @@ from drake_quad.feasibility.check_report import (
     with_proof,
 )
 from drake_quad.feasibility.flight import Around, check_stairs_numbers
-from drake_quad.gait_design.wish import BALANCE, PREFER, Wish
+from drake_quad.gait_design.preference import BALANCE, PREFER, GaitPreference
 from drake_quad.infeasibility.proof import proof_record
 from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.scenario.load import load_scenario, save_scenario
@@ -48,8 +48,8 @@ class CheckRequest:
         landing: Length of the landing between the flights [m]; as the robot needs if None.
         turn: Turn on the landing [deg], left positive; 90 if None.
         prefer: What the gait is to be good at, one of `PREFER`.
-        speed: Speed on the flights that is enough [m/s], see `Wish`.
-        min_margin: Margin that the plan is to keep [m], see `Wish`.
+        speed: Speed on the flights that is enough [m/s], see `GaitPreference`.
+        min_margin: Margin that the plan is to keep [m], see `GaitPreference`.
         balance: How the gait is balanced, one of `BALANCE`.
     """
 
@@ -70,9 +70,9 @@ class CheckRequest:
     balance: str = BALANCE[0]
 
     @property
-    def wish(self) -> Wish:
+    def preference(self) -> GaitPreference:
         """What the gait is to be good at."""
-        return Wish(self.prefer, self.speed, self.min_margin, self.balance)
+        return GaitPreference(self.prefer, self.speed, self.min_margin, self.balance)
 
 
 def run_check(
@@ -113,8 +113,8 @@ def run_check(
         from drake_quad.feasibility.robot_picture import check_picture_path
 
         check_picture_path(picture)
-    check_wish(asked.wish, asked.margin)
-    if curve is not None and asked.wish.dynamic:
+    check_preference(asked.preference, asked.margin)
+    if curve is not None and asked.preference.dynamic:
         remedy = "leave it out: the curve is of gaits with --balance static"
         raise InputError(source="--curve", field="curve", value=str(curve), remedy=remedy)
     own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
@@ -142,18 +142,27 @@ def run_check(
     if asked.scenario is not None:
         question: dict[str, Any] = {"scenario": asked.scenario}
         check = design_for_course(
-            asked.robot, asked.scenario, margin=asked.margin, wish=asked.wish, nearest=nearest
+            asked.robot,
+            asked.scenario,
+            margin=asked.margin,
+            preference=asked.preference,
+            nearest=nearest,
         )
     else:
         question = {**stairs.fields(), **known}
         check = check_flight(
-            asked.robot, stairs, around=Around(**known), margin=asked.margin, wish=asked.wish,
-            nearest=False, robot=robot,
-        )  # fmt: skip
+            asked.robot,
+            stairs,
+            around=Around(**known),
+            margin=asked.margin,
+            preference=asked.preference,
+            nearest=False,
+            robot=robot,
+        )
     if asked.margin != HULL:
         question["margin"] = asked.margin
-    usual = asdict(Wish())
-    question |= {k: v for k, v in asdict(asked.wish).items() if v != usual[k]}
+    usual = asdict(GaitPreference())
+    question |= {k: v for k, v in asdict(asked.preference).items() if v != usual[k]}
     report = feasibility_report(check, robot, source=asked.robot, asked=question)
     report = with_proof(report, check.proof)
     first(report)

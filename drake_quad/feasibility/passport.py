@@ -12,7 +12,7 @@ from drake_quad.feasibility.check_report import LIMITS, feasibility_report, with
 from drake_quad.feasibility.flight import check_stairs_numbers
 from drake_quad.feasibility.same_gait import check_same_gait
 from drake_quad.feasibility.standard_stairs import BUILDS, STANDARDS, Build, Standard
-from drake_quad.gait_design.wish import Wish
+from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.load import save_scenario
 from drake_quad.simulation.precompile import DESIGN, precompiling
@@ -131,14 +131,14 @@ class Question:
         model: Robot name or file.
         standards: The flights.
         count: Number of steps of each.
-        wish: What the gaits are to be good at.
+        preference: What the gaits are to be good at.
         directory: Where to save the scenarios of the plans; nowhere if None.
     """
 
     model: str
     standards: tuple[Standard, ...] = STANDARDS
     count: int = COUNT
-    wish: Wish = MOST_MARGIN
+    preference: GaitPreference = MOST_MARGIN
     directory: Path | None = None
 
 
@@ -155,7 +155,7 @@ def judge_standard(asked: Question, rise: float, run: float) -> Entry:
     robot = load_robot(model)
     try:
         check = check_flight(
-            model, Stairs(rise, run, count), wish=asked.wish, nearest=False, robot=robot
+            model, Stairs(rise, run, count), preference=asked.preference, nearest=False, robot=robot
         )
     except InputError as error:
         if error.source not in ("--rise", "--run"):
@@ -181,7 +181,7 @@ def _judge_built(asked: Question, closed: Feasibility, build: Build) -> BuiltOth
     stairs = replace(closed.stairs, overhang=build.overhang, open=build.open)
     same = check_same_gait(closed, stairs)
     check = same or check_flight(
-        asked.model, stairs, wish=asked.wish, nearest=False, robot=closed.robot
+        asked.model, stairs, preference=asked.preference, nearest=False, robot=closed.robot
     )
     if check.designed is None:
         return BuiltOtherwise(build, "unknown", reason=check.reason)
@@ -224,7 +224,7 @@ def plan_passport(
     Raises:
         InputError: If anything given cannot be used, before any long work.
     """
-    asked.wish.check()
+    asked.preference.check()
     check_workers(workers)
     flights = [(one.rise, one.run) for one in asked.standards]
     check_stairs_numbers(Stairs(*flights[0], asked.count))
@@ -240,7 +240,7 @@ def plan_passport(
         robot=asked.model,
         name=robot.name,
         count=asked.count,
-        prefer=asked.wish.prefer,
+        prefer=asked.preference.prefer,
         mass=float(robot.mass),
         leg=float((legs.thigh + legs.shank).mean()),
         complete=len(found) == len(flights),

@@ -10,7 +10,7 @@ import numpy as np
 from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.math.curves import quintic
 from drake_quad.planning.body_reference import body_pitch
-from drake_quad.planning.footholds import LIFT_OFF, FootholdPattern
+from drake_quad.planning.foothold_pattern import LIFT_OFF, FootholdPattern
 from drake_quad.planning.problem import EDGE_CLEARANCE
 from drake_quad.robot.legs import LEGS, SIGNS, WAVE_ORDER
 from drake_quad.robot.model import RobotModel, leg_length

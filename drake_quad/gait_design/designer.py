@@ -15,6 +15,14 @@ from math import sqrt
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.candidates import EDGE, Staircase, flights_of, hip_length
+from drake_quad.gait_design.choose_gait import (
+    NEARLY,
+    Design,
+    choose_gaits,
+    choose_longer_gaits,
+    describe_shortage,
+    highest_rise,
+)
 from drake_quad.gait_design.plan_candidates import (
     POOR,
     TOUCHES,
@@ -25,18 +33,7 @@ from drake_quad.gait_design.plan_candidates import (
     plan_design,
     plan_gaits,
 )
-from drake_quad.gait_design.search import (
-    NEARLY,
-    QUICK,
-    SEARCH_SETTINGS,
-    Design,
-    SearchSettings,
-    choose_gaits,
-    choose_longer_gaits,
-    describe_shortage,
-    highest_rise,
-    swing_clearance,
-)
+from drake_quad.gait_design.search import QUICK, SEARCH_SETTINGS, SearchSettings, swing_clearance
 from drake_quad.gait_design.tempo_search import GaitChoice
 from drake_quad.planning.mission import HELD_BY_FRICTION
 from drake_quad.robot.loader import load_robot

@@ -13,11 +13,11 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.planning.body_reference import level_pose, robot_stance
-from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.pose_search import PoseSearch
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.task import initial_setback
+from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.course import Course

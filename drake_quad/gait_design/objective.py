@@ -7,7 +7,8 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
-from drake_quad.gait_design.kernels import RobotTables, objectives_of_slacks, slacks
+from drake_quad.gait_design.kernels import objectives_of_slacks, slacks
+from drake_quad.gait_design.pose_kernels import RobotTables
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length
 from drake_quad.stability.safety import planned_margin

@@ -8,8 +8,8 @@ from functools import partial
 from math import inf
 
 from drake_quad.errors import PlanningError
+from drake_quad.gait_design.choose_gait import Design
 from drake_quad.gait_design.doubts import find_doubt
-from drake_quad.gait_design.search import Design
 from drake_quad.planning.clearance import (
     Clearance,
     check_self_collision,
@@ -36,7 +36,7 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.terrain.course import Course
 
 GOOD_MARGIN = 0.6  # of the margin desired: with that, and with
-GOOD_ROOM = 0.8  # of the clearance wanted, a gait is as good as any
+GOOD_CLEARANCE = 0.8  # of the clearance wanted, a gait is as good as any
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
 FAIR_MARGIN = 0.8  # of the margin wanted on endless stairs: with less, lower bodies are tried, too
 POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
@@ -55,7 +55,7 @@ class Designed:
         design: The gait and its slacks on endless stairs.
         plan: The plan of the whole mission on paper.
         margin: The plan's least margin [m].
-        room: The plan's least clearance between robot and course.
+        clearance: The plan's least clearance between robot and course.
         torque: Smallest remaining fraction of any joint's torque limit when standing still;
             negative if the controllers' default load sharing exceeds a limit. They may share the
             load otherwise: what no sharing allows `check_torques` refuses.
@@ -65,7 +65,7 @@ class Designed:
     design: Design
     plan: MissionPlan
     margin: float
-    room: Clearance
+    clearance: Clearance
     torque: float
 
     @property
@@ -81,7 +81,7 @@ class Designed:
     @property
     def quality(self) -> float:
         """The least share of what is wanted of margin, clearance and torque, at most 1."""
-        return _quality(self.scenario, self.design, self.margin, self.room, self.torque)
+        return _quality(self.scenario, self.design, self.margin, self.clearance, self.torque)
 
 
 def plan_design(
@@ -112,7 +112,7 @@ def plan_design(
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)
     tasks = mission_of(scenario, course, source=source)
     begun, plans, ground = time.perf_counter(), [], slopes_of(course, settings.friction)
-    room, margin, torque = Clearance(inf, inf, "", "", 0.0), inf, 1.0
+    clearance, margin, torque = Clearance(inf, inf, "", "", 0.0), inf, 1.0
     for plan in plan_tasks(robot, course, settings, tasks, stance):
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
@@ -125,7 +125,7 @@ def plan_design(
                 f"{here.time:.1f} s of '{here.task}'",
                 room=here.distance,
             )
-        room = min(room, here, key=lambda r: r.weighted)
+        clearance = min(clearance, here, key=lambda r: r.weighted)
         if plan.margin == plan.margin:  # standing still has none
             _refuse_waiting(scenario, task.name, plan.margin)
             margin = min(margin, plan.margin)
@@ -138,10 +138,13 @@ def plan_design(
             check_torques(robot, plan, samples, ground)
         torque = min(torque, here_left)
         plans.append(plan)
-        if beat is not None and _quality(scenario, design, margin, room, torque) <= beat.quality:
+        if (
+            beat is not None
+            and _quality(scenario, design, margin, clearance, torque) <= beat.quality
+        ):
             return None
     mission = join_plans(plans, time.perf_counter() - begun, dynamic=settings.dynamic)
-    return Designed(scenario, design, mission, margin if margin < inf else 0.0, room, torque)
+    return Designed(scenario, design, mission, margin if margin < inf else 0.0, clearance, torque)
 
 
 SURE = 0.6  # score on endless stairs from which on a gait is planned at once
@@ -187,14 +190,14 @@ def _refuse_waiting(scenario: Scenario, task: str, margin: float) -> None:
 
 
 def _quality(
-    scenario: Scenario, design: Design, margin: float, room: Clearance, torque: float
+    scenario: Scenario, design: Design, margin: float, clearance: Clearance, torque: float
 ) -> float:
     """See Designed; of the tasks that are planned, more can only make it less."""
     wanted = design.wanted
     return min(
         1.0,
         margin / (GOOD_MARGIN * scenario.body.margin_desired),
-        room.weighted / (GOOD_ROOM * wanted["legs"]),
+        clearance.weighted / (GOOD_CLEARANCE * wanted["legs"]),
         torque / (GOOD_TORQUE * wanted["torque"]),
     )
 

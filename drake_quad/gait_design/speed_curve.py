@@ -16,8 +16,8 @@ import numpy as np
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.preference import GaitPreference, RequiredMargins
 from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch
-from drake_quad.gait_design.wish import Kept, Wish
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of, mission_of
 
@@ -89,8 +89,8 @@ def trace_curve(
     tasks = mission_of(designed.scenario, course, source=source)
     points = _point(designed, measure_pace(robot, course, tasks, designed.plan))
     if flights_of(course, designed.scenario.gait.deep_tread):
-        least = Wish("speed").least_margin(robot, designed.margin)
-        safe = Kept(least, least)
+        least = GaitPreference("speed").least_margin(robot, designed.margin)
+        safe = RequiredMargins(least, least)
         note("looking for a gait that goes farther in a cycle")
         own = GaitChoice(designed.scenario, designed.design, planned=True)
         for gait in chain(others, [own]):

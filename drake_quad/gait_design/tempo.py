@@ -14,6 +14,7 @@ from math import ceil, inf, sqrt
 import numpy as np
 
 from drake_quad.common import FloatArray
+from drake_quad.gait_design.choose_gait import Design
 from drake_quad.gait_design.foot_speeds import (
     ANY_SPEED,
     NO_SPEEDS,
@@ -23,7 +24,6 @@ from drake_quad.gait_design.foot_speeds import (
 )
 from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed, plan_design
-from drake_quad.gait_design.search import Design
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.zmp import sample_zmp, zmp_margins

@@ -1,43 +1,43 @@
-"""Chooses a gait's times for speed: the quickest gait that keeps the margin that is asked for.
+"""Chooses a gait's times for speed: the shortest that keep the margins that are required.
 
 A gait that was found for margin is slow. Its swings, and the time on four feet at its switches, are
 made as short as the margin allows that is to be kept (`tempo.py`). The two trade against each
-other: legs that swing quickly push the body about, so that heavy legs gain by longer swings. Gaits
-that go farther in a cycle are tried first, and a gait that could not be quicker than what was found
-is not tried.
+other: legs that swing quickly push the body about, so that heavy legs gain by longer swings.
 """
 
 import copy
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain
 from math import inf
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.choose_gait import Design
 from drake_quad.gait_design.foot_speeds import ANY_SPEED, PEAK, FootSpeeds, slowest
-from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.search import Design
+from drake_quad.gait_design.preference import (
+    KEPT,
+    RequiredMargins,
+)
 from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
     Tempo,
     TempoTrial,
-    balanced_by_motion,
     fewer_steps,
     tread_way,
     try_tempo,
     usual_tempo,
 )
-from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
 from drake_quad.robot.model import RobotModel, leg_length
-from drake_quad.scenario.build import course_of, mission_of
+from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
-from drake_quad.terrain.course import Course
 
 MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
-ROOM_KEPT, TORQUE_KEPT = 0.6, 0.8  # of what the slow plan leaves, where that is less than wanted
+CLEARANCE_KEPT, TORQUE_KEPT = (
+    0.6,
+    0.8,
+)  # of what the slow plan leaves, where that is less than wanted
 STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then another
 CALM = 1.75  # the first where that finds nothing: heavy legs throw the body about
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
@@ -68,65 +68,6 @@ class GaitChoice:
     planned: bool = False
 
 
-def quicken(
-    designed: Designed,
-    robot: RobotModel,
-    wish: Wish,
-    *,
-    others: Iterable[GaitChoice] = (),
-    source: str = "scenario",
-) -> Designed:
-    """The designed gait, or another, with times as is wished for; the same if none are better.
-
-    Args:
-        designed: A gait that was found for margin, with its plan.
-        robot: The scenario's.
-        wish: What it is to be good at.
-        others: Gaits for the same course that go farther in a cycle, or as far; none is drawn that
-            is not needed.
-        source: What an error names.
-    """
-    course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)
-    if not wish.quick or not flights_of(course, designed.scenario.gait.deep_tread):
-        return designed
-    tasks = mission_of(designed.scenario, course, source=source)
-    before = measure_pace(robot, course, tasks, designed.plan)
-    if before.slowest is None:
-        return designed
-    enough = wish.speed is not None and before.slowest.speed >= ENOUGH * wish.speed
-    if enough and not wish.dynamic:
-        return designed
-    own = what_is_kept(wish, robot, designed.margin, before.zmp_margin)
-    kept = [what_is_kept(w, robot, designed.margin, before.zmp_margin) for w in wish.steps()]
-    kept = [k for k in kept if own.spare(k.margin, k.zmp_margin) >= 0.0]
-    slow = GaitChoice(designed.scenario, designed.design, planned=True)
-    best, speed = designed, before.slowest.speed
-    # For a speed that is enough, the gait that was found for margin may do. Else a gait that goes
-    # farther in a cycle is mostly the quicker one, and the other need not be tried then.
-    for gait in chain([slow], others) if wish.speed is not None else chain(others, [slow]):
-        if fastest(gait.scenario, robot, course) <= WORTH * speed:
-            continue
-        if wish.dynamic:
-            moving = balanced_by_motion(gait.scenario)
-            gait = GaitChoice(moving, gait.design, planned=gait.planned)
-        search = TempoSearch(gait, designed, robot, own, source)
-        for margins in kept:
-            found = search.quickest(wish.speed, speed, margins)
-            if found is not None:
-                best, speed = found.designed, found.speed
-        if wish.speed is not None and speed >= ENOUGH * wish.speed:
-            break
-    return best
-
-
-def fastest(scenario: Scenario, robot: RobotModel, course: Course) -> float:
-    """A speed that no times of a scenario's gait exceed on the shallowest treads [m/s]."""
-    flights = flights_of(course, scenario.gait.deep_tread)
-    tempo = usual_tempo(scenario.gait, robot)
-    way = tread_way(scenario.gait, min(s.run for s in flights))
-    return way / (4.0 * (tempo.swing + tempo.gap))
-
-
 Known = dict[float, dict[float, TempoTrial | None]]  # by ratio of swings and time at the switches
 
 
@@ -134,7 +75,12 @@ class TempoSearch:
     """Seeks the quickest times of a gait for its course, measured against the slow gait."""
 
     def __init__(
-        self, gait: GaitChoice, slow: Designed, robot: RobotModel, kept: Kept, source: str
+        self,
+        gait: GaitChoice,
+        slow: Designed,
+        robot: RobotModel,
+        kept: RequiredMargins,
+        source: str,
     ) -> None:
         """Takes the gait, and what it is measured by.
 
@@ -159,7 +105,7 @@ class TempoSearch:
         self._known: Known = {}
 
     def quickest(
-        self, enough: float | None, faster_than: float, kept: Kept | None = None
+        self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None
     ) -> TempoTrial | None:
         """The quickest plan that keeps enough on the course; None if none is found.
 
@@ -352,7 +298,7 @@ class TempoSearch:
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found
 
-    def _spare(self, trial: TempoTrial | None, kept: Kept) -> float:
+    def _spare(self, trial: TempoTrial | None, kept: RequiredMargins) -> float:
         """The margin that a trial leaves beyond what is to be kept [m]; -inf if it is of no use."""
         if trial is None or not keeps_all_else(trial, self._slow):
             return -inf
@@ -369,7 +315,7 @@ class TempoSearch:
         enough = found is not None and found.speed >= ENOUGH * speed
         return found if enough and self._spare(found, self._kept) >= 0.0 else None
 
-    def _seek(self, kept: Kept, first: float, faster_than: float) -> TempoTrial | None:
+    def _seek(self, kept: RequiredMargins, first: float, faster_than: float) -> TempoTrial | None:
         """The quickest trial that keeps margins; None if none that is quicker does.
 
         Args:
@@ -412,6 +358,6 @@ def keeps_all_else(trial: TempoTrial, slow: Designed) -> bool:
         slow: The gait that was found for margin.
     """
     wanted, found = slow.design.wanted, trial.designed
-    room = ROOM_KEPT * min(slow.room.weighted, wanted["legs"])
+    clearance = CLEARANCE_KEPT * min(slow.clearance.weighted, wanted["legs"])
     torque = TORQUE_KEPT * min(slow.torque, wanted["torque"])
-    return found.room.weighted >= room and found.torque >= torque and is_calm(trial)
+    return found.clearance.weighted >= clearance and found.torque >= torque and is_calm(trial)

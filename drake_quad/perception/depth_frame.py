@@ -5,12 +5,12 @@ every plane is linear in the pixel's place. A silhouette edge is where, going up
 is near ends and something farther begins: a nosing against what lies behind it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_quad.common import FloatArray
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.jit import jit
 from drake_quad.perception.camera_model import CameraModel
 
@@ -272,3 +272,19 @@ def _pattern_nodes(
     v, u = (index // model.width) / spacing, (index % model.width) / spacing
     i, j = np.floor(v), np.floor(u)
     return np.stack([i * columns + j, u - j, v - i], axis=-1), (rows, columns)
+
+
+def keep_pixels(frame: DepthFrame, kept: BoolArray, edges: BoolArray | None = None) -> DepthFrame:
+    """The frame with some of its pixels, and some of its edges, alone."""
+    edge = np.ones(len(frame.edges), dtype=bool) if edges is None else edges
+    return replace(
+        frame,
+        rays=np.ascontiguousarray(frame.rays[kept]),
+        rho=frame.rho[kept],
+        sigma=frame.sigma[kept],
+        gain=frame.gain[kept],
+        index=frame.index[kept],
+        nodes=np.ascontiguousarray(frame.nodes[kept]),
+        edges=np.ascontiguousarray(frame.edges[edge]),
+        edge_rho=frame.edge_rho[edge],
+    )

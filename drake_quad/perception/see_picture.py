@@ -6,7 +6,8 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.perception.see import SeenStairs
-from drake_quad.perception.stair_fit import StairPriors, corrected_rays, explained, measured
+from drake_quad.perception.stair_evidence import explained
+from drake_quad.perception.stair_fit import StairPriors, corrected_rays, measured
 from drake_quad.perception.stair_profile import YAW
 
 if TYPE_CHECKING:

@@ -5,20 +5,18 @@ from dataclasses import replace
 import numpy as np
 
 from drake_quad.common import FloatArray
-from drake_quad.perception.depth_frame import DepthFrame
+from drake_quad.perception.depth_frame import DepthFrame, keep_pixels
+from drake_quad.perception.pixel_tally import explain, tally
 from drake_quad.perception.stair_fit import (
     StairFit,
     StairPriors,
     corrected_rays,
-    count_evidence,
-    explained,
-    find_width,
-    keep_pixels,
     measured,
     prior_cost,
+    shape_vector,
     with_steps,
 )
-from drake_quad.perception.stair_profile import YAW
+from drake_quad.perception.stair_profile import YAW, Pixels
 
 # A pixel that agrees in full speaks for stairs as much as so many squared deviations of the priors
 # speak against them: the square of the cutoff, 5, over the number of pixels that err as one.
@@ -26,6 +24,87 @@ PIXEL_WORTH = 12.5
 CUTOFF = 5.0  # deviations
 APART = 4.0  # squared deviations
 ENDLESS = 20.0  # [m]
+
+
+def count_evidence(
+    frame: DepthFrame, fit: StairFit, priors: StairPriors, cutoff: float = 5.0
+) -> tuple[FloatArray, float]:
+    """What speaks for and against each riser and tread: see `pixel_tally.tally`.
+
+    Returns:
+        The table (2, n + 1, 6), and the cost of all pixels.
+    """
+    n = fit.shape.steps
+    table = np.zeros((2, n + 1, 6))
+    vector = shape_vector(fit.shape, fit.theta, priors)
+    return table, float(tally(pixels_of(frame, fit), fit.theta, vector, cutoff, table))
+
+
+def pixels_of(frame: DepthFrame, fit: StairFit) -> Pixels:
+    """The frame's pixels without the tilt, the offset and the pattern that the fit found."""
+    return Pixels(
+        corrected_rays(frame.rays, fit.theta, fit.shape.steps), measured(frame, fit), frame.sigma,
+        frame.gain, frame.nodes, frame.row_step,
+    )  # fmt: skip
+
+
+def explained(
+    frame: DepthFrame, fit: StairFit, priors: StairPriors, *, last: float | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Each pixel's surface (3 i + kind, or -1), residual in deviations, and place across [m].
+
+    Args:
+        frame: The image.
+        fit: The stairs.
+        priors: What is known before.
+        last: Length of the last tread [m]; as it is believed unless told.
+    """
+    n = fit.shape.steps
+    rays = corrected_rays(frame.rays, fit.theta, n)
+    surface, rho = np.empty(len(rays)), np.empty(len(rays))
+    vector = shape_vector(fit.shape, fit.theta, priors)
+    if last is not None:
+        vector[4] = last
+    explain(rays, fit.theta, vector, surface, rho)
+    yaw = fit.other(YAW)
+    found = measured(frame, fit)
+    across = (rays[:, 1] * np.cos(yaw) - rays[:, 0] * np.sin(yaw)) / found
+    return surface, (found - rho) / frame.sigma, across
+
+
+def find_width(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> tuple[float, float] | None:
+    """From where to where, across the climb, pixels agree with the steps.
+
+    Returns:
+        The right and the left end [m], left positive; None where they agree nowhere.
+    """
+    surface, residual, across = explained(frame, fit, priors)
+    on_steps = surface >= 3
+    if np.count_nonzero(on_steps) < 20:
+        return None
+    edges = np.arange(-3.0, 3.05, 0.06)
+    at = np.digitize(across[on_steps], edges)
+    seen = np.bincount(at, minlength=len(edges) + 1).astype(float)
+    agree = np.bincount(
+        at, weights=(np.abs(residual[on_steps]) < 6.0).astype(float), minlength=len(edges) + 1
+    )
+    good = (seen >= 3) & (agree > 0.5 * seen)
+    best, best_count, begun = None, 0.0, None
+    for k in range(len(good) + 1):
+        inside = k < len(good) and bool(
+            good[k] or (0 < k < len(good) - 1 and good[k - 1] and good[k + 1])
+        )
+        if inside and begun is None:
+            begun = k
+        if not inside and begun is not None:
+            count = float(agree[begun:k].sum())
+            if count > best_count:
+                best, best_count = (begun, k), count
+            begun = None
+    if best is None:
+        return None
+    low, high = max(best[0] - 1, 0), min(best[1] - 1, len(edges) - 1)
+    return float(edges[low]), float(edges[high])
 
 
 def support(

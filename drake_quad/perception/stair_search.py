@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotation_exp
-from drake_quad.perception.depth_frame import DepthFrame
+from drake_quad.perception.depth_frame import DepthFrame, keep_pixels
 from drake_quad.perception.stair_candidates import (
     ProfilePoints,
     StairGrid,
@@ -23,8 +23,10 @@ from drake_quad.perception.stair_candidates import (
     score_profile,
 )
 from drake_quad.perception.stair_evidence import (
+    count_evidence,
     crop,
     denied,
+    find_width,
     support,
     supported,
     told_apart,
@@ -35,11 +37,8 @@ from drake_quad.perception.stair_fit import (
     StairFit,
     StairPriors,
     StairShape,
-    count_evidence,
-    find_width,
     first_guess,
     fit_stairs,
-    keep_pixels,
     with_steps,
 )
 from drake_quad.perception.stair_profile import MOST_STEPS, PITCH, RISE, ROLL, RUN, YAW

@@ -7,17 +7,15 @@ from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray, read_only
 from drake_quad.perception.camera_model import CameraModel
-from drake_quad.perception.depth_frame import DepthAccuracy, DepthFrame, prepare_frame
+from drake_quad.perception.depth_frame import DepthAccuracy, DepthFrame, keep_pixels, prepare_frame
 from drake_quad.perception.stair_belief import StairBelief
-from drake_quad.perception.stair_evidence import crop, denied, supported, told_apart
+from drake_quad.perception.stair_evidence import count_evidence, crop, denied, supported, told_apart
 from drake_quad.perception.stair_fit import (
     StairFit,
     StairPriors,
     StairShape,
-    count_evidence,
     first_guess,
     fit_stairs,
-    keep_pixels,
     with_steps,
 )
 from drake_quad.perception.stair_profile import MOST_STEPS, OVERHANG, RUN, YAW

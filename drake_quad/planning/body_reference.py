@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_quad.common import FloatArray
-from drake_quad.planning.footholds import FootholdGrid
+from drake_quad.planning.foothold_grid import FootholdGrid
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.stability.margins import FALLEN_TILT
 from drake_quad.terrain.lane import Lane

@@ -17,8 +17,6 @@ from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.growing_map import nosings_in_view
 from drake_quad.perception.stair_map import StairMap
 from drake_quad.perception.stair_tracker import CameraPose
-from drake_quad.planning.footholds import flight_places
-from drake_quad.planning.footsteps import walk_start
 from drake_quad.planning.mission import (
     check_lift_offs,
     check_plan,
@@ -29,8 +27,10 @@ from drake_quad.planning.mission import (
 )
 from drake_quad.planning.motion_plan import MotionPlan, Stance
 from drake_quad.planning.problem import END_CLEARANCE, PlanSettings, Task, derive_mission
+from drake_quad.planning.settled_places import flight_places
 from drake_quad.planning.stance_margin import slopes_of
 from drake_quad.planning.turning_room import check_turning_width
+from drake_quad.planning.walk_footsteps import walk_start
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane

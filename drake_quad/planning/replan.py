@@ -16,7 +16,6 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait.transition import enumerate_transitions
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.contact_plan import Step, sample_times
-from drake_quad.planning.footsteps import plan_transition_footsteps, take_step
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.planning.remaining_plan import (
@@ -30,6 +29,7 @@ from drake_quad.planning.remaining_plan import (
 )
 from drake_quad.planning.stance_margin import footing_of
 from drake_quad.planning.step_builder import StepBuilder
+from drake_quad.planning.transition_footsteps import plan_transition_footsteps, take_step
 from drake_quad.robot.legs import LEGS
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course

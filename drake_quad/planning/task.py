@@ -13,11 +13,12 @@ from drake_quad.math.curves import BodySpline, knot_count
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
-from drake_quad.planning.footholds import TROT
-from drake_quad.planning.footsteps import plan_spin_footsteps, plan_walk_footsteps
+from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
 from drake_quad.planning.problem import EDGE_CLEARANCE, KNOT, PlanSettings, Task
+from drake_quad.planning.spin_footsteps import plan_spin_footsteps
 from drake_quad.planning.stance_margin import Footing, footing_of, refuse_stance
+from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, ZmpSamples, sample_zmp
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL

@@ -19,7 +19,8 @@ from drake_quad.report.style import (
     WIDTH,
     kind_colour,
 )
-from drake_quad.runs.reader import Interval, RecordedRun
+from drake_quad.runs.reader import RecordedRun
+from drake_quad.runs.run_log import Interval
 
 MOST_POINTS = 2500  # points of a line: more cannot be seen at 1100 px
 GLYPH = 0.062  # [in] mean width of a letter of a segment's name

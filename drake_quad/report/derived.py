@@ -7,7 +7,8 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.robot.kinematics import calc_feet
-from drake_quad.runs.reader import RecordedRun, runs_of
+from drake_quad.runs.reader import RecordedRun
+from drake_quad.runs.run_log import runs_of
 from drake_quad.scenario.build import disturbances_of
 from drake_quad.stability.safety import NO_SUPPORT, margin_words
 from drake_quad.stability.support_polygon import stability_margins

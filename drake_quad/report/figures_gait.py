@@ -20,7 +20,8 @@ from drake_quad.report.style import (
     THREE_COLOURS,
     WIDTH,
 )
-from drake_quad.runs.reader import RecordedRun, RunLog, runs_of
+from drake_quad.runs.reader import RecordedRun
+from drake_quad.runs.run_log import RunLog, runs_of
 from drake_quad.scenario.build import disturbances_of
 
 LOST = "#E0162B"  # no other colour of the page: a foot that should bear and does not

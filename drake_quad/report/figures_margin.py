@@ -22,7 +22,8 @@ from drake_quad.report.derived import (
     whole_robot_margins,
 )
 from drake_quad.report.style import BAD, INK, LEG_COLOURS, LESS_COLOUR, MUTED, PAPER, WARN
-from drake_quad.runs.reader import RecordedRun, runs_of
+from drake_quad.runs.reader import RecordedRun
+from drake_quad.runs.run_log import runs_of
 from drake_quad.stability.safety import NO_SUPPORT, safe_margin
 
 LOWEST = -0.15  # [m] what lies deeper is cut off: the figure is of margins, not of falls

@@ -18,7 +18,7 @@ from drake_quad.estimation.sensor_models import (
     draw_torque_errors,
 )
 from drake_quad.gait.workspace import Workspace
-from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.problem import PlanSettings, Task, derive_mission
 from drake_quad.robot.legs import LEGS, Leg
 from drake_quad.robot.loader import MakeModelPlant, load_robot

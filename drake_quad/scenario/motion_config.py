@@ -5,7 +5,7 @@ Plain dataclasses with unpostponed annotations, as those of `config.py`.
 
 from dataclasses import dataclass
 
-from drake_quad.planning.footholds import GAITS, WAVE
+from drake_quad.planning.foothold_pattern import GAITS, WAVE
 from drake_quad.stability.equilibrium_region import KINDS
 from drake_quad.util.schema import FieldBound, choice, not_negative, number, part, positive, within
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from drake_quad.errors import InputError, did_you_mean
-from drake_quad.planning.footholds import TROT
+from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.robot.legs import LEGS
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import MissionElement, MotorStrengthConfig, PushConfig, Scenario

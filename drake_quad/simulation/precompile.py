@@ -48,7 +48,7 @@ def _kernels() -> dict[str, dict[str, Signature]]:
     from drake_quad.estimation.contact_from_torques import ObserverModel, TouchSettings
     from drake_quad.estimation.filter_state import MODEL
     from drake_quad.gait_design.candidates import Cycle, Staircase
-    from drake_quad.gait_design.kernels import RobotTables
+    from drake_quad.gait_design.pose_kernels import RobotTables
     from drake_quad.planning.motion_plan import PlanTables
     from drake_quad.stability.support_polygon import FallLimits
 

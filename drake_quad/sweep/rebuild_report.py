@@ -32,7 +32,8 @@ from drake_quad.sweep.results import (
     validate_results,
 )
 from drake_quad.sweep.study import Study
-from drake_quad.sweep.study_loading import MOST_TRIALS, study_from
+from drake_quad.sweep.study_checks import MOST_TRIALS
+from drake_quad.sweep.study_loading import study_from
 from drake_quad.sweep.trials import run_command, sweep_command
 from drake_quad.util.files import is_number, read_given_table
 

@@ -17,7 +17,8 @@ from drake_quad.scenario.load import scenario_text
 from drake_quad.sweep.journal import NAME as JOURNAL
 from drake_quad.sweep.sampling import GRID, distribution_of, support_of
 from drake_quad.sweep.study import Base, Study, Vary
-from drake_quad.sweep.study_loading import FREE, LONGEST_AXIS, MOST_TRIALS, MOST_WHOLE
+from drake_quad.sweep.study_checks import LONGEST_AXIS, MOST_TRIALS, MOST_WHOLE
+from drake_quad.sweep.study_loading import FREE
 from drake_quad.sweep.trials import RANKED_BY, Trial, count_trials, figures_of, make_trials, repeat
 from drake_quad.util.files import (
     MOST_JSON,

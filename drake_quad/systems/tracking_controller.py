@@ -30,8 +30,8 @@ from drake_quad.control.tracking import (
     compute_targets,
 )
 from drake_quad.control.whole_body_qp import plan_forces, solve, torques_of
-from drake_quad.planning.contact_forces import distribute_wrench
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.planning.wrench_distribution import distribute_wrench
 from drake_quad.robot.from_plant import joint_damping
 from drake_quad.robot.kinematics import leg_array
 from drake_quad.robot.model import RobotModel

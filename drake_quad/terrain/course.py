@@ -20,12 +20,8 @@ from drake_quad.errors import InputError
 from drake_quad.jit import jit
 from drake_quad.math.rotations import rotation
 from drake_quad.terrain.boxes import Box, Slab, first_overlap, make_box, move_face
-from drake_quad.terrain.elements import (
-    DEFAULT_WIDTH,
-    TURNING_SPACE,
-    Element,
-    check_elements,
-)
+from drake_quad.terrain.element_checks import check_elements
+from drake_quad.terrain.elements import DEFAULT_WIDTH, TURNING_SPACE, Element
 from drake_quad.terrain.lane import EDGE, Flight, Lane, flight_parts, reverse_lane
 
 

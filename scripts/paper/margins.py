@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from drake_quad.common import FloatArray
 from drake_quad.gait.schedule import GaitSchedule, wave_schedule
-from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.robot.legs import LEGS, SIGNS
 from drake_quad.stability.support_polygon import stability_margins
 from paper.gaits import WORKSPACE, wave_margin

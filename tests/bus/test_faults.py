@@ -112,12 +112,12 @@ def test_each_fault_damps_at_any_moment(
         allowed = {"frozen": 0.06, "silence": 0.1, "tilt": 0.7}.get(fault, 0.002)
         took = damped_after(show, fault)
         assert took <= allowed + 1e-9
-        before = show.loop.told.q
+        before = show.loop.commanded.q
         for _ in range(20):
             show.tick(send=False)
-            assert show.loop.told.stiffness == 0.0
-            assert np.abs(show.loop.told.q - before).max() <= 0.05
-            before = show.loop.told.q
+            assert show.loop.commanded.stiffness == 0.0
+            assert np.abs(show.loop.commanded.q - before).max() <= 0.05
+            before = show.loop.commanded.q
         assert show.loop.largest_step <= 0.05
     if moments == MOMENTS:
         assert {SafetyMode.STANDING_UP, SafetyMode.STANDING, SafetyMode.WALKING} <= modes
@@ -137,14 +137,14 @@ def test_an_error_of_the_controller_damps_the_robot(
 ) -> None:
     """Whatever Python raises in a walk: no stiffness from the same tick on, and it is said why."""
     show = walking_show(tmp_path)
-    assert show.loop.told.stiffness > 0.0
+    assert show.loop.commanded.stiffness > 0.0
 
     def fail(*_: object) -> None:
         raise IndexError("leg 5 is none")
 
     monkeypatch.setattr(show.loop.controller, fails, fail)
     show.tick()
-    assert show.loop.mode == SafetyMode.DAMPING and show.loop.told.stiffness == 0.0
+    assert show.loop.mode == SafetyMode.DAMPING and show.loop.commanded.stiffness == 0.0
     while not show.loop.outcome:
         show.tick()
     assert show.loop.outcome == "damped: the controller failed: IndexError: leg 5 is none"
@@ -185,12 +185,14 @@ def test_a_trunk_that_sinks_ends_the_walk(tmp_path: Path) -> None:
 def test_a_loop_that_cannot_go_on_tells_the_drives_to_damp(tmp_path: Path) -> None:
     """By one message, at any moment: no stiffness, no torque, and no other angles."""
     show = walking_show(tmp_path)
-    before = show.loop.told
+    before = show.loop.commanded
     show.loop.release()
     show.puppet.obey()
-    told = show.loop.told
-    assert told.stiffness == 0.0 and not told.torque.any() and told.damping == before.damping
-    assert show.loop.mode == SafetyMode.DAMPING and np.array_equal(told.q, before.q)
+    command = show.loop.commanded
+    assert (
+        command.stiffness == 0.0 and not command.torque.any() and command.damping == before.damping
+    )
+    assert show.loop.mode == SafetyMode.DAMPING and np.array_equal(command.q, before.q)
 
 
 def test_a_show_without_faults_ends_well(tmp_path: Path) -> None:

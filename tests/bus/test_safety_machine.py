@@ -1,6 +1,7 @@
 """The safety machine: whatever comes, what the drives are told stays within its limits."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,12 +63,12 @@ def test_stiffness_comes_slowly_to_a_joint_that_armed_beyond_its_limit() -> None
     memory, before, reached = initial_safety_memory(limits, 0.0), 0.0, 0.0
     for tick in range(1, 800):
         known = Known(time=0.002 * tick, q=beyond, v=np.zeros(12), request=Request.STAND)
-        memory, told = advance(memory, known, limits, POSTURES, BEARING)
-        spring = told.stiffness * float((told.q - beyond)[0])
+        memory, command = advance(memory, known, limits, POSTURES, BEARING)
+        spring = command.stiffness * float((command.q - beyond)[0])
         whole = limits.stiffness * 0.09
-        if memory.mode == SafetyMode.STANDING_UP and told.stiffness < limits.stiffness:
+        if memory.mode == SafetyMode.STANDING_UP and command.stiffness < limits.stiffness:
             assert abs(spring - before) < 0.1 * whole
-        before, reached = spring, max(reached, told.stiffness)
+        before, reached = spring, max(reached, command.stiffness)
     assert memory.mode == SafetyMode.STANDING_UP and reached == limits.stiffness
 
 
@@ -80,54 +81,57 @@ def test_any_sequence_keeps_the_limits(sequence: list[tuple[Known, int]]) -> Non
         for _ in range(times):
             tick += 1
             before = memory
-            memory, told = advance(memory, at(one, 0.002 * tick), LIMITS, POSTURES, BEARING)
-            assert np.all((told.q >= LIMITS.q_lower) & (told.q <= LIMITS.q_upper))
-            assert np.all(np.abs(told.q - before.told.q) <= 0.05)
-            assert np.all(np.abs(told.v) <= LIMITS.speed)
-            assert np.all(np.abs(told.torque) <= LIMITS.effort)
-            assert np.all(np.abs(told.torque - before.told.torque) <= 0.1 * 50.0 + 1e-9)
-            assert 0.0 <= told.stiffness <= 200.0 and 0.0 <= told.damping <= 5.0
+            memory, command = advance(memory, at(one, 0.002 * tick), LIMITS, POSTURES, BEARING)
+            assert np.all((command.q >= LIMITS.q_lower) & (command.q <= LIMITS.q_upper))
+            assert np.all(np.abs(command.q - before.commanded.q) <= 0.05)
+            assert np.all(np.abs(command.v) <= LIMITS.speed)
+            assert np.all(np.abs(command.torque) <= LIMITS.effort)
+            assert np.all(np.abs(command.torque - before.commanded.torque) <= 0.1 * 50.0 + 1e-9)
+            assert 0.0 <= command.stiffness <= 200.0 and 0.0 <= command.damping <= 5.0
             assert memory.mode in {before.mode, SafetyMode.DAMPING, *NEXT[before.mode]}
             assert one.q is not None
             bad = one.fault or one.age > 0.1 or not np.isfinite(one.q).all()
             if bad or one.up[2] < np.cos(LIMITS.tilt):
-                assert memory.mode == SafetyMode.DAMPING and told.stiffness == 0.0
+                assert memory.mode == SafetyMode.DAMPING and command.stiffness == 0.0
 
 
 @given(drives, drives)
-def test_limits_are_idempotent(wish: Drives, before: Drives) -> None:
+def test_limits_are_idempotent(wanted: Drives, before: Drives) -> None:
     """What is within the limits is left as it is."""
-    first = within_limits(before, initial_safety_memory(LIMITS, 0.0).told, LIMITS)
-    once = within_limits(wish, first, LIMITS)
+    first = within_limits(before, initial_safety_memory(LIMITS, 0.0).commanded, LIMITS)
+    once = within_limits(wanted, first, LIMITS)
     twice = within_limits(once, first, LIMITS)
     assert np.allclose(once.q, twice.q) and np.allclose(once.torque, twice.torque)
 
 
 def run(memory: Memory, seconds: float, tick: int, **facts: object) -> tuple[Memory, Drives, int]:
     """Some time with the joints where they are wanted."""
-    told = memory.told
+    command = memory.commanded
     for _ in range(round(seconds / 0.002)):
         tick += 1
-        base = {"q": memory.told.q, "v": np.zeros(12), "request": Request.STAND, **facts}
-        memory, told = advance(memory, Known(time=0.002 * tick, **base), LIMITS, POSTURES, BEARING)  # type: ignore[arg-type]
-    return memory, told, tick
+        base: Any = {"q": memory.commanded.q, "v": np.zeros(12), "request": Request.STAND}
+        known = Known(time=0.002 * tick, **(base | facts))
+        memory, command = advance(memory, known, LIMITS, POSTURES, BEARING)
+    return memory, command, tick
 
 
 def test_it_stands_up_walks_and_sits_down() -> None:
     """With all well, asked for one after the other, it goes through all modes and ends damped."""
-    memory, told, tick = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0)
-    assert memory.mode == SafetyMode.STANDING and np.allclose(told.q, POSTURES[-1])
-    assert np.allclose(told.torque, BEARING)
-    wish = Drives(np.full(12, 0.5), np.zeros(12), np.full(12, 3.0), 100.0, 1.0)
-    memory, told, tick = run(memory, 0.1, tick, request=Request.WALK, wanted=wish)
+    memory, command, tick = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0)
+    assert memory.mode == SafetyMode.STANDING and np.allclose(command.q, POSTURES[-1])
+    assert np.allclose(command.torque, BEARING)
+    wanted = Drives(np.full(12, 0.5), np.zeros(12), np.full(12, 3.0), 100.0, 1.0)
+    memory, command, tick = run(memory, 0.1, tick, request=Request.WALK, wanted=wanted)
     assert (
-        memory.mode == SafetyMode.WALKING and np.allclose(told.q, 0.5) and told.stiffness == 100.0
+        memory.mode == SafetyMode.WALKING
+        and np.allclose(command.q, 0.5)
+        and command.stiffness == 100.0
     )
-    memory, told, tick = run(memory, 0.01, tick, request=Request.NOTHING, ended="goal_reached")
-    assert memory.mode == SafetyMode.STANDING and np.allclose(told.q, 0.5)
-    memory, told, _ = run(memory, 0.2, tick, request=Request.SIT)
+    memory, command, tick = run(memory, 0.01, tick, request=Request.NOTHING, ended="goal_reached")
+    assert memory.mode == SafetyMode.STANDING and np.allclose(command.q, 0.5)
+    memory, command, _ = run(memory, 0.2, tick, request=Request.SIT)
     assert memory.mode == SafetyMode.DAMPING and memory.reason == "sat down"
-    assert told.stiffness == 0.0
+    assert command.stiffness == 0.0
 
 
 @pytest.mark.parametrize(
@@ -142,8 +146,8 @@ def test_it_stands_up_walks_and_sits_down() -> None:
 )
 def test_it_arms_in_a_sane_posture_alone(facts: dict[str, object], why: str) -> None:
     """Beyond limits, moving, tilted, or of an old or faulty state it stays damped, and says why."""
-    memory, told, _ = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0, **facts)
-    assert memory.mode == SafetyMode.DAMPING and why in memory.reason and told.stiffness == 0.0
+    memory, command, _ = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0, **facts)
+    assert memory.mode == SafetyMode.DAMPING and why in memory.reason and command.stiffness == 0.0
 
 
 def test_a_robot_that_sinks_does_not_arm_before_it_lies() -> None:
@@ -169,8 +173,8 @@ def test_slow_drives_get_lower_gains() -> None:
 def test_a_late_state_makes_the_last_command_hold() -> None:
     """Between 20 and 100 ms the wanted angles stand still, stiff; then the robot is damped."""
     memory, before, tick = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0)
-    memory, told, tick = run(memory, 0.02, tick, age=0.05, request=Request.WALK)
+    memory, command, tick = run(memory, 0.02, tick, age=0.05, request=Request.WALK)
     assert memory.mode == SafetyMode.STANDING and memory.holding
-    assert np.array_equal(told.q, before.q) and told.stiffness == 200.0
-    memory, told, _ = run(memory, 0.002, tick, age=0.11)
-    assert memory.mode == SafetyMode.DAMPING and told.stiffness == 0.0
+    assert np.array_equal(command.q, before.q) and command.stiffness == 200.0
+    memory, command, _ = run(memory, 0.002, tick, age=0.11)
+    assert memory.mode == SafetyMode.DAMPING and command.stiffness == 0.0

@@ -10,8 +10,8 @@ from rig import flat_course, paper_robot, stairs_course, walk_plan
 from drake_quad.certificate.bounds import TOLERANCE, make_demand, pose_problem, prove
 from drake_quad.certificate.cells import cut_pieces
 from drake_quad.certificate.certify import CLAIMS, Certificate, certify_plans
-from drake_quad.certificate.clearance import find_box_obstacles
 from drake_quad.certificate.failure import check_joins, first_failure
+from drake_quad.certificate.obstacles import find_box_obstacles
 from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.terrain.course import Course, build_course

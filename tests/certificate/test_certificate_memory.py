@@ -10,7 +10,8 @@ from drake_quad.certificate import bounds as cell_bounds, clearance as feet_room
 from drake_quad.certificate.bounds import TOLERANCE
 from drake_quad.certificate.cells import cut_pieces
 from drake_quad.certificate.certify import certify_plans
-from drake_quad.certificate.clearance import _faces, find_box_obstacles, find_footholds
+from drake_quad.certificate.clearance import find_footholds
+from drake_quad.certificate.obstacles import _faces, find_box_obstacles
 from drake_quad.terrain.course import build_course
 from drake_quad.terrain.elements import Element
 

@@ -10,7 +10,8 @@ from certificate_rig import paper_shank, prepared
 from rig import paper_robot
 
 from drake_quad.certificate.cells import cut_pieces
-from drake_quad.certificate.clearance import find_box_obstacles, find_footholds
+from drake_quad.certificate.clearance import find_footholds
+from drake_quad.certificate.obstacles import find_box_obstacles
 from drake_quad.certificate.robust import (
     STEPS,
     RobustProof,

@@ -20,7 +20,7 @@ import drake_quad as dq
 from drake_quad.cli import main as cli
 from drake_quad.cli.main import app
 from drake_quad.cli.runs import print_plan
-from drake_quad.runs.reader import read_summary
+from drake_quad.runs.read_summary import read_summary
 
 FLOOR = "{kind: floor, length: 4.0}"
 UP = "{kind: stairs, going: up, rise: 0.13, run: 0.5, count: 6}"

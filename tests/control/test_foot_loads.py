@@ -18,7 +18,7 @@ from drake_quad.control.contact_load import (
 )
 from drake_quad.gait.swing import Swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
-from drake_quad.planning.motion_plan import phase_table
+from drake_quad.planning.phase_table import phase_table
 from drake_quad.robot.legs import LEGS, SIGNS
 
 

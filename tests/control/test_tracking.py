@@ -27,7 +27,7 @@ from drake_quad.control.kernel_state import (
     Pace,
     new_memory,
 )
-from drake_quad.planning.motion_plan import PlannedFeet
+from drake_quad.planning.phase_table import PlannedFeet
 
 seeds = st.integers(0, 2**32 - 1)
 examples = settings(max_examples=40)

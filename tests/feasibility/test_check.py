@@ -30,7 +30,7 @@ from drake_quad.feasibility.check_report import (
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.flight import Around, make_stairs_scenario
 from drake_quad.feasibility.robot_picture import save_picture
-from drake_quad.gait_design import designer, search as choose
+from drake_quad.gait_design import choose_gait as choose, designer
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.planning.contact_forces import torque_ratio
 from drake_quad.planning.mission import check_plan

@@ -9,7 +9,7 @@ from rig import paper_robot
 
 from drake_quad.feasibility.curve_picture import save_speed_curve
 from drake_quad.gait_design import speed_curve
-from drake_quad.gait_design.wish import Wish
+from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
 
@@ -26,7 +26,7 @@ def test_the_curve_goes_down_and_its_points_can_be_run(
     speeds, margins = [p.speed for p in curve.points], [p.margin for p in curve.points]
     assert speeds == sorted(speeds) and margins == sorted(margins, reverse=True)
     assert len(set(speeds)) == len(speeds) >= 2
-    safe = Wish("speed").least_margin(paper_robot(), slow.margin)
+    safe = GaitPreference("speed").least_margin(paper_robot(), slow.margin)
     assert min(p.margin for p in curve.points) >= safe
     save_speed_curve(curve, tmp_path / "curve", "the paper's robot")
     told = json.loads((tmp_path / "curve" / "curve.json").read_text())

@@ -188,7 +188,7 @@ def test_no_build_is_easier_than_closed_risers() -> None:
     for build in ({"overhang": 0.12}, {"open": True}):
         same = check_same_gait(closed, replace(closed.stairs, **build))
         assert same is not None and same.designed is not None
-        assert same.designed.room.weighted == pytest.approx(closed.designed.room.weighted)
+        assert same.designed.clearance.weighted == pytest.approx(closed.designed.clearance.weighted)
         assert same.margin == pytest.approx(closed.margin)
 
 

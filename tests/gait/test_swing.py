@@ -10,7 +10,7 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.gait.swing import Swing, paper_swing, plan_swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
-from drake_quad.planning.motion_plan import phase_table, sample_feet
+from drake_quad.planning.phase_table import phase_table, sample_feet
 from drake_quad.robot.legs import Leg
 
 H, W, DELTA_H = 0.13, 0.5, 0.02

@@ -11,10 +11,17 @@ from rig import URL, paper_robot
 from drake_quad.cli.check_answer import certificate_words
 from drake_quad.errors import InputError
 from drake_quad.feasibility import check_report
-from drake_quad.feasibility.check import Feasibility, check_flight, check_wish
+from drake_quad.feasibility.check import Feasibility, check_flight, check_preference
 from drake_quad.feasibility.check_picture import draw_check
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.preference import (
+    KEPT,
+    GaitPreference,
+    RequiredMargins,
+    required_margins,
+)
+from drake_quad.gait_design.quicken import quicken
 from drake_quad.gait_design.tempo import (
     ZMP_EVERY,
     balanced_by_motion,
@@ -22,8 +29,6 @@ from drake_quad.gait_design.tempo import (
     least_zmp_margin,
     usual_tempo,
 )
-from drake_quad.gait_design.tempo_search import quicken
-from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.stability.equilibrium_region import FRICTION
@@ -32,7 +37,7 @@ from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.elements import Stairs
 from drake_quad.util.numbers import whole_millimetres
 
-MOVING = Wish(balance="dynamic")
+MOVING = GaitPreference(balance="dynamic")
 
 
 @lru_cache
@@ -45,13 +50,13 @@ def test_the_zero_moment_points_margin_is_what_counts() -> None:
     """It is kept, for safety or as a share of the slow gait's, whatever the static margin."""
     robot = paper_robot()
     safe = safe_margin(robot)
-    assert what_is_kept(MOVING, robot, 0.002, 0.08) == Kept(safe, safe)
+    assert required_margins(MOVING, robot, 0.002, 0.08) == RequiredMargins(safe, safe)
     share = replace(MOVING, prefer="balanced")
-    assert what_is_kept(share, robot, 0.002, 0.08) == Kept(KEPT * 0.08, KEPT * 0.08)
+    assert required_margins(share, robot, 0.002, 0.08) == RequiredMargins(KEPT * 0.08, KEPT * 0.08)
     given = replace(MOVING, min_margin=0.013)
-    assert what_is_kept(given, robot, 0.08, 0.08) == Kept(0.013, 0.013)
+    assert required_margins(given, robot, 0.08, 0.08) == RequiredMargins(0.013, 0.013)
     assert MOVING.quick and MOVING.less_margin and MOVING.steps() == (MOVING,)
-    assert not Wish().dynamic
+    assert not GaitPreference().dynamic
 
 
 def test_a_scenario_stays_as_it_was() -> None:
@@ -69,7 +74,7 @@ def test_a_gait_balanced_by_its_motion_is_quicker_and_keeps_the_point_within_the
     """The plan's margin is that of its zero-moment point; its static margin may be negative."""
     robot, quick = paper_robot(), moving()
     assert quick.scenario.body.balance == "dynamic" and quick.plan.dynamic
-    answer = Feasibility(quick.scenario, quick, "", {}, robot, wish=MOVING, slow=designed())
+    answer = Feasibility(quick.scenario, quick, "", {}, robot, preference=MOVING, slow=designed())
     assert answer.fulfilled and answer.balanced_by_motion and answer.certificate is None
     assert answer.speed is not None and answer.slow_pace is not None
     slow = answer.slow_pace.slowest
@@ -95,7 +100,7 @@ def test_a_gait_balanced_by_its_motion_is_quicker_and_keeps_the_point_within_the
 def test_the_answer_says_how_it_is_balanced() -> None:
     """The zero-moment point's margin in the first line; the static one beside what is left."""
     robot, quick = paper_robot(), moving()
-    answer = Feasibility(quick.scenario, quick, "", {}, robot, wish=MOVING, slow=designed())
+    answer = Feasibility(quick.scenario, quick, "", {}, robot, preference=MOVING, slow=designed())
     question = {"rise": 0.12, "run": RUN, "count": COUNT}
     told = feasibility_report(answer, robot, source=URL, asked=question)
     words = f"its zero-moment point at least {whole_millimetres(quick.margin)} mm within its feet"
@@ -123,7 +128,7 @@ def test_the_answer_says_how_it_is_balanced() -> None:
 
 def test_where_no_such_gait_is_found_the_answer_says_so() -> None:
     """The gait found for margin is kept, and is not what was asked for."""
-    check = replace(found(), wish=MOVING)
+    check = replace(found(), preference=MOVING)
     assert not check.fulfilled
     question = {"rise": 0.12, "run": RUN, "count": COUNT}
     told = feasibility_report(check, paper_robot(), source=URL, asked=question)
@@ -142,14 +147,14 @@ def test_a_speed_that_the_slow_gait_has_is_still_balanced_by_motion() -> None:
 def test_no_proof_about_static_gaits_answers_a_question_about_others() -> None:
     """A proof that no static gait climbs a wall says nothing of gaits balanced by their motion."""
     wall = Stairs(rise=1.3, run=0.25, count=2)
-    for wish, proven in ((Wish(), True), (MOVING, False)):
-        answer = check_flight(URL, wall, wish=wish, nearest=False, robot=paper_robot())
+    for preference, proven in ((GaitPreference(), True), (MOVING, False)):
+        answer = check_flight(URL, wall, preference=preference, nearest=False, robot=paper_robot())
         assert not answer.feasible and (answer.proof is not None) is proven
 
 
 def test_a_wish_that_is_not_met_on_level_ground_is_said_so() -> None:
     """There is no speed on a flight, but the answer's first line still says so."""
-    check = replace(found(), wish=MOVING)
+    check = replace(found(), preference=MOVING)
     question = {"rise": 0.12, "run": RUN, "count": COUNT}
     told = feasibility_report(check, paper_robot(), source=URL, asked=question)
     level = told | {"pace": told["pace"] | {"speed": None}}
@@ -158,10 +163,10 @@ def test_a_wish_that_is_not_met_on_level_ground_is_said_so() -> None:
 
 def test_what_does_not_go_together_is_refused() -> None:
     """One line that names the option, and what would be right."""
-    for wish, margin, named in (
-        (Wish(balance="moving"), "hull", "--balance: balance = 'moving'"),
+    for preference, margin, named in (
+        (GaitPreference(balance="moving"), "hull", "--balance: balance = 'moving'"),
         (MOVING, FRICTION, f"--margin: margin = '{FRICTION}'"),
     ):
         with pytest.raises(InputError) as error:
-            check_wish(wish, margin)
+            check_preference(preference, margin)
         assert named in str(error.value) and "give" in str(error.value)

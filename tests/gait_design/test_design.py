@@ -24,12 +24,12 @@ from drake_quad.gait_design.candidates import (
     make_cycle,
     make_foothold_patterns,
 )
+from drake_quad.gait_design.choose_gait import choose_gaits
 from drake_quad.gait_design.designer import FOUND_RADIUS, control_fields, scenario_fields
 from drake_quad.gait_design.objective import NAMES, evaluate_candidates
-from drake_quad.gait_design.search import choose_gaits
 from drake_quad.math.ground_distance import point_to_stairs
 from drake_quad.planning.clearance import from_ground, from_nosings
-from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import DESIGNED, parse_scenario
 from drake_quad.terrain.elements import Stairs
@@ -116,7 +116,7 @@ def test_design_and_plan_agree_on_the_room() -> None:
     check = check_flight(MODEL, Stairs(0.17, 0.29, 3))
     assert check.designed is not None
     designed = check.designed
-    assert designed.margin > 0.02 and designed.room.distance > 0.005
+    assert designed.margin > 0.02 and designed.clearance.distance > 0.005
     assert designed.scenario.design == "given" and set(designed.design.slacks) == set(NAMES)
     assert designed.margin >= designed.design.slacks["margin"] - 0.03
 

@@ -10,11 +10,11 @@ from rig import paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.check import check_flight
-from drake_quad.gait_design import search as choose
+from drake_quad.gait_design import choose_gait as choose
 from drake_quad.gait_design.candidates import Staircase, candidate_bounds, make_candidates
+from drake_quad.gait_design.choose_gait import ENOUGH, choose_gaits, describe_gait
 from drake_quad.gait_design.search import (
     AGAIN,
-    ENOUGH,
     HOPELESS,
     QUICK,
     SEARCH_SETTINGS,
@@ -22,10 +22,8 @@ from drake_quad.gait_design.search import (
     THOROUGH,
     Search,
     SearchSettings,
-    choose_gaits,
-    describe_gait,
 )
-from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.terrain.elements import Stairs
 
 

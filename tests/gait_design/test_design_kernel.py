@@ -18,17 +18,7 @@ from drake_quad.gait_design.candidates import (
     make_cycle,
     make_foothold_patterns,
 )
-from drake_quad.gait_design.kernels import (
-    SHANK,
-    THIGH,
-    best_sway,
-    centre_of_mass,
-    joint_angles,
-    place_points,
-    pose_of,
-    static_foot_loads,
-    torque_used,
-)
+from drake_quad.gait_design.clearance_kernels import SHANK, THIGH, place_points
 from drake_quad.gait_design.objective import (
     NAMES,
     evaluate_candidates,
@@ -36,9 +26,17 @@ from drake_quad.gait_design.objective import (
     robot_tables,
     wanted_with_tolerance,
 )
+from drake_quad.gait_design.pose_kernels import (
+    best_sway,
+    centre_of_mass,
+    joint_angles,
+    pose_of,
+    static_foot_loads,
+    torque_used,
+)
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.clearance import knee_axes, shank_middles
-from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.kinematics import calc_jacobians, calc_knees, leg_array, leg_row
 from drake_quad.robot.model import SHANK_POINTS

@@ -18,7 +18,7 @@ from drake_quad.gait_design.candidates import (
     make_cycle,
     make_foothold_patterns,
 )
-from drake_quad.gait_design.kernels import (
+from drake_quad.gait_design.clearance_kernels import (
     SHANK,
     THIGH,
     clearance_between_legs,

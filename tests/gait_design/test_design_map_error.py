@@ -9,10 +9,10 @@ from rig import paper_robot
 from drake_quad.feasibility.flight import make_stairs_scenario
 from drake_quad.gait_design import designer
 from drake_quad.gait_design.candidates import Staircase
+from drake_quad.gait_design.choose_gait import Design, choose_gaits
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.objective import LEANING, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
-from drake_quad.gait_design.search import Design, choose_gaits
 from drake_quad.scenario.config import Scenario
 from drake_quad.terrain.elements import Stairs
 
@@ -35,7 +35,7 @@ def test_shanks_keep_room_for_what_the_map_may_be_off() -> None:
     for error, wanted in ((0.0, usual), (ERROR, careful)):
         designed = design_scenario(asked(error), robot=robot)
         assert designed.scenario.gait.shank_room == pytest.approx(wanted.legs, abs=1e-4)
-        assert 0.8 * wanted.legs < designed.room.weighted < 1.5 * wanted.legs
+        assert 0.8 * wanted.legs < designed.clearance.weighted < 1.5 * wanted.legs
 
 
 def test_stairs_without_so_much_room_are_climbed_all_the_same(

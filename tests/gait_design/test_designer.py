@@ -55,7 +55,7 @@ def test_a_design_is_no_better_than_itself() -> None:
     assert tried_against(designed()) is None
     again = tried_against(None)
     assert again is not None
-    assert again.margin == designed().margin and again.room == designed().room
+    assert again.margin == designed().margin and again.clearance == designed().clearance
     assert again.quality == designed().quality
 
 

@@ -21,9 +21,9 @@ from drake_quad.gait_design.foot_speeds import (
 )
 from drake_quad.gait_design.pace import JointPeak, PlanPace, joint_speeds
 from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.preference import RequiredMargins
 from drake_quad.gait_design.tempo import Tempo, TempoTrial
 from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch, is_calm
-from drake_quad.gait_design.wish import Kept
 from drake_quad.planning.mission import initial_stance, plan_tasks
 from drake_quad.planning.step_builder import goes, peak_speed
 from drake_quad.robot.legs import LEGS
@@ -138,7 +138,7 @@ def test_feet_that_were_slowed_for_one_joint_become_as_fast_as_their_own(
     trials = Trials(suits, slow)
     monkeypatch.setattr(tempo_search, "try_tempo", trials)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
-    search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+    search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
     found = search.trial(1.0, 0.5)
     assert found is not None and is_calm(found)
     assert found.tempo.speeds.like(suits, 1e-9)
@@ -166,7 +166,7 @@ def test_feet_are_only_as_fast_as_the_margin_allows(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(tempo_search, "try_tempo", trials)
         monkeypatch.setattr(TempoSearch, "_spare", spare)
         gait = GaitChoice(slow.scenario, slow.design, planned=True)
-        search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+        search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
         found = search.trial(1.0, 0.5)
         assert found is not None and found.tempo.speeds.like(wanted, 1e-6)
         again = search.trial(1.0, 0.6)
@@ -181,5 +181,5 @@ def test_feet_that_no_joint_holds_back_are_not_planned_twice(
     trials = Trials(FootSpeeds.all_at(ANY_SPEED), slow)
     monkeypatch.setattr(tempo_search, "try_tempo", trials)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
-    search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+    search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
     assert search.trial(1.0, 0.5) is not None and len(trials.asked) == 1

@@ -1,4 +1,4 @@
-"""A gait's times are chosen as is wished for, and what they promise is the plan's own."""
+"""A gait's times are chosen as is preferred, and what they promise is the plan's own."""
 
 import copy
 from dataclasses import replace
@@ -15,9 +15,16 @@ from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design import tempo_search
 from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.choose_gait import choose_longer_gaits
 from drake_quad.gait_design.foot_speeds import NO_SPEEDS, PEAK
 from drake_quad.gait_design.pace import measure_pace
-from drake_quad.gait_design.search import choose_longer_gaits
+from drake_quad.gait_design.preference import (
+    KEPT,
+    GaitPreference,
+    RequiredMargins,
+    required_margins,
+)
+from drake_quad.gait_design.quicken import fastest, quicken
 from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
     Tempo,
@@ -33,15 +40,12 @@ from drake_quad.gait_design.tempo_search import (
     STRETCH,
     GaitChoice,
     TempoSearch,
-    fastest,
-    quicken,
 )
-from drake_quad.gait_design.wish import KEPT, Kept, Wish, what_is_kept
-from drake_quad.planning.footholds import FootholdPattern
-from drake_quad.planning.footsteps import plan_walk_footsteps
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.step_builder import peak_speed
+from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import MissionElement, Scenario
@@ -101,7 +105,7 @@ def test_what_is_spared_is_of_the_margin_that_has_less(
     kept: tuple[float, float], left: tuple[float, float], more: float
 ) -> None:
     """Neither margin falls short of what is to be kept if something is spared; more leaves less."""
-    wanted = Kept(*kept)
+    wanted = RequiredMargins(*kept)
     spare = wanted.spare(*left)
     assert (spare >= 0.0) == (left[0] >= kept[0] and left[1] >= kept[1])
     assert wanted.more(more).spare(*left) == pytest.approx(spare - more, abs=1e-12)
@@ -110,7 +114,7 @@ def test_what_is_spared_is_of_the_margin_that_has_less(
 def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
     """The plan keeps 0.8 of either margin, no joint is near its limit, the flight is walked so."""
     robot, slow = paper_robot(), designed()
-    quick = quicken(slow, robot, Wish("balanced"))
+    quick = quicken(slow, robot, GaitPreference("balanced"))
     course = course_of(quick.scenario, foot_radius=robot.foot_radius)
     tasks = mission_of(quick.scenario, course)
     before, after = (measure_pace(robot, course, tasks, d.plan) for d in (slow, quick))
@@ -133,7 +137,7 @@ def test_much_speed_is_no_less_than_a_balanced_gait_has() -> None:
     robot, slow = paper_robot(), designed()
     course = course_of(slow.scenario, foot_radius=robot.foot_radius)
     tasks = mission_of(slow.scenario, course)
-    found = [quicken(slow, robot, Wish(prefer)) for prefer in ("balanced", "speed")]
+    found = [quicken(slow, robot, GaitPreference(prefer)) for prefer in ("balanced", "speed")]
     paces = [measure_pace(robot, course, tasks, d.plan) for d in found]
     assert paces[0].slowest is not None and paces[1].slowest is not None
     assert paces[1].slowest.speed >= paces[0].slowest.speed
@@ -147,20 +151,23 @@ def test_a_gait_for_speed_has_a_balanced_one_to_begin_with(monkeypatch: pytest.M
         robot, (course := course_of(slow.scenario, foot_radius=robot.foot_radius)),
         mission_of(slow.scenario, course), slow.plan,
     )  # fmt: skip
-    asked: list[Kept] = []
+    asked: list[RequiredMargins] = []
 
-    def quickest(self: TempoSearch, enough: float | None, than: float, kept: Kept) -> None:
+    def quickest(
+        self: TempoSearch, enough: float | None, than: float, kept: RequiredMargins
+    ) -> None:
         asked.append(kept)
 
     monkeypatch.setattr(TempoSearch, "quickest", quickest)
-    assert quicken(slow, robot, Wish("speed")) is slow
+    assert quicken(slow, robot, GaitPreference("speed")) is slow
     wanted = [
-        what_is_kept(Wish(p), robot, slow.margin, before.zmp_margin) for p in ("balanced", "speed")
+        required_margins(GaitPreference(p), robot, slow.margin, before.zmp_margin)
+        for p in ("balanced", "speed")
     ]
     assert asked == wanted and asked[0].margin > asked[1].margin
     # A gait that has hardly more than a safe run's margin: 0.8 of it are not enough.
     asked.clear()
-    quicken(replace(slow, margin=1.1 * safe_margin(robot)), robot, Wish("speed"))
+    quicken(replace(slow, margin=1.1 * safe_margin(robot)), robot, GaitPreference("speed"))
     assert [k.margin for k in asked] == [safe_margin(robot)]
 
 
@@ -175,7 +182,7 @@ def test_longer_swings_are_tried_where_the_usual_ones_find_nothing(
         seen.append(self._stretch)
 
     choice = GaitChoice(slow.scenario, slow.design, planned=True)
-    search = TempoSearch(choice, slow, robot, Kept(0.01, 0.01), "test")
+    search = TempoSearch(choice, slow, robot, RequiredMargins(0.01, 0.01), "test")
     with monkeypatch.context() as patched:
         patched.setattr(TempoSearch, "_quickest_so", nothing)
         assert search.quickest(None, 0.05) is None
@@ -221,9 +228,13 @@ def test_gaits_that_go_farther_in_a_cycle_do() -> None:
 
 def test_only_wishes_for_less_margin_look_at_gaits_that_go_as_far() -> None:
     """A balanced gait keeps most of the margin: others are looked at where it need not."""
-    assert not Wish().less_margin and not Wish("balanced").less_margin
-    for wish in (Wish("speed"), Wish(speed=0.1), Wish("balanced", min_margin=0.01)):
-        assert wish.less_margin
+    assert not GaitPreference().less_margin and not GaitPreference("balanced").less_margin
+    for preference in (
+        GaitPreference("speed"),
+        GaitPreference(speed=0.1),
+        GaitPreference("balanced", min_margin=0.01),
+    ):
+        assert preference.less_margin
 
 
 def test_a_gait_that_goes_farther_is_taken_for_its_speed() -> None:
@@ -235,7 +246,7 @@ def test_a_gait_that_goes_farther_is_taken_for_its_speed() -> None:
     course = course_of(slow.scenario, foot_radius=robot.foot_radius)
     own = GaitChoice(slow.scenario, slow.design)
     assert gait.treads / gait.places_per_tread > 0.5
-    quick = quicken(replace(slow, scenario=half), robot, Wish("balanced"), others=[own])
+    quick = quicken(replace(slow, scenario=half), robot, GaitPreference("balanced"), others=[own])
     assert quick.scenario.gait.treads == gait.treads
     tasks = mission_of(quick.scenario, course)
     pace = measure_pace(robot, course, tasks, quick.plan)
@@ -272,7 +283,7 @@ def test_feet_are_made_slower_where_a_joint_would_turn_too_fast(
 
     monkeypatch.setattr(tempo_search, "try_tempo", refuse)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
-    search = TempoSearch(gait, slow, robot, Kept(0.01, 0.01), "test")
+    search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
     assert search.trial(1.0, 0.5) is None
     assert asked[1:] == pytest.approx([3.0 / k * PEAK / 2.0 for k in range(1, PLANS)])
 
@@ -310,38 +321,40 @@ def test_tall_swings_last_as_long_as_their_feet_take() -> None:
 def test_what_is_not_asked_for_is_not_changed() -> None:
     """For margin, or for less speed than there is, the gait is the very same."""
     slow = designed()
-    assert quicken(slow, paper_robot(), Wish()) is slow
-    assert quicken(slow, paper_robot(), Wish(speed=0.001)) is slow
+    assert quicken(slow, paper_robot(), GaitPreference()) is slow
+    assert quicken(slow, paper_robot(), GaitPreference(speed=0.001)) is slow
     answer = Feasibility(slow.scenario, slow, "", {}, paper_robot())
     speed = answer.speed
     assert speed is not None  # what counts as met is not made worse
-    assert quicken(slow, paper_robot(), Wish(speed=1.02 * speed)) is slow
-    assert quicken(slow, paper_robot(), Wish(min_margin=10.0 * slow.margin)) is slow
-    assert found().wish == Wish() and found().slow is found().designed
+    assert quicken(slow, paper_robot(), GaitPreference(speed=1.02 * speed)) is slow
+    assert quicken(slow, paper_robot(), GaitPreference(min_margin=10.0 * slow.margin)) is slow
+    assert found().preference == GaitPreference() and found().slow is found().designed
 
 
 def test_wishes_say_which_margin_is_kept() -> None:
     """A share of the gait's for balance, a safe one for speed, or the one that was given."""
     robot = paper_robot()
-    assert Wish("balanced").least_margin(robot, 0.1) == pytest.approx(0.8 * 0.1)
-    assert Wish("speed").least_margin(robot, 0.1) == pytest.approx(safe_margin(robot))
-    assert Wish("speed").least_margin(robot, 0.01) == 0.01
-    assert Wish("speed", min_margin=0.05).least_margin(robot, 0.1) == 0.05
+    assert GaitPreference("balanced").least_margin(robot, 0.1) == pytest.approx(0.8 * 0.1)
+    assert GaitPreference("speed").least_margin(robot, 0.1) == pytest.approx(safe_margin(robot))
+    assert GaitPreference("speed").least_margin(robot, 0.01) == 0.01
+    assert GaitPreference("speed", min_margin=0.05).least_margin(robot, 0.1) == 0.05
 
 
 @pytest.mark.parametrize(
     ("wish", "named"),
     [
-        (Wish("fast"), "--prefer: prefer = 'fast'"),
-        (Wish(speed=0.0), "--speed: speed = 0.0"),
-        (Wish(speed=float("nan")), "--speed: speed = nan"),
-        (replace(Wish(), min_margin=-0.1), "--min-margin: min_margin = -0.1"),
+        (GaitPreference("fast"), "--prefer: prefer = 'fast'"),
+        (GaitPreference(speed=0.0), "--speed: speed = 0.0"),
+        (GaitPreference(speed=float("nan")), "--speed: speed = nan"),
+        (replace(GaitPreference(), min_margin=-0.1), "--min-margin: min_margin = -0.1"),
     ],
 )
-def test_what_cannot_be_wished_for_is_an_error_that_names_it(wish: Wish, named: str) -> None:
+def test_a_preference_that_cannot_be_used_is_an_error_that_names_it(
+    preference: GaitPreference, named: str
+) -> None:
     """One line with option, value and what would be right."""
     with pytest.raises(InputError) as error:
-        wish.check()
+        preference.check()
     assert named in str(error.value) and "give" in str(error.value)
 
 
@@ -349,17 +362,19 @@ def test_a_wish_that_is_not_met_is_said_so() -> None:
     """The answer's first line has the speed, and says that it is not the one asked for."""
     question = {"rise": 0.12, "run": RUN, "count": COUNT}
 
-    def answer(wish: Wish) -> str:
-        check = replace(found(), wish=wish)
+    def answer(preference: GaitPreference) -> str:
+        check = replace(found(), preference=preference)
         told = feasibility_report(check, paper_robot(), source=URL, asked=question)
         return str(told["answer"])
 
     speed = found().speed
     assert speed is not None
-    assert answer(Wish(speed=9.0)).endswith(f"at {speed:.3f} m/s, which is not what was asked for")
-    assert answer(Wish(min_margin=1.0)).endswith("which is not what was asked for")
-    assert answer(Wish(speed=0.9 * speed)).endswith(f"at {speed:.3f} m/s")
-    assert "m/s" not in answer(Wish())
+    assert answer(GaitPreference(speed=9.0)).endswith(
+        f"at {speed:.3f} m/s, which is not what was asked for"
+    )
+    assert answer(GaitPreference(min_margin=1.0)).endswith("which is not what was asked for")
+    assert answer(GaitPreference(speed=0.9 * speed)).endswith(f"at {speed:.3f} m/s")
+    assert "m/s" not in answer(GaitPreference())
 
 
 def test_a_path_that_seeks_less_is_tried_if_it_begins_with_more_margin(
@@ -383,7 +398,7 @@ def test_a_path_that_seeks_less_is_tried_if_it_begins_with_more_margin(
         sought.append((round(first, 3), begun[-1]))
         return "found" if begun[-1] == -0.01 else None
 
-    search._kept = Kept(0.02, 0.02)
+    search._kept = RequiredMargins(0.02, 0.02)
     monkeypatch.setattr(search, "_usual", lambda _: Tempo(0.5, 0.1, 0.5), raising=False)
     monkeypatch.setattr(search, "_longest_switch", lambda *_: 1.5, raising=False)
     monkeypatch.setattr(search, "_rooms", rooms, raising=False)
@@ -402,10 +417,10 @@ def test_more_is_asked_of_a_short_course_until_the_whole_one_keeps_enough(
     answer was the slow gait, where steps of 0.07 m had a gait almost three times as fast.
     """
     search = object.__new__(TempoSearch)
-    search._kept, search._fewer, search._whole = Kept(0.02, 0.02), Scenario(), Scenario()
+    search._kept, search._fewer, search._whole = RequiredMargins(0.02, 0.02), Scenario(), Scenario()
     seeks: list[float] = []
 
-    def seek(kept: Kept, _first: float, _faster: float) -> object:
+    def seek(kept: RequiredMargins, _first: float, _faster: float) -> object:
         seeks.append(kept.margin)
         return SimpleNamespace(tempo=kept.margin)
 

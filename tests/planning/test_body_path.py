@@ -13,9 +13,9 @@ from drake_quad.math.curves import BodySpline
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference, body_pitch, level_pose, robot_stance
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
-from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.stability.support_polygon import stability_margins
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings, strategies as st
 from drake_quad.common import FloatArray
 from drake_quad.gait.swing import Swing
 from drake_quad.planning.contact_plan import ContactPlan, Step
-from drake_quad.planning.motion_plan import phase_table, sample_feet
+from drake_quad.planning.phase_table import phase_table, sample_feet
 from drake_quad.robot.legs import LEGS, SIGNS
 
 seeds = st.integers(0, 2**32 - 1)

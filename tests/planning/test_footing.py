@@ -21,13 +21,13 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.mission import join_plans
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.replan import replan_task
 from drake_quad.planning.stance_margin import Footing, footing_of
 from drake_quad.planning.task import plan_task
+from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.plan_report import describe_plan

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings, strategies as st
 from scipy.optimize import linprog
 
 from drake_quad.common import FloatArray, Vector
-from drake_quad.planning.contact_forces import UPRIGHT, distribute_wrench
+from drake_quad.planning.wrench_distribution import UPRIGHT, distribute_wrench
 from drake_quad.robot.legs import SIGNS
 from drake_quad.stability.support_polygon import stability_margin
 

@@ -8,9 +8,10 @@ from hypothesis import given, settings, strategies as st
 from rig import course_of, paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.planning.footholds import SHORTEST_LANDING, FootholdGrid, make_foothold_grid
-from drake_quad.planning.footsteps import foothold
+from drake_quad.planning.foothold_grid import FootholdGrid, make_foothold_grid
 from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings
+from drake_quad.planning.settled_places import SHORTEST_LANDING
+from drake_quad.planning.walk_footsteps import foothold
 from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.elements import Element
 from drake_quad.terrain.lane import Lane

@@ -24,7 +24,6 @@ from drake_quad.planning.body_problem import FIRST_PHASE, SHANKS, make_basis
 from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.clearance import trunk_clearance
 from drake_quad.planning.contact_plan import sample_times, swing_times
-from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.leg_limits import (
     SAFE,
     TRUNK_SHARE,
@@ -37,6 +36,7 @@ from drake_quad.planning.leg_limits import (
 )
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.kinematics import calc_feet, calc_knees
 from drake_quad.robot.model import PATH, RobotModel, ThighStops
 

@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from drake_quad.planning.footholds import LIFT_OFF, FootholdPattern
+from drake_quad.planning.foothold_pattern import LIFT_OFF, FootholdPattern
 from drake_quad.robot.legs import LEGS, Leg
 
 PATTERNS = [FootholdPattern(treads, lag) for treads, lag in product((1, 2, 3), (1, 2, 3, 4))]

@@ -16,9 +16,10 @@ from drake_quad.gait_design.candidates import (
     make_foothold_patterns,
 )
 from drake_quad.planning.body_reference import body_lift
-from drake_quad.planning.footholds import FootholdPattern, make_foothold_grid
-from drake_quad.planning.footsteps import foothold
+from drake_quad.planning.foothold_grid import make_foothold_grid
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings
+from drake_quad.planning.walk_footsteps import foothold
 from drake_quad.robot.legs import LEGS, WAVE_ORDER
 
 RUN = 0.5

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rig import paper_robot, stairs_course, stance_at
 
-from drake_quad.planning.footsteps import plan_walk_footsteps
 from drake_quad.planning.pose_search import PoseSearch, Shortage
 from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.model import RobotModel
 
 KEPT = 0.02  # [m] of margin

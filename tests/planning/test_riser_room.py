@@ -11,12 +11,13 @@ from rig import flat_course, paper_robot, stairs_course
 from drake_quad.errors import PlanningError
 from drake_quad.planning import task as plan_task_module, task as riser_room_module
 from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.footholds import FootholdPattern, make_foothold_grid
-from drake_quad.planning.footsteps import foothold, plan_walk_footsteps
+from drake_quad.planning.foothold_grid import make_foothold_grid
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
 from drake_quad.planning.task import GOOD_GAP, gap_to_riser, initial_setback, plan_task, riser_gap
+from drake_quad.planning.walk_footsteps import foothold, plan_walk_footsteps
 from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.course import build_course
 from drake_quad.terrain.elements import Element

@@ -9,9 +9,9 @@ from rig import paper_robot
 
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.planning.clearance import find_clearance, from_ground, from_nosings
-from drake_quad.planning.footsteps import _level_stretch
 from drake_quad.planning.mission import check_mission, initial_stance, plan_mission
 from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.walk_footsteps import _level_stretch
 from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import parse_scenario

@@ -7,15 +7,12 @@ import pytest
 from hypothesis import given, strategies as st
 from rig import course_of, paper_robot, stance_at
 
-from drake_quad.planning.footholds import (
-    FootholdGrid,
-    FootholdPattern,
-    flight_places,
-    make_foothold_grid,
-)
-from drake_quad.planning.footsteps import walk_start
+from drake_quad.planning.foothold_grid import FootholdGrid, make_foothold_grid
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.mission import check_mission, plan_mission
 from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.settled_places import flight_places
+from drake_quad.planning.walk_footsteps import walk_start
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.elements import Element
 from drake_quad.terrain.lane import Lane

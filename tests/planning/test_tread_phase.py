@@ -11,7 +11,8 @@ from drake_quad.planning.body_reference import (
     tilting_ground,
     tread_offset,
 )
-from drake_quad.planning.footholds import FootholdGrid, FootholdPattern, make_foothold_grid
+from drake_quad.planning.foothold_grid import FootholdGrid, make_foothold_grid
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import parse_scenario

@@ -14,11 +14,12 @@ from drake_quad.planning.body_path import DYNAMIC_GUARD
 from drake_quad.planning.body_sides import Sides, make_sides
 from drake_quad.planning.contact_forces import held_com, torque_ratio
 from drake_quad.planning.contact_plan import sample_times
-from drake_quad.planning.footholds import TROT, FootholdPattern, make_foothold_grid
-from drake_quad.planning.footsteps import foothold
+from drake_quad.planning.foothold_grid import make_foothold_grid
+from drake_quad.planning.foothold_pattern import TROT, FootholdPattern
 from drake_quad.planning.mission import check_plan
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.problem import PlanSettings
+from drake_quad.planning.walk_footsteps import foothold
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.legs import DIAGONALS, Leg
 from drake_quad.stability.support_polygon import stability_margin

@@ -20,7 +20,8 @@ from drake_quad.errors import InputError
 from drake_quad.report.joint_table import joint_table, write_joint_table
 from drake_quad.robot.loader import MakeModelPlant, load_robot
 from drake_quad.robot.state import make_layout
-from drake_quad.runs.reader import RecordedRun, RunLog, load_run
+from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.run_log import RunLog
 
 ROWS = 5
 OTHERS = (

@@ -27,7 +27,8 @@ from drake_quad.report.lcm_replay import (
 )
 from drake_quad.report.replay import AddReplay, recorded_samples
 from drake_quad.report.scene import shown_samples
-from drake_quad.runs.reader import RecordedRun, RunLog
+from drake_quad.runs.reader import RecordedRun
+from drake_quad.runs.run_log import RunLog
 
 
 @pytest.fixture(scope="module")

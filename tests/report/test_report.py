@@ -33,7 +33,8 @@ from drake_quad.report.replay import (
 )
 from drake_quad.report.style import KIND_COLOURS, PAGE_VARIABLES
 from drake_quad.report.tables import bounds, segment_rows, summary_rows
-from drake_quad.runs.reader import RecordedRun, RunLog, load_run
+from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.run_log import RunLog
 
 # Attributes that make a browser fetch something.
 PACKED = re.compile(r'<script type="text/plain" id="replay-packed">([^<]*)</script>')

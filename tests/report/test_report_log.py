@@ -15,7 +15,8 @@ from drake_quad.report.axes import thin
 from drake_quad.report.derived import base_motion, calc_foot_centres, margins, touchdowns
 from drake_quad.report.figures_course import arc_length, distance_to, lane_starts
 from drake_quad.robot.legs import SHORT_NAMES
-from drake_quad.runs.reader import RecordedRun, RunLog, load_run, runs_of
+from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.run_log import RunLog, runs_of
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.load import parse_scenario
 

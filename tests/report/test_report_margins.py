@@ -14,7 +14,8 @@ from drake_quad.report.page import grade_run, write_report
 from drake_quad.report.replay import recorded_samples
 from drake_quad.report.style import report_style
 from drake_quad.report.tables import bounds, segment_rows
-from drake_quad.runs.reader import RecordedRun, RunLog, load_run
+from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.run_log import RunLog
 from drake_quad.scenario.load import parse_scenario
 
 

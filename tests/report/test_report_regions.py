@@ -18,7 +18,8 @@ from drake_quad.report.figures_margin import draw_regions, was_measured
 from drake_quad.report.overlay import Regions
 from drake_quad.report.page import write_report
 from drake_quad.report.replay import bar_data
-from drake_quad.runs.reader import RecordedRun, RunLog, load_run
+from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.run_log import RunLog
 from drake_quad.scenario.sensing_config import MonitorConfig
 from drake_quad.stability.support_polygon import stability_margin
 

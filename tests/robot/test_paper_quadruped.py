@@ -14,8 +14,8 @@ from rig import GRAVITY, URL, feet_of, model_layout, model_plant, paper_robot, s
 
 from drake_quad.common import FloatArray
 from drake_quad.gait.workspace import Workspace
-from drake_quad.planning.contact_forces import distribute_wrench
 from drake_quad.planning.problem import PlanSettings
+from drake_quad.planning.wrench_distribution import distribute_wrench
 from drake_quad.robot.kinematics import calc_jacobians, solve_legs
 from drake_quad.robot.loader import AddRobot
 from drake_quad.stability.support_polygon import stability_margin

@@ -17,8 +17,9 @@ from spoilt_rig import NESTED, change_json, filled, line_of
 from drake_quad.cli.runs import print_summary
 from drake_quad.errors import InputError
 from drake_quad.report.page import write_report
-from drake_quad.runs import reader
-from drake_quad.runs.reader import load_run, read_summary
+from drake_quad.runs import run_log
+from drake_quad.runs.read_summary import read_summary
+from drake_quad.runs.reader import load_run
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +162,7 @@ def test_a_column_of_what_no_run_logs_is_refused(
     ran: Path, values: Callable[[int], pa.Array], words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """More words than a mission has names, or lists: Python would hold each as an object."""
-    monkeypatch.setattr(reader, "MOST_WORDS", 10)
+    monkeypatch.setattr(run_log, "MOST_WORDS", 10)
     path = ran / "log.parquet"
     table = pq.read_table(path)
     pq.write_table(table.append_column("remark", values(len(table))), path)

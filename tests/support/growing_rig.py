@@ -9,7 +9,7 @@ from drake_quad.perception.growing_map import trust
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_map import StairMap, make_stair_map
-from drake_quad.planning.footholds import FootholdPattern
+from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.onward import Eyes
 from drake_quad.planning.problem import PlanSettings

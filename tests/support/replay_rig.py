@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from report_run import make_log, short_scenario, wave_begins, write_run
 
-from drake_quad.runs.reader import RecordedRun, RunLog, load_run
+from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.run_log import RunLog
 
 
 @cache

@@ -9,7 +9,8 @@ from terrain_rig import CASE_STUDY
 
 from drake_quad.errors import InputError
 from drake_quad.terrain.course import build_course
-from drake_quad.terrain.elements import Element, check_elements
+from drake_quad.terrain.element_checks import check_elements
+from drake_quad.terrain.elements import Element
 
 ANY: dict[str, Any] = {"text": "0.13", "float": 2.5, "none": None}  # what types forbid
 STAIRS = CASE_STUDY[1]

@@ -10,7 +10,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 from rig import course_of, paper_robot, walk_plan
 
-from drake_quad.planning.footholds import make_foothold_grid
+from drake_quad.planning.foothold_grid import make_foothold_grid
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.recovery_step import StepTargetMap
 from drake_quad.planning.replan import in_place

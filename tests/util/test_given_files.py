@@ -20,7 +20,7 @@ from synthetic_robot import Quadruped
 from drake_quad.errors import InputError
 from drake_quad.robot.importer.meshes import load_parts
 from drake_quad.robot.loader import load_robot
-from drake_quad.runs.reader import read_summary
+from drake_quad.runs.read_summary import read_summary
 from drake_quad.scenario.load import load_scenario
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.sweep.journal import NAME, read_journal

@@ -15,7 +15,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_quad.common import FloatArray
-from drake_quad.robot.importer.legs import points_of
+from drake_quad.robot.importer.feet import points_of
 from drake_quad.robot.importer.normal_form import NormalLeg, NormalLink, NormalRobot
 from drake_quad.robot.importer.parse import quiet
 from drake_quad.robot.importer.raw_robot import ASSUMED, REPAIRED, GeometryInstance, Note

@@ -6,15 +6,14 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.robot.importer.legs import (
-    Foot,
+from drake_quad.robot.importer.feet import Foot, find_foot
+from drake_quad.robot.importer.leg_frames import (
     LegFrames,
     check_directions,
     check_foot,
     check_lengths,
     check_names,
     corners,
-    find_foot,
     heading,
     straighten,
 )

@@ -8,7 +8,7 @@ from pydrake.multibody.tree import Joint, RigidBody
 from pydrake.systems.framework import Context
 
 from drake_quad.errors import InputError
-from drake_quad.robot.importer.legs import axis_of, find_legs
+from drake_quad.robot.importer.find_legs import axis_of, find_legs
 from drake_quad.robot.importer.parse import Parsed, Tree, grow_tree
 from drake_quad.robot.importer.raw_robot import (
     ASSUMED,

@@ -1,15 +1,11 @@
-"""Footstep plans of a walk, a spin and a transition."""
+"""Footsteps of a walk along a lane: a transition to the gait, and its cycles."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.gait.schedule import spin_schedule
-from drake_quad.gait.transition import TransitionStep, plan_transition
-from drake_quad.gait.workspace import spin_cycles, spin_desired_configuration, spin_phi_max
 from drake_quad.planning.body_reference import (
     BodyReference,
     body_lift,
@@ -19,101 +15,18 @@ from drake_quad.planning.body_reference import (
     tread_offset,
 )
 from drake_quad.planning.contact_plan import ContactPlan
-from drake_quad.planning.footholds import (
-    TROT,
-    FootholdGrid,
-    flight_at,
-    flight_places,
-    make_foothold_grid,
-)
+from drake_quad.planning.foothold_grid import FootholdGrid, make_foothold_grid
+from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.planning.gait_cycles import add_trot_cycles, add_wave_cycles
 from drake_quad.planning.motion_plan import Segment, Stance
 from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
+from drake_quad.planning.settled_places import flight_at, flight_places
 from drake_quad.planning.step_builder import StepBuilder
+from drake_quad.planning.transition_footsteps import plan_transition_footsteps
 from drake_quad.robot.legs import LEGS, SIGNS, Leg
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
-
-
-def plan_transition_footsteps(
-    builder: StepBuilder,
-    goal: FloatArray,
-    settings: PlanSettings,
-    *,
-    body: FloatArray,
-    name: str,
-    gait: str = "",
-) -> Segment | None:
-    """Adds the fewest stable steps from where the builder's feet stand to `goal`.
-
-    Args:
-        builder: Collects the steps.
-        goal: Where the feet are to stand, (4, 2) [m] in W.
-        settings: Mode, times and limits of transitions.
-        body: The body's pose (5,) in W.
-        name: The segment's name.
-        gait: `wave` or `spin`, if it leads to that gait, for which the settings may have an order
-            in which the legs are lifted.
-
-    Returns:
-        The segment, or None if the feet stand there already.
-
-    Raises:
-        PlanningError: If there is none, or not in that order.
-    """
-    c, s = np.cos(body[4]), np.sin(body[4])
-    R_WB = np.array([[c, -s], [s, c]])
-
-    def to_body(p: FloatArray) -> FloatArray:
-        return np.asarray((p - body[:2]) @ R_WB)
-
-    def to_world(p: FloatArray) -> FloatArray:
-        return np.asarray(p @ R_WB.T + body[:2])
-
-    orders: dict[str, tuple[Leg, ...]] = {"wave": settings.wave_order, "spin": settings.spin_order}
-    order = orders.get(gait, ())
-    try:
-        transition = plan_transition(
-            to_body(builder.feet[:, :2]),
-            to_body(goal),
-            mode="still" if settings.body_still else "shift",
-            max_shift=settings.max_shift,
-            # With a stagger the feet's places are not those of the paper's boxes.
-            workspace=settings.workspace if settings.stance_stagger == 0.0 else None,
-            order=order,
-        )
-    except PlanningError as error:
-        if not order:
-            raise
-        remedy = f"take another transition.{gait}_order, or [] for the best there is"
-        raise PlanningError(f"{error.reason}; {remedy}", **error.data) from None
-    if not transition.steps:
-        return None
-    start = builder.time
-    steps = [take_step(builder, s, to_world(s.p_to), settings) for s in transition.steps]
-    return Segment(name, "transition", start, builder.time, {"steps": steps})
-
-
-def take_step(
-    builder: StepBuilder, step: TransitionStep, to: FloatArray, settings: PlanSettings
-) -> dict[str, Any]:
-    """Adds one step of a transition, to the place `to` (2,) in W; returns what reports say of it.
-
-    The margin is the search's, with massless legs; the body's path finds its own.
-    """
-    builder.wait(settings.shift_time)
-    p_from, lift_off = builder.feet[step.leg.row, :2].tolist(), builder.time
-    builder.step(step.leg, to, settings.swing_time, lift_off=lift_off)
-    return {
-        "leg": int(step.leg),
-        "margin": float(step.margin),
-        "start": lift_off,
-        "end": builder.time,
-        "from": p_from,
-        "to": to.tolist(),
-    }
-
 
 SAME_PLACE = 0.03  # [m] from where a foot is to stand, within which it stays, on a flight
 
@@ -373,71 +286,3 @@ def _level_stretch(lane: Lane, s: float) -> tuple[float, float]:
         float(before[-1]) if len(before) else -np.inf,
         float(after[0]) if len(after) else np.inf,
     )
-
-
-def plan_spin_footsteps(
-    robot: RobotModel, course: Course, settings: PlanSettings, task: Task, stance: Stance
-) -> tuple[ContactPlan, BodyReference, tuple[Segment, ...]]:
-    """Returns the steps, the body's nominal route and the segments of a spin."""
-    lane = course.lanes[task.lane]
-    builder = StepBuilder.of_settings(lane, stance.feet, robot.foot_radius, settings)
-    pivot, yaw = np.array(stance.body[:2]), float(stance.body[4])
-    sense = 1 if task.angle > 0 else -1
-    beta = settings.spin_duty_factor
-    boxes = settings.spin_workspace or settings.workspace
-    cycles, phi = spin_cycles(abs(task.angle), beta, spin_phi_max(boxes))
-    table = spin_schedule(duty_factor=beta, cycle_time=settings.spin_cycle_time, sense=sense)
-    segments = []
-
-    def to_world(p_B: FloatArray, angle: float) -> FloatArray:
-        c, s = np.cos(angle), np.sin(angle)
-        return np.asarray(pivot + p_B @ np.array([[c, s], [-s, c]]))
-
-    if settings.via_centres:
-        centres = to_world(robot_stance(settings), yaw)
-        segments.append(plan_transition_footsteps(builder, centres, settings, body=stance.body,
-                                       name="transition to the centres"))  # fmt: skip
-    desired = spin_desired_configuration(boxes, phi=phi, duty_factor=beta, sense=sense)
-    segments.append(
-        plan_transition_footsteps(
-            builder,
-            to_world(desired, yaw),
-            settings,
-            body=stance.body,
-            name="transition to the spinning gait",
-            gait="spin",
-        )
-    )
-    moved = builder.time
-    builder.wait(settings.shift_time)
-    begin = builder.time
-    turn = sense * phi / beta  # of the body, and of every footprint, in one cycle
-    for cycle in range(cycles):
-        for leg, lift_off, _ in table.swing_intervals():
-            to = to_world(desired[leg.row], yaw + (cycle + 1) * turn)
-            at = begin + cycle * table.cycle_time + lift_off
-            round_it = pivot if settings.spin_arcs else None
-            builder.step(leg, to, table.swing_time, lift_off=at, pivot=round_it)
-    builder.time = begin + cycles * table.cycle_time
-    details = {
-        "phi_deg": float(np.degrees(phi)),
-        "cycles": cycles,
-        "duty_factor": beta,
-        "cycle_time": table.cycle_time,
-        "angle_deg": float(np.degrees(task.angle)),
-    }
-    segments.append(Segment(task.name, "spin", moved, builder.time, details))
-    end = builder.time
-    builder.wait(settings.shift_time)
-    segments.append(Segment("settle", "stand", end, builder.time))
-
-    ground = float(np.mean(builder.feet[:, 2])) - robot.foot_radius
-
-    def level(p_W: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return np.full(len(p_W), ground), np.zeros(len(p_W))
-
-    times = np.array([0.0, begin, end, builder.time])
-    yaws = yaw + np.array([0.0, 0.0, task.angle, task.angle])
-    start = stance.body[:4]
-    route = BodyReference(times, np.tile(pivot, (4, 1)), yaws, level, start=start, joined=begin)
-    return builder.finish(), route, tuple(s for s in segments if s is not None)

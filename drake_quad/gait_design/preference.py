@@ -1,4 +1,4 @@
-"""What a gait is wished to be good at, and what margin a quick gait is to keep."""
+"""What a gait is to be good at, margin or speed, and which margins a quick gait has to keep."""
 
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,7 @@ LEAST_MARGIN = 0.010  # [m] that `speed` keeps at least
 
 
 @dataclass(frozen=True)
-class Wish:
+class GaitPreference:
     """What a gait is to be good at.
 
     Attributes:
@@ -49,8 +49,8 @@ class Wish:
             self.prefer != "balanced" or self.min_margin is not None or self.dynamic
         )
 
-    def steps(self) -> tuple["Wish", ...]:
-        """Wishes that are sought one after the other, each from what was found before.
+    def steps(self) -> tuple["GaitPreference", ...]:
+        """Preferences that are sought one after the other, each from what was found before.
 
         Much speed is sought from a balanced gait on: where times are as short as that, and one more
         step fails on the whole course, that gait is still there.
@@ -61,7 +61,7 @@ class Wish:
         return (self,)
 
     def check(self) -> None:
-        """Makes sure that there can be such a wish.
+        """Makes sure that its values can be used.
 
         Raises:
             InputError: The error names the option, its value and what would be right.
@@ -93,7 +93,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Kept:
+class RequiredMargins:
     """What a quick plan is to keep.
 
     Attributes:
@@ -108,22 +108,24 @@ class Kept:
         """How much more than that there is, of the one that has less [m]."""
         return min(margin - self.margin, zmp_margin - self.zmp_margin)
 
-    def more(self, by: float) -> "Kept":
+    def more(self, by: float) -> "RequiredMargins":
         """So much more of both [m]."""
-        return Kept(self.margin + by, self.zmp_margin + by)
+        return RequiredMargins(self.margin + by, self.zmp_margin + by)
 
 
-def what_is_kept(wish: Wish, robot: RobotModel, margin: float, zmp_margin: float) -> Kept:
+def required_margins(
+    preference: GaitPreference, robot: RobotModel, margin: float, zmp_margin: float
+) -> RequiredMargins:
     """What a quick plan is to keep, of the margins of the gait that was found for margin.
 
     Args:
-        wish: What the gait is to be good at.
+        preference: What the gait is to be good at.
         robot: The robot.
         margin: Static margin of that gait [m].
         zmp_margin: Its margin of the zero-moment point [m].
     """
-    if wish.dynamic:  # a plan's margin then is that of its zero-moment point
-        least = wish.least_margin(robot, zmp_margin)
-        return Kept(least, least)
-    least = wish.least_margin(robot, margin)
-    return Kept(least, min(least, wish.least_margin(robot, zmp_margin)))
+    if preference.dynamic:  # a plan's margin then is that of its zero-moment point
+        least = preference.least_margin(robot, zmp_margin)
+        return RequiredMargins(least, least)
+    least = preference.least_margin(robot, margin)
+    return RequiredMargins(least, min(least, preference.least_margin(robot, zmp_margin)))
