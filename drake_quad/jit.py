@@ -174,6 +174,20 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
     return cast(Callable[P, R], kernel)
 
 
+def jit_released(function: Callable[P, R]) -> Callable[P, R]:
+    """Compiles `function` as `jit` does; while it runs, other threads may run Python.
+
+    For kernels that take milliseconds alone: whoever gives the interpreter away has to wait for it
+    again.
+
+    Args:
+        function: Function as for `jit`.
+    """
+    kernel = numba.njit(error_model="numpy", no_cfunc_wrapper=True, nogil=True)(function)
+    kernel._cache = KernelCache(function)
+    return cast(Callable[P, R], kernel)
+
+
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Makes `function` a part of each kernel that calls it; alone it is compiled for no later use.
 

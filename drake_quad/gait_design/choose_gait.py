@@ -24,6 +24,7 @@ from drake_quad.gait_design.search import (
     SURELY,
     Search,
     SearchSettings,
+    latin_hypercube,
     least_clearance,
 )
 from drake_quad.planning.foothold_pattern import FootholdPattern
@@ -177,12 +178,9 @@ def _search(
         Search(robot, shape, p, [*flights, Staircase(0.0, 0.3 * leg / p.treads)], wanted)
         for p in patterns
     ]
-    from scipy.stats import qmc  # half a second, which runs that design nothing need not wait
-
     lower, upper, _ = candidate_bounds(patterns[0])
-    first = lower + qmc.LatinHypercube(len(lower), rng=way.seed).random(way.members) * (
-        upper - lower
-    )
+    generator = np.random.default_rng(way.seed).spawn(1)[0]
+    first = lower + latin_hypercube(way.members, len(lower), generator) * (upper - lower)
     lacks = [float(search(first.T).min()) for search in searches]
     ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
     ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))

@@ -24,7 +24,7 @@ from drake_quad.gait_design.pose_kernels import (
     to_body,
     torque_used,
 )
-from drake_quad.jit import copy_vector, jit
+from drake_quad.jit import copy_vector, jit, jit_released
 from drake_quad.robot.kinematics import leg_row
 
 UNDER = 7  # points under the trunk that are looked at
@@ -59,7 +59,7 @@ def objectives_of_slacks(rows: FloatArray, wanted: FloatArray) -> FloatArray:
     return lacks
 
 
-@jit
+@jit_released
 def slacks(
     cycle: Cycle,
     stairs: Staircase,

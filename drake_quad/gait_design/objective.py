@@ -1,5 +1,7 @@
 """Slacks of candidate gaits on a staircase: reach, joints, torques, margin, clearances."""
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,6 +17,8 @@ from drake_quad.stability.safety import planned_margin
 
 WIDEST_SWAY = 0.25  # of a stretched leg
 LEANING = 0.7  # sin 45°
+FEW = 8  # candidates: fewer are evaluated by one thread
+CORES = os.cpu_count() or 1
 
 NAMES = ("reach", "joints", "torque", "margin", "legs", "apart", "trunk")
 
@@ -93,8 +97,27 @@ def evaluate_candidates(
     wanted = wanted_with_tolerance(robot) if wanted is None else wanted
     rows = np.full((len(grid), len(NAMES)), np.inf) if found is None else np.array(found)
     enough = np.full(len(grid), np.inf) if enough is None else enough
-    slacks(cycle, stairs, robot_tables(robot, shape), wanted, rows, enough)
+    tables = robot_tables(robot, shape)
+
+    def evaluate(mine: slice) -> None:
+        """Candidates have nothing to do with one another: in parts they come out the same."""
+        some = cycle._replace(body=cycle.body[mine], feet=cycle.feet[mine])
+        slacks(some, stairs, tables, wanted, rows[mine], enough[mine])
+
+    if len(grid) < FEW or CORES < 2:
+        evaluate(slice(None))
+    else:
+        half = len(grid) // 2
+        other = _second_thread().submit(evaluate, slice(half, None))
+        evaluate(slice(half))
+        other.result()
     return rows
+
+
+@lru_cache(maxsize=1)
+def _second_thread() -> ThreadPoolExecutor:
+    """A thread beside this one: the kernel needs no Python while it runs."""
+    return ThreadPoolExecutor(max_workers=1)
 
 
 @lru_cache(maxsize=8)  # a search asks a thousand times

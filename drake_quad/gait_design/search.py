@@ -62,6 +62,19 @@ def swing_clearance(robot: RobotModel) -> float:
     return CLEARANCE * min(leg_length(robot), 1.0)
 
 
+def latin_hypercube(count: int, axes: int, generator: np.random.Generator) -> FloatArray:
+    """Points in the unit cube (count, axes), one in each of `count` slices along every axis.
+
+    These are the numbers of `scipy.stats.qmc.LatinHypercube` (McKay, Beckman and Conover 1979).
+    To import that takes half a second, which is as much as a whole search.
+    """
+    inside = generator.uniform(size=(count, axes))
+    slices = np.tile(np.arange(1, count + 1), (axes, 1))
+    for along in slices:
+        generator.shuffle(along)
+    return np.asarray((slices.T - inside) / count)
+
+
 class Search:
     """Objective of a pattern's candidates, for a search that keeps the better of two.
 
@@ -107,7 +120,7 @@ class Search:
             enough: Ends as soon as no more than that is lacking.
             hopeless: Ends if more than that is lacking when AFTER of it is over.
         """
-        from scipy.optimize import differential_evolution  # a third of a second, as qmc below
+        from scipy.optimize import differential_evolution  # a third of a second
 
         most, generation = GENERATIONS[self._pattern.per_tread], 0
 

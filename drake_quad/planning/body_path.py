@@ -8,7 +8,7 @@ far, and again along the next.
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from numpy.lib.stride_tricks import sliding_window_view
 
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing
@@ -260,8 +260,8 @@ class BodyPathOptimizer:
             nominal, yaw = self._route.at(times)
             heading = far * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
             near = np.array([self._pitch(nominal + k * heading) for k in (-1, 0, 1)])
-            low = minimum_filter1d(near.min(axis=0), 2 * beside + 1)
-            high = maximum_filter1d(near.max(axis=0), 2 * beside + 1)
+            low = -_most_beside(-near.min(axis=0), beside)
+            high = _most_beside(near.max(axis=0), beside)
 
         def most(room: FloatArray, least_room: float) -> FloatArray:
             """The tilt that some room allows, and the room where the path is steepest."""
@@ -292,6 +292,13 @@ class BodyPathOptimizer:
                 left = join_weights(self.contacts.duration, self._knot, route.joined)
                 points[:, :4] += left[:, None] * off
         return points
+
+
+def _most_beside(values: FloatArray, beside: int) -> FloatArray:
+    """The greatest of each value and so many to either side of it, (N,)."""
+    # Numpy's, for to import scipy.ndimage takes each command a quarter of a second.
+    padded = np.pad(values, beside, constant_values=-np.inf)
+    return np.asarray(sliding_window_view(padded, 2 * beside + 1).max(axis=-1))
 
 
 def _tempo(contacts: ContactPlan) -> float:

@@ -1,14 +1,18 @@
 """The search's arithmetic, pose by pose: own kinematics, the gait floor's margin, fair shares."""
 
+import threading
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from design_rig import shape, unswayed
 from hypothesis import given, strategies as st
 from rig import paper_robot, with_raised
+from scipy.stats import qmc
 
 from drake_quad.common import FloatArray
+from drake_quad.gait_design import objective as objective_module
 from drake_quad.gait_design.candidates import (
     LOWER,
     UPPER,
@@ -19,6 +23,7 @@ from drake_quad.gait_design.candidates import (
     make_foothold_patterns,
 )
 from drake_quad.gait_design.clearance_kernels import SHANK, THIGH, place_points
+from drake_quad.gait_design.kernels import slacks
 from drake_quad.gait_design.objective import (
     NAMES,
     evaluate_candidates,
@@ -34,6 +39,7 @@ from drake_quad.gait_design.pose_kernels import (
     static_foot_loads,
     torque_used,
 )
+from drake_quad.gait_design.search import latin_hypercube
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.clearance import knee_axes, shank_middles
 from drake_quad.planning.foothold_pattern import FootholdPattern
@@ -133,6 +139,39 @@ def test_one_candidate_alone_is_judged_as_among_others() -> None:
         grid = make_candidates(robot, FootholdPattern(), parameters[k])
         one = evaluate_candidates(robot, shape(), grid, stairs, clearance=0.02)
         np.testing.assert_allclose(one[0], many[k], atol=1e-12)
+
+
+def test_two_threads_find_what_one_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each evaluates half of the candidates; on one core all are evaluated here: the same bits."""
+    pattern, stairs = FootholdPattern(2, 1), Staircase(0.15, 0.3)
+    lower, upper, _ = candidate_bounds(pattern)
+    x = lower + np.random.default_rng(4).random((21, len(lower))) * (upper - lower)
+    grid = make_candidates(paper_robot(), pattern, x)
+    found, threads = [], []
+    for cores in (2, 1):
+        monkeypatch.setattr(objective_module, "CORES", cores)
+        calls: set[int] = set()
+
+        def noted(*given: Any, calls: set[int] = calls) -> None:
+            calls.add(threading.get_ident())
+            slacks(*given)
+
+        monkeypatch.setattr(objective_module, "slacks", noted)
+        found.append(evaluate_candidates(paper_robot(), shape(), grid, stairs, clearance=0.02))
+        threads.append(len(calls))
+    assert np.array_equal(*found) and np.isfinite(found[0]).all()
+    assert threads == [2, 1]
+
+
+@given(st.integers(1, 30), st.integers(1, 9), st.integers(0, 2**32 - 1))
+def test_a_first_population_has_one_member_in_each_slice(n: int, axes: int, seed: int) -> None:
+    """Along every axis; and its numbers are those of scipy, which takes half a second to import."""
+    points = latin_hypercube(n, axes, np.random.default_rng(seed))
+    assert np.array_equal(
+        np.sort(np.ceil(points * n), axis=0), np.tile(np.arange(1, n + 1)[:, None], axes)
+    )
+    known = qmc.LatinHypercube(axes, rng=np.random.default_rng(seed)).random(n)
+    assert np.array_equal(latin_hypercube(n, axes, np.random.default_rng(seed).spawn(1)[0]), known)
 
 
 def test_the_search_knows_that_feet_roll() -> None:

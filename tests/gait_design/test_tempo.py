@@ -341,7 +341,7 @@ def test_wishes_say_which_margin_is_kept() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wish", "named"),
+    ("preference", "named"),
     [
         (GaitPreference("fast"), "--prefer: prefer = 'fast'"),
         (GaitPreference(speed=0.0), "--speed: speed = 0.0"),
