@@ -39,6 +39,7 @@ from drake_quad.util.files import read_given, write_whole
 NOW, STATES, COMMANDS, ANSWER, STOP = "/now", "/states", "/commands", "/answer", "/stop"
 PLAN = "/plan"  # whether a plan that was asked for had been made
 TOPICS = (NOW, STATES, COMMANDS, ANSWER, STOP, PLAN)
+KINDS = {NOW: int, STOP: str, PLAN: bool}  # of what is kept as it is
 SCENARIO, HEADER = "scenario.yaml", "header.json"  # attachments
 LARGEST = 2**31  # [bytes] of a file that is read
 LARGEST_CHUNK = 2**26  # [bytes] unpacked; in ours it is 1 MiB
@@ -129,16 +130,25 @@ def _plain(topic: str, value: Any) -> Any:
 
 
 def _event(topic: str, plain: Any) -> Event:
-    """The event that was written so."""
+    """The event that was written so.
+
+    Raises:
+        ValueError: None is written so.
+    """
     if topic == ANSWER:
         return topic, b64decode(plain)
     if topic not in (STATES, COMMANDS):
+        if type(plain) is not KINDS[topic]:
+            raise ValueError(f"{topic} holds {plain!r}")
         return topic, plain
     decode: Any = decode_state if topic == STATES else decode_command
-    return topic, [
-        Received(None if data is None else decode(b64decode(data), time).message, time, fault)
-        for time, fault, data in plain
-    ]
+    found = []
+    for time, fault, data in plain:
+        message = None if data is None else decode(b64decode(data), int(time)).message
+        if message is None and not fault:
+            raise ValueError(f"{topic} holds a message that is none, and no fault")
+        found.append(Received(message, int(time), str(fault)))
+    return topic, found
 
 
 def check_recording(path: Path) -> None:
@@ -251,7 +261,7 @@ def _unpack(data: bytes) -> tuple[dict[str, bytes], list[tuple[int, str, bytes]]
             unpacked += size
             if not 0 <= size <= LARGEST_CHUNK or unpacked > UNPACKED:
                 raise ValueError(f"it unpacks to {unpacked} bytes, {size} of these at once")
-            parts = breakup_chunk(record)
+            parts = breakup_chunk(record, validate_crc=True)
         for part in parts:
             if isinstance(part, Attachment):
                 kept[part.name] = part.data
@@ -371,7 +381,7 @@ def replay_bus_log(log: BusLog, trace: Trace | None = None) -> dict[str, Any]:
         PlanningError: Its scenario has no plan.
     """
     prepared = prepare(parse_scenario(log.scenario, source=SCENARIO), source=SCENARIO)
-    replay = BusReplay(log)
+    replay, loop = BusReplay(log), None
     with suppress(_Over):
         loop = ControlLoop(prepared, replay, replay, maker=replay, session=log.session)
         while not loop.outcome:
@@ -388,5 +398,6 @@ def replay_bus_log(log: BusLog, trace: Trace | None = None) -> dict[str, Any]:
         "commands": replay.compared,
         "same": replay.different is None and replay.compared > 0,
         "first_difference": replay.different,
+        "outcome": "" if loop is None else loop.outcome,
         "duration": (times[-1] - times[0]) / NS if times else 0.0,
     }

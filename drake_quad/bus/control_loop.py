@@ -21,12 +21,16 @@ from drake_quad.bus.safety import (
     gain_share,
     initial_safety_memory,
 )
+from drake_quad.bus.sensor_watch import SensorWatch
 from drake_quad.bus.watch import CommandWatch, StateWatch
+from drake_quad.common import FloatArray
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.simulation.prepared import PreparedScenario
 
 STANDS = 1.0  # [s] that it stands before it walks
 REST = 1.0  # [s] that it is damped before it leaves
+WOULD_STAND_UP = "would stand up now"
+LISTENS = 0.5  # [s] that it listens for another commander before it says anything itself
 # Periods, by the robot's clock, whose states a tick of the walk answers at most. After a stall of
 # 60 ms thirty are waiting, and the drives would hear nothing for another 20 ms until all of them
 # were answered: near to damping. Not so many states: a bus may be quicker than the controller.
@@ -67,6 +71,7 @@ class ControlLoop:
         commanded: The last command to the drives.
         remarks: What a person should know of the robot's messages, each once.
         session: Its number as a sender.
+        would_arm: Whether a silent loop would have armed the robot at any time.
     """
 
     def __init__(
@@ -89,13 +94,17 @@ class ControlLoop:
         self._bus, self._clock, self._silent = bus, clock, silent
         self.session, self._sequence = new_session() if session is None else session, 0
         self._states, self._commands = StateWatch(self.period), CommandWatch(self.session)
+        robot, limits = prepared.robot, self.limits
+        self._sensors = SensorWatch(
+            limits.q_lower, limits.q_upper, limits.speed, limits.effort, tuple(robot.joint_names)
+        )
         self._lost_before = 0  # messages lost while the controller was made ready
         self._start_ns = self._now_ns = clock.now_ns()
         self._memory = initial_safety_memory(self.limits, 0.0)
         self.commanded = self._memory.commanded
         self.events: list[Event] = []
         self.remarks: list[str] = []
-        self.outcome = ""
+        self.outcome, self.would_arm = "", False
         self.times = LoopTimes(self.period)
         self.largest_step = 0.0
         self.holds = 0
@@ -125,6 +134,21 @@ class ControlLoop:
         return self._states.lost - self._lost_before
 
     @property
+    def tilt(self) -> float:
+        """The trunk's tilt, by the IMU [rad]."""
+        return float(np.arccos(np.clip(self._states.up[2], -1.0, 1.0)))
+
+    @property
+    def interval(self) -> float:
+        """Time from a state to the next by the robot's clock [s]."""
+        return self._states.interval
+
+    @property
+    def first_posture(self) -> FloatArray:
+        """Joint angles that it goes to first as it begins to stand up (12,) [rad]."""
+        return self._postures[0]
+
+    @property
     def time(self) -> float:
         """From when the loop began to its last tick [s]."""
         return (self._now_ns - self._start_ns) / NS
@@ -141,7 +165,12 @@ class ControlLoop:
             if remark not in self.remarks:
                 self.remarks.append(remark)
         fresh, fault = self._states.take(come)
-        fault = fault or self._commands.take(self._bus.receive_commands())
+        for state in fresh:
+            fault = fault or self._sensors.take(state)
+        rival = self._commands.take(self._bus.receive_commands())
+        if rival and not self.events:  # it was there before: nobody is to be commanded by two
+            self._stop = self._stop or rival
+        fault = fault or rival
         newest = self._states.newest
         memory, now = self._memory, (begun - self._start_ns) / NS
         fault = fault or self._drives_fault(newest, memory.mode, now)
@@ -174,13 +203,16 @@ class ControlLoop:
         self._memory, self.commanded = advance(
             memory, known, self.limits, self._postures, self._bearing
         )
+        if self._silent and self._memory.mode == SafetyMode.STANDING_UP:
+            # Nobody obeys: it goes on listening instead.
+            self._memory, self.would_arm = replace(memory, reason=WOULD_STAND_UP), True
         self.holds += self._memory.holding
         if self.commanded.stiffness > 0.0:
             self.largest_step = max(
                 self.largest_step, float(np.abs(self.commanded.q - before.q).max())
             )
         sequence, came_ns = self._answered
-        if not self._silent:
+        if not self._silent and now >= LISTENS:
             self._publish(sequence)
         ended = self._clock.now_ns()
         self.times.note(begun, ended, -1 if newest is None else ended - came_ns)

@@ -1,11 +1,13 @@
 """The controller's process, with its clock and its bus; `robot_process.py` has the robot's."""
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from drake_quad.bus.bus_log import BusRecorder, write_bus_log
 from drake_quad.bus.buses import BUSES, BusEnd, find_bus
@@ -224,7 +226,7 @@ def control(
         )
         tell("listening" if dry_run else f"on {choice.bus}, interface {choice.interface}, "
              f"domain {choice.domain}: waiting for the robot")  # fmt: skip
-        shown, remarked, next_look = 0, 0, 0.0
+        shown, remarked, next_look, unwritten = 0, 0, 0.0, ""
 
         def tick() -> bool:
             nonlocal shown, remarked, next_look
@@ -244,10 +246,8 @@ def control(
                 tell(f"{loop.time:8.3f} s  {loop.reason}")
             if dry_run and loop.time >= next_look:
                 next_look = loop.time + 1.0
-                angles = " ".join(f"{q:.2f}" for q in loop.commanded.q)
-                why = f" ({loop.reason})" if loop.reason else ""
-                words = f"would command {loop.mode.name.lower()}{why}: {angles} rad"
-                tell(f"{loop.time:8.3f} s  {words}")
+                for line in _seen_lines(loop, prepared.robot.joint_names):
+                    tell(line)
             return not loop.outcome
 
         try:
@@ -261,13 +261,17 @@ def control(
         finally:
             bus.close()
             if recorder is not None and record is not None:
-                _write_log(record, prepared, recorder, loop)
+                unwritten = _write_log(record, prepared, recorder, loop)
+                if unwritten:
+                    tell(unwritten)
         return {
-            "outcome": loop.outcome,
+            "outcome": _listened(loop) if dry_run else loop.outcome,
+            "dry_run": dry_run,
             "events": [asdict(event) for event in loop.events],
             "bus": asdict(choice),
             "contacts": prepared.scenario.sensors.contacts,
             "remarks": loop.remarks,
+            "log_written": record is None or not unwritten,
             "states_lost": loop.lost,
             "ticks_held": loop.holds,
             "largest_step": loop.largest_step,
@@ -275,14 +279,41 @@ def control(
         }
 
 
+def _seen_lines(loop: ControlLoop, names: Sequence[str]) -> list[str]:
+    """What a loop that only listens knows of the robot, and what it would have it do."""
+    state = loop.newest
+    if state is None:
+        return [f"{loop.time:8.3f} s  {loop.reason}"]
+    lines = [
+        f"{loop.time:8.3f} s  {1.0 / loop.interval:.0f} states a second, the trunk is tilted by "
+        f"{np.degrees(loop.tilt):.1f}°; {loop.reason}"
+    ]
+    for first in range(0, 12, 3):
+        leg = slice(first, first + 3)
+        measured = zip(names[leg], state.position[leg], loop.first_posture[leg], strict=True)
+        words = (f"{name} {q:+.2f} rad (first to {to:+.2f})" for name, q, to in measured)
+        lines.append(12 * " " + ", ".join(words))
+    return lines
+
+
+def _listened(loop: ControlLoop) -> str:
+    """How a loop that only listened ended."""
+    if loop.newest is None:
+        return "listened: no state has come"
+    armed = "would have stood up" if loop.would_arm else f"would not have stood up: {loop.reason}"
+    return f"listened: {armed}"
+
+
 def _write_log(
     record: Path, prepared: PreparedScenario, recorder: BusRecorder, loop: ControlLoop
-) -> None:
-    """Writes the log; where that cannot be, the loop's own findings are not lost with it."""
+) -> str:
+    """Writes the log; where that cannot be, says why: the loop's findings are not lost with it."""
     try:
         write_bus_log(record, prepared, recorder.events, loop.session)
     except InputError as problem:
         loop.remarks.append(f"the log was not written: {problem}")
+        return loop.remarks[-1]
+    return ""
 
 
 def _line(event: Event) -> str:

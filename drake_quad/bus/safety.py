@@ -58,7 +58,8 @@ class SafetyLimits:
         damping: Greatest damping of a drive, and that of standing and of damping [Nm s/rad].
         period: Time between commands [s].
         q_step: Farthest that a wanted angle may go from one command to the next [rad].
-        torque_time: Time in which a fed torque may go from nothing to its limit [s].
+        torque_time: Time in which a fed torque, or a wanted speed, may go from nothing to its limit
+            [s].
         tilt: Tilt of the trunk beyond which the robot is damped [rad].
         hold_after: Age of the state beyond which the last command holds [s].
         damp_after: Age of the state beyond which the robot is damped [s].
@@ -66,6 +67,10 @@ class SafetyLimits:
         arming_speed: Joint speed beyond which it does not arm [rad/s].
         arming_room: How far beyond its limits a joint may be when it arms [rad].
         arming_time: How long all must have been well, and no joint faster, before it arms [s].
+        arming_posture: Farthest that any joint may be from a posture between sitting and standing
+            when it arms [rad].
+        astray: Farthest from its wanted angle that a joint may be while it is driven [rad].
+        astray_time: For how long it may be farther [s].
         standing_error: Farthest from its angle that a joint may be to count as standing [rad].
         fold_time: Time from the posture found to the lowest of the postures [s].
         rise_time: Time from there to standing, and back [s].
@@ -87,6 +92,9 @@ class SafetyLimits:
     arming_speed: float = 0.3
     arming_room: float = 0.1
     arming_time: float = 0.5
+    arming_posture: float = 1.0
+    astray: float = 0.3
+    astray_time: float = 0.1
     standing_error: float = 0.2
     fold_time: float = 1.5
     rise_time: float = 2.0
@@ -100,6 +108,11 @@ class SafetyLimits:
     def torque_step(self) -> FloatArray:
         """By how much each fed torque may change in a period (12,) [Nm]."""
         return self.effort * min(1.0, self.period / self.torque_time)
+
+    @cached_property
+    def speed_step(self) -> FloatArray:
+        """By how much each wanted speed may change in a period (12,) [rad/s]."""
+        return self.speed * min(1.0, self.period / self.torque_time)
 
     @cached_property
     def lowest_speed(self) -> FloatArray:
@@ -144,6 +157,12 @@ class Drives:
     stiffness: float
     damping: float
 
+    @property
+    def finite(self) -> bool:
+        """Whether all of it is numbers."""
+        whole = np.isfinite(np.concatenate((self.q, self.v, self.torque))).all()
+        return bool(whole) and isfinite(self.stiffness) and isfinite(self.damping)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Known:
@@ -184,6 +203,7 @@ class Memory:
         start: The wanted angles with which `mode` began (12,) [rad].
         reason: Why it is damped, or did not arm.
         holding: Whether the last command holds, for want of a state.
+        near_since: When all joints were last near where they are wanted [s].
     """
 
     mode: SafetyMode = SafetyMode.DAMPING
@@ -193,6 +213,7 @@ class Memory:
     start: FloatArray
     reason: str = NOT_ARMED
     holding: bool = False
+    near_since: float = 0.0
 
 
 def initial_safety_memory(limits: SafetyLimits, time: float) -> Memory:
@@ -221,7 +242,8 @@ def advance(
     Returns:
         Memory of this tick, and the command to the drives, within all limits.
     """
-    fault = _fault_of(known, limits)
+    memory = _note_nearness(memory, known, limits)
+    fault = _fault_of(known, limits) or _astray(memory, known, limits)
     well_since = known.time if fault else memory.well_since
     if memory.holding or well_since != memory.well_since:  # to make one anew takes a while
         memory = replace(memory, well_since=well_since, holding=False)
@@ -232,7 +254,7 @@ def advance(
     elif known.request == Request.DAMP:
         memory = _enter(memory, SafetyMode.DAMPING, known, "asked to")
     elif memory.mode == SafetyMode.DAMPING:
-        memory = _arm(memory, known, limits)
+        memory = _arm(memory, known, limits, postures)
     elif known.age > limits.hold_after:
         memory = replace(memory, holding=True, since=memory.since + limits.period)
     else:
@@ -241,6 +263,32 @@ def advance(
         _wanted(memory, known, limits, postures, bearing), memory.commanded, limits
     )
     return replace(memory, commanded=commanded), commanded
+
+
+def _note_nearness(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
+    """The memory, with when all joints were last near where they were wanted."""
+    driven = memory.mode != SafetyMode.DAMPING and not memory.holding
+    if driven and _farthest(memory, known) > limits.astray:
+        return memory
+    # To make a memory anew takes a while: it is noted often enough.
+    if known.time - memory.near_since > 0.5 * limits.astray_time:
+        return replace(memory, near_since=known.time)
+    return memory
+
+
+def _astray(memory: Memory, known: Known, limits: SafetyLimits) -> str:
+    """That a joint has been far from where it is wanted for too long; empty if none has."""
+    if memory.mode == SafetyMode.DAMPING:
+        return ""
+    far = _farthest(memory, known)
+    if far <= limits.astray or known.time - memory.near_since <= limits.astray_time:
+        return ""
+    return f"a joint is {far:.2f} rad from where it is wanted"
+
+
+def _farthest(memory: Memory, known: Known) -> float:
+    """How far a joint is from where it was wanted, of all the farthest [rad]."""
+    return 0.0 if known.q is None else float(np.abs(memory.commanded.q - known.q).max())
 
 
 def within_limits(wanted: Drives, before: Drives, limits: SafetyLimits) -> Drives:
@@ -259,7 +307,11 @@ def within_limits(wanted: Drives, before: Drives, limits: SafetyLimits) -> Drive
     torque = _within(torque, before.torque - change, before.torque + change)
     return Drives(
         q,
-        _within(v, limits.lowest_speed, limits.speed),
+        _within(
+            _within(v, limits.lowest_speed, limits.speed),
+            before.v - limits.speed_step,
+            before.v + limits.speed_step,
+        ),
         _within(torque, limits.lowest_effort, limits.effort),
         _between(wanted.stiffness, limits.stiffness),
         _between(wanted.damping, limits.damping),
@@ -287,6 +339,8 @@ def _fault_of(known: Known, limits: SafetyLimits) -> str:
         return "a value is not a number"
     if not known.up[2] > cos(limits.tilt):
         return "the trunk is tilted"
+    if known.wanted is not None and not known.wanted.finite:
+        return "the controller wants what is not a number"
     return ""
 
 
@@ -299,7 +353,7 @@ def _enter(memory: Memory, mode: SafetyMode, known: Known, reason: str = "") -> 
     )  # fmt: skip
 
 
-def _arm(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
+def _arm(memory: Memory, known: Known, limits: SafetyLimits, postures: FloatArray) -> Memory:
     """Begins to stand up, if that is asked for and the robot is fit for it."""
     if known.request != Request.STAND:
         return memory
@@ -315,6 +369,8 @@ def _arm(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
         known.q > limits.q_upper + limits.arming_room
     ):
         reason = "a joint is beyond its limits"
+    elif not np.abs(postures - known.q).max(axis=1).min() <= limits.arming_posture:
+        reason = "the legs are neither folded under it nor as in standing"
     if reason:
         return replace(memory, reason=f"{NOT_ARMED}: {reason}", well_since=known.time)
     if known.time - memory.well_since < limits.arming_time:

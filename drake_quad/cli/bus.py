@@ -43,7 +43,12 @@ def control(
     interface: InterfaceOption = None,
     domain: DomainOption = 1,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Listen, and tell what would be commanded.")
+        bool,
+        typer.Option(
+            "--dry-run",
+            help="Only listen: print each second what the robot's joints and IMU show, and what "
+            "it would do; until Ctrl-C.",
+        ),
     ] = False,
     i_am_ready: Annotated[
         bool, typer.Option("--i-am-ready", help="A robot may move: it hangs on a hoist, or better.")
@@ -99,7 +104,10 @@ def control(
     if out is not None:
         page = dq.write_bus_page(result, out / "control.html", name=stem(scenario))
         MESSAGES.print(Text(f"look at {page}"), soft_wrap=True)
-    raise typer.Exit(0 if result["outcome"] == "goal_reached" else 1)
+    if not result["log_written"]:
+        raise typer.Exit(2)
+    done = result["outcome"] in ("goal_reached", "listened: would have stood up")
+    raise typer.Exit(0 if done else 1)
 
 
 def simulate(
@@ -108,6 +116,9 @@ def simulate(
     bus: BusOption = "lcm",
     interface: InterfaceOption = None,
     domain: DomainOption = 1,
+    i_am_ready: Annotated[
+        bool, typer.Option("--i-am-ready", help="Others on this network may hear false states.")
+    ] = False,
     duration: Annotated[
         float | None, typer.Option(help="Seconds; until it is interrupted unless told.")
     ] = None,
@@ -140,7 +151,7 @@ def simulate(
     from drake_quad.bus.trace import ROBOT, Trace
 
     choice = BusChoice(bus=bus, interface=interface or "lo", domain=domain, rate=rate)
-    check_choice(choice, named=interface is not None, ready=True)  # it commands nobody
+    check_choice(choice, named=interface is not None, ready=i_am_ready)
     for name, share in (("loss", loss), ("reorder", reorder)):
         if not 0.0 <= share <= 1.0:
             raise _wrong(name, share, "give a share from 0 to 1")
@@ -195,6 +206,8 @@ def bus_replay(
         print(json.dumps(found))
     elif found["same"]:
         print(f"{found['commands']} commands, {found['duration']:.1f} s: all the same to the bit")
+        if not found["outcome"]:
+            print("the log ends before the controller did")
     elif found["commands"] == 0:
         print("no command is in this log, or the controller asks for something else at once")
     else:

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from errno import ENAMETOOLONG
 from io import TextIOWrapper
 from pathlib import Path
@@ -45,23 +45,30 @@ WorkersOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 
 
+STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
 @contextmanager
 def interruptible(err: Console) -> Iterator[Callable[[], bool]]:
-    """Turns Ctrl-C or a polite kill into a stop; a second Ctrl-C is an interrupt as usual."""
+    """Turns Ctrl-C, a polite kill or a closed terminal into a stop.
+
+    A second Ctrl-C is an interrupt as usual.
+    """
     seen = False
 
     def note(_number: int, _frame: FrameType | None) -> None:
         nonlocal seen
         seen = True
-        err.print("\nstopping; writing what was logged")
+        with suppress(OSError):  # the terminal may be gone
+            err.print("\nstopping; writing what was logged")
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    before = signal.signal(signal.SIGINT, note), signal.signal(signal.SIGTERM, note)
+    before = [(number, signal.signal(number, note)) for number in STOPS]
     try:
         yield lambda: seen
     finally:
-        signal.signal(signal.SIGINT, before[0])
-        signal.signal(signal.SIGTERM, before[1])
+        for number, handler in before:
+            signal.signal(number, handler)
 
 
 @contextmanager

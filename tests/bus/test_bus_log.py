@@ -17,11 +17,12 @@ from drake_quad.bus.bus_log import (
     STATES,
     BusLog,
     BusRecorder,
+    _event,
     read_bus_log,
     replay_bus_log,
     write_bus_log,
 )
-from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.control_loop import LISTENS, ControlLoop
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.real_time import ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
@@ -76,7 +77,7 @@ def test_a_controller_made_anew_answers_the_same_to_the_bit(log: Path) -> None:
     answers = sum(topic == ANSWER for topic, _ in read.events)
     assert found["same"] and found["first_difference"] is None
     assert found["commands"] == answers > 2000
-    assert found["duration"] == pytest.approx(answers * 0.002, rel=0.01)
+    assert found["duration"] == pytest.approx(LISTENS + answers * 0.002, rel=0.01)
 
 
 def test_what_the_controller_knew_can_be_laid_beside_where_the_robot_was(log: Path) -> None:
@@ -170,3 +171,41 @@ def test_a_log_that_unpacks_to_very_much_is_refused(tmp_path: Path, size: int, c
     assert path.stat().st_size < 2**20
     with pytest.raises(InputError, match=r"unpacks to \d+ bytes"):
         read_bus_log(path)
+
+
+def test_a_log_that_was_cut_says_so(log: Path) -> None:
+    """All that is there is the same, and the loop has not ended by then."""
+    kept = read_bus_log(log)
+    assert replay_bus_log(kept)["outcome"] == "stopped: interrupted"
+    half = replay_bus_log(BusLog(kept.scenario, kept.session, kept.events[:3000]))
+    assert half["same"] and half["outcome"] == ""
+
+
+def test_a_log_with_a_bit_turned_is_refused(log: Path, tmp_path: Path) -> None:
+    """Wherever in its chunks it is: one line, and never a comparison of what nobody sent."""
+    data = log.read_bytes()
+    for share in (0.2, 0.5, 0.8):
+        spoilt = bytearray(data)
+        spoilt[int(share * len(data))] ^= 4
+        path = tmp_path / "spoilt.mcap"
+        path.write_bytes(spoilt)
+        with pytest.raises(InputError, match="is no log that `control --record` has written"):
+            read_bus_log(path)
+
+
+@pytest.mark.parametrize(
+    ("topic", "plain"),
+    [
+        ("/now", "abc"),
+        ("/now", None),
+        ("/plan", 1),
+        ("/stop", 5),
+        ("/states", [[5, "", None]]),
+        ("/states", 7),
+        ("/answer", 7),
+    ],
+)
+def test_events_that_nobody_wrote_are_refused(topic: str, plain: object) -> None:
+    """A value of another kind is an error as it is read, and not a failure later."""
+    with pytest.raises((ValueError, TypeError)):
+        _event(topic, plain)

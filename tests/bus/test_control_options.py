@@ -1,6 +1,8 @@
 """What `drake-quad control` makes of its options, up to the loop that it begins."""
 
 import copy
+import os
+import signal
 from pathlib import Path
 from threading import Event, Thread
 from types import SimpleNamespace
@@ -8,12 +10,14 @@ from typing import Any, NoReturn
 
 import numpy as np
 import pytest
+import typer
 from bus_rig import SHORT_WALK, short_walk
 from command import drake_quad, refused
 
 from drake_quad.bus import processes, robot_process
 from drake_quad.bus.faults import BusFaults
 from drake_quad.cli.bus import control
+from drake_quad.cli.common import MESSAGES, interruptible
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.prepare import PreparedScenario
@@ -150,3 +154,62 @@ def test_a_bus_has_no_normals_of_the_ground(tmp_path: Path) -> None:
     path.write_text(SHORT_WALK + "robot: {model: paper_quadruped}\n")
     with pytest.raises(InputError, match=r"ground_normal = 'feet'.*give map"):
         processes.prepare_for_bus(str(path), ["sensors.ground_normal=feet"])
+
+
+@pytest.mark.parametrize(
+    ("choice", "named", "ready", "named_in_the_error"),
+    [
+        ({"interface": "eth0"}, True, False, "give --i-am-ready, too"),
+        ({"interface": "eth0"}, False, True, "give --interface, too"),
+        ({"interface": "eth0"}, False, False, "give --interface and --i-am-ready, too"),
+        ({"interface": "eth9"}, True, True, "this machine has lo, eth0"),
+        ({"interface": "eth0", "rate": 0.5}, True, True, "a robot keeps time"),
+        ({"rate": 0.0}, True, True, "more than 0"),
+        ({"rate": float("nan")}, True, True, "more than 0"),
+        ({"domain": 231}, True, True, "from 0 to 230"),
+    ],
+)
+def test_nothing_that_could_move_a_robot_is_done_unasked(
+    choice: dict[str, Any], named: bool, ready: bool, named_in_the_error: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """Off loopback a person names the interface and says that a robot may move."""
+    monkeypatch.setattr("socket.if_nameindex", lambda: [(1, "lo"), (2, "eth0")])
+    with pytest.raises(InputError, match=named_in_the_error):
+        processes.check_choice(processes.BusChoice(**choice), named=named, ready=ready)
+    processes.check_choice(processes.BusChoice(interface="eth0"), named=True, ready=True)
+    processes.check_choice(processes.BusChoice(rate=0.5), named=False, ready=False)
+
+
+def test_a_log_that_cannot_be_written_is_told_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One line on the console and in the figures, and status 2; the figures are kept."""
+    failed = InputError(source="--record", field="record", value="x", remedy="is a directory")
+
+    def write(*_: object) -> None:
+        raise failed
+
+    monkeypatch.setattr(processes, "write_bus_log", write)
+    loop: Any = SimpleNamespace(remarks=[], session=1)
+    recorder: Any = SimpleNamespace(events=[])
+    line = processes._write_log(tmp_path, short_walk(tmp_path), recorder, loop)
+    assert line == f"the log was not written: {failed}" and loop.remarks == [line]
+    times = {"ticks": 3}
+    known = {"outcome": "goal_reached", "log_written": False, "real_time": times, "events": []}
+    monkeypatch.setattr(processes, "control", lambda *_, **__: known)
+    monkeypatch.setattr(processes, "prepare_for_bus", lambda *_: None)
+    with pytest.raises(typer.Exit) as ended:
+        control("flat_walk")
+    assert ended.value.exit_code == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_closed_terminal_is_a_polite_stop(number: signal.Signals) -> None:
+    """Ctrl-C, a kill, or a terminal that is gone: the loop is asked to stop, and damps."""
+    before = signal.getsignal(number)
+    with interruptible(MESSAGES) as stop:
+        assert not stop()
+        os.kill(os.getpid(), number)
+        assert stop()
+    assert signal.getsignal(number) is before

@@ -3,12 +3,14 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from bus_rig import PERIOD_NS, PuppetShow, short_walk
 
 from drake_quad.bus.bus_controller import BusController
+from drake_quad.bus.control_loop import LISTENS, WOULD_STAND_UP
 from drake_quad.bus.faults import BusFaults, FaultyBus
 from drake_quad.bus.messages import (
     DRIVES_DAMP,
@@ -32,7 +34,10 @@ FAULTS = (
     "commander",
     "clock_back",
     "clock_stands",
+    "clock_ahead",
     "frozen",
+    "gyroscope",
+    "impossible",
     "silence",
     "stop",
     "tilt",
@@ -63,6 +68,16 @@ def spoil(show: PuppetShow, fault: str) -> bool:
         newest = show.loop._states.newest
         assert newest is not None
         puppet.send(replace(puppet.state(), time_ns=newest.time_ns))
+    elif fault == "clock_ahead":
+        newest = show.loop._states.newest
+        assert newest is not None
+        puppet.send(replace(puppet.state(), time_ns=newest.time_ns + NS))
+    elif fault == "gyroscope":
+        newest = show.loop._states.newest
+        assert newest is not None
+        puppet.send(replace(puppet.state(), angular_rate=newest.angular_rate))
+    elif fault == "impossible":
+        puppet.send(replace(puppet.state(), velocity=np.full(12, 500.0)))
     elif fault == "frozen":
         newest = show.loop._states.newest
         assert newest is not None
@@ -109,7 +124,8 @@ def test_each_fault_damps_at_any_moment(
         assert show.loop.mode != SafetyMode.DAMPING
         modes.add(show.loop.mode)
         # A frozen sensor shows itself only by staying so, for 50 ms; silence likewise, for 100 ms.
-        allowed = {"frozen": 0.06, "silence": 0.1, "tilt": 0.7}.get(fault, 0.002)
+        frozen = dict.fromkeys(("frozen", "gyroscope"), 0.06)
+        allowed = {**frozen, "silence": 0.1, "tilt": 0.7}.get(fault, 0.002)
         took = damped_after(show, fault)
         assert took <= allowed + 1e-9
         before = show.loop.commanded.q
@@ -148,6 +164,92 @@ def test_an_error_of_the_controller_damps_the_robot(
     while not show.loop.outcome:
         show.tick()
     assert show.loop.outcome == "damped: the controller failed: IndexError: leg 5 is none"
+
+
+@pytest.mark.parametrize("field", ["q", "v", "torque", "stiffness"])
+def test_a_controller_that_wants_no_number_damps_the_robot(
+    field: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One NaN among what it wants: no stiffness from the same tick on, and it is said why."""
+    show = walking_show(tmp_path)
+    wanted = show.loop.controller.wanted()
+    assert wanted is not None
+    value = getattr(wanted, field)
+    spoilt: Any = (
+        float("nan") if field == "stiffness" else np.where(np.arange(12) == 4, np.nan, value)
+    )
+    monkeypatch.setattr(show.loop.controller, "wanted", lambda: replace(wanted, **{field: spoilt}))
+    show.tick()
+    assert show.loop.mode == SafetyMode.DAMPING and show.loop.commanded.stiffness == 0.0
+    assert show.loop.reason == "the controller wants what is not a number"
+    assert np.isfinite(show.loop.commanded.q).all()
+
+
+@pytest.mark.parametrize("wrong", ["stuck", "backwards"])
+def test_joints_that_do_not_go_where_they_are_told_damp_the_robot(
+    wrong: str, tmp_path: Path
+) -> None:
+    """Stuck, or with a sign wrong, as it begins to stand up: damped at 0.3 rad, not at the end."""
+    show = PuppetShow(short_walk(tmp_path))
+    start = show.puppet.q.copy()
+    while show.loop.mode == SafetyMode.DAMPING:
+        show.tick()
+    farthest = 0.0
+    while show.loop.mode == SafetyMode.STANDING_UP:
+        show.tick()
+        went = show.puppet.q - start
+        show.puppet.q = start if wrong == "stuck" else start - went
+        farthest = max(farthest, float(np.abs(show.loop.commanded.q - show.puppet.q).max()))
+        if wrong == "backwards":
+            start = start.copy()
+    assert show.loop.events[-1].mode == "damping"
+    assert "rad from where it is wanted" in show.loop.reason
+    limits = show.loop.limits
+    assert farthest <= limits.astray + 2.0 * limits.astray_time * float(limits.speed.max())
+
+
+def test_who_comes_second_says_nothing_and_leaves(tmp_path: Path) -> None:
+    """A controller that hears another's commands as it begins publishes none, and never arms."""
+    show = PuppetShow(short_walk(tmp_path))
+    for k in range(1, 3000):
+        if k < 500:  # the other leaves a second later
+            show.others.append(encode_command(command(77, k)))
+        show.tick()
+        if show.loop.outcome:
+            break
+    assert show.loop.outcome == "stopped: a second commander"
+    modes = {SafetyMode(one.mode) for one in show.puppet.commands}
+    assert not show.loop.events and modes <= {SafetyMode.DAMPING}
+
+
+def test_nothing_is_said_before_it_has_listened(tmp_path: Path) -> None:
+    """For half a second there is no command, and then one in each tick."""
+    show = PuppetShow(short_walk(tmp_path))
+    while show.loop.time < LISTENS - 0.003:
+        show.tick()
+    assert show.puppet.commands == []
+    for _ in range(10):
+        show.tick()
+    assert 8 <= len(show.puppet.commands) <= 10
+
+
+def test_a_silent_loop_says_nothing_and_goes_on_listening(tmp_path: Path) -> None:
+    """It tells what it would do, for as long as one listens, and the bus hears no command."""
+    show = PuppetShow(short_walk(tmp_path), silent=True)
+    for _ in range(3000):
+        show.tick()
+    assert show.bus.command_bytes == type(show.bus.command_bytes)() and not show.puppet.commands
+    assert show.loop.would_arm and not show.loop.events
+    assert show.loop.reason == WOULD_STAND_UP
+    show.puppet.up = np.array([0.6, 0.0, 0.8])
+    for _ in range(1500):
+        show.tick()
+    assert "tilted" in show.loop.reason and np.degrees(show.loop.tilt) == pytest.approx(37, abs=1)
+    show.loop.stop("interrupted")
+    show.tick()
+    for _ in range(600):
+        show.tick()
+    assert show.loop.outcome == "stopped: interrupted"
 
 
 def test_drives_that_damp_by_themselves_end_the_walk(tmp_path: Path) -> None:

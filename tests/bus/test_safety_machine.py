@@ -58,7 +58,7 @@ def at(known: Known, time: float) -> Known:
 
 def test_stiffness_comes_slowly_to_a_joint_that_armed_beyond_its_limit() -> None:
     """0.09 rad beyond: its torque grows by a tenth of the whole a tick at the most."""
-    limits = replace(LIMITS, fold_time=1.0)
+    limits = replace(LIMITS, fold_time=1.0, arming_posture=9.0)  # it arms from anywhere
     beyond = limits.q_upper + 0.09
     memory, before, reached = initial_safety_memory(limits, 0.0), 0.0, 0.0
     for tick in range(1, 800):
@@ -178,3 +178,42 @@ def test_a_late_state_makes_the_last_command_hold() -> None:
     assert np.array_equal(command.q, before.q) and command.stiffness == 200.0
     memory, command, _ = run(memory, 0.002, tick, age=0.11)
     assert memory.mode == SafetyMode.DAMPING and command.stiffness == 0.0
+
+
+def test_it_arms_from_folded_or_standing_legs_alone() -> None:
+    """Of random postures within the limits hardly any is armed from; of those between, each."""
+    rng = np.random.default_rng(5)
+    random = rng.uniform(LIMITS.q_lower, LIMITS.q_upper, (50, 12))
+    between = POSTURES + rng.uniform(-0.3, 0.3, POSTURES.shape)
+    armed = []
+    for postures in (random, np.clip(between, LIMITS.q_lower, LIMITS.q_upper)):
+        count = 0
+        for q in postures:
+            memory = initial_safety_memory(LIMITS, 0.0)
+            for tick in range(1, 700):
+                known = Known(time=0.002 * tick, q=q, v=np.zeros(12), request=Request.STAND)
+                memory, _ = advance(memory, known, LIMITS, POSTURES, BEARING)
+                if memory.mode == SafetyMode.STANDING_UP:
+                    count += 1
+                    break
+            else:
+                assert "neither folded" in memory.reason
+        armed.append(count / len(postures))
+    assert armed[0] <= 0.1 and armed[1] == 1.0
+
+
+def test_wanted_speeds_change_no_quicker_than_in_the_time_of_a_torque() -> None:
+    """From one end to the other it takes twice `torque_time`, whatever the controller wants."""
+    memory, _, begun = run(initial_safety_memory(LIMITS, 0.0), 0.2, 0)
+    memory, _, begun = run(memory, 0.01, begun, request=Request.WALK)
+    speeds = []
+    for tick in range(begun + 1, begun + 40):
+        way = 1.0 if tick < begun + 20 else -1.0
+        q = memory.commanded.q
+        wanted = Drives(q, way * LIMITS.speed, np.zeros(12), 100.0, 1.0)
+        known = Known(time=0.002 * tick, q=q, v=np.zeros(12), wanted=wanted)
+        memory, command = advance(memory, known, LIMITS, POSTURES, BEARING)
+        speeds.append(command.v)
+    steps = np.abs(np.diff(speeds, axis=0))
+    assert steps.max() <= 0.1 * LIMITS.speed.max() + 1e-12
+    assert np.array_equal(speeds[18], LIMITS.speed) and np.array_equal(speeds[-1], -LIMITS.speed)

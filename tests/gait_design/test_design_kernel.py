@@ -159,7 +159,7 @@ def test_two_threads_find_what_one_finds(monkeypatch: pytest.MonkeyPatch) -> Non
         monkeypatch.setattr(objective_module, "slacks", noted)
         found.append(evaluate_candidates(paper_robot(), shape(), grid, stairs, clearance=0.02))
         threads.append(len(calls))
-    assert np.array_equal(*found) and np.isfinite(found[0]).all()
+    assert np.array_equal(found[0], found[1]) and np.isfinite(found[0]).all()
     assert threads == [2, 1]
 
 

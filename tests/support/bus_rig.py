@@ -108,7 +108,7 @@ class Puppet:
 class PuppetShow:
     """A control loop and a puppet, tick by tick, with time of the test's own."""
 
-    def __init__(self, prepared: PreparedScenario) -> None:
+    def __init__(self, prepared: PreparedScenario, *, silent: bool = False) -> None:
         self.clock = ManualClock()
         self.bus = LoopbackBus(self.clock.now_ns)
         postures = sit_to_stand(prepared.robot, prepared.stance)
@@ -116,7 +116,7 @@ class PuppetShow:
         # Its commands come back to the puppet alone: a controller hears others' commands.
         self.others: list[bytes] = []
         self.loop = ControlLoop(
-            prepared, _OneEnd(self), self.clock, controller=Pacing(postures[-1])
+            prepared, _OneEnd(self), self.clock, controller=Pacing(postures[-1]), silent=silent
         )
         self.loop.limits = replace(self.loop.limits, fold_time=0.4, rise_time=0.6)
 
