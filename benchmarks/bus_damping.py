@@ -28,8 +28,8 @@ from drake_quad.simulation.prepare import PreparedScenario, prepare
 WALK = """
 description: A level walk
 course:
-  - {kind: floor, length: 4.0, width: 2.0}
-start: {distance: 1.0}
+  - {kind: floor, length: 10.0, width: 10.0}
+start: {distance: 4.0}
 mission:
   - {kind: walk, distance: 0.8}
 """

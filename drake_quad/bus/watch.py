@@ -88,8 +88,11 @@ class StateWatch:
             return "the robot's clock went back", False
         if state.time_ns == last.time_ns:
             return "the robot's clock stands", False
-        ahead_ns = state.time_ns - last.time_ns - max(time_ns - self.received_ns, 0)
-        if ahead_ns > JUMP * NS:
+        # Messages that were lost, or waited where nobody read them, account for time that passed.
+        passed_ns = max(
+            time_ns - self.received_ns, (state.sequence - last.sequence) * self.interval * NS
+        )
+        if state.time_ns - last.time_ns - passed_ns > JUMP * NS:
             return "the robot's clock jumped ahead", False
         return "", False
 

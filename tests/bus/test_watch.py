@@ -1,11 +1,14 @@
 """StateWatch alone: which way is up, and how many states did not come."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bus_rig import PERIOD_NS
 from hypothesis import given, strategies as st
 
 from drake_quad.bus.messages import DRIVES_FOLLOW, Received, StateMessage
+from drake_quad.bus.real_time import NS
 from drake_quad.bus.watch import StateWatch
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.math.rotations import rotation_exp
@@ -54,3 +57,20 @@ def test_of_a_slower_robot_only_what_is_missing_is_lost(periods: int, missing: i
         tick += periods * (1 + (missing if k == 30 else 0))
     assert watch.interval == pytest.approx(periods * PERIOD_NS * 1e-9)
     assert watch.lost == missing
+
+
+def test_messages_that_nobody_read_are_no_jump_of_the_clock() -> None:
+    """A loop that stood still finds a state 0.8 s on, for those between are gone: no fault.
+
+    A clock that is a second on from one message to the next is one.
+    """
+    watch, still, up = StateWatch(), np.zeros(3), np.array([0.0, 0.0, GRAVITY])
+    for tick in range(200):
+        assert watch.take([seen(tick, still, up)])[1] == ""
+    late = replace(seen(600, still, up), time_ns=seen(201, still, up).time_ns)
+    assert watch.take([late])[1] == "" and watch.lost == 400
+    after = seen(601, still, up)
+    assert after.message is not None
+    jumped = replace(after.message, time_ns=after.message.time_ns + NS)
+    _, fault = watch.take([replace(after, message=jumped)])
+    assert fault == "the robot's clock jumped ahead"
