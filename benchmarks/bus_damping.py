@@ -1,10 +1,12 @@
 """What becomes of a robot that is damped in its walk: how far it tilts, and how fast it sinks.
 
     python -m benchmarks.bus_damping --moments 8
+    python -m benchmarks.bus_damping --moments 8 --sit
 
 The controller and Drake's robot in lock step, over a bus in one process: nothing depends on the
 machine. The shipped robot walks on level ground. At moments spread over the walk a person presses
-Ctrl-C: the drives damp, without stiffness, whatever foot is in the air.
+Ctrl-C: the drives damp, without stiffness, whatever foot is in the air. With `--sit` the robot sits
+down first.
 """
 
 import argparse
@@ -33,12 +35,12 @@ start: {distance: 4.0}
 mission:
   - {kind: walk, distance: 0.8}
 """
-AFTER = 3.0  # [s] for which it is looked at
+AFTER = 5.0  # [s] for which it is looked at
 PERIOD_NS = NS // 500
 
 
-def damp(prepared: PreparedScenario, moment: float) -> dict[str, float | str]:
-    """One walk that is damped so many seconds after its begin."""
+def damp(prepared: PreparedScenario, moment: float, *, sit: bool) -> dict[str, float | str]:
+    """One walk that is stopped so many seconds after its begin: damped, or made to sit down."""
     clock = ManualClock()
     bus = LoopbackBus(clock.now_ns)
     side = SimulatedRobot(prepared)
@@ -54,7 +56,7 @@ def damp(prepared: PreparedScenario, moment: float) -> dict[str, float | str]:
         if walked < moment * 500 or loop.newest is None:
             assert not loop.outcome, loop.outcome
             continue
-        loop.stop("interrupted")
+        loop.stop("interrupted", sit=sit)
         R_WB = quaternion_matrix(np.asarray(side.truth()["pose"])[3:])
         heights.append(float(side.base[2]))
         tilts.append(float(np.degrees(np.arccos(np.clip(R_WB[2, 2], -1.0, 1.0)))))
@@ -77,13 +79,14 @@ def main() -> None:
     )
     parser.add_argument("--moments", type=int, default=8)
     parser.add_argument("--seconds", type=float, default=10.0, help="of the walk, over which")
+    parser.add_argument("--sit", action="store_true", help="as with `control --soft-stop`")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "walk.yaml"
         path.write_text(WALK)
         prepared = prepare(load_scenario(str(path), [*FIELDS, "sensors.contacts=feet"]))
     for moment in np.linspace(0.5, given.seconds, given.moments):
-        print(json.dumps(damp(prepared, round(float(moment), 2))), flush=True)
+        print(json.dumps(damp(prepared, round(float(moment), 2), sit=given.sit)), flush=True)
 
 
 if __name__ == "__main__":

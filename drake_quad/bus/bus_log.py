@@ -38,8 +38,9 @@ from drake_quad.util.files import read_given, write_whole
 
 NOW, STATES, COMMANDS, ANSWER, STOP = "/now", "/states", "/commands", "/answer", "/stop"
 PLAN = "/plan"  # whether a plan that was asked for had been made
-TOPICS = (NOW, STATES, COMMANDS, ANSWER, STOP, PLAN)
-KINDS = {NOW: int, STOP: str, PLAN: bool}  # of what is kept as it is
+SIT = "/sit"  # as STOP, and the robot sits down first
+TOPICS = (NOW, STATES, COMMANDS, ANSWER, STOP, PLAN, SIT)
+KINDS = {NOW: int, STOP: str, SIT: str, PLAN: bool}  # of what is kept as it is
 SCENARIO, HEADER = "scenario.yaml", "header.json"  # attachments
 LARGEST = 2**31  # [bytes] of a file that is read
 LARGEST_CHUNK = 2**26  # [bytes] unpacked; in ours it is 1 MiB
@@ -106,9 +107,9 @@ class BusRecorder:
             self.events.append((PLAN, made))
         return plan
 
-    def note_stop(self, reason: str) -> None:
-        """Notes that the loop is told to stop before its next tick."""
-        self.events.append((STOP, reason))
+    def note_stop(self, reason: str, *, sit: bool = False) -> None:
+        """Notes that the loop is told to stop before its next tick, as `ControlLoop.stop`."""
+        self.events.append((SIT if sit else STOP, reason))
 
     def close(self) -> None:
         """Closes the bus."""
@@ -288,22 +289,23 @@ class BusReplay:
     """
 
     def __init__(self, log: BusLog) -> None:
-        self._events = [event for event in log.events if event[0] != STOP]
-        self._stops: dict[int, str] = {}  # by how many of these events come before
+        self._events = [event for event in log.events if event[0] not in (STOP, SIT)]
+        # The reason, and whether it sits down, by how many of these events come before.
+        self._stops: dict[int, tuple[str, bool]] = {}
         before = 0
         for topic, value in log.events:
-            if topic == STOP:
-                self._stops[before] = value
-            before += topic != STOP
+            if topic in (STOP, SIT):
+                self._stops[before] = value, topic == SIT
+            before += topic not in (STOP, SIT)
         self._next = 0
         self._job: PlanJob | None = None
         self.compared = 0
         self.different: int | None = None
 
     @property
-    def stop_due(self) -> str:
-        """Why the loop was told to stop before this tick; empty if it was not."""
-        return self._stops.get(self._next, "")
+    def stop_due(self) -> tuple[str, bool] | None:
+        """Why the loop was told to stop before this tick, and whether to sit; None: it was not."""
+        return self._stops.get(self._next)
 
     def _again(self, topic: str) -> Any:
         """What was said next, to a question of this topic.
@@ -385,8 +387,9 @@ def replay_bus_log(log: BusLog, trace: Trace | None = None) -> dict[str, Any]:
     with suppress(_Over):
         loop = ControlLoop(prepared, replay, replay, maker=replay, session=log.session)
         while not loop.outcome:
-            if replay.stop_due:
-                loop.stop(replay.stop_due)
+            if replay.stop_due is not None:
+                reason, sit = replay.stop_due
+                loop.stop(reason, sit=sit)
             loop.tick()
             if trace is not None and loop.mode == SafetyMode.WALKING and loop.newest is not None:
                 assert isinstance(loop.controller, BusController)

@@ -27,6 +27,7 @@ from drake_quad.common import FloatArray
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.simulation.prepared import PreparedScenario
 
+UPRIGHT = (SafetyMode.STANDING, SafetyMode.WALKING)
 STANDS = 1.0  # [s] that it stands before it walks
 REST = 1.0  # [s] that it is damped before it leaves
 WOULD_STAND_UP = "would stand up now"
@@ -111,7 +112,7 @@ class ControlLoop:
         self._waiting: deque[tuple[StateMessage, int]] = deque()  # states to answer, when they came
         self._answered = -1, 0  # number of the state that is answered, and when it came
         self._obeyed = 0.0  # when the drives last did as they were told [s]
-        self._stop = ""
+        self._stop, self._sit = "", False
 
     @property
     def mode(self) -> SafetyMode:
@@ -153,9 +154,14 @@ class ControlLoop:
         """From when the loop began to its last tick [s]."""
         return (self._now_ns - self._start_ns) / NS
 
-    def stop(self, reason: str) -> None:
-        """Damps the robot at the next tick, and ends once it has rested so."""
-        self._stop = self._stop or reason
+    def stop(self, reason: str, *, sit: bool = False) -> None:
+        """Damps the robot at the next tick, and ends once it has rested so.
+
+        Args:
+            reason: Why.
+            sit: Whether a robot that stands or walks sits down before its drives damp.
+        """
+        self._stop, self._sit = self._stop or reason, sit
 
     def tick(self) -> None:
         """One tick."""
@@ -185,7 +191,7 @@ class ControlLoop:
             self._suit_drives()
             self._lost_before = self._states.lost
         request = self._request(memory.mode, now)
-        if request == Request.SIT and memory.mode == SafetyMode.STANDING:
+        if request == Request.SIT and memory.mode in UPRIGHT:
             self._postures = lower(self._robot, self.commanded.q, self._states.up)
             self._bearing = self.commanded.torque
         known = Known(
@@ -266,6 +272,8 @@ class ControlLoop:
 
     def _request(self, mode: SafetyMode, now: float) -> Request:
         """What comes next: up, walk, down; a person's stop before all."""
+        if self._stop and self._sit and (mode in UPRIGHT or mode == SafetyMode.SITTING_DOWN):
+            return Request.SIT
         if self._stop:
             return Request.DAMP
         waited = now - self._memory.since

@@ -199,6 +199,7 @@ def control(
     stop: Stop,
     tell: Tell,
     dry_run: bool = False,
+    soft_stop: bool = False,
     fifo: bool = True,
     record: Path | None = None,
 ) -> dict[str, Any]:
@@ -210,6 +211,7 @@ def control(
         stop: Asked whether a person wants it to end.
         tell: Told of every change of mode.
         dry_run: Whether it only listens.
+        soft_stop: Whether the robot sits down before its drives damp, where a person wants an end.
         fifo: Whether real-time priority is asked for.
         record: File for a log of all that came and was answered; see `bus_log`.
 
@@ -231,9 +233,9 @@ def control(
         def tick() -> bool:
             nonlocal shown, remarked, next_look
             if stop():
-                loop.stop("interrupted")
+                loop.stop("interrupted", sit=soft_stop)
                 if recorder is not None:
-                    recorder.note_stop("interrupted")
+                    recorder.note_stop("interrupted", sit=soft_stop)
             loop.tick()
             for remark in loop.remarks[remarked:]:
                 tell(f"{loop.time:8.3f} s  note: {remark}")

@@ -71,6 +71,9 @@ class PaceByJoints:
         return self._begun_ns + round(self._passed_ns)
 
 
+HALF_WRAP = 2**31  # [ms] of a tick that goes back: it has begun again at zero
+
+
 @dataclass
 class _Sender:
     """What is known of a sender.
@@ -83,6 +86,7 @@ class _Sender:
         time_ns: What its clock is ahead of its ticks [ns].
         sequence: What its sequence is ahead of its ticks.
         pace: Its time, as long as it has no clock.
+        raw: Its last tick [ms], a number of 32 bits that begins again at zero.
     """
 
     count: int = 0
@@ -92,6 +96,7 @@ class _Sender:
     time_ns: int = 0
     sequence: int = 0
     pace: PaceByJoints = field(default_factory=PaceByJoints)
+    raw: int = 0
 
 
 class LowStateReader:
@@ -128,7 +133,10 @@ class LowStateReader:
         known.driven = known.driven or state.drives == DRIVES_FOLLOW
         if not known.driven:  # it may never tell
             state = replace(state, drives=DRIVES_FOLLOW)
-        tick = state.sequence
+        if state.sequence + HALF_WRAP < known.raw:  # after 49.7 days
+            known.sequence += 2 * HALF_WRAP
+            known.time_ns += 2 * HALF_WRAP * 1_000_000
+        tick = known.raw = state.sequence
         if tick and not known.ticking:
             known.ticking = True
             if known.count > 1:  # its clock began at zero: it goes on from the time stamps

@@ -53,6 +53,14 @@ def control(
     i_am_ready: Annotated[
         bool, typer.Option("--i-am-ready", help="A robot may move: it hangs on a hoist, or better.")
     ] = False,
+    soft_stop: Annotated[
+        bool,
+        typer.Option(
+            "--soft-stop",
+            help="At Ctrl-C a robot that stands or walks sits down first, in 3.5 s, and then its "
+            "drives damp; a second Ctrl-C damps at once, as the first does without this.",
+        ),
+    ] = False,
     contacts: Annotated[
         str | None,
         typer.Option(
@@ -99,7 +107,7 @@ def control(
     prepared = prepare_for_bus(scenario, fields, MESSAGES.print)
     with interruptible(MESSAGES) as stop:
         result = run_control(prepared, choice, stop=stop, tell=_tell, dry_run=dry_run, fifo=fifo,
-                             record=record)  # fmt: skip
+                             record=record, soft_stop=soft_stop)  # fmt: skip
     _leave(result, out, "control.json", as_json=as_json)
     if out is not None:
         page = dq.write_bus_page(result, out / "control.html", name=stem(scenario))

@@ -28,11 +28,12 @@ SAFETY_MODE_COLOURS = {
     "walking": "#009E73",
     "sitting_down": "#8C6BB1",
 }
+MODES = "What the robot was told to do"
 # Of control.json's `real_time`: the histogram's name, its title, and what its values are.
 HISTOGRAMS = (
     ("jitter_ms", "Jitter", "how far a period was from the one that is wanted"),
     ("work_ms", "Work", "how long a tick of the loop took"),
-    ("state_age_ms", "Age of the state", "how old the state was when it was answered"),
+    ("state_age_ms", "Age of the state", "how long the state had been read when it was answered"),
 )
 
 
@@ -50,7 +51,8 @@ def write_bus_page(found: Mapping[str, Any], path: Path, *, name: str) -> Path:
     times = found["real_time"]
     good = found["outcome"] == "goal_reached"
     with report_style():
-        figures = [("modes", "What the robot was told to do", _draw_modes(found))]
+        modes = "What the robot would have been told" if _dry(found) else MODES
+        figures = [("modes", modes, _draw_modes(found))]
         figures += [
             (key, f"{title}: {words} [ms]", _draw_histogram(times[key]))
             for key, title, words in HISTOGRAMS
@@ -80,7 +82,13 @@ def _sentence(found: Mapping[str, Any]) -> str:
     over = {"lcm": "LCM", "unitree": "DDS with Unitree's messages"}.get(bus["bus"], bus["bus"])
     feet = {"feet": "by sensors in them", "joints": "by the joints' torques"}
     felt = feet.get(found["contacts"], found["contacts"])
-    return f"A controller over {over}, domain {bus['domain']}; feet are felt {felt}."
+    listened = " It only listened, and published nothing." if _dry(found) else ""
+    return f"A controller over {over}, domain {bus['domain']}; feet are felt {felt}.{listened}"
+
+
+def _dry(found: Mapping[str, Any]) -> bool:
+    """Whether the controller only listened; files of before do not say it."""
+    return bool(found.get("dry_run", False))
 
 
 def _rows(found: Mapping[str, Any]) -> list[tuple[str, str]]:

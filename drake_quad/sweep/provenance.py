@@ -23,7 +23,7 @@ MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and s
 PRESENTING = ("report", "cli", "feasibility", "api", "__main__")
 MODULES = {"pycollada": "collada"}  # where they are not called as what is installed
 # Modules of this package on which what comes of a trial depends.
-WORKING = ("sampling.py", "study.py", "study_loading.py", "trials.py")
+WORKING = ("sampling.py", "study.py", "study_checks.py", "study_loading.py", "trials.py")
 # Fields of a study, and of what varies in it, that no trial depends on. A name is the title of a
 # column, which the table gets anew from the study; a case's name is the mapping's key, and stays.
 UNREAD_OF_STUDY = ("description", "maps", "gate")

@@ -252,6 +252,37 @@ def test_a_silent_loop_says_nothing_and_goes_on_listening(tmp_path: Path) -> Non
     assert show.loop.outcome == "stopped: interrupted"
 
 
+def test_a_soft_stop_sits_down_first_and_then_damps(tmp_path: Path) -> None:
+    """In a walk: it sits down with stiff drives, damps, and leaves; no wanted angle jumps."""
+    show = walking_show(tmp_path)
+    for _ in range(200):
+        show.tick()
+    show.loop.stop("interrupted", sit=True)
+    show.tick()
+    assert show.loop.events[-1].mode == "sitting_down" and show.loop.commanded.stiffness > 0.0
+    while not show.loop.outcome:
+        show.tick()
+    assert [event.mode for event in show.loop.events][-2:] == ["sitting_down", "damping"]
+    assert show.loop.outcome == "stopped: interrupted" and show.loop.largest_step <= 0.05
+
+
+def test_a_second_stop_damps_at_once(tmp_path: Path) -> None:
+    """While it sits down, and while it stands up, where there is nothing to sit down from."""
+    show = walking_show(tmp_path)
+    show.loop.stop("interrupted", sit=True)
+    for _ in range(50):
+        show.tick()
+    show.loop.stop("interrupted")
+    show.tick()
+    assert show.loop.commanded.stiffness == 0.0
+    rising = PuppetShow(short_walk(tmp_path))
+    while rising.loop.mode != SafetyMode.STANDING_UP:
+        rising.tick()
+    rising.loop.stop("interrupted", sit=True)
+    rising.tick()
+    assert rising.loop.commanded.stiffness == 0.0
+
+
 def test_drives_that_damp_by_themselves_end_the_walk(tmp_path: Path) -> None:
     """They do so where commands came late: the loop damps within 0.1 s."""
     show = walking_show(tmp_path)

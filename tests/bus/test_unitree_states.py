@@ -144,6 +144,17 @@ def test_a_clock_that_stops_or_goes_back_brings_no_new_state() -> None:
         assert len(good) == (k < 2)
 
 
+def test_a_clock_of_32_bits_goes_on_where_it_begins_again() -> None:
+    """After 49.7 days a tick is 0 once more: its states are new, and as far apart as before."""
+    reader, watch = LowStateReader(SAME), StateWatch()
+    times = []
+    for k, tick in enumerate([2**32 - 10, 2**32 - 5, 0, 5, 10]):
+        good, fault = watch.take([read(reader, low_state(tick, shake=1e-3 * k), k)])
+        assert not fault and len(good) == 1
+        times.append(good[0].time_ns)
+    assert np.diff(times).tolist() == [5 * MS] * 4 and watch.lost == 0
+
+
 def test_two_robots_on_one_topic_are_a_fault() -> None:
     """They are told apart by DDS's numbers of their writers, LowState naming no robot."""
     reader, watch = LowStateReader(SAME), StateWatch()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from certificate_rig import certified, paper_shank, prepared
 
-from drake_quad.certificate import bounds as cell_bounds, clearance as feet_room
+from drake_quad.certificate import bounds as cell_bounds, obstacles
 from drake_quad.certificate.bounds import TOLERANCE
 from drake_quad.certificate.cells import cut_pieces
 from drake_quad.certificate.certify import certify_plans
@@ -20,7 +20,7 @@ def test_parts_prove_what_the_whole_proves(monkeypatch: pytest.MonkeyPatch) -> N
     """In parts of 100 cells the same plan is certified, with the same least values and claims."""
     whole = certified("case_study")
     monkeypatch.setattr(cell_bounds, "MOST_CELLS", 100)
-    monkeypatch.setattr(feet_room, "IN_A_ROW", 7)
+    monkeypatch.setattr(obstacles, "IN_A_ROW", 7)
     p = prepared("case_study")
     parts = certify_plans(p.robot, paper_shank(), p.plan.plans, p.course.boxes)
     assert parts.failure is None and parts.record is not None

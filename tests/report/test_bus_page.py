@@ -67,7 +67,7 @@ def test_histograms_hold_every_tick(tmp_path: Path) -> None:
     """Beside the bars stand their counts: of work 990 short ticks and 10 long ones."""
     page = write_bus_page(result(1000), tmp_path / "control.html", name="walk")
     text = page.read_text(encoding="utf-8")
-    work = text[text.index("Work: how long") : text.index("Age of the state: how old")]
+    work = text[text.index("Work: how long") : text.index("Age of the state: how long")]
     counts = re.findall(r">(\d+)</text>", work)
     assert "990" in counts and "10" in counts
     assert text.count("<svg") == 4
