@@ -59,8 +59,9 @@ def run(scenario: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
         )
         try:
             kept = ["--record", str(place / "bus.mcap")] if given.keep else []
+            busy = ["--busy-wait"] if given.busy_wait else []
             controller = subprocess.run(
-                [*COMMAND, "control", *common, "--contacts", given.contacts, *kept],
+                [*COMMAND, "control", *common, "--contacts", given.contacts, *kept, *busy],
                 stdout=subprocess.DEVNULL, stderr=words, timeout=LIMIT, check=False,
             )  # fmt: skip
             failed = "" if controller.returncode in (0, 1) else f"exit {controller.returncode}"
@@ -130,6 +131,7 @@ def main() -> None:
     parser.add_argument("--bus", choices=("unitree", "lcm"), default="unitree")
     parser.add_argument("--domain", type=int, default=70, help="of seed 0")
     add_course_options(parser)
+    parser.add_argument("--busy-wait", action="store_true", help="as of `control`")
     parser.add_argument(
         "--keep",
         type=Path,

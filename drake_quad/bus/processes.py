@@ -26,6 +26,9 @@ from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 RELEASES = 10  # times that drives are told to damp by a loop that ends by an error
+# Of a period, for which a loop sleeps that else is busy: the system stops processes of real-time
+# priority that take more than 95 % of a core.
+RESTS = 0.125
 LATE = 0.1  # [s] behind, beyond which a loop gives up catching up
 ESTIMATED = ("estimator.kind=ekf",)  # before what a person sets
 FIELDS = (*ESTIMATED, "controller.period=0.002")  # where no design sets the period
@@ -171,18 +174,34 @@ def open_bus(
     return find_bus(choice.bus)(end)
 
 
-def each_period(clock: Clock, period: float, tick: Callable[[], bool]) -> float:
-    """Ticks by the clock's deadlines until told to end; how much time was given up [s]."""
+def each_period(
+    clock: Clock, period: float, tick: Callable[[], bool], *, busy: bool = False
+) -> float:
+    """Ticks by the clock's deadlines until told to end.
+
+    Args:
+        clock: The clock.
+        period: Time between deadlines [s].
+        tick: Told whether to go on.
+        busy: Whether to wait for deadlines with the core busy, but for RESTS of each period. A core
+            that sleeps takes up to milliseconds to wake, above all on a virtual machine.
+
+    Returns:
+        How much time was given up [s].
+    """
     period_ns = round(period * NS)
-    due, given_up = clock.now_ns(), 0
+    due, given_up, rest_ns = clock.now_ns(), 0, round(RESTS * period_ns)
     while tick():
         due += period_ns
-        behind = clock.now_ns() - due
+        now = clock.now_ns()
+        behind = now - due
         if behind > LATE * NS:
             given_up += behind
             due += behind
         elif behind < 0:
-            clock.sleep_until(due)
+            clock.sleep_until(min(now + rest_ns, due) if busy else due)
+            while clock.now_ns() < due:
+                pass
     return given_up / NS
 
 
@@ -200,6 +219,7 @@ def control(
     tell: Tell,
     dry_run: bool = False,
     soft_stop: bool = False,
+    busy_wait: bool = False,
     fifo: bool = True,
     record: Path | None = None,
 ) -> dict[str, Any]:
@@ -212,6 +232,7 @@ def control(
         tell: Told of every change of mode.
         dry_run: Whether it only listens.
         soft_stop: Whether the robot sits down before its drives damp, where a person wants an end.
+        busy_wait: Whether the loop waits for its deadlines with its core busy, see `each_period`.
         fifo: Whether real-time priority is asked for.
         record: File for a log of all that came and was answered; see `bus_log`.
 
@@ -254,7 +275,7 @@ def control(
 
         try:
             with real_time(first=fifo, threads=receiving) as given:
-                given_up = each_period(clock, loop.period, tick)
+                given_up = each_period(clock, loop.period, tick, busy=busy_wait)
         except BaseException:  # Ctrl-C a second time, too
             for _ in range(RELEASES):  # a bus may lose messages
                 loop.release()

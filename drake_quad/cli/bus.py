@@ -31,6 +31,14 @@ DomainOption = Annotated[int, typer.Option(help="DDS's domain; of LCM, ports fur
 RateOption = Annotated[
     float, typer.Option(help="Slow motion of both sides, for a busy machine; 1 is real time.")
 ]
+BusyOption = Annotated[
+    bool,
+    typer.Option(
+        "--busy-wait",
+        help="Wait for each deadline with a core busy: it is kept more exactly, and a core less is "
+        "there for others.",
+    ),
+]
 FifoOption = Annotated[
     bool, typer.Option("--fifo/--no-fifo", help="Real-time priority, if it is allowed.")
 ]
@@ -80,6 +88,7 @@ def control(
         ),
     ] = None,
     rate: RateOption = 1.0,
+    busy_wait: BusyOption = False,
     fifo: FifoOption = True,
     overrides: SetOption = None,
     as_json: JsonOption = False,
@@ -107,7 +116,7 @@ def control(
     prepared = prepare_for_bus(scenario, fields, MESSAGES.print)
     with interruptible(MESSAGES) as stop:
         result = run_control(prepared, choice, stop=stop, tell=_tell, dry_run=dry_run, fifo=fifo,
-                             record=record, soft_stop=soft_stop)  # fmt: skip
+                             record=record, soft_stop=soft_stop, busy_wait=busy_wait)  # fmt: skip
     _leave(result, out, "control.json", as_json=as_json)
     if out is not None:
         page = dq.write_bus_page(result, out / "control.html", name=stem(scenario))
