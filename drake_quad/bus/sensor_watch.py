@@ -13,6 +13,7 @@ FROZEN = 0.05  # [s] for which a sound gyroscope or accelerometer never shows th
 # [rad] that a joint turns by its own speed while its angle stays the same to the bit. Encoders of a
 # joint at rest may do that for ever, so that time alone says nothing.
 TURNED = 0.05
+MOVING = 0.1  # [rad/s] below which a joint's speed may be an error of its own, and does not count
 LONGEST = 0.1  # [s] for which a joint's speed is taken to have lasted
 # Of a joint's limits, beyond which nothing moves: three times as fast, or as strong. Half a radian
 # beyond the ends of its range a joint is at its mechanical stops, or its zero is another.
@@ -62,7 +63,8 @@ class SensorWatch:
                 return f"the {sensor} shows the same without end"
         dt = min((state.time_ns - last.time_ns) / NS, LONGEST)
         same = state.position == last.position
-        self._turned = np.where(same, self._turned + dt * state.velocity, 0.0)
+        speed = np.where(np.abs(state.velocity) > MOVING, state.velocity, 0.0)
+        self._turned = np.where(same, self._turned + dt * speed, 0.0)
         stuck = np.abs(self._turned)
         if stuck.max() > TURNED:
             joint = self._names[int(stuck.argmax())]
