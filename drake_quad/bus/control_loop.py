@@ -95,10 +95,7 @@ class ControlLoop:
         self._bus, self._clock, self._silent = bus, clock, silent
         self.session, self._sequence = new_session() if session is None else session, 0
         self._states, self._commands = StateWatch(self.period), CommandWatch(self.session)
-        robot, limits = prepared.robot, self.limits
-        self._sensors = SensorWatch(
-            limits.q_lower, limits.q_upper, limits.speed, limits.effort, tuple(robot.joint_names)
-        )
+        self._sensors = SensorWatch(self.limits, prepared.robot.joint_names)
         self._lost_before = 0  # messages lost while the controller was made ready
         self._start_ns = self._now_ns = clock.now_ns()
         self._memory = initial_safety_memory(self.limits, 0.0)

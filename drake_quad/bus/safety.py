@@ -242,8 +242,8 @@ def advance(
     Returns:
         Memory of this tick, and the command to the drives, within all limits.
     """
-    memory = _note_nearness(memory, known, limits)
-    fault = _fault_of(known, limits) or _astray(memory, known, limits)
+    memory, astray = _watch_joints(memory, known, limits)
+    fault = _fault_of(known, limits) or astray
     well_since = known.time if fault else memory.well_since
     if memory.holding or well_since != memory.well_since:  # to make one anew takes a while
         memory = replace(memory, well_since=well_since, holding=False)
@@ -265,30 +265,22 @@ def advance(
     return replace(memory, commanded=commanded), commanded
 
 
-def _note_nearness(memory: Memory, known: Known, limits: SafetyLimits) -> Memory:
-    """The memory, with when all joints were last near where they were wanted."""
-    driven = memory.mode != SafetyMode.DAMPING and not memory.holding
-    if driven and _farthest(memory, known) > limits.astray:
-        return memory
-    # To make a memory anew takes a while: it is noted often enough.
-    if known.time - memory.near_since > 0.5 * limits.astray_time:
-        return replace(memory, near_since=known.time)
-    return memory
+def _watch_joints(memory: Memory, known: Known, limits: SafetyLimits) -> tuple[Memory, str]:
+    """The memory, with when all joints were last near where they were wanted; and the fault.
 
-
-def _astray(memory: Memory, known: Known, limits: SafetyLimits) -> str:
-    """That a joint has been far from where it is wanted for too long; empty if none has."""
-    if memory.mode == SafetyMode.DAMPING:
-        return ""
-    far = _farthest(memory, known)
-    if far <= limits.astray or known.time - memory.near_since <= limits.astray_time:
-        return ""
-    return f"a joint is {far:.2f} rad from where it is wanted"
-
-
-def _farthest(memory: Memory, known: Known) -> float:
-    """How far a joint is from where it was wanted, of all the farthest [rad]."""
-    return 0.0 if known.q is None else float(np.abs(memory.commanded.q - known.q).max())
+    The fault is that a joint has been far from there for too long; it is empty if none has.
+    """
+    far = 0.0
+    if memory.mode != SafetyMode.DAMPING and not memory.holding and known.q is not None:
+        far = float(np.abs(memory.commanded.q - known.q).max())
+    since = known.time - memory.near_since
+    if far > limits.astray:
+        late = since > limits.astray_time
+        return memory, f"a joint is {far:.2f} rad from where it is wanted" if late else ""
+    # To make a memory anew takes a while: nearness is noted often enough.
+    if since > 0.5 * limits.astray_time:
+        memory = replace(memory, near_since=known.time)
+    return memory, ""
 
 
 def within_limits(wanted: Drives, before: Drives, limits: SafetyLimits) -> Drives:

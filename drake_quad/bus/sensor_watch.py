@@ -3,11 +3,13 @@
 Pure of clocks and sockets. A robot of which only one sensor fails goes on sending sound messages.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from drake_quad.bus.messages import StateMessage
 from drake_quad.bus.real_time import NS
-from drake_quad.common import FloatArray
+from drake_quad.bus.safety import SafetyLimits
 
 FROZEN = 0.05  # [s] for which a sound gyroscope or accelerometer never shows the same to the bit
 # [rad] that a joint turns by its own speed while its angle stays the same to the bit. Encoders of a
@@ -27,23 +29,13 @@ class SensorWatch:
     """Looks at each sound state, one after the other.
 
     Args:
-        q_lower: Joint position limits (12,) [rad].
-        q_upper: Joint position limits (12,) [rad].
-        speed: Joint speed limits (12,) [rad/s].
-        effort: Joint torque limits (12,) [Nm].
-        names: The joints' names, for people (12,).
+        limits: The joints' limits.
+        names: The joints' names, for people, 12 of them.
     """
 
-    def __init__(
-        self,
-        q_lower: FloatArray,
-        q_upper: FloatArray,
-        speed: FloatArray,
-        effort: FloatArray,
-        names: tuple[str, ...],
-    ) -> None:
-        self._lower, self._upper = q_lower - TOO_FAR, q_upper + TOO_FAR
-        self._speed, self._effort = TOO_FAST * speed, TOO_STRONG * effort
+    def __init__(self, limits: SafetyLimits, names: Sequence[str]) -> None:
+        self._lower, self._upper = limits.q_lower - TOO_FAR, limits.q_upper + TOO_FAR
+        self._speed, self._effort = TOO_FAST * limits.speed, TOO_STRONG * limits.effort
         self._names = names
         self._last: StateMessage | None = None
         self._changed_ns = dict.fromkeys(INERTIAL, 0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drake_quad.bus.messages import DRIVES_FOLLOW, StateMessage
+from drake_quad.bus.safety import SafetyLimits
 from drake_quad.bus.sensor_watch import FROZEN, TURNED, SensorWatch
 from drake_quad.common import GRAVITY
 
@@ -14,9 +15,11 @@ PERIOD = 0.002
 
 
 def new_watch() -> SensorWatch:
-    return SensorWatch(
-        np.full(12, -2.0), np.full(12, 2.0), np.full(12, 20.0), np.full(12, 50.0), NAMES
-    )
+    limits = SafetyLimits(
+        q_lower=np.full(12, -2.0), q_upper=np.full(12, 2.0), speed=np.full(12, 20.0),
+        effort=np.full(12, 50.0), stiffness=200.0, damping=5.0,
+    )  # fmt: skip
+    return SensorWatch(limits, NAMES)
 
 
 def state(tick: int, **fields: object) -> StateMessage:
