@@ -13,9 +13,9 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
+from drake_quad.bus.drive_limits import Drives
 from drake_quad.bus.messages import DRIVES_FOLLOW, StateMessage
 from drake_quad.bus.real_time import NS
-from drake_quad.bus.safety import Drives
 from drake_quad.bus.trace import BEARS
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.settings import ControlSettings

@@ -7,20 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_quad.bus.bus_controller import BusController, Walker
+from drake_quad.bus.drive_limits import DAMP_AFTER, Drives, gain_share
 from drake_quad.bus.messages import DRIVES_DAMP, CommandMessage, StateMessage
 from drake_quad.bus.postures import lower, safety_limits, sit_to_stand
 from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
-from drake_quad.bus.safety import (
-    DAMP_AFTER,
-    Drives,
-    Known,
-    Request,
-    SafetyMode,
-    advance,
-    gain_share,
-    initial_safety_memory,
-)
+from drake_quad.bus.safety import Known, Request, SafetyMode, advance, initial_safety_memory
 from drake_quad.bus.sensor_watch import SensorWatch
 from drake_quad.bus.watch import CommandWatch, StateWatch
 from drake_quad.common import FloatArray

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drake_quad.bus.safety import SafetyLimits
+from drake_quad.bus.drive_limits import SafetyLimits
 from drake_quad.common import FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import InputError

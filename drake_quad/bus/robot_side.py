@@ -10,6 +10,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_quad.bus.drive_limits import DAMP_AFTER, HOLD_AFTER
 from drake_quad.bus.messages import (
     DRIVES_DAMP,
     DRIVES_FOLLOW,
@@ -20,7 +21,7 @@ from drake_quad.bus.messages import (
 from drake_quad.bus.postures import lowest_stance
 from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
-from drake_quad.bus.safety import DAMP_AFTER, HOLD_AFTER, SafetyMode
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.trace import BEARS
 from drake_quad.bus.watch import CommandWatch
 from drake_quad.common import GRAVITY, FloatArray

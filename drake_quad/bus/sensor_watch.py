@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from drake_quad.bus.drive_limits import SafetyLimits
 from drake_quad.bus.messages import StateMessage
 from drake_quad.bus.real_time import NS
-from drake_quad.bus.safety import SafetyLimits
 
 FROZEN = 0.05  # [s] for which a sound gyroscope or accelerometer never shows the same to the bit
 # [rad] that a joint turns by its own speed while its angle stays the same to the bit. Encoders of a

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bus_rig import COMMAND, STATE
 from hypothesis import given, strategies as st
 
 from drake_quad.bus.messages import (
     COMMAND_FINGERPRINT,
     STATE_FINGERPRINT,
     CommandMessage,
-    StateMessage,
     decode_command,
     decode_state,
     encode_command,
@@ -21,12 +21,6 @@ from drake_quad.bus.messages import (
 )
 
 DEFINITIONS = Path(__file__).parents[2] / "drake_quad" / "bus" / "quad_bus.lcm"
-RNG = np.random.default_rng(3)
-STATE = StateMessage(
-    7, 8, 9, 1, RNG.normal(size=12), RNG.normal(size=12), RNG.normal(size=12), RNG.normal(size=3),
-    RNG.normal(size=3), RNG.normal(size=4),
-)  # fmt: skip
-COMMAND = CommandMessage(5, 6, 7, 3, 2, *(RNG.normal(size=12) for _ in range(5)))
 
 
 def test_a_message_comes_as_it_was_sent() -> None:

@@ -5,18 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bus_rig import COMMAND, STATE
 
 from drake_quad.bus.buses import BusEnd, find_bus
-from drake_quad.bus.messages import CommandMessage, StateMessage
 from drake_quad.bus.processes import BusChoice, check_choice
 from drake_quad.errors import InputError
 
-RNG = np.random.default_rng(3)
-STATE = StateMessage(
-    7, 8, 9, 1, RNG.normal(size=12), RNG.normal(size=12), RNG.normal(size=12), RNG.normal(size=3),
-    RNG.normal(size=3), RNG.normal(size=4),
-)  # fmt: skip
-COMMAND = CommandMessage(5, 6, 7, 3, 2, *(RNG.normal(size=12) for _ in range(5)))
 PAGE = Path(__file__).parents[2] / "docs" / "bus.md"
 
 

@@ -7,18 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from drake_quad.bus.safety import (
-    Drives,
-    Known,
-    Memory,
-    Request,
-    SafetyLimits,
-    SafetyMode,
-    advance,
-    gain_share,
-    initial_safety_memory,
-    within_limits,
-)
+from drake_quad.bus.drive_limits import Drives, SafetyLimits, gain_share, within_limits
+from drake_quad.bus.safety import Known, Memory, Request, SafetyMode, advance, initial_safety_memory
 
 LIMITS = SafetyLimits(
     q_lower=np.full(12, -1.0), q_upper=np.full(12, 2.0), speed=np.full(12, 10.0),

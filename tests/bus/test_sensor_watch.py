@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_quad.bus.drive_limits import SafetyLimits
 from drake_quad.bus.messages import DRIVES_FOLLOW, StateMessage
-from drake_quad.bus.safety import SafetyLimits
 from drake_quad.bus.sensor_watch import FROZEN, TURNED, SensorWatch
 from drake_quad.common import GRAVITY
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_quad.bus.control_loop import ControlLoop
+from drake_quad.bus.drive_limits import Drives
 from drake_quad.bus.messages import (
     DRIVES_FOLLOW,
     CommandMessage,
@@ -17,12 +18,19 @@ from drake_quad.bus.postures import sit_to_stand
 from drake_quad.bus.processes import FIELDS
 from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
-from drake_quad.bus.safety import Drives, SafetyMode
+from drake_quad.bus.safety import SafetyMode
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 PERIOD_NS = NS // 500
+# A message of either kind, its numbers those of a generator: for what carries them.
+RNG = np.random.default_rng(3)
+STATE = StateMessage(
+    7, 8, 9, 1, RNG.normal(size=12), RNG.normal(size=12), RNG.normal(size=12), RNG.normal(size=3),
+    RNG.normal(size=3), RNG.normal(size=4),
+)  # fmt: skip
+COMMAND = CommandMessage(5, 6, 7, 3, 2, *(RNG.normal(size=12) for _ in range(5)))
 SHORT_WALK = """
 description: A short level walk
 course:
