@@ -12,7 +12,14 @@ from drake_quad.bus.messages import DRIVES_DAMP, CommandMessage, StateMessage
 from drake_quad.bus.postures import lower, safety_limits, sit_to_stand
 from drake_quad.bus.real_time import NS, Clock, LoopTimes
 from drake_quad.bus.robot_bus import RobotBus, new_session
-from drake_quad.bus.safety import Known, Request, SafetyMode, advance, initial_safety_memory
+from drake_quad.bus.safety import (
+    NOT_ARMED,
+    Known,
+    Request,
+    SafetyMode,
+    advance,
+    initial_safety_memory,
+)
 from drake_quad.bus.sensor_watch import SensorWatch
 from drake_quad.bus.watch import CommandWatch, StateWatch
 from drake_quad.common import FloatArray
@@ -22,7 +29,7 @@ from drake_quad.simulation.prepared import PreparedScenario
 UPRIGHT = (SafetyMode.STANDING, SafetyMode.WALKING)
 STANDS = 1.0  # [s] that it stands before it walks
 REST = 1.0  # [s] that it is damped before it leaves
-WOULD_STAND_UP = "would stand up now"
+WOULD_STAND_UP = f"{NOT_ARMED}, for it only listens: it would stand up now"
 LISTENS = 0.5  # [s] that it listens for another commander before it says anything itself
 # Periods, by the robot's clock, whose states a tick of the walk answers at most. After a stall of
 # 60 ms thirty are waiting, and the drives would hear nothing for another 20 ms until all of them
@@ -163,7 +170,8 @@ class ControlLoop:
         for state in fresh:
             fault = fault or self._sensors.take(state)
         rival = self._commands.take(self._bus.receive_commands())
-        if rival and not self.events:  # it was there before: nobody is to be commanded by two
+        # It was there before, and nobody is to be commanded by two; one may listen to it.
+        if rival and not self.events and not self._silent:
             self._stop = self._stop or rival
         fault = fault or rival
         newest = self._states.newest

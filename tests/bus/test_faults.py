@@ -241,9 +241,13 @@ def test_a_silent_loop_says_nothing_and_goes_on_listening(tmp_path: Path) -> Non
     assert show.bus.command_bytes == type(show.bus.command_bytes)() and not show.puppet.commands
     assert show.loop.would_arm and not show.loop.events
     assert show.loop.reason == WOULD_STAND_UP
+    show.others.append(encode_command(command(77, 1)))  # of whom it may listen to
+    show.tick()
+    assert show.loop.reason == "not armed: a second commander"
     show.puppet.up = np.array([0.6, 0.0, 0.8])
     for _ in range(1500):
         show.tick()
+        assert not show.loop.outcome
     assert "tilted" in show.loop.reason and np.degrees(show.loop.tilt) == pytest.approx(37, abs=1)
     show.loop.stop("interrupted")
     show.tick()
