@@ -25,6 +25,7 @@ from benchmarks.common import markdown_table, provenance
 from drake_quad.errors import InputError
 from drake_quad.feasibility.chart import Span, chart_grid
 from drake_quad.feasibility.check import check_flight
+from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.terrain.elements import Stairs
@@ -67,7 +68,7 @@ def measure_checks(model: str, stairs: Sequence[Stairs], *, repeats: int) -> lis
         wall, processor = [], []
         for _ in range(repeats):
             begun, used = time.perf_counter(), time.process_time()
-            check = check_flight(model, flight)
+            check = check_flight(model, flight, preference=GaitPreference.asked())
             wall.append(time.perf_counter() - begun)
             processor.append(time.process_time() - used)
         rows.append(

@@ -20,12 +20,13 @@ from benchmarks.common import markdown_table, provenance
 from drake_quad.errors import DrakeQuadError
 from drake_quad.feasibility.check import Feasibility, check_flight
 from drake_quad.gait_design.designer import design_longer
-from drake_quad.gait_design.preference import PREFER, GaitPreference
+from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.gait_design.quicken import quicken
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.summary_lines import LEAST_TOUCH
 from drake_quad.scenario.load import save_scenario
+from drake_quad.scenario.motion_config import PREFER
 from drake_quad.simulation.run import simulate
 from drake_quad.terrain.elements import Stairs
 

@@ -24,7 +24,7 @@ from drake_quad.feasibility.passport import (
     with_trials,
 )
 from drake_quad.feasibility.passport_page import PASSPORT, write_passport
-from drake_quad.gait_design.preference import BALANCE, PREFER, GaitPreference
+from drake_quad.gait_design.preference import BALANCE, GaitPreference
 from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.report.lcm_replay import play
 from drake_quad.robot.doubts import all_doubts
@@ -32,6 +32,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
+from drake_quad.scenario.motion_config import PREFER
 from drake_quad.scenario.validate import value_at
 from drake_quad.simulation.plan_report import (
     certify_plan,
@@ -187,7 +188,7 @@ def check_stairs(
     landing: float | None = None,
     turn: float = 90.0,
     margin: str = HULL,
-    prefer: str = PREFER[0],
+    prefer: str | None = None,
     speed: float | None = None,
     min_margin: float | None = None,
     balance: str = BALANCE[0],
@@ -202,8 +203,10 @@ def check_stairs(
         landing: Length of the landing [m]; as the robot needs if None.
         turn: Turn on the landing [deg], left positive.
         margin: Region that the static margin is measured in: `hull`, `friction` or `feasible`.
-        prefer: What the gait is to be good at: `margin`; `balanced`, the quickest that keeps 0.8 of
-            that margin; or `speed`, the quickest that is safe.
+        prefer: What the gait is to be good at: `margin`, which is answered soonest; `balanced`, the
+            quickest that keeps 0.8 of that margin; or `speed`, the quickest that is safe. If None,
+            it is `balanced`, or, with `speed`, `min_margin` or `balance="dynamic"`, a safe margin
+            is enough; it is `margin` if not `thorough`.
         speed: Speed on the flights that is enough [m/s]; the gait keeps the margin that is left.
         min_margin: Margin that the plan is to keep [m], as quick as that allows.
         balance: `static`; or `dynamic`: a quick gait that is balanced by its motion, whose margin
@@ -223,7 +226,9 @@ def check_stairs(
         around=Around(width=width, landing=landing, turn=turn),
         margin=margin,
         nearest=False,
-        preference=GaitPreference(prefer, speed, min_margin, balance),
+        preference=GaitPreference.asked(
+            prefer if thorough else prefer or "margin", speed, min_margin, balance
+        ),
         thorough=thorough,
     )
 
@@ -233,7 +238,7 @@ def check_course(
     scenario: str | Path,
     *,
     margin: str = HULL,
-    prefer: str = PREFER[0],
+    prefer: str | None = None,
     speed: float | None = None,
     min_margin: float | None = None,
     balance: str = BALANCE[0],
@@ -256,7 +261,7 @@ def check_course(
         _model_of(robot),
         str(scenario),
         margin=margin,
-        preference=GaitPreference(prefer, speed, min_margin, balance),
+        preference=GaitPreference.asked(prefer, speed, min_margin, balance),
     )
 
 

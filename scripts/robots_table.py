@@ -5,7 +5,7 @@ and on the stairs named. Run it from the repository's top:
 
     python scripts/robots_table.py --out docs/robots.md
 
-It takes a minute or three a robot. Rows are kept as they come; `--resume` goes on with them.
+It takes two to ten minutes a robot. Rows are kept as they come; `--resume` goes on with them.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from rich.progress import Progress
 from drake_quad.errors import DrakeQuadError
 from drake_quad.feasibility.check import check_flight
 from drake_quad.gait_design.candidates import hip_length
+from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.result import RunResult
@@ -56,10 +57,11 @@ def level_run(name: str) -> str:
 
 def stairs_run(name: str, rise: float, run_: float, *, physics: bool) -> str:
     """A flight up, a turn and down again: planned, and in physics if asked for."""
-    check = check_flight(name, Stairs(rise, run_, COUNT), nearest=False)
+    stairs, preference = Stairs(rise, run_, COUNT), GaitPreference.asked()
+    check = check_flight(name, stairs, preference=preference, nearest=False)
     if check.designed is None:
         return "no plan"
-    planned = f"planned {check.designed.margin:.3f} m"
+    planned = f"planned {check.designed.margin:.3f} m at {check.speed:.3f} m/s"
     if not physics:
         return planned
     return f"{planned}; {_told(simulate(check.designed.scenario, source=name))}"

@@ -71,7 +71,8 @@ def test_no_public_name_is_defined_twice() -> None:
 
 def test_a_yes_has_a_plan_that_runs(tmp_path: Path) -> None:
     """Robot and stairs in, an answer out, whose scenario is planned, proven, run and read back."""
-    answer = dq.check_stairs("paper_quadruped", dq.Stairs(rise=0.1, run=0.4, count=2))
+    stairs = dq.Stairs(rise=0.1, run=0.4, count=2)
+    answer = dq.check_stairs("paper_quadruped", stairs, prefer="margin")
     assert answer.feasible and answer.margin and answer.margin > 0.03
     assert answer.nearest() == answer.stairs
     assert "yes" in answer._repr_html_()

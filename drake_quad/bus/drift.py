@@ -10,7 +10,7 @@ from math import sqrt
 
 from drake_quad.common import GRAVITY
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.gait_design.designer import design_scenario
+from drake_quad.gait_design.quicken import design_preferred
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.scenario.config import Scenario
@@ -56,7 +56,7 @@ def allow_for_drift(scenario: Scenario, fields: list[str], *, source: str) -> Sc
         return scenario
     told = [one.strip() for one in fields]
     errors = scenario.gait.map_error_place, scenario.gait.map_error_height
-    filled = design_scenario(scenario, source=source).scenario
+    filled = design_preferred(scenario, source=source).scenario
     level = all(element.kind in LEVEL for element in scenario.course)
     exact = any(one.startswith("gait.map_error") for one in told) or errors != (0.0, 0.0)
     if not (level or exact):

@@ -96,12 +96,15 @@ def check(
         ),
     ] = "hull",
     prefer: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="What the gait is to be good at: `margin`; `balanced`, the quickest that keeps "
-            "0.8 of that margin; or `speed`, the quickest that is safe."
+            help="What the gait is to be good at: `margin`, which is answered soonest; `balanced`, "
+            "the quickest that keeps 0.8 of that margin; or `speed`, the quickest that is safe. "
+            "With --speed, --min-margin or --balance dynamic a safe margin is enough, unless you "
+            "give this option, too.",
+            show_default="balanced",
         ),
-    ] = "margin",
+    ] = None,
     speed: Annotated[
         float | None,
         typer.Option(help="Speed on the flights that is enough \\[m/s]."),

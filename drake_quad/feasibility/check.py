@@ -325,6 +325,7 @@ def check_flight(
     nearest: bool = True,
     thorough: bool = True,
     robot: RobotModel | None = None,
+    note: Callable[[str], object] = lambda _: None,
 ) -> Feasibility:
     """Whether a robot climbs a flight up and down.
 
@@ -337,6 +338,7 @@ def check_flight(
         nearest: Whether a reason says which rise would work; that takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The robot of that name, if it is loaded already.
+        note: Receives a line before a quicker gait is looked for.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
@@ -354,6 +356,7 @@ def check_flight(
             preference=preference,
             nearest=nearest,
             thorough=thorough,
+            note=note,
         )
     except InputError as error:
         # The course's fields are the options' here.
@@ -372,6 +375,7 @@ def design_for_course(
     margin: str = HULL,
     preference: GaitPreference = MOST_MARGIN,
     nearest: bool = True,
+    note: Callable[[str], object] = lambda _: None,
 ) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
@@ -381,6 +385,7 @@ def design_for_course(
         margin: Region that the plan's margin is measured in, one of `KINDS`.
         preference: Whether the gait is to be quick, and how much margin it is to keep.
         nearest: Whether a reason says which rise would work; that takes a while.
+        note: Receives a line before a quicker gait is looked for.
 
     Raises:
         InputError: If robot or scenario cannot be used.
@@ -399,7 +404,7 @@ def design_for_course(
     )
     asked.robot.model = _whole_path(model)
     asked.gait.margin = margin
-    return _design(asked, robot, source=scenario, preference=preference, nearest=nearest)
+    return _design(asked, robot, source=scenario, preference=preference, nearest=nearest, note=note)
 
 
 def _design(
@@ -410,6 +415,7 @@ def _design(
     preference: GaitPreference,
     nearest: bool,
     thorough: bool = True,
+    note: Callable[[str], object] = lambda _: None,
 ) -> Feasibility:
     """Designs a gait for a scenario, and its times as is preferred, or says why there is none.
 
@@ -424,6 +430,9 @@ def _design(
         return Feasibility(
             scenario, None, error.reason, dict(error.data), robot, preference=preference
         )
+    if preference.quick:
+        kept = f"{1e3 * designed.margin:.0f} mm"
+        note(f"found a gait that keeps {kept} of margin; looking for a quicker one")
     others = design_longer(designed, robot, as_long=preference.less_margin, source=source)
     slow, designed = designed, quicken(designed, robot, preference, others=others, source=source)
     return Feasibility(designed.scenario, designed, "", {}, robot, preference=preference, slow=slow)

@@ -12,14 +12,14 @@ from drake_quad.feasibility.check import Feasibility
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import GaitPreference
+from drake_quad.gait_design.quicken import run_error
 from drake_quad.gait_design.tempo import static_margin, tread_way
 from drake_quad.infeasibility.boxes import ClimbClass
 from drake_quad.infeasibility.proof import InfeasibilityProof
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.mapping import assumed_of_drives_and_inertias
-from drake_quad.robot.model import RobotModel, leg_length
-from drake_quad.scenario.motion_config import OF_LEG
+from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import Stairs
 from drake_quad.util.numbers import whole_millimetres
@@ -147,7 +147,7 @@ def feasibility_report(
 
 def _close(proven: dict[str, float | None], robot: RobotModel) -> str:
     """What is nearer to the stairs than runs are off their plans, in words; empty if nothing is."""
-    off = max(OF_LEG["body"], OF_LEG["swing"]) * leg_length(robot)
+    off = run_error(robot)
     parts = {"foot_clearance": "swing feet", "shank_clearance": "knees or shanks"}
     found = [
         f"{words} come to {1e3 * room:.1f} mm"

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from drake_quad.feasibility.check_report import (
     with_proof,
 )
 from drake_quad.feasibility.flight import Around, check_stairs_numbers
-from drake_quad.gait_design.preference import BALANCE, PREFER, GaitPreference
+from drake_quad.gait_design.preference import BALANCE, GaitPreference
 from drake_quad.infeasibility.proof import proof_record
 from drake_quad.robot.loader import load_robot, robot_digest
 from drake_quad.scenario.load import load_scenario, save_scenario
@@ -47,7 +47,7 @@ class CheckRequest:
         width: Width of the flights [m]; as the robot needs if None.
         landing: Length of the landing between the flights [m]; as the robot needs if None.
         turn: Turn on the landing [deg], left positive; 90 if None.
-        prefer: What the gait is to be good at, one of `PREFER`.
+        prefer: What the gait is to be good at, see `GaitPreference.asked`.
         speed: Speed on the flights that is enough [m/s], see `GaitPreference`.
         min_margin: Margin that the plan is to keep [m], see `GaitPreference`.
         balance: How the gait is balanced, one of `BALANCE`.
@@ -64,7 +64,7 @@ class CheckRequest:
     width: float | None = None
     landing: float | None = None
     turn: float | None = None
-    prefer: str = PREFER[0]
+    prefer: str | None = None
     speed: float | None = None
     min_margin: float | None = None
     balance: str = BALANCE[0]
@@ -72,7 +72,7 @@ class CheckRequest:
     @property
     def preference(self) -> GaitPreference:
         """What the gait is to be good at."""
-        return GaitPreference(self.prefer, self.speed, self.min_margin, self.balance)
+        return GaitPreference.asked(self.prefer, self.speed, self.min_margin, self.balance)
 
 
 def run_check(
@@ -147,6 +147,7 @@ def run_check(
             margin=asked.margin,
             preference=asked.preference,
             nearest=nearest,
+            note=note,
         )
     else:
         question = {**stairs.fields(), **known}
@@ -158,11 +159,13 @@ def run_check(
             preference=asked.preference,
             nearest=False,
             robot=robot,
+            note=note,
         )
     if asked.margin != HULL:
         question["margin"] = asked.margin
-    usual = asdict(GaitPreference())
-    question |= {k: v for k, v in asdict(asked.preference).items() if v != usual[k]}
+    usual = CheckRequest(asked.robot)
+    liked = ("prefer", "speed", "min_margin", "balance")
+    question |= {k: getattr(asked, k) for k in liked if getattr(asked, k) != getattr(usual, k)}
     report = feasibility_report(check, robot, source=asked.robot, asked=question)
     report = with_proof(report, check.proof)
     first(report)

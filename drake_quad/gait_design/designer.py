@@ -40,6 +40,7 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.motion_config import PREFER
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.elements import TURNING_SPACE
 
@@ -348,7 +349,7 @@ def fill_in(
     for section, fields in scenario_fields(robot, design, runs).items():
         for name, value in fields.items():
             setattr(getattr(filled, section), name, value)
-    filled.design = "given"
+    filled.design, filled.prefer = "given", PREFER[0]
     return filled
 
 

@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 from drake_quad.errors import InputError
 from drake_quad.robot.model import RobotModel
+from drake_quad.scenario.motion_config import PREFER
 from drake_quad.stability.safety import safe_margin
 from drake_quad.util.numbers import is_finite_real
 
-PREFER = ("margin", "balanced", "speed")
+USUAL = "balanced"  # of PREFER, where nothing is asked for
 BALANCE = ("static", "dynamic")
 KEPT = 0.8  # of the margin of the gait that was found for margin: what `balanced` keeps
 LEAST_MARGIN = 0.010  # [m] that `speed` keeps at least
@@ -30,6 +31,28 @@ class GaitPreference:
     speed: float | None = None
     min_margin: float | None = None
     balance: str = BALANCE[0]
+
+    @classmethod
+    def asked(
+        cls,
+        prefer: str | None = None,
+        speed: float | None = None,
+        min_margin: float | None = None,
+        balance: str = BALANCE[0],
+    ) -> "GaitPreference":
+        """The preference of a person who may have said nothing, or a part of it.
+
+        Args:
+            prefer: One of PREFER. If None, it is USUAL where nothing else is asked for. A speed, a
+                margin or the balance that is asked for stands alone: less margin may be kept then.
+            speed: Speed on the flights that is enough [m/s].
+            min_margin: Margin that the plan is to keep [m].
+            balance: One of BALANCE.
+        """
+        if prefer is None:
+            alone, nothing = cls("margin", speed, min_margin, balance), cls("margin")
+            return cls(USUAL) if alone == nothing else alone
+        return cls(prefer, speed, min_margin, balance)
 
     @property
     def dynamic(self) -> bool:

@@ -1,13 +1,17 @@
 """Chooses among gaits, each with its best times, for speed: the quickest that keeps enough margin.
 
 Gaits that go farther in a cycle are tried first, and a gait that could not be quicker than what was
-found is not tried.
+found is not tried. A gait that is not proven for every time is not taken in place of one that is.
 """
 
 from collections.abc import Iterable
+from functools import cached_property
 from itertools import chain
 
+from drake_quad.certificate.certify import certify_plans
+from drake_quad.certificate.kinematics import shank_of
 from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import (
@@ -20,10 +24,35 @@ from drake_quad.gait_design.tempo import (
     usual_tempo,
 )
 from drake_quad.gait_design.tempo_search import ENOUGH, WORTH, GaitChoice, TempoSearch
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.loader import load_robot
+from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.motion_config import OF_LEG
 from drake_quad.terrain.course import Course
+
+CLEARANCES = ("foot_clearance", "shank_clearance")  # of a certificate
+
+
+def design_preferred(
+    scenario: Scenario, *, source: str = "scenario", robot: RobotModel | None = None
+) -> Designed:
+    """Designs the gait of a scenario with `design: auto`, with times as its `prefer` says.
+
+    Args:
+        scenario: Robot and course.
+        source: What an error names.
+        robot: The scenario's, if it is at hand: to read it takes a while.
+
+    Raises:
+        InputError: If robot or course cannot be used.
+        PlanningError: If no gait climbs it.
+    """
+    preference = GaitPreference(scenario.prefer)
+    robot = robot or load_robot(scenario.robot.model)
+    slow = design_scenario(scenario, source=source, robot=robot)
+    others = design_longer(slow, robot, as_long=preference.less_margin, source=source)
+    return quicken(slow, robot, preference, others=others, source=source)
 
 
 def quicken(
@@ -61,6 +90,7 @@ def quicken(
     kept = [k for k in kept if own.spare(k.margin, k.zmp_margin) >= 0.0]
     slow = GaitChoice(designed.scenario, designed.design, planned=True)
     best, speed = designed, before.slowest.speed
+    proven = Proven(designed, robot, course)
     # For a speed that is enough, the gait that was found for margin may do. Else a gait that goes
     # farther in a cycle is mostly the quicker one, and the other need not be tried then.
     for gait in chain([slow], others) if preference.speed is not None else chain(others, [slow]):
@@ -72,11 +102,52 @@ def quicken(
         search = TempoSearch(gait, designed, robot, own, source)
         for margins in kept:
             found = search.quickest(preference.speed, speed, margins)
-            if found is not None:
+            if found is not None and (preference.dynamic or proven.as_good(found.designed)):
                 best, speed = found.designed, found.speed
         if preference.speed is not None and speed >= ENOUGH * preference.speed:
             break
     return best
+
+
+def run_error(robot: RobotModel) -> float:
+    """How far feet and shanks of a run may be off its plan [m]."""
+    return max(OF_LEG["body"], OF_LEG["swing"]) * leg_length(robot)
+
+
+class Proven:
+    """What is proven of the gait that was found for margin, and whether others keep as much.
+
+    Plans keep what they ask for at sampled times, and of what they look at. A quicker gait is worth
+    neither a proof, nor stairs that a run may touch.
+    """
+
+    def __init__(self, slow: Designed, robot: RobotModel, course: Course) -> None:
+        """Takes that gait, its robot and its course."""
+        self._slow, self._robot, self._course = slow, robot, course
+
+    def as_good(self, found: Designed) -> bool:
+        """Whether margin, limits and clearances of a plan are proven, where the slow one's are.
+
+        Feet and shanks keep `run_error` from the stairs, or as much as in the slow plan.
+        """
+        slow, quick = self._least, self._prove(found)
+        if slow is None or quick is None:
+            return slow is None
+        error = run_error(self._robot)
+        return all(
+            have is None or before is None or have >= min(before, error)
+            for have, before in ((quick[name], slow[name]) for name in CLEARANCES)
+        )
+
+    @cached_property
+    def _least(self) -> dict[str, float | None] | None:
+        return self._prove(self._slow)
+
+    def _prove(self, designed: Designed) -> dict[str, float | None] | None:
+        """The least figures that are proven of a plan; None if it is not certified."""
+        robot, plans = self._robot, designed.plan.plans
+        proof = certify_plans(robot, shank_of(robot), plans, self._course.boxes)
+        return proof.least if proof.failure is None else None
 
 
 def fastest(scenario: Scenario, robot: RobotModel, course: Course) -> float:

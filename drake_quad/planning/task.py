@@ -27,6 +27,8 @@ from drake_quad.terrain.lane import Lane
 
 KEPT = 0.004  # [m] that feet keep from risers as they roll; they are set down farther off
 JUST = 1e-6  # [s] before a lift-off
+ANEW = 3  # times at most that a walk is planned anew for feet that roll to a riser
+RISING = 17  # moments of a swing's rise that are looked at
 GOOD_GAP = 0.001  # [m] with which no plan is made anew
 ROLLS = 0.6  # of its radius, that a foot mostly rolls forward in a stance
 
@@ -37,11 +39,12 @@ def initial_setback(foot_radius: float) -> float:
 
 
 def riser_gap(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[float, float]:
-    """Smallest gap between a standing foot, as it rolls, and the riser ahead; the setback it needs.
+    """Smallest gap between a foot, as it rolls, and the riser ahead of it; the setback it needs.
 
     A foot is set down off the riser ahead, and rolls towards it as the body goes on. One that
-    touches it scrapes up along it in its swing. Risers behind are not checked. A foot whose centre
-    is beyond the riser, by more than its radius, would not be seen; so far none rolls.
+    touches it scrapes up along it in its swing. A foot that swings still is where it rolled to at
+    first, so it may touch the riser as it rises, too. Risers behind are not checked. A foot whose
+    centre is beyond the riser, by more than its radius, would not be seen; so far none rolls.
 
     Args:
         lane: The lane that the robot walks along.
@@ -49,20 +52,26 @@ def riser_gap(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[fl
         foot_radius: [m].
 
     Returns:
-        The gap [m], negative where a foot would be inside a riser, infinite where there are none;
-        and the setback beyond EDGE_CLEARANCE with which all feet whose gap is less than GOOD_GAP,
-        rolling as they do here, would have KEPT [m].
+        The gap [m], negative where a foot would be inside a riser, infinite where there are none,
+        of feet that stand and of those that rise; and the setback beyond EDGE_CLEARANCE with which
+        all feet whose gap is less than GOOD_GAP, rolling as they do here, would have KEPT [m].
     """
     steps = contacts.steps
     before = [step.lift_off - JUST for step in steps]  # when they have rolled farthest
-    times = np.union1d(sample_times(contacts), before)
+    rise = [step.lift_off + step.swing.apex_time * np.linspace(0.0, 1.0, RISING) for step in steps]
+    times = np.unique(np.concatenate([sample_times(contacts), before, *rise]))
     feet, _ = contacts.feet_at(times)
     s, _ = lane.coordinates(feet)
     least, rolled = inf, 0.0
     for k, step in enumerate(steps):
         end = next((t.lift_off for t in steps[k + 1 :] if t.leg is step.leg), inf)
-        mine = s[(times >= step.touchdown) & (times < end), step.leg.row]
-        gap = gap_to_riser(lane, mine, foot_radius)
+        row, stands = step.leg.row, (times >= step.touchdown) & (times < end)
+        gap = gap_to_riser(lane, s[stands, row], foot_radius)
+        following = next((t for t in steps[k + 1 :] if t.leg is step.leg), None)
+        if following is not None and len(gap):
+            rises = (times >= end) & (times <= end + following.swing.apex_time)
+            rising = gap_as_it_rises(lane, s[rises, row], feet[rises, row, 2], foot_radius)
+            gap = np.concatenate([gap, rising])
         if len(gap) and gap.min() < GOOD_GAP:
             rolled = max(rolled, float(gap[0] - gap.min()))
         least = min(least, float(gap.min(initial=inf)))
@@ -78,6 +87,27 @@ def gap_to_riser(lane: Lane, s: FloatArray, foot_radius: float) -> FloatArray:
     has = k < len(ahead)
     gap[has] = ahead[k[has]] - s[has] - foot_radius
     return gap
+
+
+def gap_as_it_rises(lane: Lane, s: FloatArray, z: FloatArray, foot_radius: float) -> FloatArray:
+    """From a foot that rises to the riser that was ahead of it at first, if that leads up (n,) [m].
+
+    Args:
+        lane: The lane.
+        s: Where the foot's centre is along it, one after the other (n,) [m].
+        z: Its heights (n,) [m].
+        foot_radius: [m].
+    """
+    at, rise = lane.risers()
+    ahead = at[rise > 0.0]
+    k = int(np.searchsorted(ahead, s[0])) if len(s) else len(ahead)
+    if k == len(ahead):
+        return np.full(len(s), inf)
+    above = np.maximum(z - float(lane.height(ahead[k])), 0.0)
+    beside = ahead[k] - s
+    # Above the nosing it is the corner that is nearest, and nothing once the foot is beyond it.
+    far = np.where(above > 0.0, np.hypot(np.maximum(beside, 0.0), above), beside)
+    return np.asarray(far - foot_radius)
 
 
 MARGIN_ENOUGH = 0.06  # [m] below which another way is tried
@@ -157,8 +187,8 @@ def _off_risers(
 ) -> tuple[PlanSettings, Laid, MotionPlan]:
     """A walk whose feet keep off risers as they roll; its own path determines how far.
 
-    Made once more, from other footprints, if they roll farther than feet mostly do. Where there is
-    no plan from these, one from others will do.
+    Made anew, from other footprints, if they roll farther than feet mostly do: from there they may
+    roll farther still. Where there is no plan from these, one from others will do.
 
     Raises:
         PlanningError: If there is none at all.
@@ -177,14 +207,20 @@ def _off_risers(
         if setback == least:
             raise
         return make(least)
-    gap, needed = riser_gap(lane, first[2].contacts, foot_radius)
-    if gap >= GOOD_GAP:
-        return first
-    try:
-        second = make(max(setback, needed))
-    except PlanningError:
-        return first
-    return second if riser_gap(lane, second[2].contacts, foot_radius)[0] > gap else first
+    best, (most, needed) = first, riser_gap(lane, first[2].contacts, foot_radius)
+    for _ in range(ANEW):
+        if most >= GOOD_GAP or needed <= setback:
+            break
+        setback = needed
+        try:
+            again = make(setback)
+        except PlanningError:
+            break
+        gap, needed = riser_gap(lane, again[2].contacts, foot_radius)
+        if gap <= most:
+            break
+        best, most = again, gap
+    return best
 
 
 def _same_steps(a: ContactPlan, b: ContactPlan) -> bool:

@@ -14,6 +14,7 @@ from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from drake_quad.control.settings import FRICTION_MOST, ControlSettings
 from drake_quad.scenario.motion_config import (
+    PREFER,
     BodyConfig,
     CertifyConfig,
     GaitConfig,
@@ -323,6 +324,12 @@ class Scenario:
         "`auto`: gait, body and feedback are designed for robot and course. A file that has none "
         "of `gait`, `spin`, `transition`, `body`, `controller` is `auto` if the robot is named "
         "there or by an override",
+    )
+    prefer: str = choice(
+        PREFER[0],
+        PREFER,
+        "What a gait is to be good at that is designed (`design: auto`), as for `check --prefer`. "
+        "With `perception.map: seen` it is `margin`",
     )
     course: list[Element] = part(list, "What the robot walks on, [above](#the-course)")
     mission: list[MissionElement] = part(list, "What the robot does, [above](#the-mission)")

@@ -9,6 +9,7 @@ from drake_quad.planning.foothold_pattern import GAITS, WAVE
 from drake_quad.stability.equilibrium_region import KINDS
 from drake_quad.util.schema import FieldBound, choice, not_negative, number, part, positive, within
 
+PREFER = ("margin", "balanced", "speed")  # what a gait is to be good at, see `GaitPreference`
 LEAST_DUTY = 0.75  # with less, two legs are in the air at times
 DUTY_REMEDY = "must be in [0.75, 1): with less, three feet do not always stand"
 

@@ -11,8 +11,13 @@ from drake_quad.errors import InputError, did_you_mean
 from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.robot.legs import LEGS
 from drake_quad.scenario.build import course_of, mission_of
-from drake_quad.scenario.config import MissionElement, MotorStrengthConfig, PushConfig, Scenario
-from drake_quad.scenario.motion_config import DUTY_REMEDY, LEAST_DUTY
+from drake_quad.scenario.config import (
+    MissionElement,
+    MotorStrengthConfig,
+    PushConfig,
+    Scenario,
+)
+from drake_quad.scenario.motion_config import DUTY_REMEDY, LEAST_DUTY, PREFER
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import LONGEST
 from drake_quad.util.schema import check_fields
@@ -135,6 +140,11 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
         raise fail("robot.point_feet", "must be false with physics, in which feet have a size")
     if scenario.robot.point_feet and scenario.design == "auto":
         raise fail("robot.point_feet", "must be false with design auto, which is for real feet")
+    if scenario.prefer != PREFER[0]:
+        if scenario.design != "auto":
+            raise fail("prefer", f"must be {PREFER[0]} unless design is auto: this gait is given")
+        if scenario.perception.map == "seen":
+            raise fail("prefer", f"must be {PREFER[0]} with perception.map seen: no quick gait yet")
     if scenario.gait.margin != HULL and scenario.body.balance == "dynamic":
         raise fail(
             "gait.margin", "must be hull with body.balance dynamic, which asks for no static margin"

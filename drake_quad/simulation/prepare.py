@@ -4,7 +4,7 @@ import copy
 from dataclasses import replace
 
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError
-from drake_quad.gait_design.designer import design_scenario
+from drake_quad.gait_design.quicken import design_preferred
 from drake_quad.planning.mission import (
     check_lift_offs,
     check_mission,
@@ -55,7 +55,7 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
     if scenario.perception.map == "seen":
         return _prepare_seen(scenario, source=source)
     if scenario.design == "auto":
-        scenario = design_scenario(scenario, source=source).scenario
+        scenario = design_preferred(scenario, source=source).scenario
     robot, course, settings, tasks, stance = _values(scenario, source=source)
     world = world_of(scenario, course, source=source)
     disturbances = disturbances_of(scenario, robot, source=source)

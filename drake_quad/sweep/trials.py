@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError, PlanningError
-from drake_quad.gait_design.designer import design_scenario
+from drake_quad.gait_design.quicken import design_preferred
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import parse_override, scenario_text
 from drake_quad.sweep.sampling import Draws
@@ -322,7 +322,7 @@ def missed_bounds(trial: Trial, figures: dict[str, float | None]) -> list[str]:
 
 
 def _make(scenario: Scenario, source: str) -> Scenario:
-    return design_scenario(scenario, source=source).scenario
+    return design_preferred(scenario, source=source).scenario
 
 
 class Designs:

@@ -329,7 +329,7 @@ def test_wrong_options_get_one_line(option: str, value: str, tmp_path: Path) -> 
 
 def test_json_is_one_object_and_the_status_the_answer(tmp_path: Path) -> None:
     """Feasible ends with 0; what was saved is there."""
-    numbers = ("--rise", str(RISE), "--run", str(RUN), "--count", str(COUNT))
+    numbers = ("--rise", str(RISE), "--run", str(RUN), "--count", str(COUNT), "--prefer", "margin")
     done = drake_quad("check", URL, *numbers, "--save", "stairs.yaml", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
@@ -339,7 +339,9 @@ def test_json_is_one_object_and_the_status_the_answer(tmp_path: Path) -> None:
 
 def test_stairs_with_an_overhang_or_open_risers_can_be_asked_about(tmp_path: Path) -> None:
     """The answer names them, the saved course has them, and a no of theirs is not proven."""
-    asked = dq.CheckRequest("paper_quadruped", rise=0.1, run=0.4, count=2, overhang=0.03, open=True)
+    asked = dq.CheckRequest(
+        "paper_quadruped", rise=0.1, run=0.4, count=2, overhang=0.03, open=True, prefer="margin"
+    )
     told = dq.run_check(asked, save=tmp_path / "s.yaml")
     assert "on treads of 0.4 m that reach out by 0.03 m, with open risers" in told["answer"]
     assert told["asked"]["overhang"] == 0.03 and told["asked"]["open"] is True

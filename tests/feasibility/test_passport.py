@@ -46,7 +46,7 @@ def test_an_entry_says_what_check_says(made: tuple[Passport, Path]) -> None:
     """Margin and speed of a yes are those of the same question asked alone; a no has its reason."""
     passport, _ = made
     low, high, shallow = passport.entries
-    check = dq.check_stairs(URL, Stairs(0.12, 0.4, 4))
+    check = dq.check_stairs(URL, Stairs(0.12, 0.4, 4), prefer="margin")
     assert check.designed is not None
     assert (low.verdict, low.margin, low.speed) == ("yes", check.designed.margin, check.speed)
     assert high.verdict == "no" and high.margin is None and high.reason and high.limit
@@ -183,7 +183,7 @@ def test_what_is_built_otherwise_is_told_where_it_differs() -> None:
 
 def test_no_build_is_easier_than_closed_risers() -> None:
     """Treads are solid to a plan: an overhang gives no room, and the gait is as near as before."""
-    closed = dq.check_stairs(URL, Stairs(0.2, 0.24, 2))
+    closed = dq.check_stairs(URL, Stairs(0.2, 0.24, 2), prefer="margin")
     assert closed.designed is not None and closed.stairs is not None
     for build in ({"overhang": 0.12}, {"open": True}):
         same = check_same_gait(closed, replace(closed.stairs, **build))

@@ -13,18 +13,27 @@ from rig import URL, paper_robot
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
-from drake_quad.gait_design import tempo_search
+from drake_quad.gait_design import quicken as quicken_module, tempo_search
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.choose_gait import choose_longer_gaits
 from drake_quad.gait_design.foot_speeds import NO_SPEEDS, PEAK
 from drake_quad.gait_design.pace import measure_pace
+from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import (
+    BALANCE,
     KEPT,
+    USUAL,
     GaitPreference,
     RequiredMargins,
     required_margins,
 )
-from drake_quad.gait_design.quicken import fastest, quicken
+from drake_quad.gait_design.quicken import (
+    Proven,
+    design_preferred,
+    fastest,
+    quicken,
+    run_error,
+)
 from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
     Tempo,
@@ -49,6 +58,8 @@ from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
 from drake_quad.scenario.config import MissionElement, Scenario
+from drake_quad.scenario.load import parse_scenario
+from drake_quad.scenario.motion_config import PREFER
 from drake_quad.stability.safety import safe_margin
 
 
@@ -111,6 +122,74 @@ def test_what_is_spared_is_of_the_margin_that_has_less(
     assert wanted.more(more).spare(*left) == pytest.approx(spare - more, abs=1e-12)
 
 
+@given(
+    st.sampled_from([None, *PREFER]), st.none() | st.floats(0.01, 1.0),
+    st.none() | st.floats(0.001, 0.1), st.sampled_from(BALANCE),
+)  # fmt: skip
+def test_where_nothing_is_asked_for_a_gait_is_balanced(
+    prefer: str | None, speed: float | None, min_margin: float | None, balance: str
+) -> None:
+    """What is given stays; a speed, a margin or a balance alone needs a safe margin only."""
+    asked = GaitPreference.asked(prefer, speed, min_margin, balance)
+    alone = GaitPreference("margin", speed, min_margin, balance)
+    if prefer is None:
+        assert asked == (alone if alone.quick else GaitPreference(USUAL)) and asked.quick
+    else:
+        assert asked == replace(alone, prefer=prefer)
+
+
+def test_a_balance_that_there_is_not_is_kept_to_be_refused() -> None:
+    """It does not turn into what is usual."""
+    with pytest.raises(InputError, match="balance = 'moving'"):
+        GaitPreference.asked(balance="moving").check()
+
+
+@pytest.mark.parametrize(
+    ("quick", "slow", "taken"),
+    [
+        ({"foot_clearance": 0.010}, {"foot_clearance": 0.020}, True),
+        ({"foot_clearance": 0.001}, {"foot_clearance": 0.020}, False),  # a run may touch
+        ({"foot_clearance": 0.001}, {"foot_clearance": 0.001}, True),  # as it may already
+        (None, {"foot_clearance": 0.020}, False),  # not proven
+        (None, None, True),  # neither is
+        ({"foot_clearance": None}, {"foot_clearance": None}, True),  # no stairs
+    ],
+)
+def test_no_quick_gait_costs_a_proof_or_touches_the_stairs(
+    quick: dict[str, float | None] | None,
+    slow: dict[str, float | None] | None,
+    *,
+    taken: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its clearances are as much as a run may be off its plan, or as those of the slow gait."""
+    before = designed()
+    found = replace(before)
+
+    def prove(_: Proven, of: Designed) -> dict[str, float | None] | None:
+        least = slow if of is before else quick
+        return None if least is None else {"shank_clearance": 0.03, **least}
+
+    monkeypatch.setattr(Proven, "_prove", prove)
+    robot = paper_robot()
+    course = course_of(before.scenario, foot_radius=robot.foot_radius)
+    assert 0.001 < run_error(robot) < 0.010
+    assert Proven(before, robot, course).as_good(found) == taken
+
+
+def test_a_quick_gait_that_is_not_proven_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answer is the gait that was found for margin, where no other is as good."""
+    slow = designed()
+    course = course_of(slow.scenario, foot_radius=paper_robot().foot_radius)
+    quick = replace(slow, margin=2.0 * slow.margin)
+    trial = SimpleNamespace(designed=quick, speed=9.0)
+    monkeypatch.setattr(TempoSearch, "quickest", lambda *_: trial)
+    for good, answer in ((True, quick), (False, slow)):
+        monkeypatch.setattr(Proven, "as_good", lambda *_, good=good: good)
+        assert quicken(slow, paper_robot(), GaitPreference("balanced")) is answer
+    assert Proven(slow, paper_robot(), course)._prove(slow) is not None  # the real one is certified
+
+
 def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
     """The plan keeps 0.8 of either margin, no joint is near its limit, the flight is walked so."""
     robot, slow = paper_robot(), designed()
@@ -129,6 +208,37 @@ def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
         if plan.contacts.steps:
             least = min(least, float(evaluate(robot, plan, times).margin.min()))
     assert quick.margin <= least + 1e-3  # also between the times at which plans are sampled
+
+
+def test_a_scenario_says_what_its_gait_is_to_be_good_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`prefer` of a scenario that asks for a design reaches the choice of times."""
+    slow, asked = designed(), []
+    monkeypatch.setattr(quicken_module, "design_scenario", lambda *_, **__: slow)
+
+    def quick(found: Designed, robot: object, preference: GaitPreference, **_: object) -> Designed:
+        asked.append((found, preference))
+        return found
+
+    monkeypatch.setattr(quicken_module, "quicken", quick)
+    for line, prefer in (("", "margin"), ("prefer: balanced", "balanced")):
+        text = f"robot: {{model: '{URL}'}}\ncourse: [{{kind: floor, length: 4}}]\n{line}"
+        assert design_preferred(parse_scenario(text, source="a"), robot=paper_robot()) is slow
+        assert asked[-1] == (slow, GaitPreference(prefer))
+
+
+@pytest.mark.parametrize(
+    ("lines", "why"),
+    [
+        ("gait: {stride: 0.3}\nprefer: speed", "design is auto"),
+        ("perception: {map: seen}\ndesign: auto\nprefer: speed", "perception.map seen"),
+        ("prefer: fast", "margin, balanced"),
+    ],
+)
+def test_a_preference_that_no_design_reads_is_refused(lines: str, why: str) -> None:
+    """A gait that is given has its own times, and what is seen gets no quick gait."""
+    text = f"robot: {{model: '{URL}'}}\ncourse: [{{kind: floor, length: 4}}]\n{lines}"
+    with pytest.raises(InputError, match=f"prefer = .*{why}"):
+        parse_scenario(text, source="a")
 
 
 @pytest.mark.long

@@ -16,7 +16,14 @@ from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.problem import EDGE_CLEARANCE, PlanSettings, Task
-from drake_quad.planning.task import GOOD_GAP, gap_to_riser, initial_setback, plan_task, riser_gap
+from drake_quad.planning.task import (
+    GOOD_GAP,
+    gap_as_it_rises,
+    gap_to_riser,
+    initial_setback,
+    plan_task,
+    riser_gap,
+)
 from drake_quad.planning.walk_footsteps import foothold, plan_walk_footsteps
 from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.course import build_course
@@ -81,6 +88,44 @@ def test_feet_that_roll_farther_than_mostly_are_set_down_anew(
     monkeypatch.setattr(plan_task_module, "plan_walk_footsteps", lay)
     lane, plan = big_footed_walk()
     assert riser_gap(lane, plan.contacts, BIG)[0] < GOOD_GAP < touched
+
+
+@given(
+    st.lists(st.tuples(st.floats(-0.3, 0.2), st.floats(0.0, 0.5)), min_size=1, max_size=9),
+)
+def test_a_rising_foot_is_as_near_as_the_riser_s_nearest_point(
+    places: list[tuple[float, float]],
+) -> None:
+    """From beside the riser that was ahead at first, or above its nosing, to the foot's sphere."""
+    lane = stairs_course("up").lanes[0]
+    at = float(lane.risers()[0][0])
+    low, high = (float(lane.height(at + way)) for way in (-1e-3, 1e-3))
+    s = at + np.array([-0.3, *(x for x, _ in places)])
+    z = low + np.array([0.0, *(h for _, h in places)])
+    found = gap_as_it_rises(lane, s, z, BIG)
+    face = np.linspace(low - 1.0, high, 4001)  # of the riser, and the tread beyond it
+    tread = np.linspace(at, at + 1.0, 4001)
+    for one, x, h in zip(found, s, z, strict=True):
+        if h <= high and x > at:
+            assert one == pytest.approx(at - x - BIG, abs=1e-12)  # inside, by how much
+            continue
+        nearest = min(np.hypot(at - x, face - h).min(), np.hypot(tread - x, high - h).min())
+        assert one == pytest.approx(nearest - BIG, abs=1e-3)
+    beyond = gap_as_it_rises(lane, lane.risers()[0][-1:] + 0.1, z[:1], BIG)
+    assert np.all(beyond == np.inf)
+
+
+def test_feet_that_rise_where_they_rolled_to_touch_no_riser() -> None:
+    """A foot lifts from where it rolled to, and goes forward as it goes up."""
+    lane, plan = big_footed_walk()
+    steps, least = plan.contacts.steps, np.inf
+    for step in steps:
+        times = np.linspace(step.lift_off, step.touchdown, 101)
+        foot = plan.contacts.feet_at(times)[0][:, step.leg.row]
+        s, z = lane.coordinates(foot)[0], foot[:, 2]
+        rising = gap_as_it_rises(lane, s, z, BIG)[times <= step.lift_off + step.swing.apex_time]
+        least = min(least, float(rising.min()))
+    assert 0.0 < riser_gap(lane, plan.contacts, BIG)[0] <= least + 1e-3
 
 
 def test_the_top_of_a_slope_is_no_riser() -> None:
