@@ -44,7 +44,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     The walk's plan is made anew, for the feet stand a little elsewhere, and comes late.
     """
     folder = tmp_path_factory.mktemp("log")
-    prepared, clock = short_walk(folder, "joints"), ManualClock()
+    prepared, clock = short_walk("joints"), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     faults = BusFaults(loss=0.05, delay=0.004, jitter=0.004, reorder=0.05, freeze_at=None)
     side = SimulatedRobot(prepared)

@@ -53,9 +53,7 @@ def test_the_loop_gets_what_tells_contacts(
     assert begun == [expected, "closed"]
 
 
-def test_threads_that_a_bus_begins_come_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_threads_that_a_bus_begins_come_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both sides wait for them in real time: they are told which, and no others."""
     end, given = Event(), list[set[int]]()
     begun: list[Thread] = []
@@ -72,7 +70,7 @@ def test_threads_that_a_bus_begins_come_first(
     class Begun(Exception):  # noqa: N818  nothing went wrong
         """The loop was about to begin."""
 
-    prepared, choice = short_walk(tmp_path), processes.BusChoice()
+    prepared, choice = short_walk(), processes.BusChoice()
     known: dict[str, Any] = {"stop": lambda: False, "tell": lambda _: None}
     loop = SimpleNamespace(period=0.002, release=lambda: None)
     for side in (processes, robot_process):
@@ -193,7 +191,7 @@ def test_a_log_that_cannot_be_written_is_told_of(
     monkeypatch.setattr(processes, "write_bus_log", write)
     loop: Any = SimpleNamespace(remarks=[], session=1)
     recorder: Any = SimpleNamespace(events=[])
-    line = processes._write_log(tmp_path, short_walk(tmp_path), recorder, loop)
+    line = processes._write_log(tmp_path, short_walk(), recorder, loop)
     assert line == f"the log was not written: {failed}" and loop.remarks == [line]
     times = {"ticks": 3}
     known = {"outcome": "goal_reached", "log_written": False, "real_time": times, "events": []}

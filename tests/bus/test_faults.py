@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -107,14 +106,12 @@ def damped_after(show: PuppetShow, fault: str) -> float:
     "moments",
     [3, pytest.param(MOMENTS, marks=pytest.mark.slow)],  # 6 s for each fault
 )
-def test_each_fault_damps_at_any_moment(
-    fault: str, moments: int, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_each_fault_damps_at_any_moment(fault: str, moments: int) -> None:
     """At moments drawn at random, in all modes: damped, 100 ms after the fault at most, no jump.
 
     A tilt is another matter: the IMU's filter has to see it, which takes half a second.
     """
-    prepared = short_walk(tmp_path_factory.getbasetemp())
+    prepared = short_walk()
     rng = np.random.default_rng(FAULTS.index(fault))
     modes = set()
     for moment in rng.uniform(0.6, 3.4, moments):
@@ -139,9 +136,9 @@ def test_each_fault_damps_at_any_moment(
         assert {SafetyMode.STANDING_UP, SafetyMode.STANDING, SafetyMode.WALKING} <= modes
 
 
-def walking_show(folder: Path) -> PuppetShow:
+def walking_show() -> PuppetShow:
     """A show that has come to walk."""
-    show = PuppetShow(short_walk(folder))
+    show = PuppetShow(short_walk())
     while show.loop.mode != SafetyMode.WALKING:
         show.tick()
     return show
@@ -149,10 +146,10 @@ def walking_show(folder: Path) -> PuppetShow:
 
 @pytest.mark.parametrize("fails", ["take", "wanted"])
 def test_an_error_of_the_controller_damps_the_robot(
-    fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fails: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whatever Python raises in a walk: no stiffness from the same tick on, and it is said why."""
-    show = walking_show(tmp_path)
+    show = walking_show()
     assert show.loop.commanded.stiffness > 0.0
 
     def fail(*_: object) -> None:
@@ -168,10 +165,10 @@ def test_an_error_of_the_controller_damps_the_robot(
 
 @pytest.mark.parametrize("field", ["q", "v", "torque", "stiffness"])
 def test_a_controller_that_wants_no_number_damps_the_robot(
-    field: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    field: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One NaN among what it wants: no stiffness from the same tick on, and it is said why."""
-    show = walking_show(tmp_path)
+    show = walking_show()
     wanted = show.loop.controller.wanted()
     assert wanted is not None
     value = getattr(wanted, field)
@@ -186,11 +183,9 @@ def test_a_controller_that_wants_no_number_damps_the_robot(
 
 
 @pytest.mark.parametrize("wrong", ["stuck", "backwards"])
-def test_joints_that_do_not_go_where_they_are_told_damp_the_robot(
-    wrong: str, tmp_path: Path
-) -> None:
+def test_joints_that_do_not_go_where_they_are_told_damp_the_robot(wrong: str) -> None:
     """Stuck, or with a sign wrong, as it begins to stand up: damped at 0.3 rad, not at the end."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     start = show.puppet.q.copy()
     while show.loop.mode == SafetyMode.DAMPING:
         show.tick()
@@ -208,9 +203,9 @@ def test_joints_that_do_not_go_where_they_are_told_damp_the_robot(
     assert farthest <= limits.astray + 2.0 * limits.astray_time * float(limits.speed.max())
 
 
-def test_who_comes_second_says_nothing_and_leaves(tmp_path: Path) -> None:
+def test_who_comes_second_says_nothing_and_leaves() -> None:
     """A controller that hears another's commands as it begins publishes none, and never arms."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     for k in range(1, 3000):
         if k < 500:  # the other leaves a second later
             show.others.append(encode_command(command(77, k)))
@@ -222,9 +217,9 @@ def test_who_comes_second_says_nothing_and_leaves(tmp_path: Path) -> None:
     assert not show.loop.events and modes <= {SafetyMode.DAMPING}
 
 
-def test_nothing_is_said_before_it_has_listened(tmp_path: Path) -> None:
+def test_nothing_is_said_before_it_has_listened() -> None:
     """For half a second there is no command, and then one in each tick."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     while show.loop.time < LISTENS - 0.003:
         show.tick()
     assert show.puppet.commands == []
@@ -233,9 +228,9 @@ def test_nothing_is_said_before_it_has_listened(tmp_path: Path) -> None:
     assert 8 <= len(show.puppet.commands) <= 10
 
 
-def test_a_silent_loop_says_nothing_and_goes_on_listening(tmp_path: Path) -> None:
+def test_a_silent_loop_says_nothing_and_goes_on_listening() -> None:
     """It tells what it would do, for as long as one listens, and the bus hears no command."""
-    show = PuppetShow(short_walk(tmp_path), silent=True)
+    show = PuppetShow(short_walk(), silent=True)
     for _ in range(3000):
         show.tick()
     assert show.bus.command_bytes == type(show.bus.command_bytes)() and not show.puppet.commands
@@ -256,9 +251,9 @@ def test_a_silent_loop_says_nothing_and_goes_on_listening(tmp_path: Path) -> Non
     assert show.loop.outcome == "stopped: interrupted"
 
 
-def test_a_soft_stop_sits_down_first_and_then_damps(tmp_path: Path) -> None:
+def test_a_soft_stop_sits_down_first_and_then_damps() -> None:
     """In a walk: it sits down with stiff drives, damps, and leaves; no wanted angle jumps."""
-    show = walking_show(tmp_path)
+    show = walking_show()
     for _ in range(200):
         show.tick()
     show.loop.stop("interrupted", sit=True)
@@ -270,16 +265,16 @@ def test_a_soft_stop_sits_down_first_and_then_damps(tmp_path: Path) -> None:
     assert show.loop.outcome == "stopped: interrupted" and show.loop.largest_step <= 0.05
 
 
-def test_a_second_stop_damps_at_once(tmp_path: Path) -> None:
+def test_a_second_stop_damps_at_once() -> None:
     """While it sits down, and while it stands up, where there is nothing to sit down from."""
-    show = walking_show(tmp_path)
+    show = walking_show()
     show.loop.stop("interrupted", sit=True)
     for _ in range(50):
         show.tick()
     show.loop.stop("interrupted")
     show.tick()
     assert show.loop.commanded.stiffness == 0.0
-    rising = PuppetShow(short_walk(tmp_path))
+    rising = PuppetShow(short_walk())
     while rising.loop.mode != SafetyMode.STANDING_UP:
         rising.tick()
     rising.loop.stop("interrupted", sit=True)
@@ -287,9 +282,9 @@ def test_a_second_stop_damps_at_once(tmp_path: Path) -> None:
     assert rising.loop.commanded.stiffness == 0.0
 
 
-def test_drives_that_damp_by_themselves_end_the_walk(tmp_path: Path) -> None:
+def test_drives_that_damp_by_themselves_end_the_walk() -> None:
     """They do so where commands came late: the loop damps within 0.1 s."""
-    show = walking_show(tmp_path)
+    show = walking_show()
     for _ in range(20):  # a moment of it is borne: commands and states take their time
         show.tick()
     show.puppet.drives, begun = DRIVES_DAMP, show.loop.time
@@ -299,9 +294,9 @@ def test_drives_that_damp_by_themselves_end_the_walk(tmp_path: Path) -> None:
     assert show.loop.outcome == "damped: the robot's drives damp, whatever they are told"
 
 
-def test_a_trunk_that_sinks_ends_the_walk(tmp_path: Path) -> None:
+def test_a_trunk_that_sinks_ends_the_walk() -> None:
     """A robot whose legs fold under it in a walk is damped, by half its height at the latest."""
-    prepared = short_walk(tmp_path)
+    prepared = short_walk()
     controller = BusController(prepared, prepared.scenario.controller)
     postures = sit_to_stand(prepared.robot, prepared.stance)[::-1]
     fine = 0  # ticks without a fault
@@ -319,9 +314,9 @@ def test_a_trunk_that_sinks_ends_the_walk(tmp_path: Path) -> None:
     assert re.fullmatch(r"the trunk is 0\.\d+ m above its feet, planned is .* m", controller.fault)
 
 
-def test_a_loop_that_cannot_go_on_tells_the_drives_to_damp(tmp_path: Path) -> None:
+def test_a_loop_that_cannot_go_on_tells_the_drives_to_damp() -> None:
     """By one message, at any moment: no stiffness, no torque, and no other angles."""
-    show = walking_show(tmp_path)
+    show = walking_show()
     before = show.loop.commanded
     show.loop.release()
     show.puppet.obey()
@@ -332,9 +327,9 @@ def test_a_loop_that_cannot_go_on_tells_the_drives_to_damp(tmp_path: Path) -> No
     assert show.loop.mode == SafetyMode.DAMPING and np.array_equal(command.q, before.q)
 
 
-def test_a_show_without_faults_ends_well(tmp_path: Path) -> None:
+def test_a_show_without_faults_ends_well() -> None:
     """With nothing wrong the same loop stands up, walks, sits down and says so."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     while not show.loop.outcome:
         show.tick()
     assert show.loop.outcome == "goal_reached"
@@ -343,9 +338,9 @@ def test_a_show_without_faults_ends_well(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
-def test_messages_lost_and_late_are_borne(tmp_path: Path) -> None:
+def test_messages_lost_and_late_are_borne() -> None:
     """A fifth of the states lost and the rest 5 ms late: it holds now and then, and goes on."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     show.bus = faulty = FaultyBus(  # type: ignore[assignment]
         show.bus, BusFaults(loss=0.2, delay=0.005, reorder=0.05), show.clock,
         np.random.default_rng(1),
@@ -357,9 +352,9 @@ def test_messages_lost_and_late_are_borne(tmp_path: Path) -> None:
     assert show.loop.lost > 0
 
 
-def test_only_what_is_lost_after_arming_counts(tmp_path: Path) -> None:
+def test_only_what_is_lost_after_arming_counts() -> None:
     """A gap while the controller is made ready is nothing that a bus lost; a later one is."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     for _ in range(30):  # the watch has to know how often states come
         show.tick()
     assert show.loop.mode == SafetyMode.DAMPING
@@ -445,9 +440,9 @@ def test_spoilt_commands_damp_the_drives() -> None:
         assert commander.tick(None) == DRIVES_DAMP
 
 
-def test_a_robot_of_slow_drives_is_told_lower_gains(tmp_path: Path) -> None:
+def test_a_robot_of_slow_drives_is_told_lower_gains() -> None:
     """States every 6 ms: a third of the gains in all of a walk, and it is said."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     control = show.loop.limits
     for k in range(1500):
         show.tick(send=k % 3 == 0)

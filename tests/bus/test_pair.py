@@ -36,13 +36,13 @@ COMMAND = [sys.executable, "-m", "drake_quad"]
 
 
 @pytest.mark.parametrize("contacts", [pytest.param("feet", marks=pytest.mark.long), "joints"])
-def test_the_simulated_robot_stands_up_and_walks(tmp_path: Path, contacts: str) -> None:
+def test_the_simulated_robot_stands_up_and_walks(contacts: str) -> None:
     """In lock step, on its own sensors alone, the shipped robot rises and shifts its weight.
 
     A tick of each side after the other, by a clock of the test's: the same whatever else the
     machine does. Standing up is quicker here than a robot's.
     """
-    prepared, clock = short_walk(tmp_path, contacts), ManualClock()
+    prepared, clock = short_walk(contacts), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     simulated = SimulatedRobot(prepared)
     robot = RobotLoop(simulated, bus, clock)
@@ -88,9 +88,9 @@ def felt_under(robot: RobotModel, prepared: PreparedScenario, share: float) -> F
     return felt
 
 
-def test_a_bus_allows_for_the_friction_that_a_robots_file_states(tmp_path: Path) -> None:
+def test_a_bus_allows_for_the_friction_that_a_robots_file_states() -> None:
     """Pressed with 5 % of the weight a foot has landed; not if its joints' friction may be that."""
-    prepared = short_walk(tmp_path, "joints")
+    prepared = short_walk("joints")
     robot = prepared.robot
     assert np.array_equal(felt_under(robot, prepared, 0.05), np.ones(4))
     rough = replace(robot, joint_friction=np.full(12, 10.0))
@@ -98,9 +98,9 @@ def test_a_bus_allows_for_the_friction_that_a_robots_file_states(tmp_path: Path)
     assert np.array_equal(felt_under(rough, prepared, 0.5), np.ones(4))
 
 
-def test_a_controller_on_a_bus_knows_how_much_its_feet_give(tmp_path: Path) -> None:
+def test_a_controller_on_a_bus_knows_how_much_its_feet_give() -> None:
     """`estimator.foot_give` reaches the estimator: the same messages are answered otherwise."""
-    prepared = short_walk(tmp_path)
+    prepared = short_walk()
     soft = replace(prepared, scenario=deepcopy(prepared.scenario))
     soft.scenario.estimator.foot_give = 0.015
     stance = sit_to_stand(prepared.robot, prepared.stance)[-1]
@@ -117,9 +117,9 @@ def test_a_controller_on_a_bus_knows_how_much_its_feet_give(tmp_path: Path) -> N
     assert not np.array_equal(answers[0], answers[2])
 
 
-def test_the_controllers_time_is_the_robots(tmp_path: Path) -> None:
+def test_the_controllers_time_is_the_robots() -> None:
     """Of states that are no whole number of its periods apart, no time is lost or gained."""
-    prepared = short_walk(tmp_path)
+    prepared = short_walk()
     clock = ManualClock()
     puppet = Puppet(sit_to_stand(prepared.robot, prepared.stance)[-1], LoopbackBus(clock.now_ns),
                     clock)  # fmt: skip

@@ -16,8 +16,8 @@ from drake_quad.simulation.prepared import PreparedScenario
 
 
 @pytest.fixture(scope="module")
-def prepared(tmp_path_factory: pytest.TempPathFactory) -> PreparedScenario:
-    return short_walk(tmp_path_factory.mktemp("plans"))
+def prepared() -> PreparedScenario:
+    return short_walk()
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 """Sitting down keeps the feet where they stand, wherever a walk has left them."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -48,15 +47,13 @@ def test_the_trunk_goes_straight_down_over_feet_that_stay(
 
 
 @pytest.mark.long
-def test_a_robot_sits_down_where_its_walk_has_left_it(
-    tmp_path: Path,
-) -> None:
+def test_a_robot_sits_down_where_its_walk_has_left_it() -> None:
     """Over a bus, to the end of a walk: as it sits down no foot goes by more than 35 mm.
 
     A foot is a ball of 20 mm that rolls as its shank folds. To sit down where it stood before the
     walk would drag feet by a step's length.
     """
-    prepared, clock = short_walk(tmp_path, overrides=QUICK), ManualClock()
+    prepared, clock = short_walk(overrides=QUICK), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     simulated = SimulatedRobot(prepared)
     robot = RobotLoop(simulated, bus, clock)

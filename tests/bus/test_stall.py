@@ -1,7 +1,5 @@
 """A loop that was kept from running answers what waits for it without a pause for the drives."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from bus_rig import PERIOD_NS, PuppetShow, short_walk
@@ -13,12 +11,12 @@ STALL = 30  # periods
 MS = PERIOD_NS // 2
 
 
-def test_after_a_stall_drives_hear_a_command_for_every_few_states(tmp_path: Path) -> None:
+def test_after_a_stall_drives_hear_a_command_for_every_few_states() -> None:
     """All are answered, in their order, a command after every AT_ONCE; then it is up to date.
 
     The loop's figures have the age of the state that a command answers, not of the newest.
     """
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     while show.loop.mode != SafetyMode.WALKING:
         show.tick()
     for _ in range(10):
@@ -46,9 +44,9 @@ def test_after_a_stall_drives_hear_a_command_for_every_few_states(tmp_path: Path
     assert puppet.commands[-1].state_sequence == puppet.sequence
 
 
-def test_a_bus_quicker_than_the_controller_leaves_no_state_waiting(tmp_path: Path) -> None:
+def test_a_bus_quicker_than_the_controller_leaves_no_state_waiting() -> None:
     """With six states in each period a command answers the newest of them, tick after tick."""
-    show = PuppetShow(short_walk(tmp_path))
+    show = PuppetShow(short_walk())
     while show.loop.mode != SafetyMode.WALKING:
         show.tick()
     puppet = show.puppet

@@ -12,26 +12,34 @@ from drake_quad.simulation import precompile
 
 COURSE = """
 course: [{kind: floor, length: 3.0}]
-mission: [{kind: stand, duration: 1.2}]
-disturbances: {pushes: [{time: 0.05, speed: 1.3, direction_deg: 90}]}
+mission: [{kind: stand, duration: 0.1}]
 """
 EVERYTHING = [
     "controller.kind=whole_body", "controller.period=0.002", "estimator.kind=ekf",
 ]  # fmt: skip
 FELT = [*EVERYTHING, "sensors.contacts=joints"]
+# After it the robot takes a step, and then many more, of which none calls another kernel.
+PUSHED = [
+    *EVERYTHING, "disturbances.pushes=[{time: 0.05, speed: 1.3, direction_deg: 90}]",
+]  # fmt: skip
 
 
 SCRIPT = """
 import sys
 from importlib import import_module
+from itertools import count
 from drake_quad.simulation import precompile
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.run import simulate
 
-for overrides in ({overrides!r}, {felt!r}):
-    scenario = parse_scenario({course!r}, source="test", overrides=overrides)
-    assert simulate(scenario).outcome == "goal_reached"
+felt, pushed = (
+    parse_scenario({course!r}, source="test", overrides=overrides)
+    for overrides in ({felt!r}, {pushed!r})
+)
+assert simulate(felt).outcome == "goal_reached"
+chunks = count()
+assert simulate(pushed, stop=lambda: next(chunks) >= 5).outcome == "stopped"
 assert run_check(CheckRequest("paper_quadruped", rise=0.15, run=0.35, count=3))["feasible"]
 for group in precompile._kernels().values():
     for path, types in group.items():
@@ -44,7 +52,7 @@ for group in precompile._kernels().values():
 
 def test_every_kernel_that_is_called_is_in_the_table() -> None:
     """A run on estimates and a check, in a process of their own, call all, with its types alone."""
-    script = SCRIPT.format(course=COURSE, overrides=EVERYTHING, felt=FELT)
+    script = SCRIPT.format(course=COURSE, felt=FELT, pushed=PUSHED)
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
 

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from drake_quad.bus.real_time import NS, ManualClock
 from drake_quad.bus.robot_bus import LoopbackBus
 from drake_quad.bus.safety import SafetyMode
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.scenario.load import load_scenario
+from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.prepare import PreparedScenario, prepare
 
 PERIOD_NS = NS // 500
@@ -46,20 +45,15 @@ QUICK = ("gait.cycle_time=4.0", "transition.shift_time=0.8", "transition.swing_t
 
 
 @cache
-def short_walk(
-    folder: Path, contacts: str = "feet", overrides: tuple[str, ...] = ()
-) -> PreparedScenario:
-    """The short walk, planned once for each folder that its file is written in.
+def short_walk(contacts: str = "feet", overrides: tuple[str, ...] = ()) -> PreparedScenario:
+    """The short walk, planned once for all tests of a process: none of them changes it.
 
     Args:
-        folder: Where the file is written.
         contacts: The scenario's `sensors.contacts`.
         overrides: What else differs; QUICK makes it in half of the time.
     """
-    path = folder / "short_walk.yaml"
-    path.write_text(SHORT_WALK)
     given = [*FIELDS, f"sensors.contacts={contacts}", *overrides]
-    return prepare(load_scenario(str(path), given))
+    return prepare(parse_scenario(SHORT_WALK, source="short_walk.yaml", overrides=given))
 
 
 class Pacing:
