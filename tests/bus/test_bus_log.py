@@ -3,6 +3,7 @@
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -70,23 +71,35 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_a_controller_made_anew_answers_the_same_to_the_bit(log: Path) -> None:
+@pytest.fixture(scope="module")
+def kept(log: Path) -> BusLog:
+    """What the file holds; nothing changes it."""
+    return read_bus_log(log)
+
+
+@pytest.fixture(scope="module")
+def found(kept: BusLog) -> dict[str, Any]:
+    """What comes of it as it runs again."""
+    return replay_bus_log(kept)
+
+
+def test_a_controller_made_anew_answers_the_same_to_the_bit(
+    kept: BusLog, found: dict[str, Any]
+) -> None:
     """All commands, from damping over standing up and walking to damping, are what they were."""
-    read = read_bus_log(log)
-    found = replay_bus_log(read)
-    answers = sum(topic == ANSWER for topic, _ in read.events)
+    answers = sum(topic == ANSWER for topic, _ in kept.events)
     assert found["same"] and found["first_difference"] is None
     assert found["commands"] == answers > 2000
     assert found["duration"] == pytest.approx(LISTENS + answers * 0.002, rel=0.01)
 
 
-def test_what_the_controller_knew_can_be_laid_beside_where_the_robot_was(log: Path) -> None:
+def test_what_the_controller_knew_can_be_laid_beside_where_the_robot_was(kept: BusLog) -> None:
     """At the same times of the robot's: base and feet within 10 mm, and feet that bear in both.
 
     But for where the robot stood up: the controller takes it to be where the scenario has it.
     """
     trace = Trace(CONTROLLER)
-    found = replay_bus_log(read_bus_log(log), trace)
+    found = replay_bus_log(kept, trace)
     assert found["same"] and len(trace) >= STOPPED_AT  # it looks, and changes nothing
     knew, was = trace.table(), TRUTH.table()
     for table, parts in ((knew, CONTROLLER), (was, ROBOT)):
@@ -114,12 +127,11 @@ def test_the_table_of_a_log_is_written(log: Path, tmp_path: Path) -> None:
     )
 
 
-def test_what_was_sensed_otherwise_is_answered_otherwise(log: Path) -> None:
+def test_what_was_sensed_otherwise_is_answered_otherwise(kept: BusLog) -> None:
     """A joint that is a nanoradian elsewhere, from one tick of the walk on, is told with its place.
 
     Without this the comparison could pass whatever it is given.
     """
-    kept = read_bus_log(log)
     begun = sum(topic == ANSWER for topic, _ in kept.events) - STOPPED_AT
     answered, events = 0, []
     for topic, value in kept.events:
@@ -173,10 +185,9 @@ def test_a_log_that_unpacks_to_very_much_is_refused(tmp_path: Path, size: int, c
         read_bus_log(path)
 
 
-def test_a_log_that_was_cut_says_so(log: Path) -> None:
+def test_a_log_that_was_cut_says_so(kept: BusLog, found: dict[str, Any]) -> None:
     """All that is there is the same, and the loop has not ended by then."""
-    kept = read_bus_log(log)
-    assert replay_bus_log(kept)["outcome"] == "stopped: interrupted"
+    assert found["outcome"] == "stopped: interrupted"
     half = replay_bus_log(BusLog(kept.scenario, kept.session, kept.events[:3000]))
     assert half["same"] and half["outcome"] == ""
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from bus_rig import PERIOD_NS, SHORT_WALK, Puppet, short_walk
+from bus_rig import PERIOD_NS, QUICK, SHORT_WALK, Puppet, short_walk
 from rig import state_of
 
 from drake_quad.bus.bus_controller import BusController, TouchByTorque
@@ -42,7 +42,7 @@ def test_the_simulated_robot_stands_up_and_walks(contacts: str) -> None:
     A tick of each side after the other, by a clock of the test's: the same whatever else the
     machine does. Standing up is quicker here than a robot's.
     """
-    prepared, clock = short_walk(contacts), ManualClock()
+    prepared, clock = short_walk(contacts, QUICK), ManualClock()
     bus = LoopbackBus(clock.now_ns)
     simulated = SimulatedRobot(prepared)
     robot = RobotLoop(simulated, bus, clock)
@@ -50,7 +50,7 @@ def test_the_simulated_robot_stands_up_and_walks(contacts: str) -> None:
     loop.limits = replace(loop.limits, fold_time=0.6, rise_time=1.0)
     low, walked = robot.robot.base[2], 0
     legs_lifted = 0.0
-    while walked < 1400:
+    while walked < 800:
         robot.tick()
         loop.tick()
         clock.sleep_until(clock.now_ns() + PERIOD_NS)
@@ -59,7 +59,7 @@ def test_the_simulated_robot_stands_up_and_walks(contacts: str) -> None:
             legs_lifted = max(legs_lifted, float(np.ptp(simulated.feet[:, 2])))
         assert not loop.outcome, loop.outcome
     assert robot.robot.base[2] > low + 0.4
-    body = prepared.plan.plans[1].sample(1.8).body[0]
+    body = prepared.plan.plans[1].sample(0.9).body[0]
     start = prepared.stance.body
     moved = float(np.hypot(*(body[:2] - start[:2])))
     assert moved > 0.1  # the plan shifts the body before the first step

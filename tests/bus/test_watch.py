@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bus_rig import PERIOD_NS
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from drake_quad.bus.messages import DRIVES_FOLLOW, Received, StateMessage
 from drake_quad.bus.real_time import NS
@@ -34,6 +34,7 @@ def test_up_turns_as_the_gyroscope_tells(rate: list[float]) -> None:
     np.testing.assert_allclose(watch.up, R.T @ [0.0, 0.0, 1.0], atol=0.01)
 
 
+@settings(max_examples=25)  # of four seconds of states each
 @given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8))
 def test_up_is_drawn_to_what_is_felt(roll: float, pitch: float) -> None:
     """At rest it comes to the direction of the specific force; a knock of 5 g is passed over."""

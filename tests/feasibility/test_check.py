@@ -252,6 +252,7 @@ def test_treads_that_no_stance_fits_are_told_as_such(monkeypatch: pytest.MonkeyP
     assert limit_of(check, paper_robot()) == "pattern" and "0.3 m" in check.reason
 
 
+@pytest.mark.long
 def test_treads_like_floors_are_walked_in_the_stride_of_level_ground() -> None:
     """No stance fits treads of two metres: a curb between one and the next is crossed at a time."""
     check = asked(URL, Stairs(0.1, 2.0, 2))

@@ -14,6 +14,7 @@ from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
 
 
+@pytest.mark.long
 def test_the_curve_goes_down_and_its_points_can_be_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -70,6 +70,7 @@ def test_a_scenario_stays_as_it_was() -> None:
     assert usual_tempo(scenario.gait, robot, moving=True).switch < 0.5 * still.switch
 
 
+@pytest.mark.long
 def test_a_gait_balanced_by_its_motion_is_quicker_and_keeps_the_point_within_the_feet() -> None:
     """The plan's margin is that of its zero-moment point; its static margin may be negative."""
     robot, quick = paper_robot(), moving()
@@ -97,6 +98,7 @@ def test_a_gait_balanced_by_its_motion_is_quicker_and_keeps_the_point_within_the
     assert bound is not None and bound.limit != "margin"
 
 
+@pytest.mark.long
 def test_the_answer_says_how_it_is_balanced() -> None:
     """The zero-moment point's margin in the first line; the static one beside what is left."""
     robot, quick = paper_robot(), moving()

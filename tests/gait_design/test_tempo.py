@@ -437,8 +437,14 @@ def test_what_is_not_asked_for_is_not_changed() -> None:
     speed = answer.speed
     assert speed is not None  # what counts as met is not made worse
     assert quicken(slow, paper_robot(), GaitPreference(speed=1.02 * speed)) is slow
-    assert quicken(slow, paper_robot(), GaitPreference(min_margin=10.0 * slow.margin)) is slow
     assert found().preference == GaitPreference() and found().slow is found().designed
+
+
+@pytest.mark.long
+def test_a_margin_that_no_gait_has_changes_nothing() -> None:
+    """All that there is to try is tried, and the gait is the very same."""
+    slow = designed()
+    assert quicken(slow, paper_robot(), GaitPreference(min_margin=10.0 * slow.margin)) is slow
 
 
 def test_wishes_say_which_margin_is_kept() -> None:

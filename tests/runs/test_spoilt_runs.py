@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from command import drake_quad, refused
-from report_run import make_log, short_scenario, write_run
+from report_run import draw_only, make_log, short_scenario, write_run
 from spoilt_rig import NESTED, change_json, filled, line_of
 
 from drake_quad.cli.runs import print_summary
@@ -135,7 +135,9 @@ def test_times_that_are_none_are_named(
     line_of(caught.value, str(path), *words)
 
 
-def test_figures_that_nothing_measured_are_left_out(ran: Path) -> None:
+def test_figures_that_nothing_measured_are_left_out(
+    ran: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Infinite ones and those beyond all bounds: the report is made of the rest, and says so."""
     path = ran / "log.parquet"
     table = pq.read_table(path)
@@ -148,6 +150,7 @@ def test_figures_that_nothing_measured_are_left_out(ran: Path) -> None:
     told = [notice for notice in run.notices if "left out" in notice]
     assert len(told) == 1 and f"{3 * rows} values in column " in told[0]
     assert "and 2 others that are beyond 1e+09" in told[0]
+    draw_only(monkeypatch, "margin", "side")  # which are of what is left out
     assert "and 2 others that are beyond 1e+09" in write_report(ran, replay=False).read_text()
 
 

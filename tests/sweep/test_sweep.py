@@ -121,6 +121,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.long
 def test_a_killed_sweep_loses_nothing_and_repeats_nothing(tmp_path: Path) -> None:
     """SIGKILL at random moments: what was done is there, and nothing that reads as a whole sweep.
 

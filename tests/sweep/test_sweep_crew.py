@@ -40,6 +40,7 @@ def test_what_a_trial_does_to_its_process_is_a_finding(tmp_path: Path) -> None:
     assert all(found[k]["success"] == (outcomes[k] == "goal_reached") for k in range(8))
 
 
+@pytest.mark.long
 def test_how_a_process_ended_is_known_however_late_one_looks(tmp_path: Path) -> None:
     """One that ends as soon as it has its trial is told of with its exit code.
 

@@ -12,6 +12,7 @@ import sweep_rig as rig
 import yaml
 from markupsafe import escape
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from report_run import draw_only
 from rich.console import Console
 
 from drake_quad.cli.studies import print_sweep
@@ -151,8 +152,11 @@ def test_a_page_that_cannot_take_the_section_is_refused_first(tmp_path: Path) ->
         assert page.read_bytes() == content
 
 
-def test_a_replay_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
+def test_a_replay_that_is_stopped_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Half of a run would be taken for the trial, and never made again."""
+    draw_only(monkeypatch)
     study, base = rig.made(tmp_path)
     assert make_replays(study, base, [3, 1], tmp_path, stop=lambda: True) == ([], {})
     assert not (tmp_path / "trials").exists()
@@ -170,6 +174,7 @@ def test_a_replay_that_has_no_run_here_costs_no_other(
         return simulate(scenario, **more)
 
     monkeypatch.setattr(report, "simulate", run_most)
+    draw_only(monkeypatch)
     study, base = rig.made(tmp_path)
     assert make_replays(study, base, [2, 3], tmp_path) == ([3], {2: "no path"})
 
@@ -199,8 +204,9 @@ def test_a_gate_is_not_missed_before_any_trial(tmp_path: Path) -> None:
     assert "asked for" not in printed.getvalue() and "asked for" not in page
 
 
-def test_replays_of_the_worst_are_linked(tmp_path: Path) -> None:
+def test_replays_of_the_worst_are_linked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They are runs of those very trials; what is there is not made again."""
+    draw_only(monkeypatch)
     told = rig.sweep_made_up(tmp_path, tmp_path / "a")
     study, base = rig.made(tmp_path)
     first = told["worst"][0]["index"]
