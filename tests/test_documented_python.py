@@ -24,6 +24,7 @@ PAGES = sorted(
 )
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
 SLOW_NOTEBOOKS = {"first_climb", "own_robot"}  # a climb is simulated, several gaits are designed
+LONG_NOTEBOOKS = {"margins_and_certificates"}  # ten plans are made
 SLOW_PAGES = {"README"}  # a climb is simulated
 
 
@@ -74,7 +75,13 @@ def code_of(notebook: Path) -> str:
     "notebook",
     [
         pytest.param(
-            path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW_NOTEBOOKS else []
+            path,
+            id=path.stem,
+            marks=[pytest.mark.slow]
+            if path.stem in SLOW_NOTEBOOKS
+            else [pytest.mark.long]
+            if path.stem in LONG_NOTEBOOKS
+            else [],
         )
         for path in NOTEBOOKS
     ],

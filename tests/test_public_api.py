@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from report_run import draw_only
 
 import drake_quad as dq
 
@@ -69,7 +70,7 @@ def test_no_public_name_is_defined_twice() -> None:
     assert [name for name, count in defined.items() if count > 1] == []
 
 
-def test_a_yes_has_a_plan_that_runs(tmp_path: Path) -> None:
+def test_a_yes_has_a_plan_that_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Robot and stairs in, an answer out, whose scenario is planned, proven, run and read back."""
     stairs = dq.Stairs(rise=0.1, run=0.4, count=2)
     answer = dq.check_stairs("paper_quadruped", stairs, prefer="margin")
@@ -80,10 +81,11 @@ def test_a_yes_has_a_plan_that_runs(tmp_path: Path) -> None:
     assert dq.certify(prepared).failure is None
     assert answer.plan is not None and prepared.plan.duration == answer.plan.duration
     chunks = iter(range(100))
-    result = dq.simulate(prepared, stop=lambda: next(chunks) >= 5)
+    result = dq.simulate(prepared, stop=lambda: next(chunks) >= 1)
     assert result.outcome == "stopped" and "simulated" in result._repr_html_()
     past = dq.load_run(result.save(tmp_path / "run"))
     assert past.summary["outcome"] == "stopped" and len(past.log) == result.table.num_rows
+    draw_only(monkeypatch, "margin")
     assert dq.write_report(past, replay=False).is_file()
 
 

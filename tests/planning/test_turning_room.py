@@ -42,7 +42,7 @@ def test_a_half_turn_takes_what_trunk_and_feet_sweep() -> None:
     """
     robot, taken = paper_robot(), half_width_taken(paper_robot(), HALF_TURN, LANE)
     farthest = 0.0
-    for t in np.linspace(0.0, HALF_TURN.duration, 4000):
+    for t in np.linspace(0.0, HALF_TURN.duration, 1000):
         body = HALF_TURN.body.samples(np.array([t]))[0, 0]
         for low, high in robot.trunk_boxes:
             for x in (low[0], high[0]):

@@ -41,7 +41,7 @@ def test_saving_and_loading_gives_an_equal_scenario(name: str, tmp_path: Path) -
     assert set(saved["gait"]) == set(field_types(type(scenario.gait)) or {})
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(
     st.floats(0.75, 0.98),
     st.floats(1e-6, 1e6),

@@ -18,6 +18,8 @@ from drake_quad.simulation.run import simulate
 
 SOON = "course=[{kind: floor, length: 2.1}, {kind: stairs, going: up, rise: 0.13, run: 0.5, "
 SOON += "count: 2}, {kind: landing, length: 2.6}]"
+# The walk begins at once, and its first step is made from 0.8 to 1.4 s.
+SOON_SWUNG = ("transition.shift_time=0.7", "transition.swing_time=0.6")
 AT_ONCE = "mission=[{kind: stand, duration: 0.1}, {kind: walk, distance: 2.0}]"
 
 
@@ -30,7 +32,7 @@ def run_for(seconds: float, *overrides: str) -> RunResult:
 
 @cache
 def undisturbed() -> RunResult:
-    return run_for(0.5, AT_ONCE)
+    return run_for(0.5, AT_ONCE, *SOON_SWUNG)
 
 
 def test_a_small_kick_is_seen_and_survived() -> None:
@@ -98,7 +100,7 @@ def test_a_push_that_would_tip_it_is_caught_with_a_foot() -> None:
 )
 def test_what_the_controller_is_not_told_of_is_survived_if_small(override: str) -> None:
     """Through the first step of the walk the base stays with its plan, other than without it."""
-    result = run_for(2.75, AT_ONCE, override)
+    result = run_for(1.75, AT_ONCE, *SOON_SWUNG, override)
     assert result.reason == "interrupted"
     assert {*result.table["swing_leg"].to_numpy()} > {0}
     assert result.summary["base_error_max"] < 0.02

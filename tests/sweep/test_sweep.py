@@ -161,6 +161,7 @@ def test_two_sweeps_at_once_are_refused(tmp_path: Path) -> None:
     assert rig.sweep_made_up(tmp_path, tmp_path / "a", note=meddle)["complete"]
 
 
+@pytest.mark.long
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """Status 1, the tables of what is done, how to go on; and going on completes it."""
     rig.study_file(tmp_path, rig.PLUMBING.replace("trials: 4", "trials: 8"))

@@ -29,13 +29,13 @@ def crew(trials: list[Any], work: Any, **more: Any) -> dict[int, dict[str, Any]]
 
 def test_what_a_trial_does_to_its_process_is_a_finding(tmp_path: Path) -> None:
     """Errors, aborts, hangs, greed and exits are counted as such, and harm no other trial."""
-    trials = rig.trials_of(tmp_path, wall_time=2.0, memory=1.0)
+    trials = rig.trials_of(tmp_path, wall_time=1.0, memory=1.0)
     found = crew(trials, rig.mishap, workers=2, limits={"retries": 1})
     outcomes = [found[k]["outcome"] for k in range(8)]
     assert outcomes == ["goal_reached", "error", "crashed", "timeout", "memory", "timeout",
                         "goal_reached", "crashed"]  # fmt: skip
     assert found[1]["reason"] == "ValueError: no plan" and "SIGABRT" in found[2]["reason"]
-    assert "2 s" in found[3]["reason"] and "1 GiB" in found[4]["reason"]
+    assert "after 1 s" in found[3]["reason"] and "1 GiB" in found[4]["reason"]
     assert "exit code 3" in found[7]["reason"] and found[7]["clock"]["tried"] == 1
     assert all(found[k]["success"] == (outcomes[k] == "goal_reached") for k in range(8))
 
@@ -87,6 +87,7 @@ def test_a_lower_bound_of_the_machine_is_kept(tmp_path: Path) -> None:
     assert trial.memory == 4.0
 
 
+@pytest.mark.long
 def test_a_killed_process_is_no_finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its trial is tried again; one that is killed each time is given up after the retries."""
     monkeypatch.setenv("SWEEP_TEST_MARK", str(tmp_path / "mark"))

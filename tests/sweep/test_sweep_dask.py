@@ -74,7 +74,7 @@ def test_a_sweep_that_is_stopped_leaves_the_workers_free(tmp_path: Path) -> None
             return list(run_on_dask(client, trials, limits=limits, stop=stop, work=work))
 
         assert len(carried(rig.made_up, lambda: False)) == 2  # the worker's process has begun
-        until = time.monotonic() + 2.0
+        until = time.monotonic() + 1.0
         assert carried(rig.endless, lambda: time.monotonic() > until) == []
         begun = time.monotonic()
         assert len(carried(rig.made_up, lambda: False)) == 2
@@ -198,7 +198,7 @@ def test_a_worker_without_trials_keeps_no_process(
 ) -> None:
     """It is ended some time after the last trial, not before, and begun again for another."""
     monkeypatch.setattr(cluster, "_given_up", lambda: lambda: False)
-    monkeypatch.setattr(cluster, "IDLE", 1.5)
+    monkeypatch.setattr(cluster, "IDLE", 0.6)
     trial, limits = rig.trials_of(tmp_path, wall_time=300.0)[0], Limits()
 
     def pid() -> int:
@@ -227,7 +227,7 @@ def test_a_worker_without_trials_keeps_no_process(
 def test_nobody_at_the_address_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It names the option and the address, before any trial."""
     rig.study_file(tmp_path)
-    monkeypatch.setattr(cluster, "CONNECT_TIME", 1.0)
+    monkeypatch.setattr(cluster, "CONNECT_TIME", 0.3)
     for address in ("tcp://127.0.0.1:1", "tls://127.0.0.1:1", ""):
         with pytest.raises(InputError) as caught:
             connect(address)
