@@ -8,10 +8,12 @@ it is ended. The answer is the exit status.
 import atexit
 import gc
 import importlib
+import io
 import json
 import os
 import signal
 import sys
+from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -27,6 +29,8 @@ IMPORTED = (
     "scipy.stats",
     "scipy.special",
     "scipy.spatial.transform",
+    "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_svg",
 )
 
 
@@ -56,10 +60,30 @@ def carry_out(request: dict[str, Any]) -> NoReturn:
     os._exit(status if isinstance(status, int) else 0 if status is None else 1)
 
 
-def serve() -> None:
-    """Until stdin ends."""
+def make_ready() -> None:
+    """Has here what each command would import, or load, when it begins, or soon after.
+
+    Typer imports most of itself when it parses its first words. Compiled kernels are loaded as far
+    as they are there: who compiles one has to be the command, which says so.
+    """
     for name in IMPORTED:
         importlib.import_module(name)
+    from typer.main import get_command
+
+    from drake_quad.cli.main import app
+    from drake_quad.simulation import precompile
+
+    with redirect_stdout(io.StringIO()), suppress(SystemExit):
+        get_command(app).main(["scenarios", "--help"], standalone_mode=False)
+    missing = {id(kernel) for kernel, _ in precompile._missing(precompile._kernels())}
+    for kernel, signature in precompile._signatures(precompile._kernels()):
+        if id(kernel) not in missing:
+            kernel.compile(signature)
+
+
+def serve() -> None:
+    """Until stdin ends."""
+    make_ready()
     gc.freeze()  # nor does a collector in a child look at, and so copy, what is there now
     for line in sys.stdin:
         child = os.fork()
