@@ -102,9 +102,9 @@ def test_a_killed_process_is_no_finding(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_processes_are_replaced(tmp_path: Path) -> None:
     """Each does as many trials as it may, and is then another."""
-    found = crew(rig.trials_of(tmp_path)[:5], rig.made_up, workers=1, limits={"recycle": 2})
-    processes = [found[k]["clock"]["process"] for k in range(5)]
-    assert processes[0] == processes[1] != processes[2] == processes[3] != processes[4]
+    found = crew(rig.trials_of(tmp_path)[:3], rig.made_up, workers=1, limits={"recycle": 2})
+    processes = [found[k]["clock"]["process"] for k in range(3)]
+    assert processes[0] == processes[1] != processes[2]
 
 
 def test_a_stop_is_heeded_at_once(tmp_path: Path) -> None:
