@@ -19,7 +19,7 @@ BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 STUDY = """\
 scenario: flat_walk
 draws: common
-limits: {wall_time: 1.5}
+limits: {wall_time: 0.8}
 vary:
   - {path: simulation.plant.discrete_contact_approximation, values: [lagged, similar]}
   - {path: simulation.friction, uniform: [0.5, 1.25]}
@@ -87,7 +87,7 @@ def test_a_trial_that_hangs_is_ended_and_counted(
     assert "| lagged | 2 of 2: 100.0 %" in written and "| CENIC | 0 of 2: 0.0 %" in written
     assert written.count("| timeout |") == 2 and "| 0.052 | timeout |" in written
     assert [one["outcome"] for one in records(tmp_path)] == ["goal_reached", "timeout"] * 2
-    assert "not done after 1.5 s" in records(tmp_path)[1]["reason"]
+    assert "not done after 0.8 s" in records(tmp_path)[1]["reason"]
 
 
 def test_a_spoilt_line_costs_its_own_trial_alone(

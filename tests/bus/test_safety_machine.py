@@ -62,7 +62,7 @@ def test_stiffness_comes_slowly_to_a_joint_that_armed_beyond_its_limit() -> None
     assert memory.mode == SafetyMode.STANDING_UP and reached == limits.stiffness
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(known, st.integers(1, 30)), max_size=12))
 def test_any_sequence_keeps_the_limits(sequence: list[tuple[Known, int]]) -> None:
     """Whatever is known, wanted and asked for: finite, within limits, no jump, modes in order."""

@@ -79,7 +79,9 @@ class Page(HTMLParser):
             self.text += data + " "
 
 
-@pytest.fixture(scope="module")
+# Of a session: workers that take tests from one another come back to this module, and would make a
+# module's page again.
+@pytest.fixture(scope="session")
 def log() -> dict[str, Any]:
     """Of a run that has something to show in every figure."""
     made = make_log(short_scenario(), start=wave_begins() - 1.5)
@@ -87,12 +89,12 @@ def log() -> dict[str, Any]:
     return add_estimate(recovered, ahead=0.01, yaw=0.01)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def run(log: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     return load_run(write_run(tmp_path_factory.mktemp("run"), log=log))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def html(run: RecordedRun) -> str:
     return write_report(run).read_text(encoding="utf-8")
 

@@ -29,9 +29,9 @@ STEEP = 0.4  # [m]: a rise that no gait of this robot climbs
 
 
 @cache
-def prepared(*rises: float, state: str = "truth", mode: str = "physics") -> PreparedScenario:
+def prepared(*rises: float, state: str = "truth") -> PreparedScenario:
     text = TEXT.replace("RISES", str(list(rises))).replace("RUNS", str([0.5] * len(rises)))
-    overrides = [f"estimator.kind={state}", f"simulation.mode={mode}"]
+    overrides = [f"estimator.kind={state}"]
     return prepare(parse_scenario(text, source="test", overrides=overrides), source="test")
 
 
@@ -52,7 +52,7 @@ def test_a_flight_that_ends_above_the_camera_is_planned_as_far_as_it_is_known() 
 
 def test_a_replay_of_the_plan_ends_where_it_would_look_again() -> None:
     """It says so, and does not claim the goal."""
-    result = replay_plan(prepared(*[0.14] * 9, mode="kinematic"))
+    result = replay_plan(prepared(*[0.14] * 9))
     assert result.outcome == "stopped" and "does not look again" in result.reason
 
 
