@@ -180,7 +180,7 @@ def test_it_arms_from_folded_or_standing_legs_alone() -> None:
         count = 0
         for q in postures:
             memory = initial_safety_memory(LIMITS, 0.0)
-            for tick in range(1, 700):
+            for tick in range(1, 400):
                 known = Known(time=0.002 * tick, q=q, v=np.zeros(12), request=Request.STAND)
                 memory, _ = advance(memory, known, LIMITS, POSTURES, BEARING)
                 if memory.mode == SafetyMode.STANDING_UP:
