@@ -73,6 +73,7 @@ def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(precompile, "kernel_directory", own)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("empty_cache")
 def test_processes_compile_what_is_missing_and_say_so() -> None:
     """Two at once on one cache do not break each other; the second time there is nothing to do."""

@@ -9,7 +9,7 @@ from drake_quad.simulation.run import simulate
 
 LEVEL = (
     "course=[{kind: floor, length: 4.0}]",
-    "mission=[{kind: stand, duration: 0.2}, {kind: walk, distance: 1.0}]",
+    "mission=[{kind: stand, duration: 0.2}, {kind: walk, distance: 0.7}]",
     "gait.lag=2",
     "transition.swing_time=0.8",
     "transition.shift_time=0.6",

@@ -237,7 +237,7 @@ def test_a_foot_that_gives_rolls_as_a_smaller_one() -> None:
     The plant's feet do not give, so it is off as the other is.
     """
     gives, smaller, right = (
-        Stance(robot(foot_give=give, smaller=less)).run(0.3).run(0.8, sink(0.2)).estimates
+        Stance(robot(foot_give=give, smaller=less)).run(0.2).run(0.5, sink(0.2)).estimates
         for give, less in ((0.008, 0.0), (0.0, 0.008), (0.0, 0.0))
     )
     assert np.array_equal(gives, smaller)
