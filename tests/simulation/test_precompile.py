@@ -39,7 +39,7 @@ felt, pushed = (
 )
 assert simulate(felt).outcome == "goal_reached"
 chunks = count()
-assert simulate(pushed, stop=lambda: next(chunks) >= 5).outcome == "stopped"
+assert simulate(pushed, stop=lambda: next(chunks) >= 3).outcome == "stopped"
 assert run_check(CheckRequest("paper_quadruped", rise=0.15, run=0.35, count=3))["feasible"]
 for group in precompile._kernels().values():
     for path, types in group.items():
