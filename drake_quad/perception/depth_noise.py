@@ -118,9 +118,8 @@ def smooth_field(
     u = np.arange(shape[1]) / skip
     i, j = v.astype(int), u.astype(int)
     a, b = (v - i)[:, np.newaxis], (u - j)[np.newaxis, :]
-    near, below = field[np.ix_(i, j)], field[np.ix_(i + 1, j)]
-    right, across = field[np.ix_(i, j + 1)], field[np.ix_(i + 1, j + 1)]
-    return np.asarray((1 - a) * ((1 - b) * near + b * right) + a * ((1 - b) * below + b * across))
+    lines = (1 - b) * field[:, j] + b * field[:, j + 1]  # of the coarser grid, which has fewer
+    return np.asarray((1 - a) * lines[i] + a * lines[i + 1])
 
 
 def edges_of(disparity: FloatArray) -> BoolArray:
