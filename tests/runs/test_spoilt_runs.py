@@ -213,5 +213,7 @@ def test_a_log_of_one_instant_has_a_report(ran: Path) -> None:
     place = table.column_names.index("t")
     table = table.set_column(place, "t", pa.array(np.zeros(len(table))))
     pq.write_table(table, ran / "log.parquet")
+    (ran / "report.html").unlink(missing_ok=True)
     done = drake_quad("report", str(ran), cwd=ran)
     assert done.returncode == 0 and "Warning" not in done.stderr
+    assert (ran / "report.html").stat().st_size > 0
