@@ -4,6 +4,7 @@ Limits are seen along the path so far, as half-planes. Around a path that is far
 are much too tight at some places and missing at others, so a path is looked for in steps.
 """
 
+from dataclasses import dataclass
 from typing import Protocol
 
 from drake_quad.common import FloatArray
@@ -13,6 +14,7 @@ MOST_PASSES = 16
 PATIENCE = 8  # passes after the last that came nearer
 FALLS = 0.7  # of how short the best was: less is nearer
 DAMPED = 0.6  # of the way to the next path
+LEAST_SHARE = 0.1  # of it, from which no step is made shorter
 LINEAR = 0.05  # short of limits by no more than that [m], they are seen much as they are
 REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
 
@@ -43,6 +45,36 @@ class LimitsSearch(Protocol):
         """Takes a path."""
 
 
+@dataclass
+class _Step:
+    """A step from one path towards the next.
+
+    Attributes:
+        start: Control points of the path before.
+        target: Those of the path that the program has around it.
+        short: How far legs were beyond their limits along the path before [m].
+        share: Share of the way to the target that is gone.
+    """
+
+    start: FloatArray
+    target: FloatArray
+    short: float
+    share: float = DAMPED
+
+    @property
+    def path(self) -> FloatArray:
+        """Control points of the path that the step leads to."""
+        return self.start + self.share * (self.target - self.start)
+
+    def too_far(self, short: float) -> bool:
+        """Whether legs are so far beyond their limits after it that it has to be a shorter one."""
+        return short > max(2.0 * self.short, LINEAR) and self.share > LEAST_SHARE
+
+    def halve(self) -> None:
+        """Goes half as far."""
+        self.share *= 0.5
+
+
 def keep_limits(search: LimitsSearch) -> None:
     """Solves the program again until legs keep their limits, or as nearly as they come to it.
 
@@ -56,10 +88,15 @@ def keep_limits(search: LimitsSearch) -> None:
     best, best_path = (float("inf"), float("inf")), search.control
     best_at, margin_then = 0, float("-inf")
     seen_from = float("inf")  # how short the path was that the last program was made around
+    step: _Step | None = None
     for k in range(MOST_PASSES + 1):
         short = search.find_limits()
         if short == 0.0 and k == 0:
             return
+        while step is not None and step.too_far(short):
+            step.halve()
+            search.follow(step.path)
+            short = search.find_limits()
         margin = search.margin()
         falls = 1.0 if search.keeps_limits else FALLS
         if best[0] > 0.0:
@@ -77,7 +114,8 @@ def keep_limits(search: LimitsSearch) -> None:
         seen_from = short
         path, before = search.solve(broken=BROKEN), search.control
         if k > 0:
-            path = before + DAMPED * (path - before)
+            step = _Step(before, path, short)
+            path = step.path
         search.follow(path)
     if best_path is not search.control:  # it went to and fro
         search.follow(best_path)

@@ -128,3 +128,37 @@ def test_where_limits_can_be_kept_a_slow_approach_is_not_given_up() -> None:
         keep_limits(search)
         assert search.solved == passes
         assert float(search.control[0]) == pytest.approx(path_of(passes))
+
+
+class Overshooting:
+    """A search whose programs lead 4.5 times as far beyond the best path as it is away."""
+
+    believed, keeps_limits = 0.0, True
+
+    def __init__(self) -> None:
+        self.control, self.solved = np.array([1.2]), 0
+
+    def margin(self) -> float:
+        """All paths have the margin that the program believes in."""
+        return 0.0
+
+    def find_limits(self) -> float:
+        """Paths within 60 mm of the best one keep their limits."""
+        return max(abs(float(self.control[0]) - 1.0) - 0.06, 0.0)
+
+    def solve(self, *, broken: float) -> FloatArray:
+        """A path on the other side."""
+        self.solved += 1
+        return 1.0 - 4.5 * (self.control - 1.0)
+
+    def follow(self, control: FloatArray) -> None:
+        """Takes it."""
+        self.control = control
+
+
+def test_a_step_that_leads_far_beyond_limits_is_made_shorter() -> None:
+    """Paths would go to and fro, ever farther; no program is solved for the shorter step."""
+    search = Overshooting()
+    keep_limits(search)
+    assert search.find_limits() == 0.0
+    assert search.solved < MOST_PASSES
