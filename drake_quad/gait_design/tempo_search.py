@@ -99,6 +99,7 @@ class TempoSearch:
         self._way = tread_way(gait.scenario.gait, min(runs))
         self._speeds = FootSpeeds.all_at(ANY_SPEED)
         self._limited = self._grouped = False  # whether they hold swings back, and each its own
+        self._refused = False  # whether the gait's footprints have been refused
         self._whole, self._fewer = gait.scenario, fewer_steps(gait.scenario)
         self._stretch = STRETCH
         self._rooms_known: dict[tuple[float, float], Known] = {}
@@ -203,9 +204,13 @@ class TempoSearch:
     def trial(self, stretch: float, switch: float) -> TempoTrial | None:
         """A plan with swings longer by a ratio, and some time at the switches [s]; None without.
 
-        Feet are made slower, for this trial and others, if their joints would turn too fast.
+        Feet are made slower, for this trial and others, if their joints would turn too fast. There
+        are no more trials once a gait without a plan sets feet down too near each other: where its
+        footprints are does not depend on times, and hardly on the body's height.
         """
         known = self._known.setdefault(stretch, {})
+        if self._refused:
+            return None
         if switch not in known:
             known[switch] = self._calm_plan(
                 self._fewer, replace(self._usual(stretch), switch=switch)
@@ -225,6 +230,7 @@ class TempoSearch:
             try:
                 found = self._plan(scenario, replace(tempo, speeds=now))
             except PlanningError as error:
+                self._refused = "footprints_apart" in error.data and not self._gait.planned
                 too_fast = error.data.get("too_fast")
                 if too_fast is None:
                     break

@@ -263,6 +263,7 @@ def find_clearance(
 
 
 FEET_APART = 0.005  # [m] between two feet: as exactly as plans are followed, and more
+LEGS_APART, FOOTPRINTS_APART = ("apart",), ("apart", "footprints_apart")  # of an error's figures
 NAMES = tuple(leg.short for leg in LEGS)
 PAIRED = tuple(" and ".join(NAMES[row] for row in pair) for pair in PAIRS)
 
@@ -271,7 +272,8 @@ def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) ->
     """Refuses a plan in which a shank or thigh comes into the trunk, or legs into each other.
 
     Raises:
-        PlanningError: With which, where and how far.
+        PlanningError: With which, where and how far. Its figures have `apart`, and, where it is
+            the feet that are too near each other, `footprints_apart` as well.
     """
     body = samples.body[:, 0]
     p_BF = calc_feet_in_body(body, samples.feet)
@@ -279,17 +281,14 @@ def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) ->
     first, second = (p_BF[:, rows] for rows in PAIRS.T)
     feet = np.linalg.norm(first - second, axis=-1) - 2.0 * robot.foot_radius - FEET_APART
     legs = leg_clearance(robot, p_BF, samples.q)
-    for clearance, names, words in (
-        (shanks, NAMES, "the shank of {} would be {:.3f} m inside the trunk"),
-        (
-            thigh_trunk_clearance(robot, samples.q),
-            NAMES,
-            "the thigh of {} would be {:.3f} m inside the trunk",
-        ),
-        (feet, PAIRED, "the feet {} would be {:.3f} m too near each other"),
-        (legs, PAIRED, "the legs {} would be {:.3f} m inside each other"),
+    thighs = thigh_trunk_clearance(robot, samples.q)
+    for clearance, names, words, figures in (
+        (shanks, NAMES, "the shank of {} would be {:.3f} m inside the trunk", LEGS_APART),
+        (thighs, NAMES, "the thigh of {} would be {:.3f} m inside the trunk", LEGS_APART),
+        (feet, PAIRED, "the feet {} would be {:.3f} m too near each other", FOOTPRINTS_APART),
+        (legs, PAIRED, "the legs {} would be {:.3f} m inside each other", LEGS_APART),
     ):
-        _refuse(clearance, names, words, samples, task)
+        _refuse(clearance, names, words, samples, task, figures)
 
 
 def check_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
@@ -300,20 +299,20 @@ def check_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSam
     """
     clearance = thigh_clearance(robot, course.lanes[task.lane], samples.body[:, 0], samples.q)
     words = "the thigh of {} would be {:.3f} m inside the stairs"
-    _refuse(clearance, NAMES, words, samples, task, data="room")
+    _refuse(clearance, NAMES, words, samples, task, ("room",))
 
 
 def _refuse(
     clearance: FloatArray, names: Sequence[str], words: str, samples: PlanSamples, task: Task,
-    data: str = "apart",
+    figures: Sequence[str],
 ) -> None:  # fmt: skip
     """Refuses a plan if a clearance (N, K), at N samples between K named parts, is not positive.
 
-    `data` is the name that the clearance has among the error's figures: `room` from the ground.
+    `figures` are the names that the clearance has among the error's figures.
     """
     n, k = np.unravel_index(np.argmin(clearance), clearance.shape)
     least = float(clearance[n, k])
     if least <= 0.0:
         what = words.format(names[int(k)], -least)
         when = f"{samples.times[n]:.1f} s of '{task.name}'"
-        raise PlanningError(f"{what} at {when}", **{data: least})
+        raise PlanningError(f"{what} at {when}", **dict.fromkeys(figures, least))

@@ -241,6 +241,25 @@ def test_a_preference_that_no_design_reads_is_refused(lines: str, why: str) -> N
         parse_scenario(text, source="a")
 
 
+@pytest.mark.parametrize("planned", [False, True])
+def test_a_gait_whose_footprints_are_refused_is_planned_once(
+    planned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No times help where feet stand too near each other, unless there was a plan before."""
+    slow, tried = designed(), []
+
+    def refuse(*_: object, **__: object) -> None:
+        tried.append(1)
+        raise PlanningError("the feet FR and RR would be 0.003 m too near", footprints_apart=-3e-3)
+
+    monkeypatch.setattr(tempo_search, "try_tempo", refuse)
+    gait = GaitChoice(slow.scenario, slow.design, planned=planned)
+    kept = RequiredMargins(0.5 * slow.margin, 0.0)
+    search = TempoSearch(gait, slow, paper_robot(), kept, "check")
+    assert search.quickest(None, 0.01) is None
+    assert len(tried) > 6 if planned else len(tried) == 1
+
+
 @pytest.mark.long
 def test_much_speed_is_no_less_than_a_balanced_gait_has() -> None:
     """A gait for speed is sought from the balanced one on, and keeps the margin of a safe run."""
