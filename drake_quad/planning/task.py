@@ -64,10 +64,10 @@ def riser_gap(lane: Lane, contacts: ContactPlan, foot_radius: float) -> tuple[fl
     s, _ = lane.coordinates(feet)
     least, rolled = inf, 0.0
     for k, step in enumerate(steps):
-        end = next((t.lift_off for t in steps[k + 1 :] if t.leg is step.leg), inf)
+        following = next((t for t in steps[k + 1 :] if t.leg is step.leg), None)
+        end = inf if following is None else following.lift_off
         row, stands = step.leg.row, (times >= step.touchdown) & (times < end)
         gap = gap_to_riser(lane, s[stands, row], foot_radius)
-        following = next((t for t in steps[k + 1 :] if t.leg is step.leg), None)
         if following is not None and len(gap):
             rises = (times >= end) & (times <= end + following.swing.apex_time)
             rising = gap_as_it_rises(lane, s[rises, row], feet[rises, row, 2], foot_radius)

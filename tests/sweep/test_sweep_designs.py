@@ -48,7 +48,7 @@ def test_a_shared_design_is_the_one_that_a_trial_would_have_made() -> None:
 
 
 def test_what_a_design_reads_makes_another() -> None:
-    """Every section but those that are named as unread is part of what it was made for."""
+    """Every field but those that are named as unread is part of what it was made for."""
     designs = Designs(lambda scenario, _: scenario)
     designs(trial(), "here")
     for name in set(vars(trial())) - {*UNREAD, "design"}:
@@ -56,6 +56,8 @@ def test_what_a_design_reads_makes_another() -> None:
         section = getattr(other, name)
         if isinstance(section, list):
             setattr(other, name, [*section, EXTRA[name]])
+        elif isinstance(section, str):
+            setattr(other, name, f"{section}x")
         else:
             field, value = next(iter(vars(section).items()))
             more = f"{value}x" if isinstance(value, str) else value + 1.0
