@@ -17,6 +17,7 @@ from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import GaitPreference, RequiredMargins
+from drake_quad.gait_design.quicken import Proven
 from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of, mission_of
@@ -77,6 +78,8 @@ def trace_curve(
 ) -> SpeedCurve:
     """Plans a gait with other times, and keeps what is not beaten in both speed and margin.
 
+    A plan of which less is proven than of the gait that was found for margin is no point.
+
     Args:
         designed: A gait that was found for margin, with its plan.
         robot: The scenario's.
@@ -90,12 +93,12 @@ def trace_curve(
     points = _point(designed, measure_pace(robot, course, tasks, designed.plan))
     if flights_of(course, designed.scenario.gait.deep_tread):
         least = GaitPreference("speed").least_margin(robot, designed.margin)
-        safe = RequiredMargins(least, least)
+        safe, proven = RequiredMargins(least, least), Proven(designed, robot, course)
         note("looking for a gait that goes farther in a cycle")
         own = GaitChoice(designed.scenario, designed.design, planned=True)
         for gait in chain(others, [own]):
             search = TempoSearch(gait, designed, robot, safe, source)
-            found = list(search.spread(TIMES, note))
+            found = [t for t in search.spread(TIMES, note) if proven.as_good(t.designed)]
             points += [p for trial in found for p in _point(trial.designed, trial.pace)]
             if found:
                 break

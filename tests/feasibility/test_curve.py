@@ -1,7 +1,9 @@
 """Speed against margin: every point is a plan that can be run, and none is beaten in both."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from design_rig import found
@@ -10,8 +12,24 @@ from rig import paper_robot
 from drake_quad.feasibility.curve_picture import save_speed_curve
 from drake_quad.gait_design import speed_curve
 from drake_quad.gait_design.preference import GaitPreference
+from drake_quad.gait_design.quicken import Proven
+from drake_quad.gait_design.tempo_search import TempoSearch
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
+
+
+@pytest.mark.parametrize("good", [True, False])
+def test_a_plan_that_is_not_proven_is_no_point(good: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What `check` would not answer with is not drawn or saved either."""
+    check = found()
+    slow, pace = check.designed, check.pace
+    assert slow is not None and pace is not None and pace.slowest is not None
+    quicker = replace(pace, flights=tuple(replace(f, speed=2.0 * f.speed) for f in pace.flights))
+    trial = SimpleNamespace(designed=replace(slow, margin=0.9 * slow.margin), pace=quicker)
+    monkeypatch.setattr(TempoSearch, "spread", lambda *_: iter([trial]))
+    monkeypatch.setattr(Proven, "as_good", lambda *_: good)
+    curve = speed_curve.trace_curve(slow, paper_robot())
+    assert [p.designed for p in curve.points] == [slow, *([trial.designed] if good else [])]
 
 
 @pytest.mark.long
