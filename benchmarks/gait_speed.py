@@ -19,9 +19,8 @@ from typing import Any
 from benchmarks.common import markdown_table, provenance
 from drake_quad.errors import DrakeQuadError
 from drake_quad.feasibility.check import Feasibility, check_flight
-from drake_quad.gait_design.designer import design_longer
 from drake_quad.gait_design.preference import GaitPreference
-from drake_quad.gait_design.quicken import quicken
+from drake_quad.gait_design.quicken import find_quicker
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import leg_length
 from drake_quad.runs.summary_lines import LEAST_TOUCH
@@ -107,8 +106,7 @@ def measure_robot(
     for prefer in PREFER:
         begun = time.process_time()
         preference = GaitPreference(prefer)
-        others = design_longer(slow.designed, robot, as_long=preference.less_margin)
-        found = quicken(slow.designed, robot, preference, others=others)
+        found = find_quicker(slow.designed, robot, preference)
         answer = Feasibility(
             found.scenario, found, "", {}, robot, preference=preference, slow=slow.designed
         )  # fmt: skip

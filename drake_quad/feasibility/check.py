@@ -26,7 +26,7 @@ from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
 from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import GaitPreference
-from drake_quad.gait_design.quicken import quicken
+from drake_quad.gait_design.quicken import find_quicker
 from drake_quad.gait_design.speed_curve import SpeedCurve, trace_curve
 from drake_quad.gait_design.tempo_search import ENOUGH
 from drake_quad.infeasibility.boxes import ClimbClass
@@ -433,8 +433,8 @@ def _design(
     if preference.quick:
         kept = f"{1e3 * designed.margin:.0f} mm"
         note(f"found a gait that keeps {kept} of margin; looking for a quicker one")
-    others = design_longer(designed, robot, as_long=preference.less_margin, source=source)
-    slow, designed = designed, quicken(designed, robot, preference, others=others, source=source)
+    slow = designed
+    designed = find_quicker(slow, robot, preference, source=source)
     return Feasibility(designed.scenario, designed, "", {}, robot, preference=preference, slow=slow)
 
 

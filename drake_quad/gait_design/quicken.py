@@ -51,8 +51,22 @@ def design_preferred(
     preference = GaitPreference(scenario.prefer)
     robot = robot or load_robot(scenario.robot.model)
     slow = design_scenario(scenario, source=source, robot=robot)
-    others = design_longer(slow, robot, as_long=preference.less_margin, source=source)
-    return quicken(slow, robot, preference, others=others, source=source)
+    return find_quicker(slow, robot, preference, source=source)
+
+
+def find_quicker(
+    designed: Designed, robot: RobotModel, preference: GaitPreference, *, source: str = "scenario"
+) -> Designed:
+    """`quicken` of a gait, with all others for its course that go farther in a cycle, or as far.
+
+    Args:
+        designed: A gait that was found for margin, with its plan.
+        robot: The scenario's.
+        preference: What it is to be good at.
+        source: What an error names.
+    """
+    others = design_longer(designed, robot, as_long=preference.less_margin, source=source)
+    return quicken(designed, robot, preference, others=others, source=source)
 
 
 def quicken(
